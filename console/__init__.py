@@ -1,0 +1,1 @@
+"""The web console around `core`: command line, server, 3-D scene."""

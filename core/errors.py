@@ -1,0 +1,23 @@
+"""The errors of Beckon: every one is a sentence for the person who can act on it.
+
+BeckonError
+├── BadInput        a file, a number or a text cannot be used; the sentence says why and what to do
+├── Unavailable     something needed is not there (a robot, a package, a device)
+└── Refused         understood, but not allowed now (out of bounds, no lease, latched)
+"""
+
+
+class BeckonError(Exception):
+    """Base of all errors that are told to people as they stand."""
+
+
+class BadInput(BeckonError):
+    """A file, a number or a text that cannot be used."""
+
+
+class Unavailable(BeckonError):
+    """Something needed is not there: a robot, a package, a device."""
+
+
+class Refused(BeckonError):
+    """Understood, but not allowed now."""

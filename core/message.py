@@ -1,0 +1,35 @@
+"""What travels between the rooms: frozen values that own read-only copies of their arrays."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, TypeVar, dataclass_transform
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+
+T = TypeVar("T")
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True, eq_default=False)
+def message(cls: type[T]) -> type[T]:
+    """Make a class a message: frozen, keyword-only, owner of read-only copies of its arrays.
+
+    Messages compare by identity: arrays have no single truth value.
+    """
+    check = getattr(cls, "__post_init__", None)
+
+    def own_arrays(self: Any) -> None:
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, np.ndarray) and (value.flags.writeable or value.base is not None):
+                owned = value.copy()
+                owned.setflags(write=False)
+                object.__setattr__(self, field.name, owned)
+        if check is not None:
+            check(self)
+
+    cls.__post_init__ = own_arrays  # type: ignore[attr-defined]
+    return dataclasses.dataclass(frozen=True, kw_only=True, eq=False)(cls)

@@ -1,0 +1,31 @@
+"""What a command may look at while it is obeyed."""
+
+from __future__ import annotations
+
+from core.geometry import Pose
+from core.message import Array, message
+from core.slam.occupancy import Grid
+
+
+@message
+class Body:
+    """The body that is steered."""
+
+    radius: float = 0.09  # [m] of the round footprint
+    cruise: float = 0.1  # [m/s]
+    turn: float = 0.6  # [rad/s] when turning on the spot
+    max_speed: float = 0.3  # [m/s]
+    max_turn_rate: float = 1.5  # [rad/s]
+
+
+@message
+class Surroundings:
+    """The world around the robot by the present estimate."""
+
+    stamp: float  # [s]
+    pose: Pose  # world
+    speed: float  # [m/s] as the wheels report it
+    turn_rate: float  # [rad/s]
+    body: Body
+    grid: Grid
+    scan_points: Array  # (M, 2) [m], robot frame, de-skewed: the newest scan

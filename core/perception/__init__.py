@@ -1,0 +1,1 @@
+"""From readings to things: corners, edges, landmarks."""

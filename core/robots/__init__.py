@@ -1,0 +1,62 @@
+"""Robots: one file per kind, one protocol for all, `connect(url)` to reach one."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, Protocol
+
+from core.gate import Twist
+from core.message import message
+from core.sensors import Camera, Laser, SensorFrame
+
+Kind = Literal["SIM", "LOG", "LIVE"]
+
+
+@message
+class Profile:
+    """What a robot is: body, limits, sensors and their mountings."""
+
+    name: str
+    kind: Kind
+    url: str
+    radius: float = 0.09  # [m] of the round footprint
+    wheelbase: float = 0.10  # [m] (section 6)
+    cruise: float = 0.1  # [m/s] (section 6)
+    max_speed: float = 0.3  # [m/s]
+    max_turn_rate: float = 1.5  # [rad/s]
+    rate: float = 40.0  # [Hz] of frames (section 6: control updates)
+    laser: Laser | None = None
+    camera: Camera | None = None
+    drives: bool = True  # False: a recording, it cannot be commanded
+    duration: float | None = None  # [s] of a recording
+
+
+class Robot(Protocol):
+    """A robot as its driver sees it. One thread owns it; nothing here waits on a clock.
+
+    `read` returns the next frame at once: the simulator advances its own time by one frame (1/rate),
+    a recording steps to its next reading. Whoever calls it decides whether that happens in real time.
+    """
+
+    @property
+    def profile(self) -> Profile:
+        """What this robot is."""
+        ...
+
+    def drive(self, twist: Twist) -> None:
+        """Set the speed that holds until the next call (the base stops by itself after 0.5 s without one)."""
+        ...
+
+    def read(self) -> SensorFrame:
+        """The next frame; its stamp never goes backwards but after a seek."""
+        ...
+
+    def ask(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Driver's own requests: `{"do": "place" | "pause" | "play" | "speed" | "seek" | …}` → an answer.
+
+        Raises BadInput or Refused with a sentence.
+        """
+        ...
+
+    def close(self) -> None:
+        """Let go of everything."""
+        ...

@@ -1,0 +1,27 @@
+"""One file per sensor: its reading, how it is mounted, and how the simulator makes the reading."""
+
+from __future__ import annotations
+
+from core.geometry import Pose
+from core.message import message
+from core.sensors.camera import Camera, Image
+from core.sensors.laser import Laser, Scan
+from core.sensors.wheels import Wheels
+
+__all__ = ["Camera", "Image", "Laser", "Scan", "SensorFrame", "Wheels"]
+
+
+@message
+class SensorFrame:
+    """All that the robot sensed at one instant; a sensor with nothing new is None."""
+
+    stamp: float  # [s], the robot's own clock
+    nonce: int = 0  # the gate's newest ticket when this was sensed; a setpoint made from it returns the ticket
+    wheels: Wheels | None = None
+    scan: Scan | None = None
+    image: Image | None = None
+    contact: bool = False  # the bumper is pressed
+    truth: Pose | None = None  # simulator only: the true pose in the world frame. For scoring, never for an estimator
+    note: str = ""  # what the driver wants the operator to know: "the recording ends here"
+    running: bool = True  # False: the driver is paused or at its end; time does not advance
+    progress: float | None = None  # recordings: 0..1, how much has been played

@@ -1,0 +1,1 @@
+"""Where the robot is and what the room looks like (section 4.1)."""

@@ -1,0 +1,82 @@
+"""Everything that may be shown at one instant, and nothing else may."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from core.gate import Twist
+from core.geometry import Pose
+from core.message import Array, message
+from core.perception.edges import Edge
+from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
+from core.slam.occupancy import Grid
+
+Level = Literal["info", "warning", "error"]
+Ending = Literal["running", "done", "refused", "cancelled", "pre-empted", "failed"]
+
+
+@message
+class Notice:
+    """A sentence for the operator."""
+
+    id: int
+    stamp: float  # [s]
+    level: Level
+    text: str
+
+
+@message
+class Undertaking:
+    """A command and how it goes."""
+
+    id: int
+    name: str  # "turn_left"
+    numbers: dict[str, float]  # {"distance_m": 1.5}
+    heard_as: str  # the words that were understood
+    source: str  # "typed" | "chip" | "click" | "rest" | …
+    who: str
+    stamp: float  # [s] when it was accepted, robot clock
+    state: Ending = "running"
+    remark: str = ""  # a sentence: why it ended so, or what it is waiting for
+    progress: float | None = None  # 0..1
+
+
+@message
+class CameraView:
+    """What perception drew on the newest picture; the picture itself travels beside it."""
+
+    stamp: float
+    width: int
+    height: int
+    edges: tuple[Edge, ...] = ()
+    laser: Array  # (M, 3): u, v [pixel] and range [m] of the laser points in view
+
+
+@message
+class Snapshot:
+    """The state of everything after one frame. Only the pilot makes one."""
+
+    stamp: float  # [s], robot clock
+    estimate: Estimate
+    dead_reckoning: Estimate
+    velocity: Twist  # as the wheels report it
+    setpoint: Twist  # what the pilot asks of the gate
+    setpoint_press: int = 0  # the undertaking that asks; 0: nobody
+    nonce: int = 0  # the gate's ticket that came with the frame
+    scan_points: Array  # (M, 2) [m], world: the newest scan, de-skewed
+    landmarks: tuple[Landmark, ...] = ()
+    associations: tuple[Association, ...] = ()
+    slam: SlamHealth
+    grid: Grid
+    trail: Array  # (K, 2) [m], world: the path so far, thinned
+    dead_reckoning_trail: Array  # (K, 2) [m]
+    path: Array  # (P, 2) [m], world: what is planned; empty without a plan
+    goal: Array | None = None  # (2,) or (3,) [m], world
+    undertaking: Undertaking | None = None  # the one that runs
+    endings: tuple[Undertaking, ...] = ()  # those that ended with this frame
+    view: CameraView | None = None
+    notices: tuple[Notice, ...] = ()  # newest last, at most 20
+    contact: bool = False
+    running: bool = True
+    progress: float | None = None
+    truth: Pose | None = None  # simulator only, passed through for scoring; never read by an estimator
