@@ -1,0 +1,69 @@
+"""The command `beckon`."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from importlib.metadata import PackageNotFoundError, version
+
+from console.cli import SUBCOMMANDS
+from core.errors import BeckonError
+
+DONE, COULD_NOT, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
+
+
+def beckon_version() -> str:
+    """The installed version, or "unknown" when run from a bare checkout."""
+    try:
+        return version("beckon")
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The whole command line."""
+    parser = argparse.ArgumentParser(
+        prog="beckon",
+        description="A console for a mobile robot that sees, hears and obeys. Without a command: run.",
+    )
+    parser.add_argument("--version", action="version", version=f"beckon {beckon_version()}")
+    places = parser.add_subparsers(dest="subcommand", metavar="COMMAND")
+    for subcommand in SUBCOMMANDS:
+        subcommand.add(places)
+    return parser
+
+
+def with_default(arguments: list[str]) -> list[str]:
+    """`beckon`, `beckon --port 0` → `beckon run …`."""
+    if not arguments or (arguments[0].startswith("-") and arguments[0] not in ("-h", "--help", "--version")):
+        return ["run", *arguments]
+    return arguments
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run `beckon ARGUMENTS`; returns the exit code: 0 done, 1 could not be done, 2 wrong usage."""
+    parser = build_parser()
+    chosen = parser.parse_args(with_default(sys.argv[1:] if arguments is None else arguments))
+    try:
+        return chosen.run(chosen)
+    except BeckonError as trouble:
+        sys.stderr.write(f"beckon: {trouble}\n")
+        return COULD_NOT
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except BrokenPipeError:
+        sys.stderr.close()
+        return COULD_NOT
+    except Exception as fault:
+        if os.environ.get("BECKON_DEBUG"):
+            raise
+        sys.stderr.write(
+            f"beckon: something went wrong inside Beckon ({type(fault).__name__}). "
+            "Run the same command with BECKON_DEBUG=1 and report what it prints.\n"
+        )
+        return COULD_NOT
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,7 @@
+"""The subcommands of `beckon`, one file each: `add` to the parser, `run` when chosen."""
+
+from __future__ import annotations
+
+from console.cli import doctor, experiment, run, slam, understand
+
+SUBCOMMANDS = (run, slam, understand, experiment, doctor)

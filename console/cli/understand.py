@@ -1,0 +1,49 @@
+"""`beckon understand`: words → command or refusal, no robot."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from console.cli.answer import add_json, write, write_json
+from core.commands.command import Command
+from core.speech.grammar import Refusal, understand
+
+
+def add(places: Any) -> None:
+    """Add the subcommand."""
+    parser: argparse.ArgumentParser = places.add_parser(
+        "understand", help="what a sentence would make the robot do, without a robot"
+    )
+    parser.add_argument("words", nargs="+", metavar="TEXT")
+    parser.add_argument("--spoken", action="store_true", help="judge it by the stricter bounds for speech")
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(chosen: argparse.Namespace) -> int:
+    """Exit code 0 also for a refusal: the question was answered."""
+    heard = understand(" ".join(chosen.words), spoken=chosen.spoken)
+    if chosen.json:
+        write_json(as_json(heard))
+    elif isinstance(heard, Command):
+        numbers = ", ".join(f"{name} = {value:g}" for name, value in heard.numbers.items())
+        write(f"{heard.name}({numbers}): {heard.heard_as}")
+    else:
+        write("Refused: " + heard.reason)
+        for suggestion in heard.suggestions:
+            write(f"  did you mean: {suggestion}")
+    return 0
+
+
+def as_json(heard: Command | Refusal) -> dict[str, Any]:
+    """The keys of the contract: accepted, command, reason, suggestions."""
+    if isinstance(heard, Command):
+        return {
+            "accepted": True,
+            "command": {"name": heard.name, **heard.numbers},
+            "heard_as": heard.heard_as,
+            "reason": "",
+            "suggestions": [],
+        }
+    return {"accepted": False, "command": None, "reason": heard.reason, "suggestions": list(heard.suggestions)}

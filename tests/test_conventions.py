@@ -1,0 +1,67 @@
+"""The rules of the house, checked: imports, types, style, and words that give away a careless text."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+SOURCES = [*ROOT.glob("core/**/*.py"), *ROOT.glob("console/**/*.py")]
+TEXTS = [
+    path
+    for pattern in ("**/*.py", "**/*.js", "**/*.css", "**/*.html", "**/*.md", "pyproject.toml", ".ci/*")
+    for path in ROOT.glob(pattern)
+    if not {".venv", "node_modules", ".git", "build"} & set(path.parts)
+]
+
+
+def run(*command: str) -> str:
+    """Run a tool from this environment; its output when it complains, else ''."""
+    told = subprocess.run([sys.executable, "-m", *command], cwd=ROOT, capture_output=True, text=True, check=False)
+    return told.stdout + told.stderr if told.returncode else ""
+
+
+def test_ruff_has_nothing_to_say() -> None:
+    assert run("ruff", "check", ".") == ""
+
+
+def test_the_code_is_formatted() -> None:
+    assert run("ruff", "format", "--check", ".") == ""
+
+
+def test_rooms_import_only_downwards() -> None:
+    assert run("importlinter.cli", "lint") == "" or not _contracts_broken()
+
+
+def _contracts_broken() -> str:
+    tool = Path(sys.executable).with_name("lint-imports")
+    told = subprocess.run([str(tool)], cwd=ROOT, capture_output=True, text=True, check=False)
+    return told.stdout if told.returncode else ""
+
+
+def test_types_are_strict() -> None:
+    assert run("pyright", "--pythonpath", sys.executable) == ""
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_a_source_file_holds_one_noun(path: Path) -> None:
+    assert len(path.read_text().splitlines()) <= 300
+
+
+def test_no_text_names_a_machine_path() -> None:
+    own = Path(__file__)
+    told = [path for path in TEXTS if path != own and re.search(r"(?<![\w.])/(work|farm)/", path.read_text())]
+    assert told == []
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="Node is not installed; the browser modules go untested here")
+def test_browser_modules_pass_their_own_tests() -> None:
+    files = sorted(str(path) for path in (ROOT / "tests/js").glob("*.test.*js"))
+    assert files
+    told = subprocess.run(["node", "--test", *files], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert told.returncode == 0, told.stdout[-4000:]
