@@ -1,0 +1,308 @@
+"""What goes over the sockets, typed once: `python -m console.wire` writes the same types for the browser.
+
+Keys carry their unit. What is not a finite number leaves as null.
+"""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+from typing import Annotated, Literal
+
+import msgspec
+
+from core.robots import Kind
+from core.snapshot import Ending, Level
+
+Struct = msgspec.Struct
+Source = Literal["typed", "chip", "click"]
+Short = Annotated[str, msgspec.Meta(max_length=200)]
+Count = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
+
+CAMERA_HEADER = struct.Struct("<BxxxId")  # kind = 1, sequence number, stamp [s]; the JPEG follows
+
+
+class Place(Struct):
+    """A point of the world frame."""
+
+    x_m: float
+    y_m: float
+
+
+class Pose(Struct):
+    """A pose of the world frame and its covariance."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+    cov: list[list[float]]  # 3x3 of x, y, heading
+
+
+class TruePose(Struct):
+    """Where the simulated robot really is."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+
+
+class Velocity(Struct):
+    """Speeds as the wheels report them."""
+
+    v_m_s: float
+    w_rad_s: float
+
+
+class LandmarkRow(Struct):
+    """A row of the paper's table L."""
+
+    id: int
+    x_m: float
+    y_m: float
+    cov_m2: list[list[float]]  # 2x2
+    hits: int
+    misses: int
+    kind: str
+
+
+class Slam(Struct):
+    """How the filter fares."""
+
+    mode: str
+    updates: int
+    nis: float | None
+    matched: int
+    ignored: int
+    tentative: int
+    update_ms: float | None
+    looking_around: bool
+
+
+class CommandState(Struct):
+    """A command and how it goes."""
+
+    id: int
+    name: str
+    numbers: dict[str, float]
+    heard_as: str
+    source: str
+    who: str
+    state: Ending
+    remark: str
+    progress: float | None
+
+
+class EdgeLine(Struct):
+    """A vertical edge in the newest picture, in pixels."""
+
+    u0: float
+    v0: float
+    u1: float
+    v1: float
+    bearing_rad: float
+    matched: bool
+
+
+class CameraOverlay(Struct):
+    """What perception drew on the newest picture."""
+
+    stamp_s: float
+    width: int
+    height: int
+    edges: list[EdgeLine]
+    laser: list[tuple[float, float, float]]  # u, v [pixel], range [m]
+
+
+class RobotState(Struct):
+    """The robot and the link to it."""
+
+    url: str
+    kind: Kind
+    name: str
+    link: Literal["connecting", "live", "stale", "lost"]
+    age_s: float | None
+    rate_hz: float
+    contact: bool
+    running: bool
+    progress: float | None
+    speed: float
+
+
+class GateState(Struct):
+    """What the gate lets through."""
+
+    state: str  # disarmed | armed | halted
+    reason: str
+    v_m_s: float
+    w_rad_s: float
+    source: str
+    nonce: int
+    epoch: int
+    limit_v_m_s: float | None
+    blocked_by: Place | None
+    need_neutral: bool
+
+
+class LeaseState(Struct):
+    """Who drives."""
+
+    holder: str | None
+    holder_id: str | None
+    epoch: int
+
+
+class NoticeLine(Struct):
+    """A sentence for the operator."""
+
+    id: int
+    stamp_s: float
+    level: Level
+    text: str
+
+
+class State(Struct, tag_field="kind", tag="state"):
+    """Everything that may be shown at one instant; the newest replaces the older."""
+
+    seq: int
+    stamp_s: float
+    pose: Pose
+    dead_reckoning: Pose
+    velocity: Velocity
+    landmarks: list[LandmarkRow]
+    slam: Slam
+    direction: None
+    goal: Place | None
+    path: list[tuple[float, float]]
+    command: CommandState | None
+    camera: CameraOverlay | None
+    robot: RobotState
+    gate: GateState
+    lease: LeaseState
+    viewers: int
+    notices: list[NoticeLine]
+    history_revision: int
+    truth: TruePose | None
+
+
+class You(Struct):
+    """The person a socket belongs to."""
+
+    name: str
+    role: Literal["viewer", "operator", "admin"]
+    id: str
+
+
+class RobotCard(Struct):
+    """What the robot is."""
+
+    url: str
+    kind: Kind
+    name: str
+    radius_m: float
+    cruise_m_s: float
+    max_speed_m_s: float
+    max_turn_rate_rad_s: float
+    drives: bool
+    duration_s: float | None
+
+
+class Hello(Struct, tag_field="kind", tag="hello"):
+    """The first message of a socket."""
+
+    you: You
+    version: str
+    robot: RobotCard
+    tab: str  # names this tab's 3-D scene: scene/ws/<tab>
+
+
+class Answer(Struct, tag_field="kind", tag="answer", omit_defaults=True):
+    """What became of a message that carried `ref`; 0 when it carried none."""
+
+    ref: int
+    ok: bool
+    status: int
+    detail: str | None = None
+    suggestions: list[str] | None = None
+    id: int | None = None
+
+
+class EchoBack(Struct, tag_field="kind", tag="echo"):
+    """The same number back: measures the link."""
+
+    t: float
+
+
+class Inward(Struct, tag_field="kind", forbid_unknown_fields=True):
+    """Base of what a browser may say."""
+
+
+class Drive(Inward, tag="drive"):
+    """Hold to drive: sent at 20 Hz while a key or the pad is held. `press` is drawn anew with every press."""
+
+    v: float
+    w: float
+    press: Count
+    seq: Count
+    nonce: Count
+    epoch: Count
+
+
+class Stop(Inward, tag="stop"):
+    """Everything cancelled, zero speed."""
+
+
+class Say(Inward, tag="command"):
+    """Words for the robot."""
+
+    text: Short
+    source: Source
+    ref: Count
+
+
+class LeaseWish(Inward, tag="lease"):
+    """Take the wheel, take it over, give it back."""
+
+    do: Literal["acquire", "take", "release"]
+    ref: Count
+
+
+class Halt(Inward, tag="halt"):
+    """Latch a stop."""
+
+
+class HaltReset(Inward, tag="halt_reset"):
+    """Undo the latch; never moves."""
+
+    ref: Count
+
+
+class Playback(Inward, tag="playback"):
+    """Steer a recording: `value` is the speed (times real time) or the place to seek (0..1)."""
+
+    do: Literal["play", "pause", "speed", "seek"]
+    ref: Count
+    value: float | None = None
+
+
+class Want(Inward, tag="want"):
+    """Whether this socket wants the camera."""
+
+    camera: bool
+
+
+class Echo(Inward, tag="echo"):
+    """Comes back as it is."""
+
+    t: float
+
+
+Up = Drive | Stop | Say | LeaseWish | Halt | HaltReset | Playback | Want | Echo
+Down = Hello | State | Answer | EchoBack
+
+encode = msgspec.json.Encoder().encode
+
+
+if __name__ == "__main__":
+    from console.wire_js import generate_wire_js
+
+    Path(__file__).parent.parent.joinpath("static/js/wire.js").write_text(generate_wire_js())

@@ -1,0 +1,76 @@
+"""The socket's types as JSDoc, for editors and `tsc --checkJs`."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+
+import msgspec
+
+from console import wire
+
+HEADER = """// Written by `python -m console.wire` from console/wire.py; a test keeps the two equal. Do not edit.
+
+/**
+ * The camera arrives as binary: u8 kind = 1, 3 bytes of padding, u32 sequence number, f64 stamp [s], all little
+ * endian, then the JPEG.
+ */
+export const CAMERA_HEADER_BYTES = 16;
+"""
+
+PLAIN = {float: "number", int: "number", str: "string", bool: "boolean", type(None): "null"}
+
+
+def generate_wire_js() -> str:
+    """Text of static/js/wire.js."""
+    return "\n".join([HEADER, *(typedef(shape) for shape in shapes()), union("Up"), union("Down")])
+
+
+def shapes() -> Iterator[type[msgspec.Struct]]:
+    """Every message and its parts, in the order of console/wire.py."""
+    for shape in vars(wire).values():
+        if isinstance(shape, type) and issubclass(shape, msgspec.Struct) and shape.__module__ == wire.__name__:
+            if shape not in (msgspec.Struct, wire.Inward):
+                yield shape
+
+
+def typedef(shape: type[msgspec.Struct]) -> str:
+    """One struct as an object type."""
+    hints = get_type_hints(shape, include_extras=True)
+    lines = ["/**", f" * {(shape.__doc__ or '').strip()}", f" * @typedef {{object}} {shape.__name__}"]
+    if isinstance(shape.__struct_config__.tag, str):
+        lines.append(f" * @property {{'{shape.__struct_config__.tag}'}} {shape.__struct_config__.tag_field}")
+    for field in msgspec.structs.fields(shape):
+        absent = not field.required
+        name = f"[{field.name}]" if absent else field.name
+        lines.append(f" * @property {{{js_type(hints[field.name])}}} {name}")
+    return "\n".join([*lines, " */", ""])
+
+
+def union(name: str) -> str:
+    """One of the unions of all messages in a direction."""
+    direction = "goes up to the console" if name == "Up" else "comes down to the browser"
+    members = " | ".join(shape.__name__ for shape in get_args(getattr(wire, name)))
+    return f"/**\n * All that {direction}.\n * @typedef {{{members}}} {name}\n */\n"
+
+
+def js_type(hint: Any) -> str:
+    """A Python type → its JSDoc name."""
+    origin, inner = get_origin(hint), get_args(hint)
+    if hint in PLAIN:
+        return PLAIN[hint]
+    if origin is Annotated:
+        return js_type(inner[0])
+    if origin is Literal:
+        return " | ".join(f"'{word}'" for word in inner)
+    if origin in (Union, types.UnionType):
+        return " | ".join(js_type(part) for part in inner)
+    if origin is list:
+        part = js_type(inner[0])
+        return f"({part})[]" if "|" in part else f"{part}[]"
+    if origin is tuple:
+        return "[" + ", ".join(js_type(part) for part in inner) + "]"
+    if origin is dict:
+        return f"Object<string, {js_type(inner[1])}>"
+    return str(hint.__name__)
