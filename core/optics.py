@@ -25,6 +25,7 @@ class CameraModel:
     k2: float = 0.0
     p1: float = 0.0
     p2: float = 0.0
+    k3: float = 0.0  # beyond the paper's four: only where a hold-out asks for it
 
     def __post_init__(self) -> None:
         if not (self.width > 0 and self.height > 0 and self.fx > 0 and self.fy > 0):
@@ -37,14 +38,14 @@ class CameraModel:
 
     @property
     def distortion(self) -> Array:
-        """(4,): k1 k2 p1 p2."""
-        return np.array([self.k1, self.k2, self.p1, self.p2])
+        """(5,): k1 k2 p1 p2 k3, in OpenCV's order."""
+        return np.array([self.k1, self.k2, self.p1, self.p2, self.k3])
 
     def distort(self, rays: Array) -> Array:
         """Ideal normalised points (N, 2) → distorted normalised points (N, 2) (eq. 4-6)."""
         x, y = rays[:, 0], rays[:, 1]
         r2 = x * x + y * y
-        radial = 1 + self.k1 * r2 + self.k2 * r2 * r2
+        radial = 1 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))
         return np.column_stack(
             (
                 x * radial + 2 * self.p1 * x * y + self.p2 * (r2 + 2 * x * x),
