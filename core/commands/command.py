@@ -20,6 +20,7 @@ class Number:
     low: float
     high: float
     default: float | None = None  # None: the words must give it
+    spoken_high: float | None = None  # a tighter bound on the size of what was spoken aloud; None: none
 
 
 @message
@@ -29,6 +30,7 @@ class Command:
     name: str  # "continue"
     numbers: Mapping[str, float]  # {"distance_m": 1.5}
     heard_as: str  # canonical words: "continue 1.5 meters"
+    remark: str = ""  # a sentence for the operator: why this and not what the words began to say
 
 
 @message
@@ -54,10 +56,30 @@ class Action(Protocol):
 class Kind(Protocol):
     """One row of Table 2."""
 
-    name: str
-    words: tuple[str, ...]  # patterns; numbers stand as {distance_m}: "continue {distance_m} meters"
-    numbers: tuple[Number, ...]
-    summary: str  # "Turns left 90 degrees on the spot."
+    @property
+    def name(self) -> str:
+        """The row's key in JSON: "turn_left"."""
+        ...
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Patterns; numbers stand as {distance_m}: "continue {distance_m} meters". The first is the canonical one."""
+        ...
+
+    @property
+    def numbers(self) -> tuple[Number, ...]:
+        """The parameters."""
+        ...
+
+    @property
+    def example(self) -> str:
+        """Words that are understood as they stand: "continue 1.5 meters"."""
+        ...
+
+    @property
+    def summary(self) -> str:
+        """A sentence for people: "Turns left 90 degrees on the spot."."""
+        ...
 
     def begin(self, command: Command, here: Surroundings) -> Action:
         """Start obeying. Raises Refused with a sentence when that is impossible from here."""

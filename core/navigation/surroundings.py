@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from core.geometry import Pose
 from core.message import Array, message
+from core.navigation.planner import PlannerSettings
+from core.navigation.steering import SteeringSettings
 from core.slam.occupancy import Grid
 
 
@@ -29,3 +31,5 @@ class Surroundings:
     body: Body
     grid: Grid
     scan_points: Array  # (M, 2) [m], robot frame, de-skewed: the newest scan
+    planner: PlannerSettings = PlannerSettings()
+    steering: SteeringSettings = SteeringSettings()

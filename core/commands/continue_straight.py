@@ -1,0 +1,56 @@
+"""CONTINUE x METERS: the robot continues x metres straight with its current direction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from core.commands.command import Action, Command, Number, Progress
+from core.navigation.obstacle import why_no_headway
+from core.navigation.steering import Headway, Settled, hold_line
+from core.navigation.surroundings import Surroundings
+
+
+@dataclass(frozen=True)
+class Continue:
+    """Straight ahead for a distance."""
+
+    name: str = "continue"
+    words: tuple[str, ...] = ("continue {distance_m} meters",)
+    numbers: tuple[Number, ...] = (
+        Number(name="distance_m", says="x", unit="m", low=0.01, high=20.0, spoken_high=5.0),
+    )
+    example: str = "continue 1.5 meters"
+    summary: str = "Drives straight ahead for that many metres."
+
+    def begin(self, command: Command, here: Surroundings) -> Action:
+        """Start along the present heading."""
+        return Continuing(command.numbers["distance_m"], here)
+
+
+class Continuing:
+    """A straight line under way: holds the line through the start by the estimated pose."""
+
+    def __init__(self, distance: float, here: Surroundings) -> None:
+        """`distance` [m]."""
+        self._distance = distance
+        self._start = here.pose
+        self._settled = Settled(here.steering.settle)
+        self._headway = Headway(0.02, here.steering.stalled_after)
+        self._deadline = here.stamp + 2 * distance / here.body.cruise + 2.0
+
+    def drive(self, here: Surroundings) -> Progress:
+        """One frame further."""
+        done = (self._start.inverse() @ here.pose).x
+        left = self._distance - done
+        twist = hold_line(here.pose, self._start, left, here.body.cruise, here.body.turn, here.steering)
+        if self._settled.after(not twist.moves, here.stamp):
+            return Progress(finished="done", fraction=1.0)
+        far = f" {max(done, 0):.2f} of {self._distance:g} m are done."
+        if twist.moves and self._headway.lost(left, here.stamp):
+            return Progress(finished="failed", remark=why_no_headway(here.scan_points, here.body.radius) + far)
+        if here.stamp > self._deadline:
+            return Progress(finished="failed", remark="The way took too long; the robot stopped." + far)
+        return Progress(twist=twist, fraction=min(1.0, max(0.0, done / self._distance)))
+
+
+CONTINUE = Continue()

@@ -1,0 +1,65 @@
+"""TURN LEFT, TURN RIGHT: the robot turns 90 degrees on the spot."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from core.commands.command import Action, Command, Number, Progress
+from core.gate import Twist
+from core.geometry import wrap
+from core.navigation.obstacle import why_no_headway
+from core.navigation.steering import Headway, Settled, spin
+from core.navigation.surroundings import Surroundings
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A turn to one side."""
+
+    name: str
+    words: tuple[str, ...]
+    summary: str
+    side: int  # +1 left, -1 right
+    numbers: tuple[Number, ...] = (
+        Number(name="angle_rad", says="90 degrees", unit="rad", low=0.0, high=2 * math.pi, default=math.pi / 2),
+    )
+
+    @property
+    def example(self) -> str:
+        """Words that are understood as they stand."""
+        return self.words[0]
+
+    def begin(self, command: Command, here: Surroundings) -> Action:
+        """Start turning from the present heading."""
+        return Turning(self.side * command.numbers["angle_rad"], here)
+
+
+class Turning:
+    """A turn under way: closes the heading that the estimator reports, and waits until it stays."""
+
+    def __init__(self, angle: float, here: Surroundings) -> None:
+        """`angle` [rad], counter-clockwise."""
+        self._angle = angle
+        self._left = angle
+        self._heading = here.pose.heading
+        self._settled = Settled(here.steering.settle)
+        self._headway = Headway(0.05, here.steering.stalled_after)
+        self._deadline = here.stamp + 2 * abs(angle) / here.body.turn + 2.0 + here.steering.settle
+
+    def drive(self, here: Surroundings) -> Progress:
+        """One frame further."""
+        self._left -= wrap(here.pose.heading - self._heading)
+        self._heading = here.pose.heading
+        rate = spin(self._left, here.body.turn, here.steering)
+        if self._settled.after(rate == 0.0, here.stamp):
+            return Progress(finished="done", fraction=1.0)
+        if rate and self._headway.lost(abs(self._left), here.stamp):
+            return Progress(finished="failed", remark=why_no_headway(here.scan_points, here.body.radius))
+        if here.stamp > self._deadline:
+            return Progress(finished="failed", remark="The turn took too long; the robot stopped before its end.")
+        return Progress(twist=Twist(0.0, rate), fraction=max(0.0, 1 - abs(self._left) / max(abs(self._angle), 1e-6)))
+
+
+TURN_LEFT = Turn(name="turn_left", words=("turn left",), summary="Turns left 90 degrees on the spot.", side=1)
+TURN_RIGHT = Turn(name="turn_right", words=("turn right",), summary="Turns right 90 degrees on the spot.", side=-1)

@@ -1,0 +1,35 @@
+"""What stands in the way, by the newest scan."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from core.message import Array
+
+
+def free_space(points: Array, radius: float) -> float:
+    """Scan points (M, 2) [m] in the robot frame, radius [m] of the body → room [m] around it; inf without points."""
+    if not len(points):
+        return math.inf
+    return max(0.0, float(np.sqrt((points**2).sum(axis=1).min())) - radius)
+
+
+def obstacle_ahead(points: Array, radius: float, reach: float = 0.5) -> float | None:
+    """Scan points (M, 2) [m] in the robot frame → distance [m] from the body to the first straight ahead, if any."""
+    if not len(points):
+        return None
+    ahead = points[(points[:, 0] > 0) & (np.abs(points[:, 1]) < radius + 0.05)]
+    if not len(ahead):
+        return None
+    gap = max(0.0, float(np.hypot(ahead[:, 0], ahead[:, 1]).min()) - radius)
+    return gap if gap <= reach else None
+
+
+def why_no_headway(points: Array, radius: float) -> str:
+    """A sentence for the operator: why the robot gets no further."""
+    gap = obstacle_ahead(points, radius)
+    if gap is None:
+        return "The robot gets no further, and the laser sees nothing ahead: is a wheel stuck or the gate holding it?"
+    return f"Something blocks the way {gap:.2f} m ahead."

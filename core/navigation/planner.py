@@ -1,0 +1,179 @@
+"""The shortest comfortable way through the map: Dijkstra over 1 + 3·exp(-4d), d = free space around the body."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
+
+from core.errors import Refused
+from core.geometry import Pose
+from core.message import Array
+from core.navigation.terrain import Terrain, survey
+from core.slam.occupancy import Grid
+
+
+@dataclass(frozen=True)
+class PlannerSettings:
+    """What a way may cost."""
+
+    stride: float = 0.1  # [m] of the lattice that is searched; narrow gaps are looked for on the map's own
+    spacing: float = 0.05  # [m] between the points of a path
+    guard: float = 0.035  # [m] of free space below which nothing is planned: the gate's guard stops at 0.03
+    comfort: float = 0.06  # [m] of free space that is kept wherever possible
+    tight: float = 6.0  # times the cost where there is less
+    near: float = 3.0  # weight of exp(-falloff · d)
+    falloff: float = 4.0  # [1/m]
+    unknown: float = 2.0  # times the cost where nothing has been seen yet
+    occupied: float = 0.6  # log-odds from which a cell is a wall
+    margin: float = 3.0  # [m] searched beyond the straight line before the whole map is
+    escape: float = 0.3  # [m] around the robot in which it may leave a tight place
+    reach: float = 10.0  # [m] to the farthest goal that is accepted outside the known map
+
+
+def plan(
+    grid: Grid, seen: Array, start: Pose, goal: tuple[float, float], radius: float, settings: PlannerSettings
+) -> Array:
+    """Way from the robot to a goal: points (P, 2) [m], world, the first at the robot, the last at the goal.
+
+    `seen` (M, 2) [m], world: the newest scan; `radius` [m] of the round footprint. Raises Refused with a sentence
+    when the goal is too far, in a wall, or walled off.
+    """
+    ends = np.array([[start.x, start.y], goal])
+    near = survey(
+        grid, seen, ends.min(axis=0) - settings.margin, ends.max(axis=0) + settings.margin, settings.occupied
+    )
+    check_goal(near, start, goal, radius, settings)
+    way = _search(near, ends, radius, settings.stride, settings)
+    if way is not None:
+        return _resample(_pull_tight(near, way, radius, settings), settings.spacing)
+    corners = np.vstack((ends, grid.origin, grid.origin + np.array(grid.log_odds.shape[::-1]) * grid.resolution))
+    whole = survey(grid, seen, corners.min(axis=0), corners.max(axis=0), settings.occupied)
+    for stride in (settings.stride, grid.resolution):
+        way = _search(whole, ends, radius, stride, settings)
+        if way is not None:
+            return _resample(_pull_tight(whole, way, radius, settings), settings.spacing)
+    raise Refused("I know of no way there: walls or too narrow gaps close it off.")
+
+
+def check_goal(
+    terrain: Terrain, start: Pose, goal: tuple[float, float], radius: float, settings: PlannerSettings
+) -> None:
+    """Raises Refused when the robot cannot stand at the goal, naming the nearest place where it can."""
+    if start.distance_to(*goal) > settings.reach and not terrain.known_at(*goal):
+        raise Refused(
+            f"That place is {start.distance_to(*goal):.1f} m away and not on the map; "
+            f"outside the map I go up to {settings.reach:g} m."
+        )
+    needed = radius + settings.guard
+    room = float(terrain.clearance_at(np.array([goal]))[0])
+    if room >= needed:
+        return
+    what = "in a wall" if room < radius else f"only {room:.2f} m from a wall"
+    rows, columns = np.nonzero((terrain.clearance >= needed + 0.05) & terrain.known)
+    free = terrain.places(rows, columns)
+    advice = ""
+    if len(free):
+        x, y = free[np.hypot(*(free - goal).T).argmin()]
+        advice = f" The nearest free place I know is {x:.2f} and {y:.2f}."
+    raise Refused(f"That place is {what}; I need {needed:.2f} m around me.{advice}")
+
+
+def is_free(terrain: Terrain, path: Array, radius: float, settings: PlannerSettings) -> bool:
+    """Whether a path (P, 2) [m], world, still leads through free space."""
+    at_robot = np.hypot(*(path - path[0]).T) < settings.escape
+    return bool(((terrain.clearance_at(path) >= radius + settings.guard) | at_robot).all())
+
+
+def _cost(terrain: Terrain, clearance: Array, known: Array, radius: float, settings: PlannerSettings) -> Array:
+    """What a metre costs in cells of that clearance [m]."""
+    space = np.maximum(clearance - radius, 0.0)
+    cost = 1 + settings.near * np.exp(-settings.falloff * space)
+    cost = np.where(space < settings.comfort + 0.5 * terrain.resolution, cost * settings.tight, cost)
+    return np.where(known, cost, cost * settings.unknown)
+
+
+def _search(terrain: Terrain, ends: Array, radius: float, stride: float, settings: PlannerSettings) -> Array | None:
+    """Dijkstra from the goal on a lattice of that stride [m]: points (P, 2) [m] from start to goal, or None."""
+    every = max(1, round(stride / terrain.resolution))
+    clearance, known = terrain.clearance[::every, ::every], terrain.known[::every, ::every]
+    rows, columns = np.indices(clearance.shape)
+    places = terrain.places(rows.ravel() * every, columns.ravel() * every).reshape(*clearance.shape, 2)
+    from_robot = np.hypot(*np.moveaxis(places - ends[0], -1, 0))
+    open_ = (clearance >= radius + settings.guard) | ((from_robot < settings.escape) & (clearance > 0.5 * radius))
+    cost = _cost(terrain, clearance, known, radius, settings)
+    node = np.full(clearance.shape, -1)
+    node[open_] = np.arange(np.count_nonzero(open_))
+    start, goal = (_nearest(places, open_, end, 2 * stride) for end in ends)
+    if start is None or goal is None:
+        return None
+    before = _predecessors(node, cost, int(node[goal]))
+    here = int(node[start])
+    order = [here]
+    while before[order[-1]] >= 0:
+        order.append(int(before[order[-1]]))
+    if order[-1] != node[goal]:
+        return None
+    return np.vstack((ends[0], places[open_][order], ends[1]))
+
+
+def _predecessors(node: Array, cost: Array, goal: int) -> Array:
+    """(N,): the next node on the way to the goal, negative where there is none."""
+    froms: list[Array] = []
+    tos: list[Array] = []
+    prices: list[Array] = []
+    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        a = (slice(None, -1 if down else None), slice(1, None) if right < 0 else slice(None, -1 if right else None))
+        b = (slice(down, None), slice(None, -1) if right < 0 else slice(right, None))
+        both = (node[a] >= 0) & (node[b] >= 0)
+        froms.append(node[a][both])
+        tos.append(node[b][both])
+        prices.append(0.5 * math.hypot(down, right) * (cost[a] + cost[b])[both])
+    count = int(node.max()) + 1
+    edges = csr_matrix((np.concatenate(prices), (np.concatenate(froms), np.concatenate(tos))), shape=(count, count))
+    return dijkstra(edges, directed=False, indices=goal, return_predecessors=True)[1]
+
+
+def _nearest(places: Array, open_: Array, end: Array, reach: float) -> tuple[int, int] | None:
+    """Row and column of the open lattice point nearest to a place, within reach [m]."""
+    gap = np.where(open_, np.hypot(*np.moveaxis(places - end, -1, 0)), np.inf)
+    row, column = np.unravel_index(int(gap.argmin()), gap.shape)
+    return (int(row), int(column)) if gap[row, column] <= reach else None
+
+
+def _pull_tight(terrain: Terrain, way: Array, radius: float, settings: PlannerSettings) -> Array:
+    """Replace stretches of the way (P, 2) by straight lines wherever these cost no more."""
+    legs = np.hypot(*np.diff(way, axis=0).T)
+    toll = np.concatenate(([0.0], np.cumsum(_price(terrain, way[:-1], way[1:], radius, settings) * legs)))
+    kept = [0]
+    while kept[-1] < len(way) - 1:
+        here = kept[-1]
+        ahead = np.arange(here + 1, len(way))
+        lines = np.hypot(*(way[ahead] - way[here]).T)
+        straight = _price(terrain, np.broadcast_to(way[here], (len(ahead), 2)), way[ahead], radius, settings) * lines
+        good = ahead[straight <= (toll[ahead] - toll[here]) * 1.001 + 1e-9]
+        kept.append(int(good.max()) if len(good) else here + 1)
+    return way[kept]
+
+
+def _price(terrain: Terrain, starts: Array, ends: Array, radius: float, settings: PlannerSettings) -> Array:
+    """Mean cost per metre of straight lines, starts (N, 2) to ends (N, 2) [m] → (N,); inf through walls."""
+    longest = float(np.hypot(*(ends - starts).T).max())
+    share = np.linspace(0, 1, max(2, math.ceil(longest / terrain.resolution) + 1))
+    points = starts[:, None] + (ends - starts)[:, None] * share[None, :, None]
+    row, column = terrain.cells(points.reshape(-1, 2))
+    clearance, known = terrain.clearance[row, column], terrain.known[row, column]
+    cost = np.where(clearance > 0.5 * radius, _cost(terrain, clearance, known, radius, settings), np.inf)
+    return cost.reshape(points.shape[:2]).mean(axis=1)
+
+
+def _resample(way: Array, spacing: float) -> Array:
+    """Way (P, 2) [m] → the same way (Q, 2) with points at most `spacing` [m] apart."""
+    pieces = [
+        np.linspace(a, b, max(2, math.ceil(float(np.hypot(*(b - a))) / spacing) + 1))[:-1] for a, b in pairwise(way)
+    ]
+    return np.vstack((*pieces, way[-1:]))

@@ -1,0 +1,156 @@
+"""From a path to a speed: regulated pure pursuit, turning on the spot first when the path lies aside."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.gate import Twist
+from core.geometry import Pose, wrap
+from core.message import Array
+
+
+@dataclass(frozen=True)
+class SteeringSettings:
+    """Gains and tolerances of everything that steers."""
+
+    turn_gain: float = 3.0  # [1/s] turn rate per heading error; a third of what a delay of 0.1 s would bear
+    turn_floor: float = 0.06  # [rad/s] the least turn rate that is asked for, so that no turn starves near its end
+    turn_deceleration: float = 1.5  # [rad/s²]
+    approach_gain: float = 1.5  # [1/s] speed per distance left
+    approach_floor: float = 0.02  # [m/s]
+    side_gain: float = 2.5  # [rad/m] heading aimed back at the line per distance beside it
+    lookahead: float = 0.22  # [m]
+    pivot_above: float = 0.9  # [rad] the path lies so far aside that the robot turns on the spot …
+    pivot_below: float = 0.12  # [rad] … until it lies so nearly ahead
+    slow_within: float = 0.25  # [m] free space around the body under which it slows
+    slowest: float = 0.4  # share of the cruising speed in the tightest place
+    heading_tolerance: float = 0.006  # [rad]
+    distance_tolerance: float = 0.006  # [m] at the end of a straight line
+    goal_tolerance: float = 0.02  # [m] around a goal
+    settle: float = 0.3  # [s] at rest within the tolerance before a command is done
+    stalled_after: float = 4.0  # [s] without headway until a command gives up
+
+
+def spin(error: float, fastest: float, settings: SteeringSettings) -> float:
+    """Heading error [rad], the fastest turn rate [rad/s] → the turn rate [rad/s] that closes it and slows in time."""
+    size = abs(error)
+    if size < settings.heading_tolerance:
+        return 0.0
+    rate = min(fastest, settings.turn_gain * size, math.sqrt(2 * settings.turn_deceleration * size))
+    return math.copysign(max(rate, settings.turn_floor), error)
+
+
+def approach(left: float, cruise: float, settings: SteeringSettings) -> float:
+    """Distance left [m], cruising speed [m/s] → the speed [m/s] that arrives slowly; zero once there."""
+    if left < settings.distance_tolerance:
+        return 0.0
+    return min(cruise, max(settings.approach_gain * left, settings.approach_floor))
+
+
+def hold_line(
+    pose: Pose, start: Pose, left: float, cruise: float, fastest: float, settings: SteeringSettings
+) -> Twist:
+    """Drive along the line through `start` in its heading, `left` [m] before its end."""
+    speed = approach(left, cruise, settings)
+    if speed == 0.0:
+        return Twist()
+    aside = (start.inverse() @ pose).y
+    aim = wrap(start.heading - math.atan(settings.side_gain * aside) - pose.heading)
+    return Twist(speed, max(-fastest, min(fastest, settings.turn_gain * aim)))
+
+
+class Pursuit:
+    """Follows one path to its end; remembers how far along it is and whether it is turning on the spot."""
+
+    def __init__(self, path: Array, settings: SteeringSettings) -> None:
+        """Path (P, 2) [m], world, P ≥ 1, its points a few centimetres apart."""
+        self.path = path
+        self._settings = settings
+        steps = np.hypot(*np.diff(path, axis=0).T) if len(path) > 1 else np.zeros(0)
+        self._travel = np.concatenate(([0.0], np.cumsum(steps)))
+        self._at = 0
+        self._pivoting = True
+
+    def left(self, pose: Pose) -> float:
+        """Distance [m] to the path's end along the path."""
+        self._advance(pose)
+        rest = float(self._travel[-1] - self._travel[self._at])
+        return max(rest, pose.distance_to(*self.path[-1])) if rest < self._settings.lookahead else rest
+
+    @property
+    def rest(self) -> Array:
+        """(R, 2) [m]: what lies ahead of the path."""
+        return self.path[self._at :]
+
+    def steer(self, pose: Pose, cruise: float, turn: float, space: float) -> Twist:
+        """Pose, cruising speed [m/s], turn rate [rad/s], free space [m] around the body → what the wheels should do."""
+        settings = self._settings
+        left = self.left(pose)
+        if left < settings.goal_tolerance:
+            return Twist()
+        x, y = self._carrot()
+        bearing = pose.bearing_to(x, y)
+        self._pivoting = abs(bearing) > (settings.pivot_below if self._pivoting else settings.pivot_above)
+        if self._pivoting:
+            return Twist(0.0, spin(bearing, turn, settings))
+        room = max(settings.slowest, min(1.0, space / settings.slow_within))
+        speed = approach(left, cruise, settings) * room * math.cos(bearing)
+        curvature = 2 * math.sin(bearing) / max(pose.distance_to(x, y), 0.5 * settings.lookahead)
+        if abs(speed * curvature) > turn:
+            speed = turn / abs(curvature)
+        return Twist(speed, speed * curvature)
+
+    def effort(self, pose: Pose) -> float:
+        """What is left, a turn towards the path counted as a way of its own [m]: falls while the robot gets on."""
+        return self.left(pose) + 0.2 * abs(pose.bearing_to(*self._carrot()))
+
+    def _advance(self, pose: Pose) -> None:
+        """The nearest point of the path is never behind the one before."""
+        window = self.path[self._at : self._at + 40]
+        gaps = np.hypot(window[:, 0] - pose.x, window[:, 1] - pose.y)
+        self._at += int(gaps.argmin())
+
+    def _carrot(self) -> tuple[float, float]:
+        """The point of the path one lookahead further on."""
+        ahead = int(np.searchsorted(self._travel, self._travel[self._at] + self._settings.lookahead))
+        x, y = self.path[min(ahead, len(self.path) - 1)]
+        return float(x), float(y)
+
+
+class Settled:
+    """Whether something has stayed true for a while."""
+
+    def __init__(self, hold: float) -> None:
+        """`hold` [s]: how long."""
+        self._hold = hold
+        self._since: float | None = None
+
+    def after(self, true: bool, stamp: float) -> bool:
+        """Take in one frame; whether it has been true without a break for that long."""
+        if not true:
+            self._since = None
+            return False
+        if self._since is None:
+            self._since = stamp
+        return stamp - self._since >= self._hold
+
+
+class Headway:
+    """Watches that what is left grows less."""
+
+    def __init__(self, step: float, patience: float) -> None:
+        """`step`: the least headway that counts; `patience` [s]: how long to wait for it."""
+        self._step = step
+        self._patience = patience
+        self._best = math.inf
+        self._since = 0.0
+
+    def lost(self, left: float, stamp: float) -> bool:
+        """Take in one frame; whether nothing was gained for too long."""
+        if left < self._best - self._step:
+            self._best = left
+            self._since = stamp
+        return stamp - self._since > self._patience

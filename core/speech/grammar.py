@@ -1,0 +1,180 @@
+"""Words → command or refusal: the one door for whatever is typed, clicked, sent or heard (section 4.2, Table 2).
+
+Only a whole utterance that matches moves the robot. Whatever contains the word STOP and is no complete, bounded
+"stop at x and y" stops it. Nothing is guessed: a near miss is refused with suggestions.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from dataclasses import dataclass
+from functools import cache
+
+from core.commands import VOCABULARY
+from core.commands.command import Command, Kind, Number
+from core.commands.stand import STOP_MOVING
+from core.speech.nearest import nearest
+from core.speech.numbers import NUMBER, read_number, write_number
+
+LONGEST = 120  # characters of an utterance that is read at all; the word stop is looked for in all of it
+
+UNIT = r"(?:(?<=[0-9]) ?| )(?:meters?|metres?|m)"
+STOP_WORD = re.compile(r"(?<![^\W\d_])stop(?![^\W\d_])")
+
+OTHER_WORDS = {
+    "go back": ("I do not drive backwards. Turn round first, then continue.", ("turn left", "continue 1 meters")),
+    "go to": ("Where to? Say the place in metres.", ("stop at 1 and 0.5",)),
+    "come": ("“Come here” is not built yet; send me to a place instead.", ("stop at 1 and 0.5",)),
+    "come here": ("“Come here” is not built yet; send me to a place instead.", ("stop at 1 and 0.5",)),
+    "follow me": ("“Follow me” is not built yet; send me to a place instead.", ("stop at 1 and 0.5",)),
+    "follow wall": ("“Follow wall” is not built yet; drive along it by distance instead.", ("continue 1 meters",)),
+    "follow the wall": (
+        "“Follow wall” is not built yet; drive along it by distance instead.",
+        ("continue 1 meters",),
+    ),
+}
+"""Words of the paper (Table 2, Fig. 17) that do not move this robot: why, and what does."""
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Words that move nothing."""
+
+    reason: str  # a sentence
+    suggestions: tuple[str, ...] = ()  # words that would be understood; never carried out by themselves
+
+
+def understand(words: str, *, spoken: bool = False) -> Command | Refusal:
+    """What the words ask for, whoever said them; `spoken`: heard rather than typed, so tighter bounds hold."""
+    text = _tidy(words)
+    verdict = _read(text, spoken) if text is not None else _unreadable(words)
+    if isinstance(verdict, Refusal) and STOP_WORD.search(_folded(words)):
+        remark = verdict.reason if text is not None and text.startswith("stop at ") else ""
+        return Command(name=STOP_MOVING.name, numbers={}, heard_as=STOP_MOVING.words[0], remark=remark)
+    return verdict
+
+
+def say(kind: Kind, numbers: dict[str, float], pattern: str | None = None) -> str:
+    """A command as words that are understood as that command: "continue 1.5 meters"."""
+    return (pattern or kind.words[0]).format(**{name: write_number(value) for name, value in numbers.items()})
+
+
+def _folded(words: str) -> str:
+    """Generously read: compatible forms of letters are one, invisible characters vanish. Only good for stopping."""
+    plain = unicodedata.normalize("NFKC", words).casefold()
+    return plain if plain.isascii() else "".join(c for c in plain if unicodedata.category(c) != "Cf")
+
+
+def _tidy(words: str) -> str | None:
+    """Lower case, single spaces, no full stop or exclamation mark at the end; None for what is no plain utterance."""
+    text = words.strip(" \t\r\n") if len(words) <= 10 * LONGEST else words
+    if len(text) > LONGEST or not text.isascii() or not text.isprintable():
+        return None
+    return " ".join(text.lower().rstrip(".!").split())
+
+
+def _unreadable(words: str) -> Refusal:
+    if len(words) > LONGEST:
+        return Refusal("That is longer than any command. Say one command at a time.", _examples())
+    return Refusal("I read plain letters and digits on one line only. Type the command anew.", _examples())
+
+
+def _read(text: str, spoken: bool) -> Command | Refusal:
+    for kind in VOCABULARY:
+        for pattern in kind.words:
+            match = _compiled(pattern).fullmatch(text)
+            if match:
+                heard = {name: read_number(value) for name, value in match.groupdict().items()}
+                return _bounded(kind, heard, spoken)
+    if text in OTHER_WORDS:
+        return Refusal(*OTHER_WORDS[text])
+    return _near_miss(text)
+
+
+def _bounded(kind: Kind, heard: dict[str, float], spoken: bool) -> Command | Refusal:
+    """A command, if every number lies within its bounds."""
+    numbers = {number.name: heard.get(number.name, number.default) for number in kind.numbers}
+    kept = {name: value for name, value in numbers.items() if value is not None}
+    for number in kind.numbers:
+        low, high = bounds(number, spoken)
+        if not low <= kept[number.name] <= high:
+            by_voice = " by voice" if spoken else ""
+            too_far = len(kind.numbers) == 1 and kept[number.name] > high
+            return Refusal(
+                f"“{_pattern_as_read(kind)}” takes {number.says} from {low:g} to {high:g} {_unit(number)}{by_voice}.",
+                (say(kind, {number.name: high}) if too_far else kind.example,),
+            )
+    return Command(name=kind.name, numbers=kept, heard_as=say(kind, heard))
+
+
+def bounds(number: Number, spoken: bool) -> tuple[float, float]:
+    """The lowest and the highest value that is accepted."""
+    if not spoken or number.spoken_high is None:
+        return number.low, number.high
+    return max(number.low, -number.spoken_high), min(number.high, number.spoken_high)
+
+
+def _near_miss(text: str) -> Refusal:
+    """Why nothing matches, and what would."""
+    if not text:
+        return Refusal("Say a command.", _examples())
+    begun = [(_opening(words), kind) for kind in VOCABULARY for words in kind.words if _begins(text, _opening(words))]
+    if begun:
+        opening, kind = max(begun, key=lambda found: len(found[0]))
+        return _badly_ended(kind, opening, text)
+    close = nearest(text, _phrases())
+    if close and close[0] in OTHER_WORDS:
+        why, instead = OTHER_WORDS[close[0]]
+        return Refusal(f"Did you mean “{close[0]}”? {why}", instead)
+    understood = tuple(phrase for phrase in close if phrase not in OTHER_WORDS)
+    if understood:
+        return Refusal("I know no such command. Did you mean one of these?", understood)
+    return Refusal("I know no such command. These I know.", _examples())
+
+
+def _opening(pattern: str) -> str:
+    return pattern.partition("{")[0].strip()
+
+
+def _begins(text: str, opening: str) -> bool:
+    return text == opening or text.startswith(opening + " ")
+
+
+def _badly_ended(kind: Kind, opening: str, text: str) -> Refusal:
+    """The right beginning with something missing or something too much."""
+    if not kind.numbers or all(number.default is not None for number in kind.numbers):
+        return Refusal(f"“{opening}” stands alone, with nothing before or behind it.", (kind.example,))
+    numbers = re.findall(rf"(?<![a-z0-9.]){NUMBER}(?![a-z0-9.])", text)
+    complete = len(kind.numbers) == len(numbers) and text.endswith(numbers[-1])
+    filled = (
+        say(kind, {n.name: read_number(v) for n, v in zip(kind.numbers, numbers, strict=True)}) if complete else ""
+    )
+    fits = filled if filled and isinstance(_read(filled, False), Command) else kind.example
+    return Refusal(f"Say it whole and with nothing else, like “{kind.example}”; distances are in metres.", (fits,))
+
+
+@cache
+def _compiled(pattern: str) -> re.Pattern[str]:
+    """A pattern of the vocabulary as a regular expression; "meters" may be spelt as people spell it."""
+    source = re.escape(pattern).replace(r"\ ", " ").replace(" meters", UNIT)
+    return re.compile(re.sub(r"\\\{(\w+)\\\}", lambda slot: f"(?P<{slot[1]}>{NUMBER})", source))
+
+
+@cache
+def _examples() -> tuple[str, ...]:
+    return tuple(kind.example for kind in VOCABULARY)
+
+
+@cache
+def _phrases() -> tuple[str, ...]:
+    """All that people might have meant, with the numbers of the examples."""
+    return (*_examples(), "stop", "go to 1 and 0.5", *OTHER_WORDS)
+
+
+def _pattern_as_read(kind: Kind) -> str:
+    return kind.words[0].format(**{number.name: number.says for number in kind.numbers})
+
+
+def _unit(number: Number) -> str:
+    return {"m": "metres"}.get(number.unit, number.unit)
