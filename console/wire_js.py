@@ -30,9 +30,9 @@ def generate_wire_js() -> str:
 def shapes() -> Iterator[type[msgspec.Struct]]:
     """Every message and its parts, in the order of console/wire.py."""
     for shape in vars(wire).values():
-        if isinstance(shape, type) and issubclass(shape, msgspec.Struct) and shape.__module__ == wire.__name__:
-            if shape not in (msgspec.Struct, wire.Inward):
-                yield shape
+        ours = isinstance(shape, type) and issubclass(shape, msgspec.Struct) and shape.__module__ == wire.__name__
+        if ours and shape is not wire.Inward:
+            yield shape
 
 
 def typedef(shape: type[msgspec.Struct]) -> str:

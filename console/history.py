@@ -1,0 +1,65 @@
+"""What was heard, from whom, and how it ended: the newest at hand, all of it in the store."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from console.logins import Person
+from console.store import REMEMBERED, Deed, Store
+
+
+class History:
+    """Deeds in the order they were done. Lives on the event loop; the store writes behind it."""
+
+    def __init__(self, folder: Path, complain: Callable[[str], None]) -> None:
+        self.revision = 0
+        self._store = Store(folder / "history.sqlite", time.time(), complain)
+        self._deeds: dict[int, Deed] = {}
+        self._older: list[Deed] = []
+        self._newest = 0
+
+    def open(self) -> None:
+        """Remember earlier runs."""
+        self._older = self._store.open()
+        self._newest = max((deed.id for deed in self._older), default=0)
+
+    def close(self) -> None:
+        """Write what is waiting."""
+        self._store.close()
+
+    def add(self, what: str, who: Person, *, state: str = "done", **more: Any) -> Deed:
+        """Record a deed; its id is new."""
+        self._newest += 1
+        now = time.time()
+        ended = None if state == "running" else now
+        deed = Deed(
+            self._newest, what, who.name, now, time.monotonic(), role=who.role, state=state, ended=ended, **more
+        )
+        self._keep(deed)
+        return deed
+
+    def end(self, number: int, state: str, remark: str) -> None:
+        """A deed ended; ends only once."""
+        deed = self._deeds.get(number)
+        if deed is not None and deed.state == "running":
+            self._keep(replace(deed, state=state, remark=remark, ended=time.time()))
+
+    def find(self, number: int) -> Deed | None:
+        """The deed with this id, of this run."""
+        return self._deeds.get(number)
+
+    def newest_first(self, *, commands_only: bool) -> list[Deed]:
+        """What is remembered."""
+        deeds = [*self._older, *self._deeds.values()][-REMEMBERED:]
+        return [deed for deed in reversed(deeds) if deed.what == "command" or not commands_only]
+
+    def _keep(self, deed: Deed) -> None:
+        self._deeds[deed.id] = deed
+        if len(self._deeds) > REMEMBERED:
+            del self._deeds[next(old.id for old in self._deeds.values() if old.state != "running" or old is deed)]
+        self.revision += 1
+        self._store.keep(deed)

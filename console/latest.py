@@ -1,0 +1,86 @@
+"""Newest value wins: many may watch, nobody can make anybody else wait, and no delay can grow."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from dataclasses import dataclass
+
+OUTBOX = 64  # answers that may wait for one viewer; past that the viewer does not read
+
+
+@dataclass(frozen=True)
+class Closing:
+    """Why a socket is closed."""
+
+    code: int
+    reason: str
+
+
+class Viewer:
+    """What one socket still has to be sent."""
+
+    def __init__(self, *kinds: str) -> None:
+        self.wants = set(kinds)
+        self._turns = list(kinds)
+        self.closing: Closing | None = None
+        self._outbox: deque[str | bytes] = deque()
+        self._seen: dict[str, int] = {}
+        self._news = asyncio.Event()
+
+    def tell(self, message: str | bytes) -> None:
+        """An answer for this viewer alone; these are not skipped."""
+        if len(self._outbox) >= OUTBOX:
+            self.close(1008, "You ask faster than you read.")
+            return
+        self._outbox.append(message)
+        self._news.set()
+
+    def close(self, code: int, reason: str) -> None:
+        """Close the socket soon."""
+        self.closing = self.closing or Closing(code, reason)
+        self._news.set()
+
+    def wake(self) -> None:
+        """Something new may be there."""
+        self._news.set()
+
+    async def next(self, hub: Hub) -> str | bytes | None:
+        """Wait for the next thing to send: answers first, then the newest of each kind in turn; None: it is over."""
+        while self.closing is None:
+            if self._outbox:
+                return self._outbox.popleft()
+            for kind in self._turns:
+                number, value = hub.slots.get(kind, (0, b""))
+                if number and kind in self.wants and self._seen.get(kind) != number:
+                    self._seen[kind] = number
+                    self._turns.remove(kind)
+                    self._turns.append(kind)
+                    return value
+            self._news.clear()
+            await self._news.wait()
+        return None
+
+
+class Hub:
+    """The newest value of each kind, and who watches. Lives on the event loop."""
+
+    def __init__(self) -> None:
+        self.slots: dict[str, tuple[int, str | bytes]] = {}
+        self.viewers: set[Viewer] = set()
+
+    def publish(self, kind: str, value: str | bytes) -> None:
+        """Replace the newest value of a kind and wake all who want it."""
+        self.slots[kind] = (self.slots.get(kind, (0, b""))[0] + 1, value)
+        for viewer in self.viewers:
+            if kind in viewer.wants:
+                viewer.wake()
+
+    def watched(self, kind: str) -> bool:
+        """Whether anybody wants this kind: what nobody wants need not be made."""
+        return any(kind in viewer.wants for viewer in self.viewers)
+
+    def close_all(self, code: int, reason: str) -> None:
+        """Tell every viewer that it is over."""
+        for viewer in self.viewers:
+            viewer.close(code, reason)

@@ -1,0 +1,91 @@
+"""The operator lease: one person drives, all may watch, everyone may stop.
+
+Pure logic on the time that is passed in. Whoever calls compares `epoch` before and after: it rises with every
+change, and the caller then takes the robot through zero (disarm, cancel, arm anew for the holder, if there is one).
+"""
+
+from __future__ import annotations
+
+from console.logins import Person
+from core.errors import Refused
+
+GRACE = 5.0  # [s] without any socket or activity of the holder
+
+
+class Lease:
+    """Who drives."""
+
+    def __init__(self) -> None:
+        self.epoch = 0
+        self.holder: Person | None = None
+        self._seen = 0.0
+        self._sockets: dict[str, int] = {}
+
+    def held_by(self, person: Person) -> bool:
+        """Whether this person drives."""
+        return self.holder is not None and self.holder.id == person.id
+
+    def acquire(self, person: Person, now: float) -> None:
+        """Take the lease when it is free; renews it for its holder. Raises Refused with the holder's name."""
+        if self.holder is not None and not self.held_by(person):
+            raise Refused(f"{self.holder.name} drives now. Ask for the wheel, or take over.")
+        if self.holder is None:
+            self._change(person)
+        self._seen = now
+
+    def take(self, person: Person, now: float) -> None:
+        """Take the lease from whoever holds it."""
+        if not self.held_by(person):
+            self._change(person)
+        self._seen = now
+
+    def release(self, person: Person) -> None:
+        """Give it back. Raises Refused when somebody else holds it."""
+        if self.holder is None:
+            return
+        if not self.held_by(person):
+            raise Refused(f"{self.holder.name} drives now; only the driver can give the wheel back.")
+        self._change(None)
+
+    def forget(self, person: Person) -> None:
+        """The person signed out: the lease is free at once."""
+        if self.held_by(person):
+            self._change(None)
+
+    def connected(self, person: Person) -> None:
+        """One more socket of this person is open."""
+        self._sockets[person.id] = self._sockets.get(person.id, 0) + 1
+
+    def disconnected(self, person: Person, now: float) -> None:
+        """A socket of this person is gone."""
+        left = self._sockets.get(person.id, 0) - 1
+        if left > 0:
+            self._sockets[person.id] = left
+        else:
+            self._sockets.pop(person.id, None)
+        self.active(person, now)
+
+    def active(self, person: Person, now: float) -> None:
+        """The person did something."""
+        if self.held_by(person):
+            self._seen = now
+
+    def tick(self, now: float, *, obeying: bool) -> Person | None:
+        """Free the lease when its holder is gone; returns who lost it.
+
+        `obeying`: an order that the holder sent without a socket is still under way; it has bounds of its own and
+        keeps the lease until it ends.
+        """
+        holder = self.holder
+        if holder is None:
+            return None
+        if obeying or holder.id in self._sockets:
+            self._seen = now
+        if now - self._seen <= GRACE:
+            return None
+        self._change(None)
+        return holder
+
+    def _change(self, person: Person | None) -> None:
+        self.epoch += 1
+        self.holder = person

@@ -1,0 +1,119 @@
+"""Who is who: tokens open a login, a login is a random id in a cookie. All in memory; a restart ends every login."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import secrets
+from dataclasses import dataclass
+
+RANK = {"public": 0, "viewer": 1, "operator": 2, "admin": 3}
+
+LIFE = 12 * 3600.0  # [s] of a login
+WINDOW = 60.0  # [s] in which an address may be wrong
+WRONG = 5  # times
+MOST_LOGINS = 1000
+
+
+@dataclass(frozen=True)
+class Person:
+    """Somebody signed in, as others see them."""
+
+    id: str
+    name: str
+    role: str = "operator"  # viewer | operator | admin
+
+    def may(self, role: str) -> bool:
+        """Whether this person's role reaches `role`."""
+        return RANK[self.role] >= RANK[role]
+
+
+ANYBODY = Person("local", "operator", "operator")
+"""Who acts where no login is asked for: on this machine, with the simulator."""
+
+
+@dataclass(frozen=True)
+class Token:
+    """A secret's fingerprint and what it opens."""
+
+    digest: bytes
+    name: str
+    role: str
+
+
+class Logins:
+    """Tokens, the logins they opened, and the addresses that guessed."""
+
+    def __init__(self) -> None:
+        self._tokens: list[Token] = []
+        self._open: dict[str, tuple[Person, float]] = {}  # cookie → person, end [s]
+        self._wrong: dict[str, list[float]] = {}
+        self._names = 0
+
+    def issue(self, name: str, role: str) -> str:
+        """Make a token of 256 bits; only its fingerprint is kept."""
+        token = secrets.token_urlsafe(32)
+        self._tokens.append(Token(fingerprint(token), name, role))
+        return token
+
+    def bearer(self, token: str) -> Person | None:
+        """The script that shows this token."""
+        found = self._token(token)
+        return Person(f"token-{found.digest.hex()[:8]}", found.name, found.role) if found else None
+
+    def open(self, token: str, name: str, now: float) -> tuple[str, Person] | None:
+        """A token → (cookie, person), or None when it is wrong. `name` is how the person wants to be called."""
+        found = self._token(token)
+        if found is None:
+            return None
+        if len(self._open) >= MOST_LOGINS:
+            self._open.pop(next(iter(self._open)))
+        self._names += 1
+        cookie = secrets.token_urlsafe(32)
+        person = Person(secrets.token_hex(6), name or f"{found.name} {self._names}", found.role)
+        self._open[cookie] = (person, now + LIFE)
+        return cookie, person
+
+    def of_cookie(self, cookie: str, now: float) -> Person | None:
+        """The person behind a cookie, while the login lasts."""
+        person, end = self._open.get(cookie, (None, 0.0))
+        return person if now < end else None
+
+    def close(self, person: Person) -> None:
+        """End this person's login."""
+        self._open = {cookie: entry for cookie, entry in self._open.items() if entry[0].id != person.id}
+
+    def expire(self, now: float) -> list[Person]:
+        """End the logins whose time is over; whose they were."""
+        over = [person for person, end in self._open.values() if now >= end]
+        for person in over:
+            self.close(person)
+        return over
+
+    def blocked(self, address: str, now: float) -> bool:
+        """Whether this address has been wrong too often within the last minute."""
+        recent = [moment for moment in self._wrong.get(address, ()) if now - moment < WINDOW]
+        if recent:
+            self._wrong[address] = recent
+        else:
+            self._wrong.pop(address, None)
+        return len(recent) >= WRONG
+
+    def guessed(self, address: str, now: float) -> None:
+        """This address showed a wrong token."""
+        if len(self._wrong) >= MOST_LOGINS:
+            self._wrong.pop(next(iter(self._wrong)))
+        self._wrong.setdefault(address, []).append(now)
+
+    def _token(self, token: str) -> Token | None:
+        shown = fingerprint(token)
+        found = None
+        for known in self._tokens:
+            if hmac.compare_digest(known.digest, shown):
+                found = known
+        return found
+
+
+def fingerprint(token: str) -> bytes:
+    """SHA-256 of a token of any characters."""
+    return hashlib.sha256(token.encode("utf-8", "surrogatepass")).digest()

@@ -1,0 +1,62 @@
+"""Every way in declares who may use it: an endpoint, a mounted app, a socket. Nothing is open by being forgotten."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from starlette.routing import BaseRoute, Match, Mount
+
+from console.logins import RANK
+
+T = TypeVar("T", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True)
+class Need:
+    """What a way in asks for."""
+
+    role: str  # public | viewer | operator | admin
+    reads_body: bool = True  # False: acts on the headers alone, so that nothing in the body can delay or break it
+
+
+FORGOTTEN = Need("viewer")
+"""Asked of paths that lead nowhere: a stranger does not learn what exists."""
+
+
+def needs(role: str, *, reads_body: bool = True) -> Callable[[T], T]:
+    """Declare the role of an endpoint or of an app to mount."""
+    if role not in RANK:
+        raise ValueError(f"There is no role {role!r}.")
+
+    def declare(way_in: T) -> T:
+        way_in.beckon_need = Need(role, reads_body)  # type: ignore[attr-defined]
+        return way_in
+
+    return declare
+
+
+def declared(route: BaseRoute) -> Need | None:
+    """What this route asks for, or None when it does not say."""
+    way_in = route.app if isinstance(route, Mount) else getattr(route, "endpoint", None)
+    return getattr(way_in, "beckon_need", None)
+
+
+def check_roles(routes: Iterable[BaseRoute]) -> None:
+    """Raises RuntimeError naming every route without a role: then the console does not start."""
+    silent = [str(getattr(route, "path", route)) for route in routes if declared(route) is None]
+    if silent:
+        raise RuntimeError(f"These routes declare no role: {', '.join(silent)}.")
+
+
+def need_for(routes: Iterable[BaseRoute], scope: Any) -> Need:
+    """What the way in that this request takes asks for."""
+    nearest = FORGOTTEN
+    for route in routes:
+        match, _ = route.matches(scope)
+        if match is Match.FULL:
+            return declared(route) or FORGOTTEN
+        if match is Match.PARTIAL:
+            nearest = declared(route) or FORGOTTEN
+    return nearest
