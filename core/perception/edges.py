@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from core.errors import BadInput
 from core.message import Array, message
+from core.perception.level import LevelView, level_view
+from core.sensors import Camera, Image
 
 
 @message
@@ -11,5 +20,91 @@ class Edge:
 
     top: Array  # (2,) pixel in the picture as the camera delivers it
     bottom: Array  # (2,) pixel
-    bearing: float  # [rad] in the robot frame
+    bearing: float  # [rad] in the robot's axes, seen from the camera
     matched: bool = False  # confirms a laser corner
+
+
+@dataclass(frozen=True)
+class EdgeSettings:
+    """What counts as a vertical edge, and how it goes with a corner."""
+
+    blur: float = 1.0  # [pixel] sd of the smoothing against sensor noise
+    canny_low: float = 15.0  # gradient, as Canny's hysteresis takes it
+    canny_high: float = 35.0
+    tilt: float = math.radians(5)  # off the vertical, at most
+    length: float = 0.2  # of the picture's height, at least
+    gap: float = 6.0  # [pixel] that may be missing in an edge
+    together: float = 3.0  # [pixel] columns closer than this are one edge
+    bearing_sd: float = math.radians(0.25)  # of an edge, with the extrinsic calibration's share
+    shift_share: float = 0.1  # sd of the turn between picture and scan, as a share of it
+    gate: float = 3.0  # sd between an edge and the corner it confirms
+    range_floor: float = 0.005  # [m] sd of a sighting that no averaging takes away
+    bearing_floor: float = math.radians(0.1)  # [rad]
+    edge_required: bool = False  # the paper's rule: a corner without an edge is no landmark
+
+
+def find_edges(image: Image, camera: Camera, settings: EdgeSettings | None = None) -> tuple[Edge, ...]:
+    """Picture → its vertical edges, left to right in the picture. Raises BadInput for a picture of another size."""
+    settings = settings or EdgeSettings()
+    model = camera.model
+    if image.pixels.shape[:2] != (model.height, model.width):
+        size = "x".join(str(n) for n in image.pixels.shape[1::-1])
+        raise BadInput(
+            f"The picture is {size}, its calibration {model.width}x{model.height}; calibrate at this size."
+        )
+    view = level_view(camera)
+    grey = cv2.cvtColor(image.pixels, cv2.COLOR_BGR2GRAY) if image.pixels.ndim == 3 else image.pixels
+    outline, steepness = _outline(view.warp(grey), view, settings)
+    edges: list[Edge] = []
+    for top, bottom, column in _uprights(outline, steepness, settings):
+        ends = view.to_picture(np.array([[column, top], [column, bottom]]))
+        if np.isfinite(ends).all():
+            edges.append(Edge(top=ends[0], bottom=ends[1], bearing=view.bearing(column)))
+    return tuple(edges)
+
+
+def _outline(level: Array, view: LevelView, settings: EdgeSettings) -> tuple[Array, Array]:
+    """Level picture → Canny's outline where it runs upright (uint8), and the steepness across (float32)."""
+    smooth = cv2.GaussianBlur(level, (0, 0), settings.blur)
+    across = cv2.Sobel(smooth, cv2.CV_16S, 1, 0)
+    down = cv2.Sobel(smooth, cv2.CV_16S, 0, 1)
+    outline = cv2.Canny(across, down, settings.canny_low, settings.canny_high, L2gradient=True)
+    steepness = np.abs(across.astype(np.float32))
+    upright = (steepness > 2.0 * np.abs(down)) & view.inside
+    return np.where(upright, outline, 0).astype(np.uint8), steepness
+
+
+def _uprights(outline: Array, steepness: Array, settings: EdgeSettings) -> list[tuple[float, float, float]]:
+    """Outline → upright edges as (top row, bottom row, column); segments of nearly one column are one edge."""
+    shortest = settings.length * outline.shape[0]
+    found = cv2.HoughLinesP(
+        outline, 1.0, math.pi / 360, int(0.5 * shortest), minLineLength=0.6 * shortest, maxLineGap=settings.gap
+    )
+    if found is None:
+        return []
+    segments = np.asarray(found, dtype=float).reshape(-1, 4)  # OpenCV 4 has (N, 1, 4), OpenCV 5 (N, 4)
+    rise = np.abs(segments[:, 3] - segments[:, 1])
+    slope = np.abs(segments[:, 2] - segments[:, 0]) / np.maximum(rise, 1e-9)
+    segments = segments[slope < math.tan(settings.tilt)]
+    segments = segments[np.argsort(0.5 * (segments[:, 0] + segments[:, 2]))]
+    middle = 0.5 * (segments[:, 0] + segments[:, 2])
+    groups = np.split(segments, np.flatnonzero(np.diff(middle) > settings.together) + 1)
+    edges: list[tuple[float, float, float]] = []
+    for group in groups:
+        if len(group):
+            top, bottom = group[:, 1::2].min(), group[:, 1::2].max()
+            column = _column(steepness, int(top), int(bottom), 0.5 * (group[:, 0] + group[:, 2]), settings)
+            if bottom - top >= shortest:
+                edges.append((float(top), float(bottom), column))
+    return edges
+
+
+def _column(steepness: Array, top: int, bottom: int, columns: Array, settings: EdgeSettings) -> float:
+    """Column of an edge to a part of a pixel: the centre of the steepness around it, over all its rows."""
+    reach = round(settings.together) + 1
+    middle = round(float(columns.mean()))
+    left, right = max(middle - reach, 0), min(middle + reach + 1, steepness.shape[1])
+    profile = steepness[top : bottom + 1, left:right].mean(axis=0)
+    profile = np.maximum(profile - profile.min(), 0.0) ** 2
+    total = float(profile.sum())
+    return float((profile * np.arange(left, right)).sum()) / total if total > 0 else float(columns.mean())

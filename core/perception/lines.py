@@ -117,8 +117,8 @@ class Sweep:
     def fit_ranges(self, first: int, last: int) -> tuple[Array, Array] | None:
         """Samples `first` to `last` → the line q·p = 1 they lie on, as q (2,) [1/m], and its covariance (2, 2).
 
-        Least squares on 1/range = q·direction. The laser errs along its beams and hardly across them: so the regressors
-        are exact and, unlike with total least squares, noise neither tilts the line nor makes it look too good.
+        Least squares on 1/range = q·direction. The laser errs along its beams and hardly across them: so the
+        regressors are exact and, unlike with total least squares, noise neither tilts the line nor flatters it.
         """
         if last - first + 1 < self.settings.points:
             return None
