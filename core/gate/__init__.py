@@ -1,5 +1,23 @@
 """The gate: the one way to the wheels. Standard library only."""
 
+from core.gate.gate import LATE, TICK, Gate
+from core.gate.limits import Limits
+from core.gate.setpoint import Setpoint
+from core.gate.status import GateStatus
+from core.gate.trace import Row, TraceWriter, check, read_trace
 from core.gate.twist import ZERO, Twist
 
-__all__ = ["ZERO", "Twist"]
+__all__ = [
+    "LATE",
+    "TICK",
+    "ZERO",
+    "Gate",
+    "GateStatus",
+    "Limits",
+    "Row",
+    "Setpoint",
+    "TraceWriter",
+    "Twist",
+    "check",
+    "read_trace",
+]

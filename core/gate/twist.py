@@ -22,5 +22,18 @@ class Twist:
         """Whether both are finite numbers."""
         return math.isfinite(self.v) and math.isfinite(self.w)
 
+    def clamped(self, v: float, w: float) -> Twist:
+        """The nearest twist within ±v [m/s] and ±w [rad/s]."""
+        return Twist(clamp(self.v, v), clamp(self.w, w))
+
+    def towards(self, wanted: Twist, v: float, w: float) -> Twist:
+        """From this one towards `wanted` by at most `v` [m/s] and `w` [rad/s]."""
+        return Twist(self.v + clamp(wanted.v - self.v, v), self.w + clamp(wanted.w - self.w, w))
+
 
 ZERO = Twist()
+
+
+def clamp(value: float, most: float) -> float:
+    """The nearest value within ±most."""
+    return max(-most, min(most, value))

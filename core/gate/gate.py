@@ -1,0 +1,298 @@
+"""The gate's logic: from orders that may be late, repeated or nonsense to what the wheels are told.
+
+No clock, no thread, no file: every call brings the time `now` [s] of one steady clock. `tick`, every 20 ms, is the
+only source of motion. An order counts for a quarter of a second, only under the lease that is in force, and only
+if it returns a ticket that the gate gave out less than `ticket_age` ago: so the age of the order itself is
+bounded, whatever was buffered on its way. After every stop, what was pressed then never moves the robot again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from core.gate.guard import Guard, Permitted, Point
+from core.gate.limits import Limits, is_count, is_number, speed_cap
+from core.gate.setpoint import Setpoint, Source
+from core.gate.status import GateStatus, State
+from core.gate.tickets import Tickets
+from core.gate.trace import Event, TraceWriter
+from core.gate.twist import ZERO, Twist
+
+TICK = 0.02  # [s] between ticks
+LATE = 0.1  # [s] between ticks after which the gate does not trust itself
+BLIND = 1.0  # [s] without a scan after which standing becomes a trip
+REMEMBERED = 4096  # presses that were stopped
+
+
+@dataclass(frozen=True)
+class Order:
+    """A setpoint that was accepted."""
+
+    twist: Twist
+    source: Source
+    press: int
+    arrived: float  # [s]
+    age: float  # [s] of its ticket when it arrived
+
+
+class Gate:
+    """The one way to the wheels. Begins disarmed, or halted if it was; `spent` presses never move it."""
+
+    def __init__(
+        self,
+        limits: Limits,
+        *,
+        halted: bool = False,
+        trace: TraceWriter | None = None,
+        first_ticket: int = 1,
+        spent: Iterable[tuple[str, int]] = (),
+    ) -> None:
+        self.limits = limits
+        self._trace = trace
+        self._guard = Guard(limits)
+        self._state: State = "halted" if halted else "disarmed"
+        self._reason = "halted before the restart" if halted else ""
+        self._epoch, self._owner = 0, ""
+        self._order: Order | None = None
+        self._twist = ZERO
+        self._permitted = Permitted(ZERO)
+        self._refused = ""
+        self._tickets = Tickets(first_ticket, limits.ticket_age)
+        self._last_seq: dict[str, int] = {}
+        self._presses: dict[str, int] = {}
+        self._spent: dict[tuple[str, int], None] = dict.fromkeys(spent)
+        self._need_neutral = True
+        self._trips = 0
+        self._ticked: float | None = None
+        self._told = -math.inf  # when `_twist` was last set
+        self._beat = self._seen = self._heard = -math.inf
+        self._contact, self._contact_side, self._side = False, 0.0, 0.0
+
+    # what is asked
+
+    def accept(self, setpoint: Setpoint, now: float) -> str:
+        """Judge one order → "" when it is in force now, else the reason in words."""
+        self._refused = self._judge(setpoint, now)
+        return self._refused
+
+    def arm(self, epoch: int, owner: str, now: float) -> str:
+        """Obey the holder of this lease from now on; through zero, and never moving by itself → "" or why not."""
+        if self._state == "halted":
+            return "The robot is halted: reset the halt first."
+        if not is_count(epoch) or epoch < self._epoch:
+            return "An older lease cannot be armed."
+        if epoch == self._epoch and self._owner not in ("", owner):
+            return "One lease has one holder: another holder needs a higher epoch."
+        if self._state == "armed" and (epoch, owner) == (self._epoch, self._owner):
+            return ""
+        if epoch != self._epoch:
+            self._last_seq.clear()
+        self._state, self._epoch, self._owner = "armed", epoch, owner
+        self._stand("arm", "", now)
+        return ""
+
+    def disarm(self, now: float, reason: str = "") -> None:
+        """Obey nobody."""
+        if self._state == "armed":
+            self._state = "disarmed"
+        self._stand("disarm", reason, now)
+
+    def stop(self, now: float) -> None:
+        """Zero at once; what is pressed now never moves again, a new press may."""
+        self._stand("stop", "stopped", now)
+
+    def halt(self, now: float) -> None:
+        """Zero at once, and nothing moves until `reset` and a new `arm`."""
+        self._state = "halted"
+        self._stand("halt", "halted", now)
+
+    def reset(self, now: float) -> None:
+        """Lift a halt: disarmed then, and still."""
+        if self._state == "halted":
+            self._state = "disarmed"
+            self._stand("reset", "", now)
+
+    # what is known
+
+    def see(self, points: Sequence[Point], now: float) -> None:
+        """Near scan points [m], robot frame; also says that the scan is fresh."""
+        self._seen = self._heard = now
+        self._guard.see(points)
+
+    def touch(self, contact: bool, now: float) -> None:
+        """The bumper, and that the robot is alive. A new contact trips; out of it leads the other direction only."""
+        self._heard = now
+        if contact and not self._contact:
+            self._contact_side = self._side
+            if self._order is not None:
+                self._trip("the bumper touches something", now)
+        self._contact = contact
+
+    def heartbeat(self, now: float) -> None:
+        """The console is alive."""
+        self._beat = now
+
+    def status(self) -> GateStatus:
+        """The gate now."""
+        permitted = self._permitted
+        return GateStatus(
+            state=self._state,
+            reason=permitted.reason or self._reason,
+            epoch=self._epoch,
+            owner=self._owner,
+            nonce=self._tickets.newest,
+            v=self._twist.v,
+            w=self._twist.w,
+            source=self._order.source if self._order else "",
+            limit_v=permitted.limit,
+            blocked_by=permitted.point,
+            need_neutral=self._need_neutral,
+            trips=self._trips,
+            refused=self._refused,
+        )
+
+    @property
+    def twist(self) -> Twist:
+        """What the wheels are told now; a stop shows here at once, before the next tick."""
+        return self._twist
+
+    # what follows
+
+    def tick(self, now: float) -> Twist:
+        """Every 20 ms → what the wheels are told."""
+        if self._order is not None and (trouble := self._trouble(self._order, now)):
+            self._trip(trouble, now)
+        self._ticked = now
+        self._tell(self._permit(min(max(now - self._told, 0.0), LATE), now), now)
+        self._tickets.issue(now)
+        self._write("", now)
+        return self._twist
+
+    def _trouble(self, order: Order, now: float) -> str:
+        """Why an order that is in force must end, "" if it need not."""
+        if self._ticked is not None and not 0.0 <= now - self._ticked <= LATE:
+            return "the gate was late"
+        if now - order.arrived > self.limits.deadman:
+            return "silence: no order came for too long"
+        if now - self._beat > self.limits.heartbeat:
+            return "the console is silent"
+        if now - self._last_sign > BLIND and math.isfinite(self._last_sign):
+            return "no scan comes" if self.limits.guard else "the robot is silent"
+        return ""
+
+    @property
+    def _last_sign(self) -> float:
+        """When something last said where the robot goes [s]."""
+        return self._seen if self.limits.guard else self._heard
+
+    def _permit(self, elapsed: float, now: float) -> Permitted:
+        """The order in force → what of it the wheels may be told after `elapsed` seconds more."""
+        if self._order is None:
+            return Permitted(ZERO)
+        if now - self._last_sign > self.limits.scan_age:
+            return Permitted(
+                ZERO, 0.0, None, "waiting for a fresh scan" if self.limits.guard else "the robot is silent"
+            )
+        wanted = self._order.twist
+        if self._contact and wanted.v * self._contact_side > 0.0:
+            return Permitted(ZERO, 0.0, None, "the bumper touches something: drive away from it")
+        limits = self.limits
+        cap = speed_cap(limits, self._order.age)
+        wanted = wanted.clamped(cap, limits.max_turn_rate)
+        twist = self._twist.towards(wanted, limits.max_acceleration * elapsed, limits.max_turn_acceleration * elapsed)
+        permitted = self._guard.permit(twist) if limits.guard else Permitted(twist)
+        if permitted.limit is None and cap < limits.max_speed:
+            return Permitted(permitted.twist, cap)
+        return permitted
+
+    def _judge(self, setpoint: Setpoint, now: float) -> str:
+        if not setpoint.is_well_formed:
+            return "That is no order."
+        if self._state != "armed":
+            return "The robot is halted." if self._state == "halted" else "The robot is not armed."
+        if setpoint.epoch != self._epoch:
+            return "Stale: another lease is in force."
+        if setpoint.seq <= self._last_seq.get(setpoint.source, -1):
+            return "Stale: a newer order has been here."
+        self._last_seq[setpoint.source] = setpoint.seq
+        age = self._tickets.age(setpoint.nonce, now)
+        if age is None:
+            return "Old: its ticket has expired."
+        if not (is_number(setpoint.v) and is_number(setpoint.w)):
+            self._trip("a speed that is not a number", now)
+            return "A speed is not a finite number."
+        after_stop = self._tickets.is_after_mark(setpoint.nonce)
+        if setpoint.source == "goal":
+            self._presses["goal"] = setpoint.press
+        if setpoint.v == 0.0 and setpoint.w == 0.0:
+            return self._rest(setpoint.source, after_stop, now)
+        if not after_stop:
+            return "Ordered before the robot was stopped."
+        return self._obey(setpoint, age, now)
+
+    def _rest(self, source: Source, after_stop: bool, now: float) -> str:
+        """A zero order: no ramp, and the hand has let go."""
+        if source == "jog" and after_stop:
+            self._need_neutral = False
+        if self._order is not None and self._order.source == source:
+            self._order = None
+            self._tell(Permitted(ZERO), now)
+        return ""
+
+    def _obey(self, setpoint: Setpoint, age: float, now: float) -> str:
+        """A moving order under the present lease, young enough."""
+        source, press = setpoint.source, setpoint.press
+        if now - self._beat > self.limits.heartbeat:
+            return "The console's heartbeat is missing."
+        if source == "jog":
+            if self._need_neutral:
+                self._spend(source, press)
+                return "Let go first, then press again."
+            if "goal" in self._presses:
+                self._spend("goal", self._presses["goal"])
+        elif self._order is not None and self._order.source == "jog":
+            self._spend(source, press)
+        if (source, press) in self._spent:
+            return (
+                "This was stopped: press again." if source == "jog" else "This command was stopped: give a new one."
+            )
+        self._presses[source] = press
+        twist = Twist(setpoint.v, setpoint.w).clamped(self.limits.max_speed, self.limits.max_turn_rate)
+        self._order = Order(twist, source, press, now, age)
+        self._reason = ""
+        return ""
+
+    def _trip(self, reason: str, now: float) -> None:
+        self._trips += 1
+        self._stand("trip", reason, now)
+
+    def _stand(self, event: Event, reason: str, now: float) -> None:
+        """Zero at once; what was pressed never moves again; a new ticket tells later orders from earlier ones."""
+        for source, press in self._presses.items():
+            self._spend(source, press)
+        self._order = None
+        self._tell(Permitted(ZERO), now)
+        self._need_neutral = True
+        self._reason = "halted" if self._state == "halted" else reason
+        self._tickets.mark(now)
+        self._write(event, now)
+
+    def _tell(self, permitted: Permitted, now: float) -> None:
+        """Set what the wheels are told from now on."""
+        if self._twist.moves:
+            self._guard.roll(self._twist, min(max(now - self._told, 0.0), LATE))
+        self._permitted, self._twist, self._told = permitted, permitted.twist, now
+        if self._twist.v != 0.0:
+            self._side = math.copysign(1.0, self._twist.v)
+
+    def _spend(self, source: str, press: int) -> None:
+        self._spent[source, press] = None
+        if len(self._spent) > REMEMBERED:
+            del self._spent[next(iter(self._spent))]
+
+    def _write(self, event: Event, now: float) -> None:
+        if self._trace is not None:
+            status, press = self.status(), self._order.press if self._order else 0
+            self._trace.write(status, press, event, now)

@@ -1,0 +1,129 @@
+"""What is in the way: near scan points against the arc that the body is about to sweep."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from core.gate.limits import Limits, is_number
+from core.gate.twist import ZERO, Twist
+
+HORIZON = 1.5  # [m] up to which points are told; beyond, nothing is known to be free
+REACTION = 0.2  # [s] from a point's appearance to slower wheels: a turn of the laser, its way here, a tick
+TOUCH = 0.005  # [m] around the body that count as touching
+GRAZE_SPEED = 0.1  # [m/s] past something that is within the margin at the side
+CRAWL = 0.01  # [m/s] under which it is better to stand
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Permitted:
+    """What remains of a twist."""
+
+    twist: Twist
+    limit: float | None = None  # [m/s] that the surroundings allow in this direction, None: anything
+    point: Point | None = None  # [m], robot frame: what is in the way
+    reason: str = ""  # "" when nothing was taken away
+
+
+class Guard:
+    """Remembers the newest near points, carried along with the wheels, and takes speed away.
+
+    It only ever reduces, and never refuses what leads away from a point. A round body turns freely on the spot.
+    """
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self._points: tuple[Point, ...] = ()
+        self._moved = (0.0, 0.0, 0.0)  # x, y [m], heading [rad] since the points were seen
+
+    def see(self, points: Sequence[Point]) -> None:
+        """New near points [m], robot frame; what is no pair of finite numbers is left out."""
+        self._points = tuple((x, y) for x, y in points if is_number(x) and is_number(y))
+        self._moved = (0.0, 0.0, 0.0)
+
+    def roll(self, twist: Twist, elapsed: float) -> None:
+        """The wheels turned like this for `elapsed` seconds: the points are elsewhere now."""
+        x, y, heading = self._moved
+        middle = heading + 0.5 * twist.w * elapsed
+        step = twist.v * elapsed
+        self._moved = (x + step * math.cos(middle), y + step * math.sin(middle), heading + twist.w * elapsed)
+
+    def permit(self, twist: Twist) -> Permitted:
+        """A twist → what the surroundings leave of it."""
+        if not twist.moves:
+            return Permitted(twist)
+        points = self._points_now()
+        if twist.v == 0.0:
+            return self._turn(twist, points)
+        allowed, nearest = self._allowed(twist, points)
+        if nearest is None or allowed >= self._limits.max_speed:
+            return Permitted(twist)
+        if allowed < CRAWL:
+            turn = self._turn(Twist(0.0, twist.w), points).twist
+            return Permitted(turn, 0.0, nearest, "something is in the way")
+        if abs(twist.v) <= allowed:
+            return Permitted(twist, allowed, nearest)
+        part = allowed / abs(twist.v)
+        return Permitted(Twist(twist.v * part, twist.w * part), allowed, nearest, "slowed for something near")
+
+    def _turn(self, twist: Twist, points: list[Point]) -> Permitted:
+        """What remains of turning on the spot: everything, unless a point lies inside the outline."""
+        nearest = min(points, key=lambda point: math.hypot(*point), default=None)
+        if nearest is None or math.hypot(*nearest) >= self._limits.radius - 2 * TOUCH:
+            return Permitted(twist)
+        return Permitted(ZERO, 0.0, nearest, "something is inside the robot's outline")
+
+    def _points_now(self) -> list[Point]:
+        """The points seen from where the body is now."""
+        x, y, heading = self._moved
+        c, s = math.cos(heading), math.sin(heading)
+        return [(c * (px - x) + s * (py - y), c * (py - y) - s * (px - x)) for px, py in self._points]
+
+    def _allowed(self, twist: Twist, points: list[Point]) -> tuple[float, Point | None]:
+        """The speed [m/s] from which the body can still stop in time, and the point that says so."""
+        allowed, nearest = self._stoppable(HORIZON), None
+        for point in points:
+            way, miss = approach(twist, point, self._limits.radius + self._limits.margin)
+            if math.isinf(way):
+                continue
+            speed = self._stoppable(way)
+            if miss > self._limits.radius + TOUCH:
+                speed = max(speed, GRAZE_SPEED)
+            if speed < allowed:
+                allowed, nearest = speed, point
+        return allowed, nearest
+
+    def _stoppable(self, way: float) -> float:
+        """The speed [m/s] that comes to rest within `way` [m]: v·T + v²/(2a) = way."""
+        reach = self._limits.max_acceleration * REACTION
+        return math.sqrt(reach * reach + 2 * self._limits.max_acceleration * max(way, 0.0)) - reach
+
+
+def approach(twist: Twist, point: Point, reach: float) -> tuple[float, float]:
+    """Way [m] along the twist's arc until `point` is within `reach` [m] of the centre; the closest it will come [m].
+
+    The way is inf when that never happens or the arc begins by leading away; `twist.v` is not zero.
+    """
+    x, y = (point[0], point[1]) if twist.v > 0 else (-point[0], -point[1])  # as if driving forward
+    w = twist.w
+    distance = math.hypot(x, y)
+    if x <= 0.0 and distance < reach:
+        return math.inf, distance
+    radius = abs(twist.v / w) if w != 0.0 else math.inf
+    if radius > 1e3:
+        if abs(y) >= reach or x <= 0.0:
+            return math.inf, abs(y)
+        return max(0.0, x - math.sqrt(reach * reach - y * y)), abs(y)
+    left = y if w > 0 else -y  # as if turning left, about (0, radius)
+    from_centre = math.hypot(x, left - radius)
+    miss = abs(from_centre - radius)
+    if miss >= reach or from_centre == 0.0:
+        return math.inf, miss
+    if distance < reach:
+        return 0.0, miss
+    ahead = math.atan2(x, radius - left) % (2 * math.pi)
+    half = (radius * radius + from_centre * from_centre - reach * reach) / (2 * radius * from_centre)
+    return radius * (ahead - math.acos(max(-1.0, min(1.0, half)))), miss

@@ -1,0 +1,37 @@
+"""What the gate tells about itself."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+State = Literal["disarmed", "armed", "halted"]
+
+
+@dataclass(frozen=True)
+class GateStatus:
+    """The gate at one instant."""
+
+    state: State = "disarmed"
+    reason: str = ""  # in words: why it stands, or what slows it
+    epoch: int = 0  # of the lease it obeys, or obeyed last
+    owner: str = ""  # who holds that lease
+    nonce: int = 0  # the newest ticket; an order returns it
+    v: float = 0.0  # [m/s] that the wheels are told
+    w: float = 0.0  # [rad/s]
+    source: str = ""  # "jog" | "goal" | "": whose order it is
+    limit_v: float | None = None  # [m/s] while something holds the speed below its usual maximum
+    blocked_by: tuple[float, float] | None = None  # (x, y) [m] in the robot frame: what is in the way
+    need_neutral: bool = False  # jogging begins with a zero order
+    trips: int = 0  # how often it stopped by itself
+    refused: str = ""  # why the last order was refused; "" when it was accepted
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values by name."""
+        return asdict(self)
+
+    @staticmethod
+    def of_json(told: dict[str, Any]) -> GateStatus:
+        """What `to_json` made → the status."""
+        at = told.pop("blocked_by")
+        return GateStatus(**told, blocked_by=None if at is None else (float(at[0]), float(at[1])))

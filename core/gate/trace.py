@@ -1,0 +1,186 @@
+"""The gate's diary: what the wheels were told, when, on whose order, and why not; and the checker of diaries."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+from typing import Literal, TextIO
+
+from core.gate.limits import Limits
+from core.gate.status import GateStatus
+
+Event = Literal["", "boot", "arm", "disarm", "stop", "halt", "reset", "trip"]
+EVENTS: tuple[Event, ...] = ("", "boot", "arm", "disarm", "stop", "halt", "reset", "trip")
+QUIET = 500_000_000  # [ns] after which a row is written though nothing changed
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the diary."""
+
+    t_mono_ns: int
+    v: float  # [m/s]
+    w: float  # [rad/s]
+    source: str
+    epoch: int
+    reason: str
+    state: str
+    press: int
+    event: str  # what was done to the gate at this instant; "" for a tick
+
+
+HEADER = tuple(field.name for field in fields(Row))
+
+
+class TraceWriter:
+    """Keeps rows, in memory or as lines of a file: every change, the instant before it, and at least 2 a second."""
+
+    def __init__(self, file: TextIO | None = None) -> None:
+        self.rows: list[Row] = []
+        self._file = file
+        self._written: Row | None = None
+        self._unwritten: Row | None = None
+        if file is not None and file.tell() == 0:
+            csv.writer(file).writerow(HEADER)
+            file.flush()
+
+    def write(self, status: GateStatus, press: int, event: Event, now: float) -> None:
+        """Note what the gate says at `now` [s]."""
+        stamp = round(now * 1e9)
+        told = (status.v, status.w, status.source, status.epoch, status.reason, status.state, press)
+        row = Row(stamp, *told, event)
+        last = self._written
+        if last is not None and not event and astuple(last)[1:-1] == told and stamp - last.t_mono_ns < QUIET:
+            self._unwritten = row
+            return
+        if self._unwritten is not None:
+            self._put(self._unwritten)
+            self._unwritten = None
+        self._put(row)
+        self._written = row
+
+    def _put(self, row: Row) -> None:
+        if self._file is None:
+            self.rows.append(row)
+        else:
+            csv.writer(self._file).writerow(astuple(row))
+            self._file.flush()
+
+
+def read_trace(path: Path) -> list[Row]:
+    """The rows of a diary; a last line that was cut off is left out. Raises ValueError for anything else."""
+    text = path.read_text()
+    whole = text[: text.rfind("\n") + 1]
+    lines = list(csv.reader(whole.splitlines()))
+    if not lines or tuple(lines[0]) != HEADER:
+        raise ValueError(f"{path.name} is no trace of the gate.")
+    return [
+        Row(int(t), float(v), float(w), source, int(epoch), reason, state, int(press), event)
+        for t, v, w, source, epoch, reason, state, press, event in lines[1:]
+    ]
+
+
+def check(rows: Iterable[Row], limits: Limits) -> list[str]:
+    """A diary and the limits that were in force → what was wrong, in words; empty when everything was in order.
+
+    Checks: speeds and their change within the limits; motion only while armed, under the armed lease, on the order
+    of a hand or a command; none of a press that was stopped (stop, trip, halt, reset, arming, a restart) or, for a
+    command, overridden by a hand; a halt ends by a reset only; every event stands still; no gap while moving.
+    """
+    inspector = _Inspector(limits)
+    for row in rows:
+        inspector.look(row)
+    return inspector.complaints
+
+
+class _Inspector:
+    """Walks through the rows and remembers what is allowed."""
+
+    def __init__(self, limits: Limits) -> None:
+        self.complaints: list[str] = []
+        self._limits = limits
+        self._last: Row | None = None
+        self._armed: int | None = None
+        self._halted = False
+        self._epoch = 0
+        self._moved: set[tuple[str, int]] = set()
+        self._spent: set[tuple[str, int]] = set()
+
+    def look(self, row: Row) -> None:
+        """One row further."""
+        if row.event not in EVENTS:
+            self._complain(row, f"there is no event {row.event!r}")
+        self._look_at_speeds(row)
+        if row.event:
+            self._look_at_event(row)
+        if row.v != 0.0 or row.w != 0.0:
+            self._look_at_motion(row)
+        self._last = row
+
+    def _look_at_speeds(self, row: Row) -> None:
+        last, limits = self._last, self._limits
+        if not (math.isfinite(row.v) and math.isfinite(row.w)):
+            self._complain(row, "a speed is not a finite number")
+            return
+        if abs(row.v) > limits.max_speed + 1e-9 or abs(row.w) > limits.max_turn_rate + 1e-9:
+            self._complain(row, f"speed {row.v:g} m/s, {row.w:g} rad/s is beyond the limits")
+        before = (last.v, last.w) if last is not None and row.event != "boot" else (0.0, 0.0)
+        elapsed = (row.t_mono_ns - last.t_mono_ns) * 1e-9 if last is not None else 0.0
+        if elapsed < 0.0 and row.event != "boot":
+            self._complain(row, "time ran backwards")
+        if elapsed > 1.2e-9 * QUIET and any(before):
+            self._complain(row, f"nothing was noted for {elapsed:.2f} s while moving")
+        for name, was, now, most in (
+            ("speed", before[0], row.v, limits.max_acceleration),
+            ("turning", before[1], row.w, limits.max_turn_acceleration),
+        ):
+            slower = abs(now) <= abs(was) and was * now >= 0.0
+            excused = slower and (row.reason != "" or (row.v == 0.0 and row.w == 0.0))
+            if not excused and abs(now - was) > most * max(elapsed, 0.0) + 1e-6:
+                self._complain(row, f"{name} changed by {now - was:g} in {elapsed:.3f} s")
+
+    def _look_at_event(self, row: Row) -> None:
+        if row.v != 0.0 or row.w != 0.0:
+            self._complain(row, f"it moves during {row.event!r}")
+        if row.epoch < self._epoch and row.event != "boot":
+            self._complain(row, "the epoch went back")
+        self._spent |= self._moved
+        self._moved.clear()
+        if row.event in ("disarm", "halt", "reset", "boot"):
+            self._armed = None
+        if row.event == "halt":
+            self._halted = True
+        if row.event == "reset":
+            self._halted = False
+        if row.event == "boot" and self._halted and row.state != "halted":
+            self._complain(row, "a restart lifted the halt")
+        if row.event == "arm":
+            if self._halted:
+                self._complain(row, "armed while halted")
+            self._armed = row.epoch
+        self._epoch = row.epoch
+
+    def _look_at_motion(self, row: Row) -> None:
+        press = (row.source, row.press)
+        if self._halted or self._armed is None or row.state != "armed":
+            self._complain(row, "it moves and is not armed")
+        elif row.epoch != self._armed:
+            self._complain(row, f"it moves for lease {row.epoch} while {self._armed} is in force")
+        if row.source not in ("jog", "goal"):
+            self._complain(row, "it moves on nobody's order")
+        if press in self._spent:
+            self._complain(row, f"{row.source} {row.press} moves again after it was stopped")
+        if row.source == "jog":
+            self._spent |= {moved for moved in self._moved if moved[0] == "goal"}
+        self._moved.add(press)
+
+    def _complain(self, row: Row, words: str) -> None:
+        self.complaints.append(f"at {row.t_mono_ns * 1e-9:.3f} s: {words}")
+
+
+def motion_after(rows: Sequence[Row], t: float) -> list[Row]:
+    """The rows later than `t` [s] in which something moves."""
+    return [row for row in rows if row.t_mono_ns > t * 1e9 and (row.v != 0.0 or row.w != 0.0)]
