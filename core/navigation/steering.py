@@ -86,7 +86,7 @@ class Pursuit:
         return self.path[self._at :]
 
     def steer(self, pose: Pose, cruise: float, turn: float, space: float) -> Twist:
-        """Pose, cruising speed [m/s], turn rate [rad/s], free space [m] around the body → what the wheels should do."""
+        """Pose, cruising speed [m/s], turn rate [rad/s], free space [m] around the body → what the wheels do."""
         settings = self._settings
         left = self.left(pose)
         if left < settings.goal_tolerance:

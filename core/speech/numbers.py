@@ -1,6 +1,6 @@
 """Numbers as people say and type them: "two point five", "minus one", "one hundred", "1.5", ".5", "-1".
 
-Only whole, unmistakable numbers: no homophones ("to", "for", "oh"), no digits of other scripts, no exponents or commas.
+Only whole, unmistakable numbers: no homophones ("to", "for", "oh"), no foreign digits, no exponents, no commas.
 """
 
 from __future__ import annotations

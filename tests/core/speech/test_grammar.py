@@ -1,0 +1,290 @@
+"""Words → commands: what moves the robot, what stops it, and that nothing else does either."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import time
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from spelling import spell
+
+from core.commands import VOCABULARY, kind_of
+from core.commands.command import Command
+from core.speech.grammar import OTHER_WORDS, Refusal, bounds, say, understand
+
+MOVING = {"turn_left", "turn_right", "continue", "stop_at"}
+
+
+def moves(words: str, *, spoken: bool = False) -> bool:
+    heard = understand(words, spoken=spoken)
+    return isinstance(heard, Command) and heard.name in MOVING
+
+
+@st.composite
+def orders(draw: st.DrawFn) -> tuple[str, dict[str, float], str]:
+    kind = draw(st.sampled_from(VOCABULARY))
+    pattern = draw(st.sampled_from(kind.words))
+    numbers = {
+        number.name: draw(st.integers(round(number.low * 100), round(number.high * 100))) / 100
+        for number in kind.numbers
+        if number.default is None
+    }
+    return kind.name, numbers, pattern
+
+
+@given(orders(), st.sampled_from(["meters", "metres", "m", "meter", "metre"]), st.booleans())
+def test_every_command_within_its_bounds_is_understood_as_itself(
+    order: tuple[str, dict[str, float], str], unit: str, in_words: bool
+) -> None:
+    name, numbers, pattern = order
+    written = {key: spell(value) for key, value in numbers.items()} if in_words else numbers
+    words = pattern.format(**written) if in_words else say(kind_of(name), numbers, pattern)
+    heard = understand(words.replace("meters", unit))
+    assert isinstance(heard, Command)
+    assert heard.name == name
+    assert {key: heard.numbers[key] for key in numbers} == numbers
+    again = understand(heard.heard_as)
+    assert isinstance(again, Command)
+    assert (again.name, again.numbers) == (heard.name, heard.numbers)
+
+
+@given(orders(), st.text(min_size=1, max_size=12), st.booleans())
+def test_anything_added_to_a_command_keeps_the_robot_from_moving(
+    order: tuple[str, dict[str, float], str], more: str, before: bool
+) -> None:
+    name, numbers, pattern = order
+    words = say(kind_of(name), numbers, pattern)
+    spoilt = f"{more} {words}" if before else f"{words} {more}"
+    unit_completes_it = " ".join(spoilt.lower().rstrip(".!").split()).endswith((" m", "meters", "metres"))
+    if more.strip(" \t\r\n.!") and not unit_completes_it:
+        assert not moves(spoilt)
+
+
+@given(st.text(max_size=300))
+def test_random_text_never_moves_the_robot(words: str) -> None:
+    assert not moves(words)
+
+
+RIGHT_WORDS = "turn|left|right|stop|at|and|continue|meters|1|two|point|go|to|minus|for"
+
+
+@given(st.lists(st.sampled_from(RIGHT_WORDS.split("|"))))
+def test_a_shuffle_of_the_right_words_moves_only_as_a_whole_sentence(words: list[str]) -> None:
+    sentence = " ".join(words)
+    whole = r"turn left|turn right|continue \S+( \S+)* meters|(stop at|go to) \S+( \S+)* and \S+( \S+)*( meters)?"
+    assert not moves(sentence) or re.fullmatch(whole, sentence)
+
+
+@given(st.text(max_size=60), st.text(max_size=60))
+def test_the_word_stop_stops_whatever_stands_around_it(before: str, behind: str) -> None:
+    heard = understand(f"{before} stop {behind}")
+    assert isinstance(heard, Command)
+    assert heard.name in ("stop_moving", "stop_at")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "stop",
+        "STOP!",
+        "stop moving",
+        "don't stop",
+        "please stop at 1 and 2",
+        "stop at 1 and 2 please",
+        "stop at 1",
+        "stop at",
+        "stop at the shop",
+        "stop at one and to",
+        "stop at 99 and 1",
+        "stop at 1 and 2 feet",
+        "<b>stop</b>",
+        "stop_at",
+        "non-stop",
+        "ＳＴＯＰ",
+        "s\u200btop",
+        "\x00stop\x00",
+        "\ud800stop",
+        "x " * 50_000 + "stop",
+    ],
+)
+def test_whatever_contains_the_word_stop_stops(words: str) -> None:
+    heard = understand(words)
+    assert isinstance(heard, Command)
+    assert heard.name == "stop_moving"
+
+
+@pytest.mark.parametrize("words", ["stopped", "unstoppable", "bus-stops", "top moving", "start", "sto p"])
+def test_a_word_that_merely_resembles_stop_does_not_stop(words: str) -> None:
+    heard = understand(words)
+    assert isinstance(heard, Refusal) or heard.name == "start"
+
+
+def test_a_goal_out_of_bounds_stops_and_says_why() -> None:
+    heard = understand("stop at 99 and 1")
+    assert isinstance(heard, Command)
+    assert heard.name == "stop_moving"
+    assert "from -20 to 20" in heard.remark
+
+
+def test_go_to_is_stop_at() -> None:
+    heard = understand("go to minus one point five and 4")
+    assert isinstance(heard, Command)
+    assert (heard.name, heard.numbers) == ("stop_at", {"x_m": -1.5, "y_m": 4.0})
+    assert heard.heard_as == "stop at -1.5 and 4"
+
+
+def test_the_voice_has_tighter_bounds() -> None:
+    assert moves("continue 7 meters")
+    assert not moves("continue seven meters", spoken=True)
+    assert moves("continue five meters", spoken=True)
+    heard = understand("stop at ten and six", spoken=True)
+    assert isinstance(heard, Command)
+    assert heard.name == "stop_moving"
+    refused = understand("continue seven meters", spoken=True)
+    assert isinstance(refused, Refusal)
+    assert refused.suggestions == ("continue 5 meters",)
+
+
+@pytest.mark.parametrize(
+    ("words", "suggestion"),
+    [
+        ("trun left", "turn left"),
+        ("left turn", "turn left"),
+        ("turn lef", "turn left"),
+        ("turn left 45 degrees", "turn left"),
+        ("stpo moving", "stop moving"),
+        ("continue 99 metres", "continue 20 meters"),
+        ("continue 2", "continue 2 meters"),
+        ("continue 2 feet", "continue 1.5 meters"),
+        ("continue 1,5 meters", "continue 1.5 meters"),
+        ("continue -1 meters", "continue 1.5 meters"),
+        ("go back", "turn left"),
+        ("go to", "stop at 1 and 0.5"),
+        ("go to 30 and 1", "stop at 1 and 0.5"),
+        ("fly", "turn left"),
+        ("", "turn left"),
+    ],
+)
+def test_a_near_miss_is_refused_with_what_would_be_understood(words: str, suggestion: str) -> None:
+    heard = understand(words)
+    assert isinstance(heard, Refusal)
+    assert suggestion in heard.suggestions
+    assert heard.reason.endswith((".", "?"))
+
+
+def test_every_suggestion_is_understood() -> None:
+    for words in ["fly", "", "x" * 200, "turn", "continue", "continue 99 m", "go to 1", *OTHER_WORDS]:
+        heard = understand(words)
+        assert isinstance(heard, Refusal)
+        assert heard.suggestions
+        for suggestion in heard.suggestions:
+            assert isinstance(understand(suggestion), Command)
+
+
+@pytest.mark.parametrize("words", ["come", "come here", "follow me", "follow wall"])
+def test_what_is_not_built_yet_is_refused_honestly(words: str) -> None:
+    heard = understand(words)
+    assert isinstance(heard, Refusal)
+    assert "not built yet" in heard.reason
+    assert words.partition(" ")[0] not in {kind.name.partition("_")[0] for kind in VOCABULARY}
+
+
+def test_the_phrases_of_figure_17_are_all_answered() -> None:
+    figure = "start; go to; stop at; start; turn right; go back; stop moving; come; turn left; follow me"
+    names = [heard.name if isinstance(heard, Command) else "" for heard in map(understand, figure.split(";"))]
+    assert names == ["start", "", "stop_moving", "start", "turn_right", "", "stop_moving", "", "turn_left", ""]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "turn\x00 left",
+        "turn\nleft",
+        "turn left\nturn right",
+        "turn left; turn right",
+        "turn\u00a0left",
+        "turn ｌｅｆｔ",
+        "\u202eturn left",
+        "\ud800",
+        "👈 turn left",
+        "<turn left>",
+        "continue ٣ meters",
+        "continue 3\u200b meters",
+        "continue 1e1 meters",
+        "continue nan meters",
+        "turn left" * 10_000,
+        " " * 100_000 + "turn left",
+        "one " * 25_000,
+        "continue " + "9" * 100_000 + " meters",
+        "a" * 100_000,
+        "{distance_m}",
+        "%s%n",
+    ],
+)
+def test_hostile_text_is_refused_at_once(words: str) -> None:
+    began = time.perf_counter()
+    heard = understand(words)
+    assert isinstance(heard, Refusal)
+    assert time.perf_counter() - began < 0.2
+    assert len(heard.reason) < 300
+
+
+def test_case_spaces_and_a_full_stop_do_not_matter() -> None:
+    assert moves("  TURN   Left. \r\n")
+    assert moves("Continue 1.5m!")
+
+
+def test_bounds_are_those_of_the_table() -> None:
+    number = kind_of("stop_at").numbers[0]
+    assert bounds(number, spoken=False) == (-20, 20)
+    assert bounds(number, spoken=True) == (-5, 5)
+
+
+def test_examples_are_understood_as_their_own_command() -> None:
+    for kind in VOCABULARY:
+        heard = understand(kind.example)
+        assert isinstance(heard, Command)
+        assert heard.name == kind.name
+
+
+PROSE = """The audio signals come from an array of microphones. He turned left at the corner and then he stopped.
+Continue reading the book; let us continue the meeting tomorrow. Go somewhere and do something. The left hand side is
+right. We had to stop and wait. Turn the light on the left. I left my keys at one and three. Two metres further on."""
+
+
+def test_prose_never_moves_the_robot_however_it_is_cut() -> None:
+    words = PROSE.split()
+    for length in range(1, 9):
+        for at in range(len(words)):
+            assert not moves(" ".join(words[at : at + length]))
+
+
+@pytest.mark.real_data
+def test_the_recorded_phrases_are_read_as_written_down(shared_data: Path) -> None:
+    """The transcripts of the recordings: commands come out with their numbers, near misses do not move."""
+    with (shared_data / "speech_commands_tts/index.tsv").open() as table:
+        rows = list(csv.DictReader(table, delimiter="\t"))
+    assert len(rows) > 50
+    for row in rows:
+        heard = understand(row["text"])
+        if row["kind"] != "command":
+            assert not moves(row["text"])
+        elif isinstance(heard, Command):
+            name, *numbers = json.loads(row["expected"])
+            assert heard.name == name.lower()
+            assert [heard.numbers[n.name] for n in kind_of(heard.name).numbers if n.default is None] == numbers
+        else:
+            assert "not built yet" in heard.reason
+
+
+@pytest.mark.real_data
+def test_what_people_really_said_never_moves_the_robot(shared_data: Path) -> None:
+    with (shared_data / "speech_real/index.tsv").open() as table:
+        transcripts = [row["transcript"] or "" for row in csv.DictReader(table, delimiter="\t")]
+    assert any(transcripts)
+    assert not any(moves(words) for words in transcripts)
