@@ -1,0 +1,5 @@
+"""Calibration of the camera and of the laser against it (section 3).
+
+Reading order: board, chessboard, homography, projection, bundle, intrinsics, uncertainty, correction;
+then planes, range_lines, extrinsics, weakness, board_line; then session and laser_session, the wizards without a screen.
+"""
