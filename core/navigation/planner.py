@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from core.errors import Refused
+from core.errors import BadInput, Refused
 from core.geometry import Pose
 from core.message import Array
 from core.navigation.terrain import Terrain, survey
@@ -33,6 +33,24 @@ class PlannerSettings:
     margin: float = 3.0  # [m] searched beyond the straight line before the whole map is
     escape: float = 0.3  # [m] around the robot in which it may leave a tight place
     reach: float = 10.0  # [m] to the farthest goal that is accepted outside the known map
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in BOUNDS.items():
+            if not low <= getattr(self, name) <= high:
+                raise BadInput(f"{name} must lie between {low:g} and {high:g}.")
+
+
+BOUNDS = {
+    "stride": (0.02, 1.0),
+    "spacing": (0.01, 0.2),
+    "guard": (0.03, 0.5),
+    "comfort": (0.03, 1.0),
+    "tight": (1.0, 100.0),
+    "unknown": (1.0, 100.0),
+    "margin": (0.5, 20.0),
+    "escape": (0.0, 1.0),
+    "reach": (1.0, 20.0),
+}
 
 
 def plan(

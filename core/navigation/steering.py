@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from core.errors import BadInput
 from core.gate import Twist
 from core.geometry import Pose, wrap
 from core.message import Array
@@ -32,6 +33,31 @@ class SteeringSettings:
     goal_tolerance: float = 0.02  # [m] around a goal
     settle: float = 0.3  # [s] at rest within the tolerance before a command is done
     stalled_after: float = 4.0  # [s] without headway until a command gives up
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in BOUNDS.items():
+            if not low <= getattr(self, name) <= high:
+                raise BadInput(f"{name} must lie between {low:g} and {high:g}.")
+
+
+BOUNDS = {
+    "turn_gain": (0.2, 10.0),
+    "turn_floor": (0.0, 0.3),
+    "turn_deceleration": (0.1, 6.0),
+    "approach_gain": (0.2, 10.0),
+    "approach_floor": (0.0, 0.1),
+    "side_gain": (0.0, 10.0),
+    "lookahead": (0.05, 1.0),
+    "pivot_above": (0.2, 1.5),
+    "pivot_below": (0.01, 0.2),
+    "slow_within": (0.01, 2.0),
+    "slowest": (0.1, 1.0),
+    "heading_tolerance": (0.001, 0.2),
+    "distance_tolerance": (0.001, 0.1),
+    "goal_tolerance": (0.005, 0.2),
+    "settle": (0.0, 5.0),
+    "stalled_after": (1.0, 60.0),
+}
 
 
 def spin(error: float, fastest: float, settings: SteeringSettings) -> float:

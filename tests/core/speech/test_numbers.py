@@ -51,7 +51,8 @@ def test_a_number_has_its_value(words: str, value: float) -> None:
     assert read(words) == value
 
 
-NO_NUMBERS = """to|too|for|won|ate|oh|a|half|dozen|one-half|1.|1,5|1e3|+1|--1|-one|1.2.3|٣|３|½|inf|nan|one.5|0x10|1_000|
+NO_NUMBERS = """to|too|for|won|ate|oh|a|half|dozen|one-half|
+1.|1,5|1e3|+1|--1|-one|1.2.3|٣|３|½|inf|nan|one.5|0x10|1_000|
 one point|one point ten|one hundred and five|five hundred thousand|1 point 5|twenty ten|- 1|11111111111|"""
 
 

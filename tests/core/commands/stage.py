@@ -1,0 +1,75 @@
+"""An ideal robot on a drawn floor: perfect pose, perfect map, a laser that sees the walls, a base that obeys at once."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from core.commands import kind_of
+from core.commands.command import Action, Progress
+from core.geometry import Pose, arc
+from core.navigation.surroundings import Body, Surroundings
+from core.slam.occupancy import Grid
+from core.speech.grammar import Command, understand
+
+STEP = 0.025  # [s]
+OPEN = Grid(revision=0, resolution=0.05, origin=np.array([-6.0, -6.0]), log_odds=np.full((240, 240), -4, np.float32))
+
+
+class Stage:
+    """Obeys one sentence at a time; `walls` (N, 2) [m], world, are what the laser sees and the body runs into."""
+
+    def __init__(self, pose: Pose | None = None, grid: Grid = OPEN) -> None:
+        self.pose = pose or Pose()
+        self.grid = grid
+        self.walls = np.zeros((0, 2))
+        self.stamp = 0.0
+        self.held = False
+        self.jump = Pose()
+        self.path = np.zeros((0, 2))
+        self.nearest = np.inf
+
+    @property
+    def here(self) -> Surroundings:
+        """What a command sees; `jump` is the estimator's error."""
+        seen = self.pose.inverse().apply(self.walls) if len(self.walls) else self.walls
+        return Surroundings(
+            stamp=self.stamp,
+            pose=self.pose @ self.jump,
+            speed=0.0,
+            turn_rate=0.0,
+            body=Body(),
+            grid=self.grid,
+            scan_points=seen,
+        )
+
+    def begin(self, words: str, **numbers: float) -> Action:
+        """Start obeying."""
+        command = understand(words)
+        assert isinstance(command, Command)
+        command = dataclasses.replace(command, numbers={**command.numbers, **numbers})
+        return kind_of(command.name).begin(command, self.here)
+
+    def step(self, action: Action) -> Progress:
+        """One frame."""
+        progress = action.drive(self.here)
+        if progress.path is not None:
+            self.path = progress.path
+        moved = self.pose @ arc(progress.twist.v * STEP, progress.twist.w * STEP)
+        gap = float(np.hypot(*(self.walls - (moved.x, moved.y)).T).min()) if len(self.walls) else np.inf
+        if not self.held and (gap > 0.12 or progress.twist.v == 0):
+            self.pose = moved
+        self.nearest = min(self.nearest, gap)
+        self.stamp += STEP
+        return progress
+
+    def obey(self, words: str, seconds: float = 120.0, **numbers: float) -> Progress:
+        """Until it is finished."""
+        action = self.begin(words, **numbers)
+        while self.stamp < seconds:
+            progress = self.step(action)
+            if progress.finished:
+                assert not progress.twist.moves
+                return progress
+        raise AssertionError(f"“{words}” was not finished in {seconds} s.")
