@@ -1,0 +1,45 @@
+"""The corridor loop: odometry increments with covariance, and sightings among clutter.
+
+`odo` (K, 3): increments x, y [m], heading [rad] in the robot frame; `odo_cov` (K, 6): xx xy xt yy yt tt; `obs`
+(M, 4): step k (seen after increment k, the first is 0), id (-1: clutter), range [m], bearing [rad].
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from core.errors import BadInput
+from core.geometry import Pose
+from core.log.motion import Motion
+from core.log.npz import Archive
+from core.log.recording import SightingRecording, SightingStep
+from core.log.sightings import MOST_ROWS, Ids, grouped, seen_in, sighting_recording
+from core.log.tally import Tally
+
+STEP = 0.2  # [s] between steps: 5 Hz
+SIGHTING_NOISE = 0.03, math.radians(0.6)  # [m], [rad]
+UPPER = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])  # where the six columns stand in a covariance
+
+
+def read(archive: Archive, ids: Ids) -> SightingRecording:
+    """The whole log; step k is stamped (k + 1) · 0.2 s. With given ids, clutter is no landmark's. Raises BadInput."""
+    increments, covariances, rows = archive.floats("odo", 3), archive.floats("odo_cov", 6), archive.floats("obs", 4)
+    if len(increments) != len(covariances) or len(increments) > MOST_ROWS:
+        raise BadInput(f"odo and odo_cov in {archive.path.name} do not fit together.")
+    tally = Tally(Path(archive.path))
+    by_step = grouped(rows[:, 0], rows[:, 1:])
+    beyond = [k for k in by_step if not 0 <= k < len(increments)]
+    tally.skip("its step is not one of the log", count=sum(len(by_step.pop(k)) for k in beyond))
+    motion = Motion()
+    steps: list[SightingStep] = []
+    for k, (increment, covariance) in enumerate(zip(increments.tolist(), covariances, strict=True)):
+        motion.add(Pose(*increment), covariance[UPPER])
+        if k in by_step:
+            moved, spread = motion.take()
+            seen = seen_in(by_step[k], ids, tally)
+            steps.append(SightingStep(stamp=(k + 1) * STEP, motion=moved, motion_covariance=spread, seen=seen))
+    tally.topics = ["odo: odometry", "obs: sightings"]
+    return sighting_recording(archive.path, steps, SIGHTING_NOISE, tally, "corridor loop")

@@ -1,0 +1,167 @@
+"""What a log becomes once it is read: scans with odometry, or sightings, in time order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from core.geometry import Pose
+from core.log.track import Track
+from core.message import Array, message
+from core.sensors import Laser, Scan, SensorFrame, Wheels
+
+
+@dataclass(frozen=True)
+class LogSettings:
+    """How a log is read; empty and zero mean: as the log itself says, or a sensible guess."""
+
+    scan_topic: str = ""  # "" = the LaserScan topic with the most readings
+    odometry_topic: str = ""  # "" = the Odometry topic with the most readings, else tf; "none" = scans only
+    odometry_frame: str = ""  # parent of the tf that is taken for odometry; "" = "odom"
+    base_frame: str = ""  # the robot's own frame; "" = "base_link" or "base_footprint"
+    mounting_given: bool = False  # True: the laser stands where the next three say, whatever the log says
+    mounting_x: float = 0.0  # [m] robot_from_laser
+    mounting_y: float = 0.0  # [m]
+    mounting_heading: float = 0.0  # [rad]
+    range_max: float = 0.0  # [m]; 0 = as the log says
+    largest_file: int = 4_000_000_000  # [bytes]
+    largest_block: int = 32_000_000  # [bytes] a compressed block may unpack to
+    most_memory: int = 400_000_000  # [bytes] of readings that are held; what comes after is left out, and told
+
+
+@message
+class Report:
+    """What was read, and what was not."""
+
+    form: str  # "MCAP", "CARMEN text", …
+    read: int  # records that were taken in
+    skipped: int  # records that should have been and could not be
+    declared: int | None = None  # records the file says it holds
+    topics: tuple[str, ...] = ()  # what was used: "/scan: laser", "/odom: odometry"
+    warnings: tuple[str, ...] = ()  # sentences
+
+
+@message
+class Seen:
+    """One landmark seen from where the robot stands."""
+
+    range: float  # [m]
+    bearing: float  # [rad], 0 straight ahead
+    id: int | None = None  # who it is, where the log says so and it may be shown
+
+
+@message
+class SightingStep:
+    """The motion since the step before, and what was seen at its end."""
+
+    stamp: float  # [s], the log's own time
+    motion: Pose  # previous_from_this: the new robot frame as seen from the one before
+    motion_covariance: Array  # (3, 3) of x, y [m], heading [rad] in the old robot frame
+    seen: tuple[Seen, ...]
+
+
+@message
+class SightingSensor:
+    """The sensor behind a sightings log: its noise and what it can see belong to the log's description."""
+
+    range_sd: float  # [m]
+    bearing_sd: float  # [rad]
+    range_max: float  # [m]
+    half_field: float  # [rad] seen to either side of straight ahead
+
+
+@message
+class SightingRecording:
+    """A log of landmark sightings, one step per instant with a sighting."""
+
+    path: Path
+    steps: tuple[SightingStep, ...]
+    sensor: SightingSensor
+    report: Report
+
+    @property
+    def start(self) -> float:
+        """First stamp [s]."""
+        return self.steps[0].stamp
+
+    @property
+    def duration(self) -> float:
+        """Time [s] from the first to the last step."""
+        return self.steps[-1].stamp - self.steps[0].stamp
+
+    @property
+    def has_wheels(self) -> bool:
+        """Sightings logs always carry the motion between the steps."""
+        return True
+
+    def __iter__(self) -> Iterator[SightingStep]:
+        return iter(self.steps)
+
+    def __len__(self) -> int:
+        return len(self.steps)
+
+
+def logged_stamp(scan: Scan) -> float:
+    """The stamp [s] the log gives a scan: of its earliest beam, the last one of a mirror that turns clockwise."""
+    return scan.stamp + _head_start(scan)
+
+
+def stamped(scan: Scan, stamp: float) -> Scan:
+    """The same scan with another stamp [s] by the log."""
+    return replace(scan, stamp=stamp - _head_start(scan))
+
+
+def _head_start(scan: Scan) -> float:
+    """Time [s] from the first beam (rightmost) back to the earliest; never positive."""
+    return min(0.0, scan.time_step) * (len(scan.ranges) - 1)
+
+
+@message
+class ScanRecording:
+    """A log of laser scans, with odometry where there is some."""
+
+    path: Path
+    scans: tuple[Scan, ...]  # in time order; ranges as stored, mostly (N,) float32
+    track: Track | None  # odometry; None: scans only
+    laser: Laser
+    report: Report
+
+    @property
+    def start(self) -> float:
+        """First stamp [s]."""
+        return logged_stamp(self.scans[0])
+
+    @property
+    def duration(self) -> float:
+        """Time [s] from the first to the last scan."""
+        return logged_stamp(self.scans[-1]) - self.start
+
+    @property
+    def has_wheels(self) -> bool:
+        """Whether there is odometry."""
+        return self.track is not None
+
+    def scan(self, index: int) -> Scan:
+        """The scan of that number, its ranges (N,) as float64 [m]."""
+        scan = self.scans[index]
+        return replace(scan, ranges=scan.ranges.astype(np.float64))
+
+    def wheels_at(self, stamp: float) -> Wheels | None:
+        """The wheels' reading at `stamp` [s]; None without odometry."""
+        return None if self.track is None else self.track.wheels_at(stamp)
+
+    def __iter__(self) -> Iterator[SensorFrame]:
+        """One frame per scan, stamped as the log stamps it, with the odometry of that instant."""
+        for index, scan in enumerate(self.scans):
+            yield SensorFrame(
+                stamp=logged_stamp(scan), wheels=self.wheels_at(logged_stamp(scan)), scan=self.scan(index)
+            )
+
+    def __len__(self) -> int:
+        return len(self.scans)
+
+
+Recording = ScanRecording | SightingRecording

@@ -1,0 +1,73 @@
+"""The Victoria Park text form: a graph of poses and trees.
+
+`ODOMETRY i j dx dy dθ …`: increment [m, m, rad] in the robot frame of pose i; `LANDMARK i j x y …`: landmark j seen
+from pose i, x forward, y left [m]. Poses and landmarks share one numbering, and the file tells no time: the stamp is
+the number of ODOMETRY lines so far.
+"""
+
+from __future__ import annotations
+
+import math
+from array import array
+from pathlib import Path
+
+import numpy as np
+
+from core.errors import BadInput
+from core.geometry import Pose
+from core.log.motion import Motion
+from core.log.recording import LogSettings, SightingRecording, SightingStep
+from core.log.sightings import MOST_ROWS, Ids, seen_in, sighting_recording
+from core.log.source import TextLog
+from core.log.tally import Tally
+
+STEP_NOISE = np.diag([0.01**2, 0.01**2, 0.002**2])  # of one increment: [m], [m], [rad]
+SIGHTING_NOISE = 0.4, 0.035  # [m], [rad]
+
+
+def read(path: Path, ids: Ids, settings: LogSettings) -> SightingRecording:
+    """One step per pose from which something was seen, stamped 1.0 after the first ODOMETRY line. Raises BadInput."""
+    tally = Tally(path)
+    text = TextLog(path, settings.largest_file)
+    increments: list[Pose] = []
+    reached: dict[int, int] = {}  # node of a pose → how many increments lead to it
+    seen: dict[int, array[float]] = {}  # node of a pose → id, range, bearing …
+    for number, line in text:
+        words = line.split()
+        if not words or words[0] not in ("ODOMETRY", "LANDMARK"):
+            continue
+        try:
+            node, other = int(words[1]), int(words[2])
+            numbers = [float(word) for word in words[3 : 6 if words[0] == "ODOMETRY" else 5]]
+        except (ValueError, IndexError):
+            node, other, numbers = 0, 0, []
+        if len(numbers) < (3 if words[0] == "ODOMETRY" else 2) or not all(abs(value) < 1e6 for value in numbers):
+            tally.skip("it is cut or no numbers", f"line {number}")
+            continue
+        if len(increments) > MOST_ROWS:
+            raise BadInput(f"{path.name} has more than {MOST_ROWS} steps.")
+        if words[0] == "ODOMETRY":
+            reached.setdefault(node, len(increments))
+            increments.append(Pose(*numbers))
+            reached[other] = len(increments)
+        else:
+            x, y = numbers
+            seen.setdefault(node, array("d")).extend((other, math.hypot(x, y), math.atan2(y, x)))
+    if text.cut:
+        tally.skip("the packed file is cut or damaged here")
+    if not increments:
+        raise BadInput(f"{path.name} holds no ODOMETRY lines.")
+    strangers = [node for node in seen if node not in reached]
+    tally.skip("its pose is unknown", count=sum(len(seen.pop(node)) // 3 for node in strangers))
+    by_step = {reached[node]: np.array(rows).reshape(-1, 3) for node, rows in seen.items()}
+    motion = Motion()
+    steps: list[SightingStep] = []
+    for k in range(len(increments) + 1):
+        if k:
+            motion.add(increments[k - 1], STEP_NOISE)
+        if k in by_step:
+            moved, covariance = motion.take()
+            found = seen_in(by_step[k], ids, tally)
+            steps.append(SightingStep(stamp=float(k), motion=moved, motion_covariance=covariance, seen=found))
+    tally.topics = ["ODOMETRY: odometry", "LANDMARK: sightings"]
+    return sighting_recording(path, steps, SIGHTING_NOISE, tally, "Victoria Park text")

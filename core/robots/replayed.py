@@ -1,0 +1,154 @@
+"""A recording that plays as if it were a robot: it is seen and heard, but it cannot be driven."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from core.errors import BadInput
+from core.gate import Twist
+from core.log import LogSettings, ScanRecording, logged_stamp, open_log
+from core.robots import Profile
+from core.sensors import SensorFrame
+
+SLOWEST, FASTEST = 0.1, 10.0  # times the speed of life
+
+
+class ReplayedRobot:
+    """Plays the scans of a recording in the log's own time; between them come frames with the wheels alone.
+
+    No scan is left out: where several fall into one step, time waits until each had its frame.
+    """
+
+    def __init__(self, recording: ScanRecording, url: str):
+        self._recording = recording
+        self._profile = Profile(
+            name=recording.path.name,
+            kind="LOG",
+            url=url,
+            laser=recording.laser,
+            drives=False,
+            duration=recording.duration,
+        )
+        self._clock = self._shown = recording.start  # [s] log time that was played, and that of the newest frame
+        self._next = 0  # number of the next scan
+        self._speed = 1.0
+        self._playing = True
+        self._note = " ".join(recording.report.warnings)
+
+    @property
+    def profile(self) -> Profile:
+        """What is known of the robot that was recorded."""
+        return self._profile
+
+    def drive(self, twist: Twist) -> None:
+        """A recording does not move; the twist is forgotten."""
+
+    def read(self) -> SensorFrame:
+        """One step of 1/rate further at the chosen speed, or the next scan that is due."""
+        if self._playing and self._ended:
+            self._playing, self._note = False, "The recording ends here."
+        elif self._playing and not self._due:
+            self._clock = min(self._clock + self._speed / self._profile.rate, self._end)
+        scan = self._recording.scan(self._next) if self._playing and self._due else None
+        self._next += scan is not None
+        if self._playing:
+            self._shown = self._clock if scan is None else logged_stamp(scan)
+        note, self._note = self._note, ""
+        return SensorFrame(
+            stamp=self._shown,
+            wheels=self._recording.wheels_at(self._shown),
+            scan=scan,
+            note=note,
+            running=self._playing,
+            progress=self._progress,
+        )
+
+    def ask(self, request: dict[str, Any]) -> dict[str, Any]:
+        """`{"do": "play" | "pause"}`, `{"do": "speed", "value": 0.1 … 10}`, `{"do": "seek", "value": seconds}`.
+
+        Seconds count from the start of the recording. The answer tells where the playback stands.
+        Raises BadInput.
+        """
+        doing = request.get("do")
+        actions: dict[str, Callable[[], None]] = {
+            "play": self._play,
+            "pause": self._pause,
+            "speed": lambda: self._set_speed(_number(request)),
+            "seek": lambda: self._seek(_number(request)),
+            "state": lambda: None,
+        }
+        if not isinstance(doing, str) or doing not in actions:
+            raise BadInput("A recording can play, pause, change its speed and seek, nothing else.")
+        actions[doing]()
+        return {
+            "playing": self._playing,
+            "speed": self._speed,
+            "position_s": self._clock - self._recording.start,
+            "duration_s": self._recording.duration,
+            "progress": self._progress,
+        }
+
+    def close(self) -> None:
+        """Nothing is held open: the recording was read whole."""
+
+    @property
+    def _end(self) -> float:
+        return self._recording.start + self._recording.duration
+
+    @property
+    def _due(self) -> bool:
+        """Whether a scan is waiting for its frame."""
+        scans = self._recording.scans
+        return self._next < len(scans) and logged_stamp(scans[self._next]) <= self._clock
+
+    @property
+    def _ended(self) -> bool:
+        return self._next >= len(self._recording.scans)
+
+    @property
+    def _progress(self) -> float:
+        duration = self._recording.duration
+        return 1.0 if self._ended or duration <= 0 else (self._clock - self._recording.start) / duration
+
+    def _play(self) -> None:
+        if self._ended:
+            self._seek(0.0)
+        self._playing = True
+
+    def _pause(self) -> None:
+        self._playing = False
+
+    def _set_speed(self, speed: float) -> None:
+        if not SLOWEST <= speed <= FASTEST:
+            raise BadInput(f"The speed of a recording lies between {SLOWEST:g} and {FASTEST:g}.")
+        self._speed = speed
+
+    def _seek(self, seconds: float) -> None:
+        """Continue `seconds` after the start; the next scan from there on comes next."""
+        self._clock = self._shown = self._recording.start + min(max(seconds, 0.0), self._recording.duration)
+        stamps = (logged_stamp(scan) for scan in self._recording.scans)
+        self._next = sum(stamp < self._clock for stamp in stamps)
+        self._next = min(self._next, len(self._recording.scans) - 1)
+
+
+def _number(request: dict[str, Any]) -> float:
+    value = request.get("value")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise BadInput("A number is expected as value.")
+    return float(value)
+
+
+def open_robot(rest: str, *, seed: int, settings: Any) -> ReplayedRobot:
+    """`rest` is the path of the log after `log:`. Raises BadInput when it cannot be played."""
+    del seed  # nothing is left to chance
+    found = getattr(settings, "log", None)
+    recording = open_log(rest, found if isinstance(found, LogSettings) else LogSettings())
+    if not isinstance(recording, ScanRecording):
+        raise BadInput(
+            f"{Path(rest).name} holds sightings of landmarks, not scans, so there is nothing to play. "
+            f"Run it through the estimator instead: beckon slam {Path(rest).name}."
+        )
+    return ReplayedRobot(recording, f"log:{rest}")
