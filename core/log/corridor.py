@@ -7,17 +7,16 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 
 from core.errors import BadInput
 from core.geometry import Pose
-from core.log.motion import Motion
 from core.log.npz import Archive
-from core.log.recording import SightingRecording, SightingStep
-from core.log.sightings import MOST_ROWS, Ids, grouped, seen_in, sighting_recording
+from core.log.recording import SightingRecording
+from core.log.sightings import MOST_ROWS, Ids, Steps, grouped
 from core.log.tally import Tally
+from core.slam.motion import Increment
 
 STEP = 0.2  # [s] between steps: 5 Hz
 SIGHTING_NOISE = 0.03, math.radians(0.6)  # [m], [rad]
@@ -29,17 +28,16 @@ def read(archive: Archive, ids: Ids) -> SightingRecording:
     increments, covariances, rows = archive.floats("odo", 3), archive.floats("odo_cov", 6), archive.floats("obs", 4)
     if len(increments) != len(covariances) or len(increments) > MOST_ROWS:
         raise BadInput(f"odo and odo_cov in {archive.path.name} do not fit together.")
-    tally = Tally(Path(archive.path))
+    tally = Tally(archive.path)
     by_step = grouped(rows[:, 0], rows[:, 1:])
     beyond = [k for k in by_step if not 0 <= k < len(increments)]
     tally.skip("its step is not one of the log", count=sum(len(by_step.pop(k)) for k in beyond))
-    motion = Motion()
-    steps: list[SightingStep] = []
+    moved = Increment()
+    steps = Steps(SIGHTING_NOISE, ids, tally)
     for k, (increment, covariance) in enumerate(zip(increments.tolist(), covariances, strict=True)):
-        motion.add(Pose(*increment), covariance[UPPER])
+        moved = moved.then(Increment(Pose(*increment), covariance[UPPER]))
         if k in by_step:
-            moved, spread = motion.take()
-            seen = seen_in(by_step[k], ids, tally)
-            steps.append(SightingStep(stamp=(k + 1) * STEP, motion=moved, motion_covariance=spread, seen=seen))
+            steps.add((k + 1) * STEP, moved, by_step[k])
+            moved = Increment()
     tally.topics = ["odo: odometry", "obs: sightings"]
-    return sighting_recording(archive.path, steps, SIGHTING_NOISE, tally, "corridor loop")
+    return steps.finish(archive.path, "corridor loop")

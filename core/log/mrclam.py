@@ -7,6 +7,7 @@ Odometry: time, speed [m/s], turn rate [rad/s], held until the next. Measurement
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +15,11 @@ import numpy as np
 from core.errors import BadInput
 from core.geometry import Pose
 from core.log.columns import read_columns
-from core.log.motion import Motion
-from core.log.recording import LogSettings, SightingRecording, SightingStep
-from core.log.sightings import Ids, grouped, seen_in, sighting_recording
+from core.log.recording import LogSettings, SightingRecording
+from core.log.sightings import Ids, Steps, grouped
 from core.log.tally import Tally
 from core.message import Array
+from core.slam.motion import Increment, control_jacobian
 
 LAST_ROBOT = 5  # subjects up to this number drive around and are no landmarks
 FORWARD_NOISE = 0.03  # [m/√s] while moving
@@ -44,14 +45,11 @@ def read(folder: Path, robot: int, ids: Ids, settings: LogSettings) -> SightingR
     within = (rows[:, 0] >= odometry[0, 0]) & (rows[:, 0] <= odometry[-1, 0]) & (names > LAST_ROBOT)
     times, index = np.unique(rows[within, 0], return_inverse=True)
     by_time = grouped(index, np.column_stack([names[within], rows[within, 2:]]))
-    steps = [
-        SightingStep(
-            stamp=float(stamp), motion=moved, motion_covariance=covariance, seen=seen_in(by_time[n], ids, tally)
-        )
-        for n, (stamp, (moved, covariance)) in enumerate(zip(times, _motions(odometry, times), strict=True))
-    ]
+    steps = Steps(SIGHTING_NOISE, ids, tally)
+    for number, (stamp, moved) in enumerate(zip(times.tolist(), _moves(odometry, times), strict=True)):
+        steps.add(stamp, moved, by_time[number])
     tally.topics = [f"Robot{robot}_Odometry: odometry", f"Robot{robot}_Measurement: sightings"]
-    return sighting_recording(folder, steps, SIGHTING_NOISE, tally, "MRCLAM folder")
+    return steps.finish(folder, "MRCLAM folder")
 
 
 def _robot_file(folder: Path, robot: int, what: str, columns: int, settings: LogSettings, tally: Tally) -> Array:
@@ -64,29 +62,27 @@ def _robot_file(folder: Path, robot: int, what: str, columns: int, settings: Log
     return read_columns(path, columns, settings.largest_file, tally)
 
 
-def _motions(odometry: Array, times: Array) -> list[tuple[Pose, Array]]:
-    """Odometry (N, 3) in time order → the motion up to each of `times` since the one before, or since row 0."""
-    motions: list[tuple[Pose, Array]] = []
-    motion = Motion()
+def _moves(odometry: Array, times: Array) -> Iterator[Increment]:
+    """Odometry (N, 3) in time order → the move up to each of `times` since the one before, or since row 0."""
     rows: list[list[float]] = odometry.tolist()
     row, now = 0, rows[0][0]
     for stamp in times.tolist():
+        moved = Increment()
         while now < stamp:
-            until = min(stamp, rows[row + 1][0]) if row + 1 < len(rows) else stamp
-            _roll(motion, rows[row][1], rows[row][2], until - now)
+            last = row + 1 >= len(rows)
+            until = stamp if last else min(stamp, rows[row + 1][0])
+            moved = moved.then(_rolled(rows[row][1], rows[row][2], until - now))
             now = until
-            if row + 1 < len(rows) and now >= rows[row + 1][0]:
+            if not last and now >= rows[row + 1][0]:
                 row += 1
-        motions.append(motion.take())
-    return motions
+        yield moved
 
 
-def _roll(motion: Motion, speed: float, turn_rate: float, seconds: float) -> None:
-    """Hold a speed and a turn rate; the heading in the middle of the step gives its direction."""
+def _rolled(speed: float, turn_rate: float, seconds: float) -> Increment:
+    """A speed and a turn rate held for a while; the heading in the middle of it gives the direction."""
     if abs(speed) + abs(turn_rate) < STILL:
-        return
+        return Increment()
     way, turn = speed * seconds, turn_rate * seconds
-    c, s = math.cos(turn / 2), math.sin(turn / 2)
-    gain = np.array([[c, -way * s / 2], [s, way * c / 2], [0.0, 1.0]])
+    gain = control_jacobian(way, turn)
     noise = np.diag([FORWARD_NOISE**2, TURN_NOISE**2]) * seconds
-    motion.add(Pose(way * c, way * s, turn), gain @ noise @ gain.T)
+    return Increment(Pose(way * math.cos(turn / 2), way * math.sin(turn / 2), turn), gain @ noise @ gain.T)

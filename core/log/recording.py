@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from core.geometry import Pose
 from core.log.track import Track
-from core.message import Array, message
+from core.message import message
+from core.perception.landmarks import Sighting
 from core.sensors import Laser, Scan, SensorFrame, Wheels
+from core.slam.motion import Increment
 
 
 @dataclass(frozen=True)
@@ -45,32 +46,15 @@ class Report:
 
 
 @message
-class Seen:
-    """One landmark seen from where the robot stands."""
-
-    range: float  # [m]
-    bearing: float  # [rad], 0 straight ahead
-    id: int | None = None  # who it is, where the log says so and it may be shown
-
-
-@message
 class SightingStep:
-    """The motion since the step before, and what was seen at its end."""
+    """The move since the step before, and what was seen at its end.
+
+    The noise of both belongs to the log's description and stands in their covariances.
+    """
 
     stamp: float  # [s], the log's own time
-    motion: Pose  # previous_from_this: the new robot frame as seen from the one before
-    motion_covariance: Array  # (3, 3) of x, y [m], heading [rad] in the old robot frame
-    seen: tuple[Seen, ...]
-
-
-@message
-class SightingSensor:
-    """The sensor behind a sightings log: its noise and what it can see belong to the log's description."""
-
-    range_sd: float  # [m]
-    bearing_sd: float  # [rad]
-    range_max: float  # [m]
-    half_field: float  # [rad] seen to either side of straight ahead
+    increment: Increment
+    sightings: tuple[Sighting, ...]
 
 
 @message
@@ -79,7 +63,8 @@ class SightingRecording:
 
     path: Path
     steps: tuple[SightingStep, ...]
-    sensor: SightingSensor
+    range_max: float  # [m]: the farthest sighting; with the next, what the sensor could have seen
+    half_field: float  # [rad] to either side of straight ahead: the widest sighting
     report: Report
 
     @property

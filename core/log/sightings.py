@@ -8,9 +8,12 @@ from typing import Literal
 import numpy as np
 
 from core.errors import BadInput
-from core.log.recording import Seen, SightingRecording, SightingSensor, SightingStep
+from core.geometry import wrap
+from core.log.recording import SightingRecording, SightingStep
 from core.log.tally import Tally
 from core.message import Array
+from core.perception.landmarks import Sighting
+from core.slam.motion import Increment
 
 Ids = Literal["given", "hidden"]
 """Whether identities in the file may be shown to the filter."""
@@ -18,37 +21,52 @@ Ids = Literal["given", "hidden"]
 MOST_ROWS = 5_000_000
 
 
-def seen_in(rows: Array, ids: Ids, tally: Tally) -> tuple[Seen, ...]:
-    """Rows (M, 3) of id, range [m], bearing [rad] → sightings. Ids below zero belong to nobody.
+class Steps:
+    """Gathers steps in time order while a reader goes through its log."""
 
-    Rows that no sensor can make (range not above 0, bearing beyond π) are counted.
-    """
-    seen: list[Seen] = []
-    for number, distance, bearing in rows.tolist():
-        if not (0 < distance < 1e4 and abs(bearing) < 7):
-            tally.skip("its range or bearing cannot be")
-            continue
-        known = ids == "given" and number >= 0
-        seen.append(Seen(range=distance, bearing=bearing, id=int(number) if known else None))
-        tally.read += 1
-    return tuple(seen)
+    def __init__(self, noise: tuple[float, float], ids: Ids, tally: Tally):
+        """`noise`: standard deviations of range [m] and bearing [rad]."""
+        self._noise: Array = np.diag(np.square(noise))
+        self._ids = ids
+        self._tally = tally
+        self._steps: list[SightingStep] = []
 
+    def add(self, stamp: float, increment: Increment, rows: Array) -> None:
+        """The move since the last step, then rows (M, 3) of id, range [m], bearing [rad]; ids below 0 are nobody's.
 
-def sighting_recording(
-    path: Path, steps: list[SightingStep], noise: tuple[float, float], tally: Tally, form: str
-) -> SightingRecording:
-    """Steps in time order → the recording; `noise` (range [m], bearing [rad]) as standard deviations.
+        Rows that no sensor can make are counted and left out.
+        """
+        sightings: list[Sighting] = []
+        for number, distance, bearing in rows.tolist():
+            if not (0 < distance < 1e4 and abs(bearing) < 7):
+                self._tally.skip("its range or bearing cannot be")
+                continue
+            known = self._ids == "given" and number >= 0
+            sightings.append(
+                Sighting(
+                    range=distance,
+                    bearing=wrap(bearing),
+                    covariance=self._noise,
+                    stamp=stamp,
+                    id=int(number) if known else None,
+                )
+            )
+        self._tally.read += len(sightings)
+        self._steps.append(SightingStep(stamp=stamp, increment=increment, sightings=tuple(sightings)))
 
-    The field of the sensor is what the log's own sightings span. Raises BadInput without steps.
-    """
-    distances = [seen.range for step in steps for seen in step.seen]
-    bearings = [abs(seen.bearing) for step in steps for seen in step.seen]
-    if not distances:
-        raise BadInput(f"{path.name} holds no sighting that can be used. {tally.reasons()}".strip())
-    sensor = SightingSensor(
-        range_sd=noise[0], bearing_sd=noise[1], range_max=max(distances), half_field=min(max(bearings), np.pi)
-    )
-    return SightingRecording(path=path, steps=tuple(steps), sensor=sensor, report=tally.report(form))
+    def finish(self, path: Path, form: str) -> SightingRecording:
+        """All steps → the recording. Raises BadInput when nothing was seen at all."""
+        distances = [sighting.range for step in self._steps for sighting in step.sightings]
+        bearings = [abs(sighting.bearing) for step in self._steps for sighting in step.sightings]
+        if not distances:
+            raise BadInput(f"{path.name} holds no sighting that can be used. {self._tally.reasons()}".strip())
+        return SightingRecording(
+            path=path,
+            steps=tuple(self._steps),
+            range_max=max(distances),
+            half_field=max(bearings),
+            report=self._tally.report(form),
+        )
 
 
 def grouped(keys: Array, rows: Array) -> dict[int, Array]:

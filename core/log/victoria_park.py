@@ -15,11 +15,11 @@ import numpy as np
 
 from core.errors import BadInput
 from core.geometry import Pose
-from core.log.motion import Motion
-from core.log.recording import LogSettings, SightingRecording, SightingStep
-from core.log.sightings import MOST_ROWS, Ids, seen_in, sighting_recording
+from core.log.recording import LogSettings, SightingRecording
+from core.log.sightings import MOST_ROWS, Ids, Steps
 from core.log.source import TextLog
 from core.log.tally import Tally
+from core.slam.motion import Increment
 
 STEP_NOISE = np.diag([0.01**2, 0.01**2, 0.002**2])  # of one increment: [m], [m], [rad]
 SIGHTING_NOISE = 0.4, 0.035  # [m], [rad]
@@ -60,14 +60,13 @@ def read(path: Path, ids: Ids, settings: LogSettings) -> SightingRecording:
     strangers = [node for node in seen if node not in reached]
     tally.skip("its pose is unknown", count=sum(len(seen.pop(node)) // 3 for node in strangers))
     by_step = {reached[node]: np.array(rows).reshape(-1, 3) for node, rows in seen.items()}
-    motion = Motion()
-    steps: list[SightingStep] = []
+    moved = Increment()
+    steps = Steps(SIGHTING_NOISE, ids, tally)
     for k in range(len(increments) + 1):
         if k:
-            motion.add(increments[k - 1], STEP_NOISE)
+            moved = moved.then(Increment(increments[k - 1], STEP_NOISE))
         if k in by_step:
-            moved, covariance = motion.take()
-            found = seen_in(by_step[k], ids, tally)
-            steps.append(SightingStep(stamp=float(k), motion=moved, motion_covariance=covariance, seen=found))
+            steps.add(float(k), moved, by_step[k])
+            moved = Increment()
     tally.topics = ["ODOMETRY: odometry", "LANDMARK: sightings"]
-    return sighting_recording(path, steps, SIGHTING_NOISE, tally, "Victoria Park text")
+    return steps.finish(path, "Victoria Park text")

@@ -67,10 +67,9 @@ class ReplayedRobot:
         )
 
     def ask(self, request: dict[str, Any]) -> dict[str, Any]:
-        """`{"do": "play" | "pause"}`, `{"do": "speed", "value": 0.1 … 10}`, `{"do": "seek", "value": seconds}`.
+        """`{"do": "play" | "pause"}`, `{"do": "speed", "value": 0.1 … 10}`, `{"do": "seek", "value": 0 … 1}`.
 
-        Seconds count from the start of the recording. The answer tells where the playback stands.
-        Raises BadInput.
+        The place to seek is a share of the whole. The answer tells where the playback stands. Raises BadInput.
         """
         doing = request.get("do")
         actions: dict[str, Callable[[], None]] = {
@@ -126,9 +125,11 @@ class ReplayedRobot:
             raise BadInput(f"The speed of a recording lies between {SLOWEST:g} and {FASTEST:g}.")
         self._speed = speed
 
-    def _seek(self, seconds: float) -> None:
-        """Continue `seconds` after the start; the next scan from there on comes next."""
-        self._clock = self._shown = self._recording.start + min(max(seconds, 0.0), self._recording.duration)
+    def _seek(self, share: float) -> None:
+        """Continue from there; the next scan from there on comes next."""
+        if not 0 <= share <= 1:
+            raise BadInput("The place in a recording lies between 0 (its start) and 1 (its end).")
+        self._clock = self._shown = self._recording.start + share * self._recording.duration
         stamps = (logged_stamp(scan) for scan in self._recording.scans)
         self._next = sum(stamp < self._clock for stamp in stamps)
         self._next = min(self._next, len(self._recording.scans) - 1)
