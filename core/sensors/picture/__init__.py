@@ -1,0 +1,1 @@
+"""How the simulated camera draws a world."""
