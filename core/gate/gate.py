@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 from core.gate.guard import Guard, Permitted, Point
 from core.gate.limits import Limits, is_count, is_number, speed_cap
+from core.gate.presses import Presses
 from core.gate.setpoint import Setpoint, Source
 from core.gate.status import GateStatus, State
 from core.gate.tickets import Tickets
@@ -23,7 +24,6 @@ from core.gate.twist import ZERO, Twist
 TICK = 0.02  # [s] between ticks
 LATE = 0.1  # [s] between ticks after which the gate does not trust itself
 BLIND = 1.0  # [s] without a scan after which standing becomes a trip
-REMEMBERED = 4096  # presses that were stopped
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,7 @@ class Gate:
         self._refused = ""
         self._tickets = Tickets(first_ticket, limits.ticket_age)
         self._last_seq: dict[str, int] = {}
-        self._presses: dict[str, int] = {}
-        self._spent: dict[tuple[str, int], None] = dict.fromkeys(spent)
+        self._presses = Presses(spent)
         self._need_neutral = True
         self._trips = 0
         self._ticked: float | None = None
@@ -225,7 +224,7 @@ class Gate:
             return "A speed is not a finite number."
         after_stop = self._tickets.is_after_mark(setpoint.nonce)
         if setpoint.source == "goal":
-            self._presses["goal"] = setpoint.press
+            self._presses.begin("goal", setpoint.press)
         if setpoint.v == 0.0 and setpoint.w == 0.0:
             return self._rest(setpoint.source, after_stop, now)
         if not after_stop:
@@ -239,6 +238,7 @@ class Gate:
         if self._order is not None and self._order.source == source:
             self._order = None
             self._tell(Permitted(ZERO), now)
+            self._write("", now)
         return ""
 
     def _obey(self, setpoint: Setpoint, age: float, now: float) -> str:
@@ -246,19 +246,19 @@ class Gate:
         source, press = setpoint.source, setpoint.press
         if now - self._beat > self.limits.heartbeat:
             return "The console's heartbeat is missing."
-        if source == "jog":
-            if self._need_neutral:
-                self._spend(source, press)
-                return "Let go first, then press again."
-            if "goal" in self._presses:
-                self._spend("goal", self._presses["goal"])
-        elif self._order is not None and self._order.source == "jog":
-            self._spend(source, press)
-        if (source, press) in self._spent:
-            return (
-                "This was stopped: press again." if source == "jog" else "This command was stopped: give a new one."
+        over = "This was stopped: press again." if source == "jog" else "This command was stopped: give a new one."
+        driven = self._order is not None and self._order.source == "jog"
+        if (source == "jog" and self._need_neutral) or (source == "goal" and driven):
+            self._presses.refuse(source, press)
+            over = (
+                "Let go first, then press again."
+                if source == "jog"
+                else "A hand drives: give a new command after it."
             )
-        self._presses[source] = press
+        if not self._presses.begin(source, press):
+            return over
+        if source == "jog":
+            self._presses.end("goal")
         twist = Twist(setpoint.v, setpoint.w).clamped(self.limits.max_speed, self.limits.max_turn_rate)
         self._order = Order(twist, source, press, now, age)
         self._reason = ""
@@ -270,8 +270,7 @@ class Gate:
 
     def _stand(self, event: Event, reason: str, now: float) -> None:
         """Zero at once; what was pressed never moves again; a new ticket tells later orders from earlier ones."""
-        for source, press in self._presses.items():
-            self._spend(source, press)
+        self._presses.end_all()
         self._order = None
         self._tell(Permitted(ZERO), now)
         self._need_neutral = True
@@ -286,11 +285,6 @@ class Gate:
         self._permitted, self._twist, self._told = permitted, permitted.twist, now
         if self._twist.v != 0.0:
             self._side = math.copysign(1.0, self._twist.v)
-
-    def _spend(self, source: str, press: int) -> None:
-        self._spent[source, press] = None
-        if len(self._spent) > REMEMBERED:
-            del self._spent[next(iter(self._spent))]
 
     def _write(self, event: Event, now: float) -> None:
         if self._trace is not None:

@@ -113,7 +113,7 @@ def approach(twist: Twist, point: Point, reach: float) -> tuple[float, float]:
     if x <= 0.0 and distance < reach:
         return math.inf, distance
     radius = abs(twist.v / w) if w != 0.0 else math.inf
-    if radius > 1e3:
+    if radius > 1e4:
         if abs(y) >= reach or x <= 0.0:
             return math.inf, abs(y)
         return max(0.0, x - math.sqrt(reach * reach - y * y)), abs(y)

@@ -131,7 +131,7 @@ class _Inspector:
         elapsed = (row.t_mono_ns - last.t_mono_ns) * 1e-9 if last is not None else 0.0
         if elapsed < 0.0 and row.event != "boot":
             self._complain(row, "time ran backwards")
-        if elapsed > 1.2e-9 * QUIET and any(before):
+        if elapsed > 1.2e-9 * QUIET and any(before) and row.event != "trip":
             self._complain(row, f"nothing was noted for {elapsed:.2f} s while moving")
         for name, was, now, most in (
             ("speed", before[0], row.v, limits.max_acceleration),
@@ -151,12 +151,10 @@ class _Inspector:
         self._moved.clear()
         if row.event in ("disarm", "halt", "reset", "boot"):
             self._armed = None
-        if row.event == "halt":
-            self._halted = True
-        if row.event == "reset":
-            self._halted = False
         if row.event == "boot" and self._halted and row.state != "halted":
             self._complain(row, "a restart lifted the halt")
+        if row.event in ("halt", "reset", "boot"):
+            self._halted = row.state == "halted"
         if row.event == "arm":
             if self._halted:
                 self._complain(row, "armed while halted")
@@ -183,4 +181,4 @@ class _Inspector:
 
 def motion_after(rows: Sequence[Row], t: float) -> list[Row]:
     """The rows later than `t` [s] in which something moves."""
-    return [row for row in rows if row.t_mono_ns > t * 1e9 and (row.v != 0.0 or row.w != 0.0)]
+    return [row for row in rows if row.t_mono_ns > round(t * 1e9) and (row.v != 0.0 or row.w != 0.0)]

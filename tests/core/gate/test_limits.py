@@ -22,7 +22,7 @@ def test_no_limit_can_be_switched_off(name: str, value: object) -> None:
 
 @pytest.mark.parametrize("value", [0.099, 1.001])
 def test_the_deadman_stays_between_a_tenth_and_one_second(value: float) -> None:
-    with pytest.raises(ValueError, match="between 0.1 and 1"):
+    with pytest.raises(ValueError, match=r"between 0\.1 and 1"):
         Limits(deadman=value)
 
 
