@@ -10,6 +10,7 @@ import numpy as np
 
 from core.calibration.board import Board
 from core.calibration.projection import Poses, exponential, project, vector_of
+from core.calibration.undistortion import turning_radius
 from core.message import Array
 from core.optics import CameraModel
 
@@ -59,14 +60,6 @@ def visible(model: CameraModel, poses: Poses, board: Board, margin: float) -> Ar
     depth = poses.points(board.points)[..., 2]
     within = np.linalg.norm(poses.points(board.points)[..., :2] / np.maximum(depth, 1e-3)[..., None], axis=2)
     return inside.all(axis=(1, 2)) & (depth > 0.05).all(axis=1) & (within < turning_radius(model)).all(axis=1)
-
-
-def turning_radius(model: CameraModel) -> float:
-    """Radius in ideal normalised coordinates beyond which the distortion folds back; inf where it never does."""
-    k1, k2, k3 = model.k1, model.k2, model.k3
-    roots = np.roots([7 * k3, 5 * k2, 3 * k1, 1.0]) if k3 or k2 or k1 else np.array([])
-    squares = [root.real for root in roots if abs(root.imag) < 1e-9 and root.real > 0]
-    return float(np.sqrt(min(squares))) if squares else float("inf")
 
 
 def seen(rng: np.random.Generator, model: CameraModel, poses: Poses, board: Board, noise: float) -> Array:

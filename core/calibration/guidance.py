@@ -1,0 +1,147 @@
+"""Which view of the board would teach most next, and how to say so."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.calibration.board import Board
+from core.calibration.intrinsics import Calibration
+from core.calibration.practice import Holding, held
+from core.calibration.projection import PAPER, Poses, project, vector_of
+from core.calibration.uncertainty import Sensitivity, map_of, sensitivity, told_by
+from core.message import Array, message
+from core.optics import CameraModel
+
+
+@dataclass(frozen=True)
+class GuidanceSettings:
+    """From which poses the next one is chosen."""
+
+    candidates: int = 300
+    seed: int = 7
+    fill: tuple[float, float] = (0.25, 1.1)  # share of the picture's width that a level board takes: far and near
+    most_tilt: float = np.deg2rad(50)
+    roll: float = np.deg2rad(25)
+    noise: float = 0.2  # [pixel] of a corner's coordinate, until it has been measured
+    clear_tilt: float = np.deg2rad(12)  # tilts below this are called straight
+    margin: float = 0.03  # share of the picture's width that corners keep from the rim, so that a hand can miss
+
+
+@message
+class Advice:
+    """The next view to take."""
+
+    words: str
+    outline: Array  # (K, 2) [pixel]: the panel's rim as it would appear
+    corners: Array  # (N, 2) [pixel]
+    rotation: Array  # (3, 3), camera_from_board
+    translation: Array  # (3,) [m]
+    p95: float  # [pixel] predicted after this view
+
+
+def advise(
+    board: Board,
+    size: tuple[int, int],
+    calibration: Calibration | None = None,
+    settings: GuidanceSettings | None = None,
+) -> Advice:
+    """What is known so far → the most useful next view.
+
+    Among random poses, the one that makes the mean variance of the projection over the picture smallest. Without a
+    calibration a usual camera is assumed and little is taken for granted.
+    """
+    settings = settings or GuidanceSettings()
+    model = usual_camera(size) if calibration is None else calibration.model
+    camera = vector_of(model)
+    poses = candidates(model, board, settings)
+    known, noise = prior(model), settings.noise
+    if calibration is not None:
+        noise = max(calibration.noise, 0.02)
+        known = known + told_by(camera, calibration.poses.take(calibration.used), board.points, PAPER, noise).sum(axis=0)
+    around = None if calibration is None else calibration.corners.pixels[calibration.corners.used]
+    told = told_by(camera, poses, board.points, PAPER, noise)
+    best, covariance = choose(sensitivity(model, PAPER, around), known, told)
+    pose = poses.take(slice(best, best + 1))
+    return Advice(
+        words=describe(model, pose, board, settings),
+        outline=project(camera, pose, _rim(board))[0],
+        corners=project(camera, pose, board.points)[0],
+        rotation=pose.rotations[0],
+        translation=pose.translations[0],
+        p95=map_of(sensitivity(model, PAPER, around), covariance).p95,
+    )
+
+
+def choose(grid: Sensitivity, known: Array, told: Array) -> tuple[int, Array]:
+    """Information so far (P, P) and of each candidate (K, P, P) → the best candidate and the covariance after it."""
+    rows = grid.by_camera[np.isfinite(grid.by_camera).all(axis=(1, 2))].reshape(-1, known.shape[0])
+    weight = rows.T @ rows
+    scale = 1 / np.sqrt(np.diag(known))
+    covariances = np.linalg.inv((known + told) * np.outer(scale, scale)) * np.outer(scale, scale)
+    best = int(np.argmin(np.einsum("ij,kji->k", weight, covariances)))
+    return best, covariances[best]
+
+
+def candidates(model: CameraModel, board: Board, settings: GuidanceSettings) -> Poses:
+    """Random poses with the whole board in the picture; the same ones every time."""
+    width = board.width * model.fx / model.width
+    how = Holding(
+        nearest=width / settings.fill[1],
+        farthest=width / settings.fill[0],
+        most_tilt=settings.most_tilt,
+        roll=settings.roll,
+        margin=settings.margin * model.width,
+    )
+    return held(np.random.default_rng(settings.seed), settings.candidates, model, board, how)
+
+
+def prior(model: CameraModel) -> Array:
+    """(8, 8) information: what may be taken for granted about any camera, so that planning can begin with nothing."""
+    sds = np.array([0.3 * model.fx, 0.3 * model.fy, 0.1 * model.width, 0.1 * model.width, 0.5, 0.5, 0.01, 0.01])
+    return np.diag(1 / sds**2)
+
+
+def usual_camera(size: tuple[int, int]) -> CameraModel:
+    """A camera of 58 degrees across, for a start."""
+    return CameraModel(
+        width=size[0], height=size[1], fx=0.9 * size[0], fy=0.9 * size[0], cx=(size[0] - 1) / 2, cy=(size[1] - 1) / 2
+    )
+
+
+def describe(model: CameraModel, pose: Poses, board: Board, settings: GuidanceSettings | None = None) -> str:
+    """A pose of the board → words for the person who holds it: where, how near, which edge to tilt away."""
+    settings = settings or GuidanceSettings()
+    corners = project(vector_of(model), pose, board.points)[0]
+    place = corners.mean(axis=0) / (model.width, model.height)
+    across = ("left", "", "right")[int(np.digitize(place[0], (0.42, 0.58)))]
+    down = ("top", "", "bottom")[int(np.digitize(place[1], (0.42, 0.58)))]
+    where = " ".join(word for word in (down, across) if word)
+    share = float(np.ptp(corners[:, 0])) / model.width
+    size = "close up" if share > 0.65 else "at middle distance" if share > 0.4 else "farther away"
+    spot = f"fill the {where} of the picture" if where else "stay in the middle of the picture"
+    return f"Hold the board {size}, {spot}, {tilt_words(pose.rotations[0], settings.clear_tilt)}."
+
+
+def tilt_words(rotation: Array, clear: float) -> str:
+    """The board's rotation (3, 3) → 'tilt the left edge away by 40 degrees' or 'facing the camera'."""
+    normal = rotation[:, 2] * np.sign(rotation[2, 2])
+    right, bottom = -normal[0] / normal[2], -normal[1] / normal[2]  # how fast the depth grows that way
+    edges: list[str] = []
+    if abs(bottom) > np.tan(clear):
+        edges.append("bottom" if bottom > 0 else "top")
+    if abs(right) > np.tan(clear):
+        edges.append("right" if right > 0 else "left")
+    if not edges:
+        return "facing the camera"
+    angle = round(float(np.degrees(np.arccos(min(1.0, abs(normal[2]))))) / 5) * 5
+    kind = "corner" if len(edges) == 2 else "edge"
+    return f"tilt the {' '.join(edges)} {kind} away by about {angle} degrees"
+
+
+def _rim(board: Board) -> Array:
+    """The panel's rim (48, 3) [m] in pieces short enough to bend with the distortion."""
+    outline = board.outline
+    sides = [np.linspace(outline[side], outline[(side + 1) % 4], 12, endpoint=False) for side in range(4)]
+    return np.concatenate(sides)

@@ -1,0 +1,57 @@
+"""The exact way back through the distortion, and how far it goes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.message import Array
+from core.optics import CameraModel
+
+NEWTON = 25  # steps at most
+
+
+def undistort(model: CameraModel, distorted: Array) -> Array:
+    """Distorted normalised points (N, 2) → ideal ones (N, 2), exactly, by Newton's method.
+
+    NaN beyond the radius where the distortion folds back: no ray of this model reaches there.
+    """
+    limit = turning_radius(model)
+    ideal = distorted.copy()
+    for _ in range(NEWTON):
+        error = model.distort(ideal) - distorted
+        a, b, c = _slopes(model, ideal)
+        determinant = a * c - b * b
+        step = np.column_stack((c * error[:, 0] - b * error[:, 1], a * error[:, 1] - b * error[:, 0]))
+        ideal = ideal - step / np.where(np.abs(determinant) < 1e-9, np.nan, determinant)[:, None]
+        radius = np.linalg.norm(ideal, axis=1)
+        ideal = ideal * np.minimum(1.0, 0.999 * limit / np.maximum(radius, 1e-12))[:, None]
+        if np.nanmax(np.abs(error), initial=0.0) < 1e-14:
+            break
+    missed = ~(np.abs(model.distort(ideal) - distorted).max(axis=1) < 1e-9)
+    ideal[missed] = np.nan
+    return ideal
+
+
+def turning_radius(model: CameraModel) -> float:
+    """Radius in ideal normalised coordinates beyond which the distortion folds back; inf where it never does."""
+    k1, k2, k3 = model.k1, model.k2, model.k3
+    roots = np.roots([7 * k3, 5 * k2, 3 * k1, 1.0]) if k3 or k2 or k1 else np.array([])
+    squares = [root.real for root in roots if abs(root.imag) < 1e-9 and root.real > 0]
+    return float(np.sqrt(min(squares))) if squares else float("inf")
+
+
+def all_pixels(model: CameraModel) -> Array:
+    """Normalised coordinates (H·W, 2) of every pixel, row by row."""
+    pixels = np.stack(np.meshgrid(np.arange(model.width), np.arange(model.height)), axis=-1).reshape(-1, 2)
+    return (pixels - (model.cx, model.cy)) / (model.fx, model.fy)
+
+
+def _slopes(model: CameraModel, ideal: Array) -> tuple[Array, Array, Array]:
+    """Derivative of the distortion at (N, 2): the symmetric matrix [[a, b], [b, c]], three arrays (N,)."""
+    x, y = ideal[:, 0], ideal[:, 1]
+    r2 = x * x + y * y
+    radial = 1 + r2 * (model.k1 + r2 * (model.k2 + r2 * model.k3))
+    slope = 2 * (model.k1 + r2 * (2 * model.k2 + r2 * 3 * model.k3))
+    along_x = radial + x * x * slope + 2 * model.p1 * y + 6 * model.p2 * x
+    along_y = radial + y * y * slope + 6 * model.p1 * y + 2 * model.p2 * x
+    return along_x, x * y * slope + 2 * model.p1 * x + 2 * model.p2 * y, along_y
