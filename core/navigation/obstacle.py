@@ -17,14 +17,16 @@ def free_space(points: Array, radius: float) -> float:
 
 
 def obstacle_ahead(points: Array, radius: float, reach: float = 0.5) -> float | None:
-    """Scan points (M, 2) [m] in the robot frame → distance [m] from the body to the first straight ahead, if any."""
-    if not len(points):
-        return None
-    ahead = points[(points[:, 0] > 0) & (np.abs(points[:, 1]) < radius + 0.05)]
+    """Scan points (M, 2) [m], robot frame → way [m] until the body touches the first one ahead, if within reach.
+
+    Points up to 4 cm beside the body's track count: the gate's guard stops for them too.
+    """
+    ahead = points[(points[:, 0] > 0) & (np.abs(points[:, 1]) < radius + 0.04)]
     if not len(ahead):
         return None
-    gap = max(0.0, float(np.hypot(ahead[:, 0], ahead[:, 1]).min()) - radius)
-    return gap if gap <= reach else None
+    way = ahead[:, 0] - np.sqrt(np.maximum(radius**2 - ahead[:, 1] ** 2, 0.0))
+    nearest = max(0.0, float(way.min()))
+    return nearest if nearest <= reach else None
 
 
 def why_no_headway(points: Array, radius: float) -> str:
