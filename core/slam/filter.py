@@ -1,0 +1,178 @@
+"""The extended Kalman filter over pose and landmarks: what its two forms share (eq. 17-33)."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from core.geometry import Pose, rotation
+from core.message import Array
+from core.slam.covariance import Covariance
+from core.slam.motion import Increment
+from core.slam.sighting_model import expected, place_of, surprise
+
+ROBOT = 3  # states of the robot: x, y, heading; two for every landmark follow
+
+
+def perpendicular(vectors: Array) -> Array:
+    """Vectors (..., 2) → the same turned by 90 degrees: how they change when the plane turns."""
+    return np.stack((-vectors[..., 1], vectors[..., 0]), axis=-1)
+
+
+class Filter(ABC):
+    """Pose, landmarks, and one covariance over the errors of both.
+
+    Error of what a sighting depends on, in the world's axes: e = error of landmark - error of robot's place
+    + lever x error of heading. The forms differ in how they measure errors: in the lever, in how the covariance
+    spreads with a move, in how a correction is applied.
+
+    Moves are gathered and spread over the covariance once, before the next sighting (`settle`).
+    """
+
+    def __init__(self, pose: Pose | None = None) -> None:
+        self.pose = pose or Pose()
+        self.places = np.zeros((0, 2))  # (N, 2) [m], world
+        self.covariance = Covariance(np.zeros((ROBOT, ROBOT)))
+        self._base = self.pose  # where the covariance was settled last
+        self._pending = Increment()
+
+    @abstractmethod
+    def lever(self, places: Array) -> Array:
+        """Landmarks (N, 2) → lever (N, 2): how the relative error depends on the heading's."""
+
+    @abstractmethod
+    def _spread(self, base: Pose, move: Increment) -> None:
+        """Spread the covariance over a move from `base` to the present pose."""
+
+    @abstractmethod
+    def _move(self, correction: Array) -> None:
+        """Apply a correction (size,) to pose and landmarks."""
+
+    @abstractmethod
+    def turning(self, places: Array) -> Array:
+        """Places (..., 2) → (..., 2): world error of such a place per error of heading, beyond its own error."""
+
+    @abstractmethod
+    def error(self, truth: Pose) -> Array:
+        """The true pose → this estimate's error (3,) as the covariance measures it."""
+
+    def predict(self, increment: Increment) -> None:
+        """Move on (eq. 20)."""
+        if not increment.still:
+            self.pose = self.pose @ increment.pose
+            self._pending = self._pending.then(increment)
+
+    def settle(self) -> None:
+        """Bring the covariance up to the present pose (eq. 21)."""
+        if not self._pending.still:
+            base, move = self._base, self._pending
+            self._pending = Increment()
+            self._spread(base, move)
+        self._base = self.pose
+
+    def expect(self) -> tuple[Array, Array]:
+        """Expected sighting (N, 2) of every landmark, and its covariance (N, 2, 2) without the sensor's noise."""
+        self.settle()
+        sightings, slopes = expected(self.pose, self.places)
+        lever, count = self.lever(self.places), len(self.places)
+        robot = self.covariance.rows(np.arange(ROBOT))
+        own, cross = robot[:, :ROBOT], robot[:, ROBOT:].reshape(ROBOT, count, 2)
+        spread = self._own_blocks()
+        for k in range(2):
+            for m in range(2):
+                spread[:, k, m] += own[k, m] - cross[m, :, k] - cross[k, :, m]
+                spread[:, k, m] += lever[:, m] * (cross[2, :, k] - own[2, k]) + lever[:, k] * (
+                    cross[2, :, m] - own[2, m]
+                )
+                spread[:, k, m] += lever[:, k] * lever[:, m] * own[2, 2]
+        return sightings, slopes @ spread @ slopes.transpose(0, 2, 1)
+
+    def correct(self, indices: Array, sightings: Array, noises: Array) -> None:
+        """Landmarks (M,) were sighted (M, 2) with noise (M, 2, 2): one stacked update (eq. 28-30)."""
+        self.settle()
+        count = len(indices)
+        expectations, slopes = expected(self.pose, self.places[indices])
+        lever = self.lever(self.places[indices])
+        columns = ROBOT + 2 * indices[:, None] + np.arange(2)
+        robot = self.covariance.rows(np.arange(ROBOT))
+        relative = self.covariance.rows(columns) - robot[:2] + lever[:, :, None] * robot[2]
+        crossing = (slopes @ relative).reshape(2 * count, -1)
+        seen = crossing[:, columns] - crossing[:, None, :2] + crossing[:, 2, None, None] * lever
+        innovation = np.einsum("amk,mjk->amj", seen, slopes).reshape(2 * count, 2 * count)
+        for k in range(count):
+            innovation[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] += noises[k]
+        self._move(self.covariance.absorb(crossing, innovation, surprise(sightings, expectations).ravel()))
+        self._base = self.pose
+
+    def add(self, sighting: Array, noise: Array) -> int:
+        """A new landmark (eq. 31-33) → its index."""
+        self.settle()
+        place, slope = place_of(self.pose, sighting)
+        lever = self.lever(place[None])[0]
+        robot = self.covariance.rows(np.arange(ROBOT))
+        rows = robot[:2] - lever[:, None] * robot[2]
+        own = rows[:, :2] - np.outer(rows[:, 2], lever) + slope @ noise @ slope.T
+        self.covariance.append(rows, own)
+        self.places = np.vstack((self.places, place))
+        return len(self.places) - 1
+
+    def drop(self, index: int) -> None:
+        """Forget a landmark."""
+        self.covariance.drop(ROBOT + 2 * index, 2)
+        self.places = np.delete(self.places, index, axis=0)
+
+    def apart(self, a: int, b: int) -> tuple[Array, Array]:
+        """Two landmarks → their difference (2,) [m] and its covariance (2, 2)."""
+        difference, _, spread = self._difference(a, b)
+        return difference, spread
+
+    def join(self, a: int, b: int) -> None:
+        """Two landmarks are one: an exact equality, then `b` goes."""
+        self.settle()
+        difference, crossing, spread = self._difference(a, b)
+        self._move(self.covariance.absorb(crossing, spread + 1e-9 * np.eye(2), -difference))
+        self._base = self.pose
+        self.drop(b)
+
+    def pose_covariance(self) -> Array:
+        """Covariance (3, 3) of x, y, heading in the world's axes."""
+        turning = np.eye(ROBOT)
+        turning[:2, 2] = self.turning(np.array([self._base.x, self._base.y]))
+        settled = turning @ self.covariance.block(0, ROBOT) @ turning.T
+        if self._pending.still:
+            return settled
+        carry, onto = np.eye(ROBOT), np.eye(ROBOT)
+        carry[:2, 2] = -(self.pose.y - self._base.y), self.pose.x - self._base.x
+        onto[:2, :2] = rotation(self._base.heading)
+        return carry @ settled @ carry.T + onto @ self._pending.covariance @ onto.T
+
+    def place_covariances(self) -> Array:
+        """Covariances (N, 2, 2) of the landmarks in the world's axes."""
+        turning = self.turning(self.places)
+        heading = self.covariance.row(2)
+        cross = heading[ROBOT:].reshape(-1, 2)
+        spread = self._own_blocks()
+        for k in range(2):
+            for m in range(2):
+                spread[:, k, m] += turning[:, k] * cross[:, m] + turning[:, m] * cross[:, k]
+                spread[:, k, m] += turning[:, k] * turning[:, m] * heading[2]
+        return spread
+
+    def _difference(self, a: int, b: int) -> tuple[Array, Array, Array]:
+        """Two landmarks → their difference (2,), its covariance with the state (2, size) and its own (2, 2)."""
+        first, second = ROBOT + 2 * a + np.arange(2), ROBOT + 2 * b + np.arange(2)
+        turning = self.turning(self.places[a]) - self.turning(self.places[b])
+        rows = self.covariance.rows(np.stack((first, second)))
+        crossing = rows[0] - rows[1] + np.outer(turning, self.covariance.row(2))
+        spread = crossing[:, first] - crossing[:, second] + np.outer(crossing[:, 2], turning)
+        return self.places[a] - self.places[b], crossing, spread
+
+    def _own_blocks(self) -> Array:
+        """Every landmark's own block of the covariance (N, 2, 2)."""
+        count = len(self.places)
+        diagonal = self.covariance.diagonal()[ROBOT:]
+        blocks = np.empty((count, 2, 2))
+        blocks[:, 0, 0], blocks[:, 1, 1] = diagonal[::2], diagonal[1::2]
+        blocks[:, 0, 1] = blocks[:, 1, 0] = self.covariance.diagonal(1)[ROBOT::2]
+        return blocks

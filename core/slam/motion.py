@@ -1,0 +1,132 @@
+"""How far the robot has moved, and how sure that is (eq. 18-23)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from core.geometry import Pose, rotation
+from core.message import Array
+from core.sensors import SensorFrame, Wheels
+
+STILL = 1e-7  # [m] and [rad]: below, the wheels stand
+
+
+@dataclass(frozen=True)
+class MotionSettings:
+    """Noise of the odometry.
+
+    `encoder`: either wheel errs by a share of the root of its way. `paper`: the control noise Q (eq. 43), drawn anew
+    with every control step: speed [m/s] and steering angle of a car-like base, read as rates of a two-wheeled one.
+    """
+
+    model: Literal["encoder", "paper"] = "encoder"
+    wheelbase: float = 0.10  # [m] (section 6)
+    wheel_sd: float = 0.003  # [m per root m] of either wheel
+    side_sd: float = 0.001  # [m per root m] sideways
+    speed_sd: float = 0.2  # [m/s] (eq. 43)
+    steer_sd: float = math.radians(1)  # [rad] (eq. 43)
+    step: float = 0.025  # [s] between control updates (section 6)
+
+
+@dataclass(frozen=True)
+class Increment:
+    """A move seen from where it began, with its covariance (3, 3) of x, y, heading in that robot frame."""
+
+    pose: Pose = field(default_factory=Pose)
+    covariance: Array = field(default_factory=lambda: np.zeros((3, 3)))
+
+    def then(self, further: Increment) -> Increment:
+        """This move and a further one → both as one."""
+        turned = rotation(self.pose.heading)
+        ahead = turned @ (further.pose.x, further.pose.y)
+        carry = np.array([[1.0, 0.0, -ahead[1]], [0.0, 1.0, ahead[0]], [0.0, 0.0, 1.0]])
+        onto = np.eye(3)
+        onto[:2, :2] = turned
+        covariance = carry @ self.covariance @ carry.T + onto @ further.covariance @ onto.T
+        return Increment(self.pose @ further.pose, covariance)
+
+    @property
+    def still(self) -> bool:
+        """Whether nothing has moved."""
+        return math.hypot(self.pose.x, self.pose.y) + abs(self.pose.heading) < STILL
+
+
+def control_jacobian(forward: float, turn: float) -> Array:
+    """Way and turn of a step → (3, 2): change of the increment with both (eq. 23, corrected and at the midpoint)."""
+    c, s = math.cos(0.5 * turn), math.sin(0.5 * turn)
+    return np.array([[c, -0.5 * forward * s], [s, 0.5 * forward * c], [0.0, 1.0]])
+
+
+def rolled(pose: Pose, elapsed: float, settings: MotionSettings) -> Increment:
+    """A move as the wheels report it over `elapsed` [s] → the move with its covariance; none while they stand."""
+    if math.hypot(pose.x, pose.y) + abs(pose.heading) < STILL:
+        return Increment(pose)
+    half = 0.5 * pose.heading
+    forward = math.copysign(math.hypot(pose.x, pose.y), pose.x * math.cos(half) + pose.y * math.sin(half))
+    noise = encoder_noise if settings.model == "encoder" else paper_noise
+    jacobian = control_jacobian(forward, pose.heading)
+    covariance = jacobian @ noise(forward, pose.heading, elapsed, settings) @ jacobian.T
+    c, s = math.cos(half), math.sin(half)
+    side = settings.side_sd**2 * abs(forward)
+    covariance[:2, :2] += side * np.array([[s * s, -s * c], [-s * c, c * c]])
+    return Increment(pose, covariance)
+
+
+def encoder_noise(forward: float, turn: float, elapsed: float, settings: MotionSettings) -> Array:
+    """Covariance (2, 2) of way [m] and turn [rad]: two wheels that err independently."""
+    half = 0.5 * settings.wheelbase
+    left = settings.wheel_sd**2 * abs(forward - half * turn)
+    right = settings.wheel_sd**2 * abs(forward + half * turn)
+    cross = (right - left) / (2 * settings.wheelbase)
+    return np.array([[(left + right) / 4, cross], [cross, (left + right) / settings.wheelbase**2]])
+
+
+def paper_noise(forward: float, turn: float, elapsed: float, settings: MotionSettings) -> Array:
+    """Covariance (2, 2) of way [m] and turn [rad] under the paper's Q (eq. 43), drawn anew with every control step.
+
+    The steering angle's noise turns a base of wheelbase L by V dt / L per radian, as in the car-like model.
+    """
+    steps = max(elapsed / settings.step, 1.0)
+    ahead = steps * (settings.speed_sd * settings.step) ** 2
+    turning = (settings.steer_sd * forward / settings.wheelbase) ** 2 / steps
+    return np.diag([ahead, turning])
+
+
+def steered(speed: float, steer: float, elapsed: float, settings: MotionSettings) -> Increment:
+    """Car-like base of the paper's simulation: speed [m/s] and steering angle [rad] for `elapsed` [s] → the move.
+
+    In the print (eq. 20) the steering angle and the change of heading are one symbol; here they are two.
+    """
+    c, s = math.cos(steer), math.sin(steer)
+    way = speed * elapsed
+    jacobian = steered_jacobian(speed, steer, elapsed, settings.wheelbase)
+    noise = np.diag([settings.speed_sd**2, settings.steer_sd**2])
+    return Increment(Pose(way * c, way * s, way * s / settings.wheelbase), jacobian @ noise @ jacobian.T)
+
+
+def steered_jacobian(speed: float, steer: float, elapsed: float, wheelbase: float) -> Array:
+    """(3, 2): change of the car-like move with speed and steering angle."""
+    c, s = math.cos(steer), math.sin(steer)
+    return elapsed * np.array([[c, -speed * s], [s, speed * c], [s / wheelbase, speed * c / wheelbase]])
+
+
+class WheelTrack:
+    """Cumulative odometry → moves between frames. Lost frames lose nothing."""
+
+    def __init__(self, settings: MotionSettings | None = None) -> None:
+        self.settings = settings or MotionSettings()
+        self._last: tuple[float, Wheels] | None = None
+
+    def step(self, frame: SensorFrame) -> Increment:
+        """The move since the frame before; none for the first one, or when time went backwards (a seek)."""
+        if frame.wheels is None:
+            return Increment()
+        last, self._last = self._last, (frame.stamp, frame.wheels)
+        if last is None or frame.stamp < last[0]:
+            return Increment()
+        moved = last[1].odometry.inverse() @ frame.wheels.odometry
+        return rolled(moved, frame.stamp - last[0], self.settings)
