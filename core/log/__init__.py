@@ -64,8 +64,8 @@ def open_log(
     `path` may end in `#number`: the run of an archive of runs, the robot of an MRCLAM folder. With ids "hidden" the
     identities in a sightings log are not shown; `still` takes in the still frames where a log has them.
     """
-    place, number = _split(str(path))
-    if place.is_dir():
+    place, number, folder = _split(str(path))
+    if folder:
         return _folder(place, number, ids, settings)
     suffix = place.suffix.lower()
     if suffix == ".npz":
@@ -78,16 +78,15 @@ def open_log(
     return _text(place, ids, settings)
 
 
-def _split(path: str) -> tuple[Path, int | None]:
-    """A path with or without `#number` → (path, number)."""
-    place = Path(path)
+def _split(path: str) -> tuple[Path, int | None, bool]:
+    """A path with or without `#number` → path, number, whether it is a folder."""
     before, mark, after = path.rpartition("#")
     try:
-        if not mark or place.exists():
-            return place, None
+        if not mark or Path(path).exists():
+            return Path(path), None, Path(path).is_dir()
+        return Path(before), run_number(after, Path(before).name), Path(before).is_dir()
     except (OSError, ValueError) as problem:
         raise BadInput("The path of the log cannot be used on this machine.") from problem
-    return Path(before), run_number(after, Path(before).name)
 
 
 def _folder(folder: Path, number: int | None, ids: Ids, settings: LogSettings) -> Recording:

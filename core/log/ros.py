@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from core.errors import BadInput
@@ -238,7 +238,11 @@ def ros2_name(kind: str) -> str:
 
 @functools.cache
 def _typestore(ros1: bool) -> Typestore:
-    return get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_JAZZY)
+    if not ros1:
+        return get_typestore(Stores.ROS2_JAZZY)
+    store = get_typestore(Stores.ROS1_NOETIC)  # which knows everything but tf
+    store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TF))
+    return store
 
 
 def decode(envelope: Envelope, kind: str) -> Any:

@@ -18,6 +18,7 @@ from core.log.tally import BadRecord, Tally
 ZSTD = b"\x28\xb5\x2f\xfd"  # a message that was packed by itself begins so
 MOST_STEPS = 2_000  # of the progress callback, one every 100 000 instructions of the database
 COUNT = re.compile(r"^( *)message_count: *(\d+) *$", re.MULTILINE)
+TROUBLES = (sqlite3.Error, ValueError, OverflowError)  # even the words of a complaint may be damaged
 PACKED = re.compile(r"compression_mode: *[\"']?file", re.IGNORECASE)
 
 
@@ -57,7 +58,7 @@ def messages(path: Path, settings: LogSettings, tally: Tally) -> Iterator[Envelo
                 content = _unpacked(content, min(budget, settings.largest_block), tally)
                 budget -= len(content)
             yield Envelope(name, kind, encoding, stamp * 1e-9, content)
-    except (sqlite3.Error, OverflowError) as problem:
+    except TROUBLES as problem:
         tally.skip("the database is cut or damaged here")
         tally.warn(f"The database says: {str(problem)[:100]}.")
     finally:
@@ -75,7 +76,7 @@ def _open(path: Path, settings: LogSettings) -> sqlite3.Connection:
             base.text_factory = lambda content: content.decode("utf-8", "replace")  # pyright: ignore[reportUnknownLambdaType]
             base.execute("PRAGMA trusted_schema = OFF")
             kinds = dict(base.execute("SELECT name, type FROM sqlite_master WHERE name IN ('topics', 'messages')"))
-        except sqlite3.Error:
+        except TROUBLES:
             continue
         if kinds == {"topics": "table", "messages": "table"}:
             return base
@@ -87,7 +88,7 @@ def _open(path: Path, settings: LogSettings) -> sqlite3.Connection:
 def _topics(base: sqlite3.Connection, path: Path) -> dict[Any, tuple[str, str, str]]:
     try:
         rows = base.execute("SELECT id, name, type, serialization_format FROM topics LIMIT 10000").fetchall()
-    except sqlite3.Error as problem:
+    except TROUBLES as problem:
         raise BadInput(f"The list of topics of {path.name} is damaged: {str(problem)[:100]}.") from problem
     return {number: (str(name), str(kind), str(encoding)) for number, name, kind, encoding in rows}
 
@@ -95,7 +96,7 @@ def _topics(base: sqlite3.Connection, path: Path) -> dict[Any, tuple[str, str, s
 def _count(base: sqlite3.Connection) -> int | None:
     try:
         return int(base.execute("SELECT count(*) FROM messages").fetchone()[0])
-    except sqlite3.Error:
+    except TROUBLES:
         return None
 
 

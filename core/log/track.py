@@ -41,10 +41,10 @@ class Track:
 
     def wheels_at(self, stamp: float) -> Wheels:
         """The wheels' reading at `stamp` [s], between two records in proportion, outside them held."""
-        after = int(np.searchsorted(self.times, stamp))
-        if after == 0 or after == len(self.times):
-            pose = self.poses[min(after, len(self.times) - 1)]
+        if not self.times[0] <= stamp <= self.times[-1]:
+            pose = self.poses[0 if stamp < self.times[0] else -1]
             return Wheels(odometry=_pose(pose), speed=0.0, turn_rate=0.0)
+        after = max(1, int(np.searchsorted(self.times, stamp)))
         before = after - 1
         share = (stamp - self.times[before]) / (self.times[after] - self.times[before])
         pose = (1 - share) * self.poses[before] + share * self.poses[after]

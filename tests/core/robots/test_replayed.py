@@ -1,0 +1,181 @@
+"""A recording plays in its own time, can be steered, and cannot be driven."""
+
+from __future__ import annotations
+
+import itertools
+import json
+
+import numpy as np
+import pytest
+
+from core.errors import BadInput
+from core.gate import Twist
+from core.robots.replayed import ReplayedRobot, open_robot
+
+SCANS = 30
+
+
+@pytest.fixture
+def scans(tmp_path):
+    """A log of 30 scans at 10 Hz without odometry; the range of its first beam is its number + 1."""
+    path = tmp_path / "scans.jsonl"
+    path.write_text("".join(json.dumps({"t": 5 + 0.1 * n, "ranges": [n + 1, 2, 3]}) + "\n" for n in range(SCANS)))
+    return path
+
+
+@pytest.fixture
+def drive(tmp_path):
+    """A scan set of 2 scans 1 s apart with odometry 0.5 m apart."""
+    path = tmp_path / "drive.npz"
+    np.savez(path, t=[0.0, 1.0], odo_raw=[[1, 1, 0], [1.5, 1, 0]], scan_cm=np.full((2, 180), 200, np.uint16))
+    return path
+
+
+def opened(path) -> ReplayedRobot:
+    return open_robot(str(path), seed=0, settings=None)
+
+
+def numbers(frames):
+    return [round(frame.scan.ranges[0]) - 1 for frame in frames if frame.scan is not None]
+
+
+def until_the_end(robot):
+    return list(itertools.takewhile(lambda frame: frame.running, (robot.read() for _ in range(10_000))))
+
+
+def test_the_profile_says_what_it_is(scans):
+    profile = opened(scans).profile
+    assert (profile.kind, profile.drives, profile.name) == ("LOG", False, "scans.jsonl")
+    assert profile.duration == pytest.approx(2.9) and profile.laser.beams == 3
+    assert profile.url == f"log:{scans}"
+
+
+def test_every_scan_comes_once_in_its_own_time(scans):
+    frames = until_the_end(opened(scans))
+    assert numbers(frames) == list(range(SCANS))
+    assert [frame.stamp for frame in frames if frame.scan] == pytest.approx(5 + 0.1 * np.arange(SCANS))
+    assert all(frame.wheels is None for frame in frames)
+
+
+def test_time_passes_smoothly_between_scans(scans):
+    robot = opened(scans)
+    stamps = np.array([frame.stamp for frame in until_the_end(robot)])
+    steps = np.diff(stamps)
+    assert len(stamps) == pytest.approx(2.9 * robot.profile.rate, abs=4)
+    assert steps.min() >= 0 and steps.max() <= 2.01 / robot.profile.rate
+
+
+@pytest.mark.parametrize("speed", [0.1, 0.5, 2.0, 4.0, 10.0])
+def test_at_any_speed_no_scan_is_left_out_and_time_never_goes_back(scans, speed):
+    robot = opened(scans)
+    robot.ask({"do": "speed", "value": speed})
+    frames = until_the_end(robot)
+    assert numbers(frames) == list(range(SCANS))
+    assert np.diff([frame.stamp for frame in frames]).min() >= 0
+    if speed <= 2:
+        assert len(frames) == pytest.approx(2.9 * 40 / speed, rel=0.05)
+
+
+def test_wheels_are_told_for_every_frame(drive):
+    frames = until_the_end(opened(drive))
+    for frame in frames:
+        assert frame.wheels.odometry.x == pytest.approx(0.5 * frame.stamp)
+        assert frame.wheels.speed == pytest.approx(0.5)
+
+
+def test_at_the_end_it_stands_and_says_so_once(scans):
+    robot = opened(scans)
+    until_the_end(robot)
+    after = [robot.read() for _ in range(3)]
+    assert all(not frame.running and frame.scan is None and frame.progress == 1.0 for frame in after)
+    robot = opened(scans)
+    notes = [frame.note for frame in (robot.read() for _ in range(200)) if frame.note]
+    assert notes == ["The recording ends here."]
+
+
+def test_play_after_the_end_starts_again(scans):
+    robot = opened(scans)
+    until_the_end(robot)
+    assert robot.ask({"do": "play"}) == pytest.approx(
+        {"playing": True, "speed": 1.0, "position_s": 0.0, "duration_s": 2.9, "progress": 0.0}
+    )
+    assert numbers(until_the_end(robot)) == list(range(SCANS))
+
+
+def test_a_pause_stops_time_and_loses_nothing(scans):
+    robot = opened(scans)
+    robot.ask({"do": "speed", "value": 10.0})
+    before = [robot.read() for _ in range(7)]
+    robot.ask({"do": "pause"})
+    paused = [robot.read() for _ in range(5)]
+    assert {frame.stamp for frame in paused} == {before[-1].stamp}
+    assert all(not frame.running and frame.scan is None for frame in paused)
+    robot.ask({"do": "play"})
+    after = until_the_end(robot)
+    assert numbers(before + after) == list(range(SCANS))
+    assert after[0].stamp >= before[-1].stamp
+
+
+@pytest.mark.parametrize(("share", "first"), [(0.0, 0), (0.5, 15), (1.0, 29)])
+def test_seeking_goes_on_from_there(scans, share, first):
+    robot = opened(scans)
+    for _ in range(50):
+        robot.read()
+    answer = robot.ask({"do": "seek", "value": share})
+    assert answer["position_s"] == pytest.approx(share * 2.9) and answer["playing"]
+    frames = until_the_end(robot)
+    assert numbers(frames) == list(range(first, SCANS))
+    assert frames[0].stamp >= 5 + share * 2.9 - 1e-9
+
+
+def test_progress_rises_to_the_whole(scans):
+    robot = opened(scans)
+    shares = [frame.progress for frame in until_the_end(robot)] + [robot.read().progress]
+    assert shares[0] < 0.05 and shares[-1] == 1.0 and np.diff(shares).min() >= 0
+
+
+def test_driving_changes_nothing(scans):
+    robot = opened(scans)
+    robot.drive(Twist(0.3, 1.0))
+    assert numbers(until_the_end(robot)) == list(range(SCANS))
+    robot.close()
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        {},
+        {"do": "fly"},
+        {"do": ["play"]},
+        {"do": "speed"},
+        {"do": "speed", "value": 0.01},
+        {"do": "speed", "value": 11},
+        {"do": "speed", "value": float("nan")},
+        {"do": "speed", "value": True},
+        {"do": "seek", "value": "0.5"},
+        {"do": "seek", "value": -0.1},
+        {"do": "seek", "value": 1.1},
+    ],
+)
+def test_requests_that_make_no_sense_are_refused_in_a_sentence(scans, request_):
+    with pytest.raises(BadInput, match=r"\.$"):
+        opened(scans).ask(request_)
+
+
+def test_what_was_skipped_while_reading_is_told_with_the_first_frame(scans):
+    scans.write_text(scans.read_text() + "{cut\n")
+    assert "1 of 31 records skipped" in opened(scans).read().note
+
+
+def test_one_scan_is_a_recording_too(tmp_path):
+    (tmp_path / "one.jsonl").write_text('{"t": 3.0, "ranges": [1, 2, 3]}\n')
+    robot = opened(tmp_path / "one.jsonl")
+    assert numbers(until_the_end(robot)) == [0]
+    assert robot.read().progress == 1.0
+
+
+def test_sightings_cannot_be_played(tmp_path):
+    rows = np.array([[0, 7, 2.0, 0.1]])
+    np.savez(tmp_path / "log.npz", odo=np.zeros((1, 3)), odo_cov=np.zeros((1, 6)), obs=rows)
+    with pytest.raises(BadInput, match="beckon slam"):
+        opened(tmp_path / "log.npz")
