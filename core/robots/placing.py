@@ -34,7 +34,7 @@ def number(request: dict[str, Any], key: str, default: float | None = None) -> f
 def thing_asked_for(request: dict[str, Any], world: World, robot: Pose, radius: float) -> Thing:
     """The person or box of a `place` request, where it may stand; BadInput says why it may not."""
     what = request.get("what")
-    if what not in SIZES:
+    if not isinstance(what, str) or what not in SIZES:
         raise BadInput(f"what must be one of {', '.join(SIZES)} or robot.")
     placed = [thing for thing in world.things if not thing.fixed]
     name = request.get("id", _new_name(what, placed))

@@ -52,12 +52,12 @@ class SimulationSettings:
 
     def __post_init__(self) -> None:
         if self.wheel_noise not in WHEEL_NOISE:
-            raise BadInput(f"simulation.wheel_noise must be one of {', '.join(WHEEL_NOISE)}.")
+            raise BadInput(f"wheel_noise must be one of {', '.join(WHEEL_NOISE)}.")
         if self.laser_noise not in LASER_NOISE:
-            raise BadInput(f"simulation.laser_noise must be one of {', '.join(LASER_NOISE)}.")
+            raise BadInput(f"laser_noise must be one of {', '.join(LASER_NOISE)}.")
         for name, (low, high) in BOUNDS.items():
             if not low <= getattr(self, name) <= high:
-                raise BadInput(f"simulation.{name} must lie between {low:g} and {high:g}.")
+                raise BadInput(f"{name} must lie between {low:g} and {high:g}.")
 
 
 BOUNDS = {

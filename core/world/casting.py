@@ -39,12 +39,12 @@ def cast(origins: Array, directions: Array, surfaces: Surfaces, reach: float = n
     posts = np.flatnonzero(np.hypot(*(surfaces.posts[:, :2] - here).T) - surfaces.posts[:, 2] < reach + MARGIN)
     table = np.vstack(
         (
+            np.full((1, count), np.inf),
             _face_distances(origins, directions, surfaces.faces[faces]),
             _post_distances(origins, directions, surfaces.posts[posts]),
-            np.full((1, count), np.inf),
         )
     )
-    index = np.append(np.concatenate((faces, posts + len(surfaces.faces))), -1)
+    index = np.concatenate(([-1], faces, posts + len(surfaces.faces)))
     nearest = table.argmin(axis=0)
     distance = table[nearest, np.arange(count)]
     surface = index[nearest]
