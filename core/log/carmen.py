@@ -37,8 +37,10 @@ def read(path: Path, settings: LogSettings) -> ScanRecording:
         if word not in KNOWN:
             others += bool(line) and not line.startswith("#")
             continue
-        if log.held > settings.most_memory:
-            tally.warn("The log is longer than log.most_memory of the settings allows; only the first part is used.")
+        if log.held > settings.most_readings:
+            tally.warn(
+                "The log is longer than log.most_readings_mb of the settings allows; only the first part is used."
+            )
             break
         try:
             log.take(word, line.split())

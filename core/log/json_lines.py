@@ -21,8 +21,10 @@ def read(path: Path, settings: LogSettings) -> ScanRecording:
     scans: list[Scan] = []
     held = 0
     for number, line in text:
-        if held > settings.most_memory:
-            tally.warn("The log is longer than log.most_memory of the settings allows; only the first part is used.")
+        if held > settings.most_readings:
+            tally.warn(
+                "The log is longer than log.most_readings_mb of the settings allows; only the first part is used."
+            )
             break
         try:
             scan = read_json_scan(line, settings.range_max)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from core.geometry import Pose
 from core.log.track import Track
 from core.message import message
 from core.perception.landmarks import Sighting
@@ -23,14 +24,34 @@ class LogSettings:
     odometry_topic: str = ""  # "" = the Odometry topic with the most readings, else tf; "none" = scans only
     odometry_frame: str = ""  # parent of the tf that is taken for odometry; "" = "odom"
     base_frame: str = ""  # the robot's own frame; "" = "base_link" or "base_footprint"
-    mounting_given: bool = False  # True: the laser stands where the next three say, whatever the log says
-    mounting_x: float = 0.0  # [m] robot_from_laser
-    mounting_y: float = 0.0  # [m]
-    mounting_heading: float = 0.0  # [rad]
+    mounting_x: float | None = None  # [m] robot_from_laser; None = as the log says, or 0
+    mounting_y: float | None = None  # [m]
+    mounting_heading: float | None = None  # [rad]
     range_max: float = 0.0  # [m]; 0 = as the log says
-    largest_file: int = 4_000_000_000  # [bytes]
-    largest_block: int = 32_000_000  # [bytes] a compressed block may unpack to
-    most_memory: int = 400_000_000  # [bytes] of readings that are held; what comes after is left out, and told
+    largest_file_mb: float = 4000.0  # larger files are refused
+    largest_block_mb: float = 32.0  # what a compressed block may unpack to
+    most_readings_mb: float = 400.0  # that are held; what comes after is left out, and told
+
+    @property
+    def largest_file(self) -> int:
+        """Bytes of the largest file that is read."""
+        return int(self.largest_file_mb * 1e6)
+
+    @property
+    def largest_block(self) -> int:
+        """Bytes a compressed block may unpack to."""
+        return int(self.largest_block_mb * 1e6)
+
+    @property
+    def most_readings(self) -> int:
+        """Bytes of readings that are held."""
+        return int(self.most_readings_mb * 1e6)
+
+    def mounted(self, told: Pose) -> Pose:
+        """The mounting that the log tells → the one to use, robot_from_laser."""
+        ours = (self.mounting_x, self.mounting_y, self.mounting_heading)
+        theirs = (told.x, told.y, told.heading)
+        return Pose(*(log if given is None else given for given, log in zip(ours, theirs, strict=True)))
 
 
 @message

@@ -68,10 +68,10 @@ class RosMessages:
         """Read every message, or as many as memory is allowed for."""
         for envelope in envelopes:
             self._passed += 1
-            if self._held > self._settings.most_memory:
+            if self._held > self._settings.most_readings:
                 self._tally.warn(
-                    f"The log is longer than {self._settings.most_memory // 1_000_000} MB of readings; only the "
-                    f"first part is used. Cut it into parts, or raise log.most_memory in the settings."
+                    f"The log is longer than {self._settings.most_readings_mb:g} MB of readings; only the "
+                    f"first part is used. Cut it into parts, or raise log.most_readings_mb in the settings."
                 )
                 return
             self._take(envelope)
@@ -159,10 +159,10 @@ class RosMessages:
         placed = self._tree.mounting(base, topic.frame)
         if placed is None:
             placed = Placed()
-            if topic.frame and self._tree.frames and topic.frame != base and not self._settings.mounting_given:
+            if topic.frame and self._tree.frames and topic.frame != base:
                 self._tally.warn(
                     f"The log does not say how {topic.frame} is mounted on the robot; it is taken to stand at the "
-                    "robot's origin. Set log.mounting_given, mounting_x, mounting_y, mounting_heading to change that."
+                    "robot's origin. Set log.mounting_x, mounting_y and mounting_heading to change that."
                 )
         if placed.upside_down:
             scans = [turned_over(scan) for scan in scans]

@@ -20,8 +20,8 @@ def read(archive: Archive, settings: LogSettings) -> ScanRecording:
     poses = archive.floats("odo_raw", 3) if "odo_raw" in archive.names else None
     if len(times) != len(ranges) or (poses is not None and len(poses) != len(times)):
         raise BadInput(f"t, scan_cm and odo_raw in {archive.path.name} have different lengths.")
-    if ranges.nbytes > 2 * settings.most_memory:
-        raise BadInput(f"{archive.path.name} holds more scans than log.most_memory of the settings allows.")
+    if ranges.nbytes > 2 * settings.most_readings:
+        raise BadInput(f"{archive.path.name} holds more scans than log.most_readings_mb of the settings allows.")
     scans: list[Scan] = []
     limits = (0.0, settings.range_max or FARTHEST)
     for number, (stamp, row) in enumerate(zip(times.tolist(), ranges, strict=True)):

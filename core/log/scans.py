@@ -103,10 +103,8 @@ def laser_of(scans: list[Scan], mounting: Pose, height: float, settings: LogSett
     """The laser that made these scans, as its middle scan describes it."""
     typical = scans[len(scans) // 2]
     periods = np.diff([scan.stamp for scan in scans])
-    if settings.mounting_given:
-        mounting = Pose(settings.mounting_x, settings.mounting_y, settings.mounting_heading)
     return Laser(
-        mounting=mounting,
+        mounting=settings.mounted(mounting),
         height=height,
         beams=len(typical.ranges),
         angle_min=typical.angle_min,

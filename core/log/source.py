@@ -36,7 +36,7 @@ def open_file(path: Path, largest: int) -> BinaryIO:
         if size > largest:
             raise BadInput(
                 f"{path.name} has {size / 1e9:.1f} GB; at most {largest / 1e9:.1f} GB are read. "
-                "Cut it into parts, or raise log.largest_file in the settings."
+                "Cut it into parts, or raise log.largest_file_mb in the settings."
             )
         return path.open("rb")
     except (OSError, ValueError) as problem:

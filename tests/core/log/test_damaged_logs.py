@@ -280,9 +280,9 @@ def test_folders_missing_files_and_strange_paths_are_refused_in_a_sentence(tmp_p
 
 def test_limits_are_kept_and_told(tmp_path):
     path = write_mcap(tmp_path / "log.mcap", robot_messages(two))
-    with pytest.raises(BadInput, match="largest_file"):
-        open_log(path, LogSettings(largest_file=100))
-    recording = open_log(path, LogSettings(most_memory=4000))
-    assert len(recording) < 20 and "log.most_memory" in recording.report.warnings[0]
+    with pytest.raises(BadInput, match="largest_file_mb"):
+        open_log(path, LogSettings(largest_file_mb=1e-4))
+    recording = open_log(path, LogSettings(most_readings_mb=0.004))
+    assert len(recording) < 20 and "log.most_readings_mb" in recording.report.warnings[0]
     with pytest.raises(BadInput, match="more than is read"):
-        open_log(path, LogSettings(largest_block=100))
+        open_log(path, LogSettings(largest_block_mb=1e-4))

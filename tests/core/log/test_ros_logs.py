@@ -165,12 +165,10 @@ def test_settings_name_topics_and_mounting(tmp_path):
     other = [("/back/scan", SCAN, START + 0.1 * n, two.scan(START + 0.1 * n, [2.0, 2.0, 2.0])) for n in range(3)]
     path = write_mcap(tmp_path / "log.mcap", messages + other)
     assert "/back/scan" in open_log(path).report.warnings[0]
-    chosen = LogSettings(
-        scan_topic="back/scan", odometry_topic="none", mounting_given=True, mounting_x=-0.1, mounting_heading=3.0
-    )
+    chosen = LogSettings(scan_topic="back/scan", odometry_topic="none", mounting_x=-0.1, mounting_heading=3.0)
     recording = open_log(path, chosen)
     assert len(recording) == 3 and not recording.has_wheels
-    assert recording.laser.mounting == Pose(-0.1, 0.0, 3.0)
+    assert recording.laser.mounting == Pose(-0.1, open_log(path).laser.mounting.y, 3.0)
     for wrong in (LogSettings(scan_topic="/front"), LogSettings(odometry_topic="/wheels")):
         with pytest.raises(BadInput, match="It holds /scan"):
             open_log(path, wrong)
