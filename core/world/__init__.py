@@ -21,6 +21,8 @@ def world_named(name: str) -> World:
 
 
 __all__ = [
+    "FLOOR",
+    "LAB",
     "SIZES",
     "WORLDS",
     "Dressing",

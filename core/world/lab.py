@@ -41,14 +41,14 @@ DRESSINGS = (
     Dressing("board", 2.45, 3.95, 1.2, 0.75, 1.75),
     Dressing("poster", 1.05, 3.5, 0.55, 0.75, 1.55),
     Dressing("poster", 4.0, 3.5, 0.6, 0.7, 1.5),
-    Dressing("poster", 5.5, 2.2, 0.45, 0.75, 1.4),
+    Dressing("poster", 5.5, 2.28, 0.42, 0.75, 1.4),
     Dressing("window", 5.5, 0.35, 0.8, 0.95, 2.0),
     Dressing("poster", 0.55, -2.5, 0.6, 0.7, 1.5),
     Dressing("board", 3.05, -2.5, 1.0, 0.8, 1.7),
     Dressing("window", -2.5, 0.2, 1.1, 0.9, 2.0),
     Dressing("poster", -2.5, 2.8, 0.6, 0.75, 1.55),
-    Dressing("sign", -0.0, -2.5, 0.12, 1.2, 1.38),
-    Dressing("sign", 5.5, 1.95, 0.12, 1.2, 1.38),
+    Dressing("sign", 0.0, -2.5, 0.12, 1.2, 1.38),
+    Dressing("sign", 5.5, 1.88, 0.12, 1.2, 1.38),
 )
 THINGS = (
     furniture("cabinet north", "cabinet", -1.4, 3.27, (1.0, 0.46, 1.25)),

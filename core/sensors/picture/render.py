@@ -97,7 +97,7 @@ class Renderer:
         slope = np.maximum(self._y[rows], 1e-3)
         far = eye.z / slope
         footprint = far / view.focal * np.sqrt(far / eye.z)
-        level = np.clip(np.log2(footprint * self._scenery.floor.scale) + 0.5, 0, len(self._scenery.floor.images) - 1)
+        level = np.clip(np.log2(footprint * self._scenery.floor.scale) + 0.8, 0, len(self._scenery.floor.images) - 1)
         level = level.astype(int)
         for start, end in _runs(level):
             image, scale = self._scenery.floor.level(2.0 ** level[start] / self._scenery.floor.scale)

@@ -12,7 +12,7 @@ from core.sensors.picture.furniture import FURNITURE, paint_round
 from core.sensors.picture.ground import paint_ceiling, paint_floor
 from core.sensors.picture.sheet import Sheet, pyramid, shade
 from core.sensors.picture.walls import DRESSINGS, PAINTS, corners, paint_wall
-from core.world import Solid, World
+from core.world import Dressing, Solid, World
 
 LEVELS = 4  # of halving, for what is far away
 FLOOR_LEVELS = 6
@@ -63,16 +63,24 @@ def _painted_walls(world: World, lengths: Array, scale: float) -> list[Array]:
         paint = [zone.paint for zone in world.zones if zone.area.contains(*middle)]
         paint_wall(sheet, PAINTS[paint[-1] if paint else "sand"])
         sheets.append(sheet)
+    shine = [hung for hung in world.dressings if hung.what == "window"]
     for hung in world.dressings:
-        number, along = _nearest_wall(walls, hung.x, hung.y)
-        u = lengths[number] - along - hung.width / 2  # a wall is seen from its left: it runs from right to left
-        DRESSINGS[hung.what](sheets[number], u, hung.bottom, hung.width, hung.top - hung.bottom)
+        if hung not in shine:
+            _hang(hung, walls, lengths, sheets)
     for number, (wall, sheet) in enumerate(zip(walls, sheets, strict=True)):
         corners(sheet, _bend(walls, number, end=True), _bend(walls, number, end=False))
         sheet.footing()
         looks = np.arctan2(wall[2] - wall[0], wall[1] - wall[3])  # the direction of its open side
         sheet.times(np.array([[shade(float(looks))]], np.float32))
+    for hung in shine:  # daylight, whatever way the wall looks
+        _hang(hung, walls, lengths, sheets)
     return [sheet.finished() for sheet in sheets]
+
+
+def _hang(hung: Dressing, walls: Array, lengths: Array, sheets: list[Sheet]) -> None:
+    number, along = _nearest_wall(walls, hung.x, hung.y)
+    u = lengths[number] - along - hung.width / 2  # a wall is seen from its left: it runs from right to left
+    DRESSINGS[hung.what](sheets[number], u, hung.bottom, hung.width, hung.top - hung.bottom)
 
 
 def _nearest_wall(walls: Array, x: float, y: float) -> tuple[int, float]:
