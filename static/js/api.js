@@ -1,0 +1,87 @@
+// The few calls that go over HTTP: who am I, the vocabulary, the history, and STOP by a second way.
+
+/** @typedef {import("./suggest.js").Kind} Kind */
+/** @typedef {{name: string, role: "viewer" | "operator" | "admin", id: string}} Me */
+/**
+ * @typedef {object} HistoryRow how a command went
+ * @property {number | null} id
+ * @property {number} at_s Unix time
+ * @property {string} source typed, chip, click, rest
+ * @property {string} heard_as
+ * @property {string} [name]
+ * @property {Record<string, number>} [numbers]
+ * @property {string} who
+ * @property {string} state running, done, refused, cancelled, pre-empted, failed
+ * @property {string} [remark]
+ * @property {number | null} [duration_s]
+ */
+
+/** An answer that is no success, with the server's own sentence. */
+export class Refusal extends Error {
+  /**
+   * @param {number} status 0: no answer at all
+   * @param {string} sentence
+   */
+  constructor(status, sentence) {
+    super(sentence);
+    this.status = status;
+  }
+}
+
+/** @param {string} path relative to the page, so that a proxy may put us below any prefix */
+export const address = (path) => new URL(path, document.baseURI);
+
+/**
+ * The address of a socket beside the page.
+ * @param {string} path
+ */
+export function socketAddress(path) {
+  const url = address(path);
+  url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
+  return url.href;
+}
+
+/**
+ * @param {string} path
+ * @param {RequestInit} [options]
+ * @returns {Promise<any>}
+ */
+async function call(path, options = {}) {
+  const answer = await fetch(address(path), { credentials: "same-origin", cache: "no-store", ...options }).catch(() => {
+    throw new Refusal(0, "Beckon does not answer. Is it still running, and is the network up?");
+  });
+  const told = await answer.json().catch(() => null);
+  if (answer.ok) return told;
+  throw new Refusal(answer.status, told?.detail ?? `Beckon answered ${answer.status}.`);
+}
+
+/**
+ * @param {string} path
+ * @param {object} [content]
+ */
+function post(path, content) {
+  const told = content ? { body: JSON.stringify(content), headers: { "content-type": "application/json" } } : {};
+  return call(path, { method: "POST", keepalive: true, ...told });
+}
+
+/** @returns {Promise<Me>} refused with 401 when nobody is signed in */
+export const me = () => call("api/me");
+
+/** @param {string} token */
+export const login = (token) => post("api/login", { token });
+
+export const logout = () => post("api/logout");
+
+export const stop = () => post("api/stop");
+
+/** @returns {Promise<Kind[]>} */
+export const kinds = async () => rows(await call("api/commands"), "commands");
+
+/** @returns {Promise<HistoryRow[]>} newest first */
+export const history = async () => rows(await call("api/commands/history"), "history");
+
+/**
+ * @param {any} answer
+ * @param {string} key
+ */
+const rows = (answer, key) => (Array.isArray(answer) ? answer : (answer?.[key] ?? []));

@@ -1,0 +1,86 @@
+// What must not be missed, in order of weight. Pure: a view in, sentences out.
+
+import { age, metres, speed, whereabouts } from "./format.js";
+
+/** @typedef {import("./session.js").View} View */
+/**
+ * @typedef {object} Banner
+ * @property {string} id stays the same while the banner says the same thing
+ * @property {"fault" | "stale" | "calm"} tone
+ * @property {string} icon
+ * @property {string} text
+ * @property {"" | "reset"} offers a button
+ */
+
+const STALE_S = 0.8;
+
+/**
+ * @param {View} view
+ * @returns {Banner[]}
+ */
+export function banners(view) {
+  const { state, hello, link } = view;
+  if (link.is === "opening" && !state) return [];
+  if (link.is !== "up") return [lost(view)];
+  if (!state || !hello) return [];
+  /** @type {Array<Banner | null>} */
+  const told = [
+    link.age_s > STALE_S ? calmly("quiet", "stale", "unlinked", `No news from the console for ${age(link.age_s)}.`) : null,
+    robotLink(state),
+    state.gate.state === "halted" ? halted(view) : null,
+    hello.robot.drives ? (state.robot.contact ? contact() : guard(state)) : null,
+    hello.robot.drives && state.slam.looking_around
+      ? calmly("looking", "calm", "eye", "Looking around: the robot stands still for a moment to learn the room.")
+      : null,
+  ];
+  return told.filter((banner) => banner !== null);
+}
+
+/** @param {View} view @returns {Banner} */
+function lost({ state, link }) {
+  const again = link.again_s > 0.95 ? ` Trying again in ${Math.ceil(link.again_s)} s.` : " Trying again…";
+  const text = state ? `Link lost. The robot stops by itself.${again}` : `Beckon does not answer.${again}`;
+  return { id: "lost", tone: "stale", icon: "unlinked", text, offers: "" };
+}
+
+/** @param {import("./wire.js").State} state */
+function robotLink({ robot }) {
+  const since = robot.age_s === null ? "" : ` for ${age(robot.age_s)}`;
+  if (robot.link === "connecting") return calmly("waking", "calm", "antenna", "The robot is waking up…");
+  if (robot.link === "stale") return calmly("robot", "stale", "unlinked", `The robot has been silent${since}.`);
+  if (robot.link === "lost") return calmly("robot", "stale", "unlinked", `The robot does not answer${since}. It stands still.`);
+  return null;
+}
+
+/** @param {View} view @returns {Banner} */
+function halted({ hello }) {
+  const may = hello?.you.role !== "viewer";
+  const text = may
+    ? "Halted. Nothing moves until the halt is reset. The reset itself does not move the robot."
+    : "Halted. Nothing moves until an operator resets the halt.";
+  return { id: "halted", tone: "fault", icon: "halt", text, offers: may ? "reset" : "" };
+}
+
+const contact = () => calmly("contact", "stale", "warning", "The robot touches something. Drive it back carefully.");
+
+/** @param {import("./wire.js").State} state */
+function guard({ gate, pose }) {
+  if (gate.limit_v_m_s === null || gate.blocked_by === null) return null;
+  const [east, north] = [gate.blocked_by.x_m - pose.x_m, gate.blocked_by.y_m - pose.y_m];
+  const [cos, sin] = [Math.cos(pose.heading_rad), Math.sin(pose.heading_rad)];
+  const [x, y] = [cos * east + sin * north, cos * north - sin * east]; // world → robot
+  const where = `${metres(Math.hypot(x, y), 1)} ${whereabouts(x, y)}`;
+  if (gate.limit_v_m_s < 0.005) return calmly("blocked", "stale", "warning", `Blocked at ${where}.`);
+  return calmly("slowed", "calm", "info", `Slowed to ${speed(gate.limit_v_m_s)}: something at ${where}.`);
+}
+
+/**
+ * @param {string} id
+ * @param {"stale" | "calm"} tone
+ * @param {string} icon
+ * @param {string} text
+ * @returns {Banner}
+ */
+function calmly(id, tone, icon, text) {
+  return { id, tone, icon, text, offers: "" };
+}

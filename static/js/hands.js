@@ -1,0 +1,108 @@
+// The operator's hands: keys of this page and of the scene's frame, the stick, and all that must make them let go.
+
+import { Drive, PERIOD_MS } from "./drive.js";
+import { HeldKeys, intentionOf, takesText } from "./keys.js";
+import { remembered } from "./memory.js";
+
+/** @typedef {import("./session.js").Session} Session */
+/** @typedef {import("./session.js").View} View */
+/** @typedef {import("./keys.js").Wish} Wish */
+
+export class Hands {
+  #held = new HeldKeys();
+  #session;
+  singleKeys = remembered("single-keys", "on") === "on";
+  /** @type {() => void} */
+  toWords = () => undefined;
+  /** @type {() => void} */
+  toHelp = () => undefined;
+
+  /** @param {Session} session */
+  constructor(session) {
+    this.#session = session;
+    this.drive = new Drive({
+      send: (frame) => session.drive(frame),
+      ask: () => void session.lease("acquire"),
+      draw: drawPress,
+      count: () => Date.now(),
+    });
+    setInterval(() => this.drive.tick(performance.now()), PERIOD_MS);
+    session.on("stopped", () => this.drive.trip("Stopped. Let go, then press again."));
+    session.on("lost", () => this.drive.trip("The link was lost. Let go, then press again."));
+    session.on("hello", ({ robot }) => {
+      this.drive.limits = { speed: robot.max_speed_m_s, turnRate: robot.max_turn_rate_rad_s };
+    });
+    document.addEventListener("visibilitychange", () => document.visibilityState === "hidden" && this.letGo());
+    this.listenTo(window);
+  }
+
+  /** @returns {Wish} for lighting the keys on the page */
+  get keyWish() {
+    return this.#held.wish;
+  }
+
+  /**
+   * Keys of a window belong to us before anybody in it: its own page, or the scene's frame after each load.
+   * @param {Window} place
+   */
+  listenTo(place) {
+    place.addEventListener("keydown", (event) => this.#down(event), true);
+    place.addEventListener("keyup", (event) => this.#up(event), true);
+    for (const end of ["blur", "pagehide", "contextmenu"]) place.addEventListener(end, () => this.letGo(), true);
+  }
+
+  /** @param {Wish} wish */
+  stick(wish) {
+    this.drive.stick(wish, performance.now());
+  }
+
+  letGo() {
+    this.#held.clear();
+    this.drive.slow = false;
+    this.drive.abandon();
+  }
+
+  /** @param {View} view */
+  show({ state, permission }) {
+    const gate = state?.gate;
+    if (!gate) return;
+    this.drive.hear({ nonce: gate.nonce, epoch: gate.epoch, needNeutral: gate.need_neutral }, permission, performance.now());
+  }
+
+  /** @param {KeyboardEvent} event */
+  #down(event) {
+    const typing = takesText(event.composedPath()[0]);
+    if (event.metaKey || event.ctrlKey || event.altKey) this.letGo(); // their combinations swallow the keyup
+    const intention = intentionOf(event, { typing, singleKeys: this.singleKeys });
+    if (!intention) return;
+    if (intention.does === "slow") {
+      this.drive.slow = true;
+      return;
+    }
+    if (intention.does !== "stop" || event.key !== "Escape") event.preventDefault();
+    if (intention.does === "drive" || event.key !== "Escape") event.stopImmediatePropagation();
+    if (event.repeat) return;
+    if (intention.does === "stop") this.#session.stop();
+    else if (intention.does === "preset") this.drive.preset = intention.preset;
+    else if (intention.does === "words") this.toWords();
+    else if (intention.does === "help") this.toHelp();
+    else {
+      this.#held.press(event.code);
+      this.drive.keys(this.#held.wish, performance.now());
+    }
+  }
+
+  /** @param {KeyboardEvent} event */
+  #up(event) {
+    if (event.key === "Shift") this.drive.slow = false;
+    if (event.code === "Space" && this.singleKeys && !takesText(event.composedPath()[0])) event.preventDefault();
+    this.#held.release(event.code);
+    this.drive.keys(this.#held.wish, performance.now());
+  }
+}
+
+/** A number for a new press. */
+function drawPress() {
+  const [drawn = 1] = crypto.getRandomValues(new Uint32Array(1));
+  return drawn || 1;
+}

@@ -1,0 +1,94 @@
+// Keys to intentions. Codes, not letters, so that W A S D stay together on every keyboard layout.
+
+/** @typedef {{v: number, w: number}} Wish what the hands ask for, −1 to 1 each: forward, turn left */
+
+/** @type {Readonly<Record<string, Wish>>} */
+const AXES = {
+  KeyW: { v: 1, w: 0 },
+  ArrowUp: { v: 1, w: 0 },
+  KeyS: { v: -1, w: 0 },
+  ArrowDown: { v: -1, w: 0 },
+  KeyA: { v: 0, w: 1 },
+  ArrowLeft: { v: 0, w: 1 },
+  KeyD: { v: 0, w: -1 },
+  ArrowRight: { v: 0, w: -1 },
+};
+
+/** @param {number} value */
+const unit = (value) => Math.min(1, Math.max(-1, value));
+
+/** The driving keys that are down. */
+export class HeldKeys {
+  /** @type {Set<string>} */
+  #down = new Set();
+
+  /** @param {string} code */
+  press(code) {
+    if (code in AXES) this.#down.add(code);
+  }
+
+  /** @param {string} code */
+  release(code) {
+    this.#down.delete(code);
+  }
+
+  clear() {
+    this.#down.clear();
+  }
+
+  /** @returns {Wish} opposite keys cancel */
+  get wish() {
+    let [v, w] = [0, 0];
+    for (const code of this.#down) {
+      v += AXES[code]?.v ?? 0;
+      w += AXES[code]?.w ?? 0;
+    }
+    return { v: unit(v), w: unit(w) };
+  }
+}
+
+/**
+ * @typedef {object} KeyPress what of a KeyboardEvent matters
+ * @property {string} code
+ * @property {string} key
+ * @property {boolean} ctrlKey
+ * @property {boolean} altKey
+ * @property {boolean} metaKey
+ */
+
+/**
+ * @typedef {{does: "stop"} | {does: "drive"} | {does: "slow"} | {does: "preset", preset: number} | {does: "words"}
+ *   | {does: "help"}} Intention
+ */
+
+/**
+ * What a key asks for; null when it is none of our business.
+ * @param {KeyPress} press
+ * @param {{typing: boolean, singleKeys: boolean}} where typing: a text box has the focus; singleKeys: may single
+ *   letters, digits and Space act?
+ * @returns {Intention | null}
+ */
+export function intentionOf(press, { typing, singleKeys }) {
+  if (press.key === "Escape" || press.code === "Escape") return { does: "stop" };
+  if (typing || !singleKeys || press.ctrlKey || press.altKey || press.metaKey) return null;
+  if (press.code === "Space") return { does: "stop" };
+  if (press.code in AXES) return { does: "drive" };
+  if (press.code === "ShiftLeft" || press.code === "ShiftRight") return { does: "slow" };
+  if (press.key === "/") return { does: "words" };
+  if (press.key === "?") return { does: "help" };
+  const digit = /^(?:Digit|Numpad)([1-5])$/.exec(press.code)?.[1];
+  return digit ? { does: "preset", preset: Number(digit) } : null;
+}
+
+const TEXT_TYPES = new Set(["text", "search", "password", "number", "email", "url", "tel"]);
+
+/**
+ * Does typing go into this element? Works across the scene's frame, whose elements belong to another realm.
+ * @param {EventTarget | null | undefined} target
+ */
+export function takesText(target) {
+  const element = /** @type {Partial<HTMLInputElement> | null | undefined} */ (target);
+  const tag = element?.tagName?.toLowerCase();
+  if (tag === "input") return TEXT_TYPES.has(element?.type ?? "text");
+  return tag === "textarea" || tag === "select" || element?.isContentEditable === true;
+}

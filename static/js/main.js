@@ -1,0 +1,79 @@
+// The page: its parts, listed; what joins them; and the beat at which they show the newest view.
+
+import "./theme.js";
+import "./panels/app-menu.js";
+import "./panels/banner-stack.js";
+import "./panels/camera-view.js";
+import "./panels/coach-marks.js";
+import "./panels/command-chips.js";
+import "./panels/command-line.js";
+import "./panels/command-status.js";
+import "./panels/drive-pad.js";
+import "./panels/estimate-card.js";
+import "./panels/key-sheet.js";
+import "./panels/lease-chip.js";
+import "./panels/link-chip.js";
+import "./panels/live-region.js";
+import "./panels/login-view.js";
+import "./panels/notice-toasts.js";
+import "./panels/playback-bar.js";
+import "./panels/record-card.js";
+import "./panels/robot-badge.js";
+import "./panels/scene-view.js";
+import "./panels/stop-button.js";
+import "./panels/theme-toggle.js";
+import "./panels/view-tabs.js";
+import { Hands } from "./hands.js";
+import { Panel } from "./panel.js";
+import { Session } from "./session.js";
+
+const SHOW_MS = 200; // ages grow without news
+
+/**
+ * @template {HTMLElement} T
+ * @param {string} tag
+ * @returns {T}
+ */
+const part = (tag) => /** @type {T} */ (document.querySelector(tag));
+
+const session = new Session();
+const hands = new Hands(session);
+const panels = [...document.querySelectorAll("*")].filter((element) => element instanceof Panel);
+for (const panel of panels) panel.join(session);
+
+/** @type {import("./panels/drive-pad.js").DrivePad} */ (part("drive-pad")).hold(hands);
+/** @type {import("./panels/scene-view.js").SceneView} */ (part("scene-view")).whenLoaded((inner) => hands.listenTo(inner));
+hands.toWords = () => /** @type {import("./panels/command-line.js").CommandLine} */ (part("command-line")).take();
+hands.toHelp = () => /** @type {import("./panels/key-sheet.js").KeySheet} */ (part("key-sheet")).toggle();
+addEventListener("show-keys", () => hands.toHelp());
+addEventListener("show-hints", () => /** @type {import("./panels/coach-marks.js").CoachMarks} */ (part("coach-marks")).begin());
+addEventListener("single-keys", (event) => {
+  hands.singleKeys = /** @type {CustomEvent<boolean>} */ (event).detail;
+});
+
+session.on("hello", ({ robot }) => document.body.classList.toggle("is-recording", !robot.drives));
+
+let shown = -1;
+let shownAt = -Infinity;
+
+/** @param {number} now */
+function beat(now) {
+  requestAnimationFrame(beat);
+  const seq = session.state?.seq ?? 0;
+  if (seq === shown && now - shownAt < SHOW_MS) return;
+  [shown, shownAt] = [seq, now];
+  const { view } = session;
+  document.body.classList.toggle("is-lost", !view.up);
+  for (const panel of panels) panel.show(view);
+}
+
+session.on("heard", (view) => hands.show(view));
+requestAnimationFrame(beat);
+
+const token = new URLSearchParams(location.hash.slice(1)).get("t");
+if (token) {
+  history.replaceState(null, "", location.pathname + location.search);
+  void /** @type {import("./panels/login-view.js").LoginView} */ (part("login-view")).enter(token);
+} else {
+  void session.begin();
+}

@@ -1,0 +1,30 @@
+// A panel: one custom element that draws itself once and then shows views.
+
+/** @typedef {import("./session.js").Session} Session */
+/** @typedef {import("./session.js").View} View */
+
+export class Panel extends HTMLElement {
+  /** @type {Session | null} */
+  #session = null;
+
+  /** @returns {Session} */
+  get session() {
+    if (!this.#session) throw new Error(`<${this.localName}> was used before it was given a session.`);
+    return this.#session;
+  }
+
+  /** @param {Session} session */
+  join(session) {
+    this.#session = session;
+    this.build();
+  }
+
+  /** Draw what stays and listen. Called once. */
+  build() {}
+
+  /**
+   * Called at most once per animation frame.
+   * @param {View} _view
+   */
+  show(_view) {}
+}

@@ -1,0 +1,76 @@
+// What is needed now and then: halt, keys, hints, signing out.
+
+import { icon, make, mark, write } from "../element.js";
+import { remember, remembered } from "../memory.js";
+import { Panel } from "../panel.js";
+import { popover } from "../popover.js";
+
+/** @typedef {import("../session.js").View} View */
+
+class AppMenu extends Panel {
+  #button = make("button", { type: "button", class: "icon-button", "aria-label": "Menu", title: "Menu" }, icon("menu"));
+  #halt = item("halt", "Halt", "Stops the robot and keeps it stopped, also over a restart, until it is reset.");
+  #keys = item("keys", "Keys", "Every key of this page.");
+  #hints = item("hints", "Show the first hints again", "");
+  #single = make("input", { type: "checkbox", class: "switch", role: "switch" });
+  #switch = make("label", { class: "menu-item" }, icon("typed"),
+    make("span", { class: "menu-words" }, make("span", {}, "Single-key shortcuts"),
+      make("span", { class: "note" }, "W A S D, Space, digits and /. Esc always stops.")), this.#single);
+  #docs = make("a", { class: "menu-item", href: "docs", target: "_blank", rel: "noopener" }, icon("book"),
+    make("span", { class: "menu-words" }, "HTTP interface"));
+  #leave = item("leave", "Sign out", "");
+  #panel = make("div", { class: "menu", role: "group", "aria-label": "Menu" },
+    this.#halt, this.#keys, this.#hints, this.#switch, this.#docs, this.#leave);
+
+  /** @override */
+  build() {
+    this.append(this.#button, this.#panel);
+    const { close } = popover(this.#button, this.#panel);
+    this.#single.checked = remembered("single-keys", "on") === "on";
+    this.#single.addEventListener("change", () => {
+      remember("single-keys", this.#single.checked ? "on" : "off");
+      this.dispatchEvent(new CustomEvent("single-keys", { detail: this.#single.checked, bubbles: true }));
+    });
+    /** @param {HTMLElement} row @param {() => void} act */
+    const on = (row, act) =>
+      row.addEventListener("click", () => {
+        close();
+        act();
+      });
+    on(this.#halt, () => (this.#halted ? void this.session.resetHalt() : this.session.halt()));
+    on(this.#keys, () => this.dispatchEvent(new CustomEvent("show-keys", { bubbles: true })));
+    on(this.#hints, () => this.dispatchEvent(new CustomEvent("show-hints", { bubbles: true })));
+    on(this.#leave, () => void this.session.leave());
+  }
+
+  get #halted() {
+    return this.session.state?.gate.state === "halted";
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ hello, up }) {
+    const drives = hello?.robot.drives === true;
+    this.#halt.hidden = !drives || (this.#halted && hello?.you.role === "viewer");
+    this.#halt.disabled = !up;
+    this.#hints.hidden = !drives || hello?.you.role === "viewer";
+    this.#switch.hidden = !drives;
+    write(/** @type {Element} */ (this.#halt.querySelector(".menu-name")), this.#halted ? "Reset the halt" : "Halt");
+    mark(this.#halt, "data-tone", this.#halted ? null : "fault");
+  }
+}
+
+/**
+ * @param {string} drawing
+ * @param {string} name
+ * @param {string} says
+ */
+function item(drawing, name, says) {
+  const words = make("span", { class: "menu-words" }, make("span", { class: "menu-name" }, name),
+    says && make("span", { class: "note" }, says));
+  return make("button", { type: "button", class: "menu-item" }, icon(drawing), words);
+}
+
+customElements.define("app-menu", AppMenu);

@@ -1,0 +1,166 @@
+// What the robot sees, and over it what it made of it: vertical edges and where the laser falls.
+
+import { icon, make, mark, write } from "../element.js";
+import { age } from "../format.js";
+import { remember, remembered } from "../memory.js";
+import { Panel } from "../panel.js";
+import { FARTHEST, rangeColour } from "../ramp.js";
+
+/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../session.js").Picture} Picture */
+/** @typedef {import("../wire.js").CameraOverlay} CameraOverlay */
+
+const STALE_S = 0.5;
+const GIVE_UP_S = 3; // a recording without pictures: no empty frame
+const APART_S = 0.35; // an overlay older or newer than that belongs to another picture
+
+class CameraView extends Panel {
+  #canvas = make("canvas", { class: "picture", role: "img", "aria-label": "Camera picture" });
+  #age = make("span", { class: "tag", "data-tone": "stale" });
+  #empty = make("p", { class: "camera-empty" }, icon("camera"), "Waiting for the first picture…");
+  #edges = toggle("edges", "Edges", "Vertical edges; bright ones belong to a corner of the laser");
+  #laser = toggle("laser", "Laser", "Where the laser's points fall in the picture, coloured by distance");
+  #scale = make("p", { class: "ramp" }, make("span", {}, "0 m"), make("span", { class: "ramp-bar" }), make("span", {}, `${FARTHEST} m`));
+  /** @type {ImageBitmap | null} */
+  #picture = null;
+  #pictureStamp = 0;
+  #pictureAt = -Infinity;
+  #bornAt = performance.now();
+  #decoding = false;
+  #drawn = "";
+
+  /** @override */
+  build() {
+    this.classList.add("card");
+    this.setAttribute("role", "region");
+    this.setAttribute("aria-label", "Camera");
+    this.append(
+      make("div", { class: "card-head" }, make("h2", { class: "card-title" }, "Camera"), this.#age, make("span", { class: "spring" }),
+        this.#edges, this.#laser),
+      make("div", { class: "picture-box" }, this.#canvas, this.#empty),
+      this.#scale,
+    );
+    this.session.on("picture", (picture) => void this.#take(picture));
+    this.session.on("hello", () => (this.#bornAt = performance.now()));
+    for (const button of [this.#edges, this.#laser]) button.addEventListener("click", () => flip(button));
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ state, hello, up }) {
+    const now = performance.now();
+    const seen = this.#picture !== null;
+    this.hidden = !seen && !hello?.robot.drives && now - this.#bornAt > GIVE_UP_S * 1000;
+    this.session.want(!this.hidden && document.visibilityState === "visible" && this.offsetParent !== null);
+    this.#empty.hidden = seen;
+    const paused = state?.robot.running === false && up;
+    const old = seen && !paused ? (now - this.#pictureAt) / 1000 : 0;
+    this.classList.toggle("is-old", old > STALE_S || (seen && !up));
+    this.#age.hidden = old <= STALE_S;
+    write(this.#age, `${age(old)} old`);
+    this.#scale.hidden = !pressed(this.#laser) || !seen;
+    this.#draw(state?.camera ?? null);
+  }
+
+  /** @param {Picture} picture */
+  async #take(picture) {
+    this.#pictureAt = performance.now();
+    if (this.#decoding) return;
+    this.#decoding = true;
+    try {
+      const next = await createImageBitmap(new Blob([picture.jpeg], { type: "image/jpeg" }));
+      this.#picture?.close();
+      this.#picture = next;
+      this.#pictureStamp = picture.stamp;
+      this.#drawn = "";
+    } catch {
+      // a damaged picture: the next one comes in a moment
+    } finally {
+      this.#decoding = false;
+    }
+  }
+
+  /** @param {CameraOverlay | null} overlay */
+  #draw(overlay) {
+    const picture = this.#picture;
+    const width = this.#canvas.clientWidth;
+    if (!picture || !width) return;
+    const fits = overlay && Math.abs(overlay.stamp_s - this.#pictureStamp) < APART_S ? overlay : null;
+    const [edges, laser] = [pressed(this.#edges), pressed(this.#laser)];
+    const drawn = [this.#pictureStamp, fits?.stamp_s, edges, laser, width, devicePixelRatio].join();
+    if (drawn === this.#drawn) return;
+    this.#drawn = drawn;
+
+    const canvas = this.#canvas;
+    mark(canvas, "aria-label", `Camera picture, ${fits?.edges.length ?? 0} vertical edges found`);
+    const across = Math.round(width * devicePixelRatio);
+    const down = Math.round((across * picture.height) / picture.width);
+    if (canvas.width !== across || canvas.height !== down) [canvas.width, canvas.height] = [across, down];
+    const brush = canvas.getContext("2d");
+    if (!brush) return;
+    brush.imageSmoothingQuality = "high";
+    brush.drawImage(picture, 0, 0, across, down);
+    if (!fits) return;
+    const scale = across / fits.width;
+    if (laser) drawLaser(brush, fits, scale);
+    if (edges) drawEdges(brush, fits, scale);
+  }
+}
+
+/**
+ * @param {CanvasRenderingContext2D} brush
+ * @param {CameraOverlay} overlay
+ * @param {number} scale canvas pixels per picture pixel
+ */
+function drawLaser(brush, overlay, scale) {
+  const size = Math.max(2, 1.6 * scale);
+  for (const [u, v, range] of overlay.laser) {
+    brush.fillStyle = rangeColour(range);
+    brush.fillRect((u + 0.5) * scale - size / 2, (v + 0.5) * scale - size / 2, size, size);
+  }
+}
+
+/**
+ * @param {CanvasRenderingContext2D} brush
+ * @param {CameraOverlay} overlay
+ * @param {number} scale
+ */
+function drawEdges(brush, overlay, scale) {
+  brush.lineCap = "round";
+  for (const edge of overlay.edges) {
+    const path = new Path2D();
+    path.moveTo((edge.u0 + 0.5) * scale, (edge.v0 + 0.5) * scale);
+    path.lineTo((edge.u1 + 0.5) * scale, (edge.v1 + 0.5) * scale);
+    brush.setLineDash(edge.matched ? [] : [3 * scale, 3 * scale]);
+    brush.strokeStyle = "rgb(0 0 0 / 0.55)";
+    brush.lineWidth = (edge.matched ? 3.4 : 2.2) * Math.max(1, scale * 0.8);
+    brush.stroke(path);
+    brush.strokeStyle = edge.matched ? "#43d1e8" : "#ffffff";
+    brush.lineWidth = (edge.matched ? 1.9 : 1) * Math.max(1, scale * 0.8);
+    brush.stroke(path);
+  }
+  brush.setLineDash([]);
+}
+
+/**
+ * @param {string} name
+ * @param {string} says
+ * @param {string} title
+ */
+function toggle(name, says, title) {
+  const on = remembered(`camera.${name}`, "true");
+  return make("button", { type: "button", class: "toggle", "aria-pressed": on, "data-name": name, title }, says);
+}
+
+/** @param {HTMLElement} button */
+const pressed = (button) => button.getAttribute("aria-pressed") === "true";
+
+/** @param {HTMLElement} button */
+function flip(button) {
+  button.setAttribute("aria-pressed", String(!pressed(button)));
+  remember(`camera.${button.dataset["name"]}`, String(pressed(button)));
+}
+
+customElements.define("camera-view", CameraView);

@@ -1,0 +1,135 @@
+// The first minute: four hints that notice when they were followed. Simulator only; skippable; shown once.
+
+import { icon, make, write } from "../element.js";
+import { remember, remembered } from "../memory.js";
+import { Panel } from "../panel.js";
+import { overlap, placed } from "../placement.js";
+
+/** @typedef {import("../session.js").View} View */
+/**
+ * @typedef {object} Hint
+ * @property {string} at what it points to
+ * @property {string} title
+ * @property {string} text
+ * @property {(view: View) => boolean} done
+ */
+
+const EDGE = 12; // [px] from the map's upper edge
+const touch = matchMedia("(pointer: coarse)").matches;
+
+/** @type {readonly Hint[]} */
+const HINTS = [
+  {
+    at: '[data-command="turn_left"]',
+    title: "Tell it to turn",
+    text: "Press “turn left”. You see what was understood, and the robot does it.",
+    done: ({ state }) => state?.command?.name.startsWith("turn_") === true,
+  },
+  {
+    at: ".stick",
+    title: "Hold to drive",
+    text: touch ? "Push the stick with your thumb. Let go and the robot stops." : "Hold W, or drag the stick. Let go and the robot stops.",
+    done: ({ state, mine }) => mine && state?.gate.source === "jog" && Math.abs(state.velocity.v_m_s) > 0.02,
+  },
+  {
+    at: ".stage",
+    title: touch ? "Tap the floor" : "Click the floor",
+    text: "The robot plans a way there and goes.",
+    done: ({ state }) => state?.command?.source === "click",
+  },
+  {
+    at: ".stop",
+    title: "Stop, at any time",
+    text: touch ? "Press STOP: everything is cancelled and the robot stands." : "Press STOP, or Esc anywhere: everything is cancelled and the robot stands.",
+    done: () => false, // the session says when
+  },
+];
+
+export class CoachMarks extends Panel {
+  #step = -1;
+  #title = make("h2", { class: "card-title" });
+  #text = make("p");
+  #count = make("span", { class: "note" });
+  #next = make("button", { type: "button", class: "button" }, "Skip");
+  #shut = make("button", { type: "button", class: "icon-button small", "aria-label": "Close the hints" }, icon("close"));
+  #card = make("div", { class: "coach card", role: "region", "aria-label": "First steps", hidden: true },
+    make("div", { class: "coach-head" }, this.#title, make("span", { class: "spring" }), this.#shut),
+    this.#text,
+    make("div", { class: "coach-foot" }, this.#count, make("span", { class: "spring" }), this.#next),
+    make("span", { class: "coach-tip" }));
+  #asked = false;
+  #placedFor = "";
+
+  /** @override */
+  build() {
+    this.append(this.#card);
+    this.#next.addEventListener("click", () => this.#go(this.#step + 1));
+    this.#shut.addEventListener("click", () => this.#end());
+    this.session.on("stopped", () => this.#step === HINTS.length - 1 && this.#go(HINTS.length));
+    addEventListener("resize", () => (this.#placedFor = ""));
+  }
+
+  begin() {
+    this.#asked = true;
+    this.#go(0);
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show(view) {
+    const { hello, state, permission, up } = view;
+    const first = !this.#asked && remembered("hints", "") === "";
+    if (first && up && hello?.robot.kind === "SIM" && permission.may !== "no" && state && !state.slam.looking_around) this.begin();
+    const hint = HINTS[this.#step];
+    if (hint?.done(view)) this.#go(this.#step + 1);
+    if (!this.#card.hidden) this.#place();
+  }
+
+  /** @param {number} step */
+  #go(step) {
+    this.#step = step;
+    this.#placedFor = "";
+    const hint = HINTS[step];
+    if (step > HINTS.length) {
+      this.#end();
+      return;
+    }
+    this.#card.hidden = false;
+    this.#card.dataset["step"] = String(step + 1);
+    write(this.#title, hint?.title ?? "That is all");
+    write(this.#text, hint?.text ?? (touch ? "The menu shows these hints again." : "Press ? for every key. The menu shows these hints again."));
+    write(this.#count, hint ? `${step + 1} of ${HINTS.length}` : "");
+    write(this.#next, hint ? "Skip" : "Done");
+    this.session.announce(`${this.#title.textContent}. ${this.#text.textContent}`);
+  }
+
+  #end() {
+    this.#step = -1;
+    this.#card.hidden = true;
+    remember("hints", "seen");
+  }
+
+  #place() {
+    const at = document.querySelector(HINTS[this.#step]?.at ?? ".stage");
+    const stop = document.querySelector(".stop");
+    if (!at || !stop) return;
+    const target = at.getBoundingClientRect();
+    const key = [this.#step, target.left, target.top, target.width, innerWidth, innerHeight].join();
+    if (key === this.#placedFor) return;
+    this.#placedFor = key;
+    const inMap = at.classList.contains("stage");
+    const { width, height } = this.#card.getBoundingClientRect();
+    const space = { width: innerWidth, height: innerHeight };
+    const beside = placed(target, { width, height }, space, stop.getBoundingClientRect());
+    const { left, top, side } = inMap ? { left: (target.left + target.right - width) / 2, top: target.top + EDGE, side: "" } : beside;
+    this.#card.style.left = `${left}px`;
+    this.#card.style.top = `${top}px`;
+    this.#card.dataset["side"] = overlap(this.#card.getBoundingClientRect(), target) > 0 ? "" : side;
+    const along = side === "above" || side === "below" ? (target.left + target.right) / 2 - left : (target.top + target.bottom) / 2 - top;
+    this.#card.style.setProperty("--tip", `${along}px`);
+  }
+}
+
+customElements.define("coach-marks", CoachMarks);

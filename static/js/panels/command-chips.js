@@ -1,0 +1,135 @@
+// A button for every command this robot knows, and no other. Those with numbers ask for them in place.
+
+import { icon, make, mark, write } from "../element.js";
+import { Panel } from "../panel.js";
+import { exampleNumbers, filled, holes } from "../suggest.js";
+
+/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../suggest.js").Kind} Kind */
+/** @typedef {import("../suggest.js").NumberRow} NumberRow */
+
+const DRAWN = new Set(["turn_left", "turn_right", "continue", "stop_at", "stop_moving", "follow_wall", "come_here", "follow_me"]);
+
+class CommandChips extends Panel {
+  #chips = make("div", { class: "chips", role: "group", "aria-label": "Commands" });
+  /** @type {HTMLFormElement | null} */
+  #form = null;
+  #off = false;
+
+  /** @override */
+  build() {
+    this.append(this.#chips);
+    this.session.on("kinds", (kinds) => {
+      this.#back(false);
+      this.#chips.replaceChildren(...kinds.map((kind) => this.#chip(kind)));
+      this.#able();
+    });
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ up, permission }) {
+    const off = !up || permission.may === "no";
+    if (off === this.#off) return;
+    this.#off = off;
+    this.#able();
+  }
+
+  #able() {
+    for (const button of this.#chips.querySelectorAll("button")) button.disabled = this.#off;
+  }
+
+  /** @param {Kind} kind */
+  #chip(kind) {
+    const pattern = kind.words[0] ?? kind.name;
+    const asks = holes(pattern, kind).length > 0;
+    const label = asks ? `${pattern.split(" {")[0]}…` : pattern;
+    const chip = make("button", { type: "button", class: "chip", title: kind.summary, "data-command": kind.name },
+      icon(DRAWN.has(kind.name) ? kind.name : "command"), label);
+    chip.addEventListener("click", () => (asks ? this.#ask(kind, pattern) : void this.session.say(pattern, "chip")));
+    return chip;
+  }
+
+  /**
+   * @param {Kind} kind
+   * @param {string} pattern
+   */
+  #ask(kind, pattern) {
+    const usual = exampleNumbers(kind);
+    const wanted = holes(pattern, kind);
+    const says = make("span", { class: "form-says", role: "alert" });
+    /** @type {Map<string, HTMLInputElement>} */
+    const boxes = new Map();
+    for (const number of wanted) {
+      const value = usual[number.name] ?? number.default ?? "";
+      boxes.set(number.name, make("input", {
+        class: "number", type: "text", inputmode: number.low < 0 ? "text" : "decimal", size: "5", autocomplete: "off", value: String(value),
+        "aria-label": `${number.says}, ${number.low} to ${number.high} ${number.unit}`,
+      }));
+    }
+    const parts = pattern.split(/(\{\w+\})/).filter((part) => part.trim()).map((part) => {
+      const box = boxes.get(part.slice(1, -1));
+      return box ?? make("span", {}, part.trim());
+    });
+    const unit = /met(er|re)s/.test(pattern) ? null : make("span", { class: "note" }, wanted[0]?.unit ?? "");
+    const back = make("button", { type: "button", class: "icon-button", "aria-label": "Back to the commands" }, icon("close"));
+    const form = make("form", { class: "chip-form", "aria-label": kind.summary, novalidate: true },
+      icon(DRAWN.has(kind.name) ? kind.name : "command"), ...parts, unit,
+      make("button", { type: "submit", class: "button primary" }, "Go"), back, says);
+    back.addEventListener("click", () => this.#back(true));
+    form.addEventListener("keydown", (event) => event.key === "Escape" && this.#back(true));
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      const numbers = checked(wanted, boxes, says);
+      if (!numbers || this.#off) return;
+      void this.session.say(filled(pattern, numbers), "chip");
+      this.#back(true);
+    });
+    this.#form = form;
+    this.dataset["asks"] = kind.name;
+    this.#chips.hidden = true;
+    this.append(form);
+    const first = boxes.values().next().value;
+    first?.focus();
+    first?.select();
+  }
+
+  /** @param {boolean} focus */
+  #back(focus) {
+    const asked = this.dataset["asks"];
+    this.#form?.remove();
+    this.#form = null;
+    delete this.dataset["asks"];
+    this.#chips.hidden = false;
+    if (focus && asked) this.#chips.querySelector(/** @type {"button"} */ (`[data-command="${CSS.escape(asked)}"]`))?.focus();
+  }
+}
+
+/**
+ * The numbers in the boxes, or null with a sentence beside them and the focus on the first that is wrong.
+ * @param {readonly NumberRow[]} wanted
+ * @param {ReadonlyMap<string, HTMLInputElement>} boxes
+ * @param {Element} says
+ */
+function checked(wanted, boxes, says) {
+  /** @type {Record<string, string>} */
+  const numbers = {};
+  for (const { name, says: called, low, high, unit } of wanted) {
+    const box = boxes.get(name);
+    const text = (box?.value ?? "").trim().replace(",", ".").replace("−", "-");
+    const value = text === "" ? NaN : Number(text);
+    const fine = value >= low && value <= high;
+    if (box) mark(box, "aria-invalid", fine ? null : "true");
+    if (!fine) {
+      write(says, `${called} must be a number from ${low} to ${high} ${unit}.`);
+      box?.focus();
+      return null;
+    }
+    numbers[name] = text;
+  }
+  return numbers;
+}
+
+customElements.define("command-chips", CommandChips);

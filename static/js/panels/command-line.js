@@ -1,0 +1,140 @@
+// Words for the robot, with what they could become.
+
+import { icon, make, mark } from "../element.js";
+import { Panel } from "../panel.js";
+import { Recall, suggest } from "../suggest.js";
+
+/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../suggest.js").Suggestion} Suggestion */
+
+export class CommandLine extends Panel {
+  #box = make("input", {
+    id: "words", class: "words", type: "text", maxlength: "200", autocomplete: "off", autocapitalize: "off", spellcheck: "false",
+    enterkeyhint: "send", placeholder: "Tell the robot what to do", "aria-label": "Tell the robot what to do",
+    role: "combobox", "aria-autocomplete": "list", "aria-expanded": "false", "aria-controls": "suggestions", "aria-keyshortcuts": "/",
+  });
+  #send = make("button", { type: "submit", class: "button primary send", "aria-label": "Send" }, icon("send"));
+  #list = make("ul", { id: "suggestions", class: "suggestions", role: "listbox", "aria-label": "Suggestions", hidden: true });
+  #recall = new Recall();
+  /** @type {Suggestion[]} */
+  #offered = [];
+  #chosen = -1;
+  #asked = false;
+
+  /** @override */
+  build() {
+    const form = make("form", { class: "line" }, this.#box, make("kbd", { class: "slash", "aria-hidden": "true" }, "/"), this.#send);
+    this.append(this.#list, form);
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      void this.#say();
+    });
+    this.#box.addEventListener("input", () => {
+      this.#recall.leave();
+      this.#offer();
+    });
+    this.#box.addEventListener("keydown", (event) => this.#key(event));
+    this.#box.addEventListener("blur", () => this.#shut());
+    this.session.on("history", (rows) => {
+      if (this.#asked) return;
+      this.#asked = true;
+      for (const row of [...rows].reverse()) this.#recall.add(row.heard_as);
+    });
+  }
+
+  take() {
+    this.#box.focus();
+    this.#box.select();
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ up, permission }) {
+    const off = !up || permission.may === "no";
+    mark(this.#box, "aria-disabled", off ? "true" : null);
+    this.#send.disabled = off;
+    const hint = off ? permission.why : "Tell the robot what to do";
+    if (this.#box.placeholder !== hint) this.#box.placeholder = hint;
+  }
+
+  async #say() {
+    const chosen = this.#offered[this.#chosen];
+    if (chosen && this.#box.value !== chosen.text) {
+      this.#accept(chosen);
+      if (!chosen.complete) return;
+    }
+    const text = this.#box.value.trim();
+    if (!text || this.#send.disabled) return;
+    this.#recall.add(text);
+    this.#box.value = "";
+    this.#shut();
+    const answer = await this.session.say(text, "typed");
+    if (answer.status === 0 && !this.#box.value) this.#box.value = text;
+  }
+
+  /** @param {KeyboardEvent} event */
+  #key(event) {
+    const back = event.key === "ArrowUp";
+    if (event.key === "Escape") this.#shut();
+    if (!back && event.key !== "ArrowDown") return;
+    event.preventDefault();
+    const recalling = this.#recall.walking || (back && this.#box.value === "");
+    if (recalling) {
+      this.#box.value = back ? this.#recall.older(this.#box.value) : this.#recall.newer();
+      this.#shut();
+    } else if (this.#offered.length === 0 || this.#list.hidden) {
+      this.#offer(true);
+    } else {
+      const count = this.#offered.length;
+      this.#choose(this.#chosen < 0 ? (back ? count - 1 : 0) : (this.#chosen + (back ? count - 1 : 1)) % count);
+    }
+  }
+
+  /** @param {boolean} [evenIfEmpty] */
+  #offer(evenIfEmpty = false) {
+    const text = this.#box.value;
+    const offered = text.trim() || evenIfEmpty ? suggest(text, this.session.kinds) : [];
+    this.#offered = offered.filter((suggestion) => suggestion.text !== text.trim());
+    this.#chosen = -1;
+    this.#list.replaceChildren(...this.#offered.map((suggestion, index) => {
+      const row = make("li", { id: `suggestion-${index}`, role: "option", class: "suggestion", "aria-selected": "false" },
+        make("span", { class: "suggestion-words" }, suggestion.complete ? suggestion.text : suggestion.shows),
+        make("span", { class: "note" }, suggestion.summary));
+      row.addEventListener("pointerdown", (event) => {
+        event.preventDefault();
+        this.#accept(suggestion);
+        if (suggestion.complete) void this.#say();
+      });
+      return row;
+    }));
+    this.#list.hidden = this.#offered.length === 0;
+    mark(this.#box, "aria-expanded", String(!this.#list.hidden));
+    mark(this.#box, "aria-activedescendant", null);
+  }
+
+  /** @param {number} index */
+  #choose(index) {
+    this.#chosen = index;
+    [...this.#list.children].forEach((row, other) => mark(row, "aria-selected", String(other === index)));
+    mark(this.#box, "aria-activedescendant", `suggestion-${index}`);
+  }
+
+  /** @param {Suggestion} suggestion */
+  #accept(suggestion) {
+    this.#box.value = suggestion.text;
+    this.#box.setSelectionRange(suggestion.caret, suggestion.caret);
+    this.#shut();
+  }
+
+  #shut() {
+    this.#list.hidden = true;
+    this.#offered = [];
+    this.#chosen = -1;
+    mark(this.#box, "aria-expanded", "false");
+    mark(this.#box, "aria-activedescendant", null);
+  }
+}
+
+customElements.define("command-line", CommandLine);

@@ -1,0 +1,106 @@
+// One line that says what is being obeyed, or how the last command ended, or why it was refused.
+
+import { icon, make, mark, redraw, write } from "../element.js";
+import { Panel } from "../panel.js";
+
+/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../session.js").Said} Said */
+/** @typedef {import("../api.js").HistoryRow} HistoryRow */
+/**
+ * @typedef {object} Shown
+ * @property {string} icon
+ * @property {string} words
+ * @property {string} remark
+ * @property {string} state
+ * @property {readonly string[]} meant
+ */
+
+/** @type {Shown} */
+const READY = { icon: "command", words: "Ready", remark: "Type, press a button below, or click the floor.", state: "", meant: [] };
+
+class CommandStatus extends Panel {
+  #icon = icon("command");
+  #words = make("span", { class: "status-words" });
+  #remark = make("span", { class: "status-remark" });
+  #meant = make("div", { class: "meant", role: "group", "aria-label": "Did you mean" });
+  #bar = make("div", { class: "bar-fill" });
+  #progress = make("div", { class: "progress", role: "progressbar", "aria-label": "Progress", "aria-valuemin": "0", "aria-valuemax": "100" }, this.#bar);
+  #cancel = make("button", { type: "button", class: "button" }, icon("close"), "Cancel");
+  #running = 0;
+  /** @type {Shown} */
+  #last = READY;
+
+  /** @override */
+  build() {
+    this.append(this.#icon, make("p", { class: "status-text" }, this.#words, this.#remark), this.#meant, this.#progress, this.#cancel);
+    this.#cancel.addEventListener("click", () => this.session.stop());
+    this.session.on("said", (said) => this.#answered(said));
+    this.session.on("history", (rows) => this.#ended(rows));
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ state, up, permission }) {
+    const command = state?.command?.state === "running" ? state.command : null;
+    this.#cancel.hidden = !command;
+    this.#progress.hidden = !command || command.progress === null;
+    this.#cancel.disabled = !up;
+    if (command) {
+      this.#running = command.id;
+      const { heard_as: words, remark } = command;
+      this.#show({ icon: "running", words, remark, state: "running", meant: [] });
+      const percent = Math.round((command.progress ?? 0) * 100);
+      this.#bar.style.width = `${percent}%`;
+      mark(this.#progress, "aria-valuenow", String(percent));
+      return;
+    }
+    if (this.#running) {
+      this.#running = 0;
+      if (this.#last.state === "sent") this.#last = READY;
+    }
+    const idle = this.#last === READY && permission.may === "no" ? { ...READY, words: "", remark: permission.why } : this.#last;
+    this.#show(idle);
+  }
+
+  /** @param {Said} said */
+  #answered({ text, answer }) {
+    const remark = answer.detail ?? "";
+    if (answer.ok) this.#last = { icon: "running", words: text, remark: "", state: "sent", meant: [] };
+    else this.#last = { icon: "refused", words: text, remark, state: "refused", meant: answer.suggestions ?? [] };
+    if (!answer.ok) this.session.announce(`${text}: refused. ${remark}`);
+  }
+
+  /** @param {HistoryRow[]} rows newest first */
+  #ended([row]) {
+    if (!row || row.state === "running") return;
+    const meant = row.state === "refused" ? this.#last.meant : [];
+    const remark = row.remark || (row.state === "refused" ? this.#last.remark : "");
+    this.#last = { icon: row.state, words: row.heard_as, remark, state: row.state, meant };
+    this.session.announce(`${row.heard_as}: ${row.state}. ${remark}`);
+  }
+
+  /** @param {Shown} shown */
+  #show(shown) {
+    redraw(this.#icon, shown.icon);
+    write(this.#words, shown.words);
+    const said = shown.state && shown.state !== "running" && shown.state !== "sent" ? `${shown.state}${shown.remark ? ". " : ""}` : "";
+    write(this.#remark, said + shown.remark);
+    mark(this, "data-state", shown.state || null);
+    const meant = shown.meant.slice(0, 3);
+    this.#meant.hidden = meant.length === 0;
+    if (this.#meant.dataset["meant"] === meant.join("|")) return;
+    this.#meant.dataset["meant"] = meant.join("|");
+    this.#meant.replaceChildren(make("span", { class: "note" }, "Did you mean"), ...meant.map((text) => this.#offer(text)));
+  }
+
+  /** @param {string} text */
+  #offer(text) {
+    const button = make("button", { type: "button", class: "chip" }, text);
+    button.addEventListener("click", () => void this.session.say(text, "chip"));
+    return button;
+  }
+}
+
+customElements.define("command-status", CommandStatus);

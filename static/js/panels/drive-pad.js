@@ -1,0 +1,138 @@
+// Hold to drive: a stick for the thumb or the mouse, keys that light, five speeds, and what the gate says.
+
+import { PRESETS } from "../drive.js";
+import { icon, make, mark, write } from "../element.js";
+import { speed, turnRate } from "../format.js";
+import { Panel } from "../panel.js";
+
+/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../hands.js").Hands} Hands */
+
+const DEAD = 0.12; // of the radius: a resting thumb is no wish
+
+export class DrivePad extends Panel {
+  #knob = make("span", { class: "knob" });
+  #stick = make("div", { class: "stick", role: "application", tabindex: "0", "aria-label": "Drive stick: hold W A S D or the arrow keys to drive, let go to stop" },
+    ...["up", "left", "down", "right"].map((way, index) => make("span", { class: "way", "data-way": way }, icon("arrow"), make("kbd", {}, "WASD".charAt(index)))),
+    this.#knob);
+  #presets = make("div", { class: "presets", role: "group", "aria-label": "Speed" },
+    ...PRESETS.map((_, index) => make("button", { type: "button", class: "preset", "data-preset": String(index + 1) }, String(index + 1))));
+  #less = make("button", { type: "button", class: "button", "aria-label": "Slower" }, "−");
+  #more = make("button", { type: "button", class: "button", "aria-label": "Faster" }, "+");
+  #top = make("span", { class: "top-speed" });
+  #moving = make("span", { class: "moving" });
+  #why = make("p", { class: "drive-why" });
+  /** @type {Hands | null} */
+  #hands = null;
+  /** @type {number | null} */
+  #pointer = null;
+  #said = "";
+
+  /** @override */
+  build() {
+    this.classList.add("card");
+    this.setAttribute("role", "region");
+    this.setAttribute("aria-label", "Drive");
+    this.append(this.#stick,
+      make("div", { class: "drive-side" },
+        make("div", { class: "drive-figures" }, make("span", { class: "card-title" }, "Drive"), this.#moving),
+        this.#presets,
+        make("div", { class: "stepper" }, this.#less, this.#more),
+        this.#top, this.#why));
+  }
+
+  /** @param {Hands} hands */
+  hold(hands) {
+    this.#hands = hands;
+    /** @param {number} preset */
+    const set = (preset) => {
+      hands.drive.preset = Math.min(PRESETS.length, Math.max(1, preset));
+    };
+    for (const button of this.#presets.querySelectorAll("button")) {
+      button.addEventListener("click", () => set(Number(button.dataset["preset"])));
+    }
+    this.#less.addEventListener("click", () => set(hands.drive.preset - 1));
+    this.#more.addEventListener("click", () => set(hands.drive.preset + 1));
+    const stick = this.#stick;
+    stick.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0 || this.#pointer !== null) return;
+      this.#pointer = event.pointerId;
+      stick.setPointerCapture(event.pointerId);
+      this.#follow(event);
+    });
+    stick.addEventListener("pointermove", (event) => event.pointerId === this.#pointer && this.#follow(event));
+    for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
+      stick.addEventListener(end, (event) => event instanceof PointerEvent && event.pointerId === this.#pointer && this.#release());
+    }
+    stick.addEventListener("contextmenu", (event) => event.preventDefault());
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ hello, state, permission, up }) {
+    const hands = this.#hands;
+    if (!hands || !hello || !state) return;
+    const { drive } = hands;
+    if (!drive.engaged && this.#pointer === null) this.#place(0, 0);
+    const wish = hands.keyWish;
+    const lit = { up: wish.v > 0, down: wish.v < 0, left: wish.w > 0, right: wish.w < 0 };
+    for (const way of this.#stick.querySelectorAll(".way")) {
+      mark(way, "data-lit", lit[/** @type {keyof typeof lit} */ (way.getAttribute("data-way"))] && !drive.mustLetGo);
+    }
+    mark(this.#stick, "data-engaged", drive.engaged);
+    mark(this.#stick, "data-off", !up || permission.may === "no");
+    for (const button of this.#presets.querySelectorAll("button")) {
+      mark(button, "aria-pressed", String(Number(button.dataset["preset"]) === drive.preset));
+    }
+    const top = (PRESETS[drive.preset - 1] ?? 0) * hello.robot.max_speed_m_s;
+    write(this.#top, drive.slow ? `Slow (Shift)` : `Speed ${drive.preset}: ${speed(top)}`);
+    this.#less.disabled = drive.preset === 1;
+    this.#more.disabled = drive.preset === PRESETS.length;
+    write(this.#moving, `${speed(state.velocity.v_m_s)}, ${turnRate(state.velocity.w_rad_s)}`);
+    this.#explain(drive.why || (permission.may === "no" && up ? permission.why : ""));
+  }
+
+  /** @param {string} why */
+  #explain(why) {
+    write(this.#why, why || "Hold to drive. Shift is slow.");
+    mark(this.#why, "data-tone", why ? "stale" : null);
+    if (why && why !== this.#said) this.session.announce(why);
+    this.#said = why;
+  }
+
+  /** @param {PointerEvent} event */
+  #follow(event) {
+    const box = this.#stick.getBoundingClientRect();
+    const reach = box.width / 2 - 26;
+    const x = (event.clientX - box.left - box.width / 2) / reach;
+    const y = (event.clientY - box.top - box.height / 2) / reach;
+    const far = Math.hypot(x, y);
+    const [u, v] = far > 1 ? [x / far, y / far] : [x, y];
+    this.#place(u * reach, v * reach);
+    this.#hands?.stick({ v: still(-v), w: still(-u) });
+  }
+
+  #release() {
+    this.#pointer = null;
+    this.#place(0, 0);
+    this.#hands?.stick({ v: 0, w: 0 });
+  }
+
+  /**
+   * @param {number} x [px]
+   * @param {number} y [px]
+   */
+  #place(x, y) {
+    this.#knob.style.translate = `${x}px ${y}px`;
+  }
+}
+
+/** @param {number} part −1 to 1 */
+function still(part) {
+  const size = Math.abs(part);
+  return size < DEAD ? 0 : (Math.sign(part) * (size - DEAD)) / (1 - DEAD);
+}
+
+customElements.define("drive-pad", DrivePad);

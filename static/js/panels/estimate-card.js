@@ -1,0 +1,98 @@
+// Where the robot believes it is, how sure it is, and how far the wheels alone would be off.
+
+import { make, mark, write } from "../element.js";
+import { degrees, fixed, headingBetween, metres, sigmas, spread } from "../format.js";
+import { Panel } from "../panel.js";
+import { LandmarkTable } from "./landmark-table.js";
+
+/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../wire.js").State} State */
+
+class EstimateCard extends Panel {
+  #mode = make("span", { class: "note" });
+  #figures = { x: figure("x"), y: figure("y"), heading: figure("heading") };
+  #table = new LandmarkTable();
+  #facts = {
+    landmarks: fact("Landmarks", "Corners in the map; on trial: seen fewer than three times"),
+    nis: fact("Surprise (NIS)", "How far the last sightings lay from what was expected, squared and scaled. Around 2 is right; far above means overconfident."),
+    wheels: fact("Wheels alone", "How far dead reckoning lies from the estimate"),
+    truth: fact("True error", "Simulator only: the distance to where the robot really is"),
+  };
+
+  /** @override */
+  build() {
+    this.classList.add("card");
+    this.setAttribute("role", "region");
+    this.setAttribute("aria-label", "Estimate");
+    const { x, y, heading } = this.#figures;
+    this.append(
+      make("div", { class: "card-head" }, make("h2", { class: "card-title" }, "Where it believes it is"),
+        make("span", { class: "spring" }), this.#mode),
+      make("dl", { class: "figures" }, x.row, y.row, heading.row),
+      make("dl", { class: "facts" }, ...Object.values(this.#facts).map(({ row }) => row)),
+      this.#table,
+    );
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ state, up }) {
+    this.classList.toggle("is-old", !up);
+    if (!state) return;
+    const { pose, dead_reckoning: wheels, slam, truth } = state;
+    const sigma = sigmas(pose.cov);
+    const { x, y, heading } = this.#figures;
+    const modeWords = slam.looking_around ? "looking around" : `EKF, ${slam.mode}`;
+    write(this.#mode, modeWords);
+    say(x, metres(pose.x_m), spread(sigma.x));
+    say(y, metres(pose.y_m), spread(sigma.y));
+    say(heading, degrees(pose.heading_rad, 1), `± ${degrees(sigma.heading, 1)}`);
+    const trial = slam.tentative ? `, ${slam.tentative} on trial` : "";
+    write(this.#facts.landmarks.value, `${state.landmarks.length}${trial}`);
+    write(this.#facts.nis.value, slam.nis === null ? "–" : fixed(slam.nis, 1));
+    write(this.#facts.wheels.value, apart(wheels, pose));
+    this.#table.show(state.landmarks);
+    mark(this.#facts.truth.row, "hidden", truth === null);
+    if (truth) write(this.#facts.truth.value, apart(truth, pose));
+  }
+}
+
+/**
+ * How far two poses lie apart: "0.14 m, 3.2°".
+ * @param {{x_m: number, y_m: number, heading_rad: number}} a
+ * @param {{x_m: number, y_m: number, heading_rad: number}} b
+ */
+function apart(a, b) {
+  const turned = Math.abs(headingBetween(a.heading_rad, b.heading_rad));
+  return `${metres(Math.hypot(a.x_m - b.x_m, a.y_m - b.y_m))}, ${degrees(turned, 1)}`;
+}
+
+/** @param {string} name */
+function figure(name) {
+  const value = make("span", { class: "figure-value" }, "–");
+  const sigma = make("span", { class: "figure-sigma" }, "± –");
+  return { row: make("div", { class: "figure" }, make("dt", {}, name), make("dd", {}, value, sigma)), value, sigma };
+}
+
+/**
+ * @param {{value: Element, sigma: Element}} row
+ * @param {string} value
+ * @param {string} sigma
+ */
+function say(row, value, sigma) {
+  write(row.value, value);
+  write(row.sigma, sigma);
+}
+
+/**
+ * @param {string} name
+ * @param {string} says
+ */
+function fact(name, says) {
+  const value = make("dd", {}, "–");
+  return { row: make("div", { class: "fact", title: says }, make("dt", {}, name), value), value };
+}
+
+customElements.define("estimate-card", EstimateCard);

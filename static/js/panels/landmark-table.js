@@ -1,0 +1,44 @@
+// The paper's table L as the operator may read it: every landmark, how sure it is, how often it was met and missed.
+
+import { make, write } from "../element.js";
+import { fixed, largestSigma, spread } from "../format.js";
+
+/** @typedef {import("../wire.js").LandmarkRow} LandmarkRow */
+
+const EVERY_MS = 400;
+const COLUMNS = ["No.", "x", "y", "±", "Hits", "Missed"];
+
+export class LandmarkTable extends HTMLElement {
+  #body = make("tbody");
+  #empty = make("p", { class: "record-empty" }, "No landmark yet. A corner counts after it was seen three times.");
+  #shownAt = -Infinity;
+
+  connectedCallback() {
+    if (this.children.length) return;
+    const head = make("tr", {}, ...COLUMNS.map((name) => make("th", { scope: "col" }, name)));
+    this.append(make("table", { class: "landmarks" }, make("caption", { class: "visually-hidden" }, "Landmarks"), make("thead", {}, head), this.#body),
+      this.#empty);
+  }
+
+  /** @param {readonly LandmarkRow[]} landmarks */
+  show(landmarks) {
+    const now = performance.now();
+    if (this.offsetParent === null || now - this.#shownAt < EVERY_MS) return;
+    this.#shownAt = now;
+    this.#empty.hidden = landmarks.length > 0;
+    while (this.#body.rows.length > landmarks.length) this.#body.deleteRow(-1);
+    while (this.#body.rows.length < landmarks.length) this.#body.append(make("tr", {}, ...COLUMNS.map(() => make("td"))));
+    for (const [index, landmark] of landmarks.entries()) {
+      const cells = this.#body.rows[index]?.cells ?? [];
+      rowOf(landmark).forEach((text, column) => write(/** @type {Element} */ (cells[column]), text));
+    }
+  }
+}
+
+/** @param {LandmarkRow} landmark */
+function rowOf({ id, x_m: x, y_m: y, cov_m2: covariance, hits, misses }) {
+  const unsure = spread(largestSigma(covariance)).replace("± ", "");
+  return [String(id), fixed(x, 2), fixed(y, 2), unsure, String(hits), String(misses)];
+}
+
+customElements.define("landmark-table", LandmarkTable);

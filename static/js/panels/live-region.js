@@ -1,0 +1,31 @@
+// What a screen reader says: results, banners, refusals. One sentence at a time, repeats left out.
+
+import { make } from "../element.js";
+import { Panel } from "../panel.js";
+
+const BREATH_MS = 150; // readers need a change after an empty moment to speak the same place again
+
+class LiveRegion extends Panel {
+  #place = make("div", { class: "visually-hidden", role: "status", "aria-live": "polite" });
+  /** @type {string[]} */
+  #waiting = [];
+  #timer = 0;
+
+  /** @override */
+  build() {
+    this.append(this.#place);
+    this.session.on("told", (sentence) => {
+      if (this.#waiting.at(-1) === sentence) return;
+      this.#waiting.push(sentence);
+      this.#waiting.splice(0, this.#waiting.length - 4);
+      if (!this.#timer) this.#timer = setTimeout(() => this.#speak(), BREATH_MS);
+    });
+  }
+
+  #speak() {
+    this.#place.textContent = this.#waiting.splice(0).join(" ");
+    this.#timer = 0;
+  }
+}
+
+customElements.define("live-region", LiveRegion);

@@ -1,0 +1,56 @@
+// Signing in with the token that Beckon printed where it was started.
+
+import { login } from "../api.js";
+import { icon, make, write } from "../element.js";
+import { Panel } from "../panel.js";
+
+export class LoginView extends Panel {
+  #box = make("input", {
+    id: "token", class: "words", type: "password", autocomplete: "off", spellcheck: "false", autocapitalize: "off", required: true, maxlength: "400",
+  });
+  #enter = make("button", { type: "submit", class: "button primary" }, "Sign in");
+  #says = make("p", { class: "login-says", role: "alert" });
+
+  /** @override */
+  build() {
+    const form = make("form", { class: "card login" },
+      icon("mark"),
+      make("h2", {}, "Sign in to Beckon"),
+      make("p", {}, "Beckon printed a link where it was started. Open that link, or paste its token here."),
+      make("label", { for: "token" }, "Token"), this.#box, this.#enter, this.#says);
+    this.append(form);
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      void this.enter(this.#box.value.trim().replace(/^.*#t=/, ""));
+    });
+    this.session.on("signed-out", () => this.#open());
+  }
+
+  /**
+   * @param {string} token
+   */
+  async enter(token) {
+    this.#enter.disabled = true;
+    write(this.#says, "");
+    try {
+      await login(token);
+      this.#box.value = "";
+      this.hidden = true;
+      document.body.classList.remove("is-signed-out");
+      await this.session.begin();
+    } catch (refusal) {
+      this.#open();
+      write(this.#says, refusal instanceof Error ? refusal.message : "That did not work.");
+    } finally {
+      this.#enter.disabled = false;
+    }
+  }
+
+  #open() {
+    this.hidden = false;
+    document.body.classList.add("is-signed-out");
+    this.#box.focus();
+  }
+}
+
+customElements.define("login-view", LoginView);

@@ -1,0 +1,123 @@
+// What was told and how it ended; what the robot had to say; the landmarks it goes by.
+
+import { icon, make, mark, write } from "../element.js";
+import { age, quantities, timeOfDay } from "../format.js";
+import { Panel } from "../panel.js";
+import { LandmarkTable } from "./landmark-table.js";
+
+/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../api.js").HistoryRow} HistoryRow */
+/** @typedef {import("../wire.js").NoticeLine} NoticeLine */
+
+/** @typedef {"history" | "notices" | "landmarks"} Tab */
+const TABS = /** @type {const} */ (["history", "notices", "landmarks"]);
+const SOURCES = { typed: "typed", chip: "button", click: "map", rest: "HTTP" };
+
+class RecordCard extends Panel {
+  #history = make("ol", { class: "record-list", "aria-label": "History, newest first" });
+  #notices = make("ol", { class: "record-list", "aria-label": "Notices, newest first", hidden: true });
+  #landmarks = new LandmarkTable();
+  #count = make("span", { class: "count", hidden: true });
+  #tabs = {
+    history: make("button", { type: "button", class: "tab", "aria-pressed": "true" }, "History"),
+    notices: make("button", { type: "button", class: "tab", "aria-pressed": "false" }, "Notices", this.#count),
+    landmarks: make("button", { type: "button", class: "tab landmarks-tab", "aria-pressed": "false" }, "Landmarks"),
+  };
+  /** @type {Tab} */
+  #open = "history";
+  #empty = make("p", { class: "record-empty" });
+  #newestNotice = -1;
+  #seenNotice = -1;
+
+  /** @override */
+  build() {
+    this.classList.add("card");
+    this.setAttribute("role", "region");
+    this.setAttribute("aria-label", "History and notices");
+    this.append(make("div", { class: "card-head tabs" }, ...Object.values(this.#tabs)),
+      this.#history, this.#notices, this.#landmarks, this.#empty);
+    for (const tab of TABS) this.#tabs[tab].addEventListener("click", () => this.#turnTo(tab));
+    this.session.on("history", (rows) => this.#list(rows));
+    this.session.on("hello", ({ robot }) => {
+      this.#tabs.history.hidden = !robot.drives;
+      if (!robot.drives && this.#open === "history") this.#turnTo("landmarks");
+    });
+    this.#turnTo("history");
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ state, permission }) {
+    this.#landmarks.show(state?.landmarks ?? []);
+    for (const button of this.#history.querySelectorAll("button")) button.disabled = permission.may === "no";
+    const notices = state?.notices ?? [];
+    const newest = notices.at(-1)?.id ?? -1;
+    if (newest === this.#newestNotice) return;
+    this.#newestNotice = newest;
+    if (this.#open === "notices") this.#seenNotice = newest;
+    const unseen = notices.filter(({ id }) => id > this.#seenNotice).length;
+    this.#count.hidden = unseen === 0;
+    write(this.#count, String(unseen));
+    this.#notices.replaceChildren(...[...notices].reverse().map(noticeRow));
+    this.#explain();
+  }
+
+  /** @param {Tab} open */
+  #turnTo(open) {
+    this.#open = open;
+    const lists = { history: this.#history, notices: this.#notices, landmarks: this.#landmarks };
+    for (const tab of TABS) {
+      lists[tab].hidden = tab !== open;
+      mark(this.#tabs[tab], "aria-pressed", String(tab === open));
+    }
+    if (open === "notices") {
+      this.#seenNotice = this.#newestNotice;
+      this.#count.hidden = true;
+    }
+    this.#explain();
+  }
+
+  /** @param {HistoryRow[]} rows newest first */
+  #list(rows) {
+    this.#history.replaceChildren(...rows.slice(0, 60).map((row) => this.#row(row)));
+    this.#explain();
+  }
+
+  #explain() {
+    const list = this.#open === "history" ? this.#history : this.#notices;
+    this.#empty.hidden = this.#open === "landmarks" || list.children.length > 0;
+    write(this.#empty, list === this.#history ? "What you tell the robot appears here, with how it ended." : "Nothing to report.");
+  }
+
+  /** @param {HistoryRow} row */
+  #row(row) {
+    const source = row.source in SOURCES ? SOURCES[/** @type {keyof typeof SOURCES} */ (row.source)] : row.source;
+    const numbers = quantities(row.numbers ?? {});
+    const took = row.duration_s ? age(row.duration_s) : "";
+    const again = make("button", { type: "button", class: "icon-button small", "aria-label": `Again: ${row.heard_as}`, title: "Again" }, icon("again"));
+    again.addEventListener("click", () => void this.session.say(row.heard_as, "chip"));
+    return make("li", { class: "record", "data-state": row.state },
+      make("span", { class: "outcome-icon" }, icon(row.state)),
+      make("div", { class: "record-body" },
+        make("p", { class: "record-line" }, make("span", { class: "record-words" }, row.heard_as), make("span", { class: "outcome" }, row.state)),
+        row.remark ? make("p", { class: "record-remark" }, row.remark) : null,
+        make("p", { class: "note record-meta" }, timeOfDay(row.at_s), dot(), icon(row.source in SOURCES ? row.source : "rest"), source, dot(), row.who,
+          ...[numbers, took].filter(Boolean).flatMap((text) => [dot(), text]))),
+      again);
+  }
+}
+
+const dot = () => make("span", { class: "dot", "aria-hidden": "true" }, "·");
+
+/** @param {NoticeLine} notice */
+function noticeRow(notice) {
+  const drawing = notice.level === "info" ? "info" : "warning";
+  return make("li", { class: "record", "data-level": notice.level },
+    make("span", { class: "outcome-icon" }, icon(drawing)),
+    make("div", { class: "record-body" }, make("p", {}, notice.text),
+      make("p", { class: "note" }, `${notice.level}, at ${age(notice.stamp_s)} of the robot's clock`)));
+}
+
+customElements.define("record-card", RecordCard);

@@ -1,0 +1,36 @@
+// Which robot this is, and whether it is simulated, recorded or real.
+
+import { icon, make, redraw, write } from "../element.js";
+import { Panel } from "../panel.js";
+
+const KINDS = {
+  SIM: { icon: "cube", says: "Simulated robot" },
+  LOG: { icon: "tape", says: "Recording: nothing moves" },
+  LIVE: { icon: "antenna", says: "Real robot" },
+};
+
+class RobotBadge extends Panel {
+  #name = make("span", { class: "robot-name" });
+  #icon = icon("cube");
+  #word = make("span");
+  #badge = make("span", { class: "badge" }, this.#icon, this.#word);
+
+  /** @override */
+  build() {
+    this.append(this.#badge, this.#name);
+    this.hidden = true;
+    this.session.on("hello", ({ robot }) => {
+      this.hidden = false;
+      const kind = KINDS[robot.kind];
+      this.#badge.dataset["kind"] = robot.kind;
+      this.#badge.title = kind.says;
+      redraw(this.#icon, kind.icon);
+      write(this.#word, robot.kind);
+      write(this.#name, robot.name);
+      this.#name.title = robot.url;
+      document.title = `${robot.name} · Beckon`;
+    });
+  }
+}
+
+customElements.define("robot-badge", RobotBadge);

@@ -1,0 +1,78 @@
+// The heart: the 3-D map. It is shown in a frame of its own; clicks in it are judged by the server.
+
+import { address, socketAddress } from "../api.js";
+import { icon, make } from "../element.js";
+import { remember, remembered } from "../memory.js";
+import { Panel } from "../panel.js";
+import { isDark, onTheme } from "../theme.js";
+
+/** @typedef {import("../session.js").View} View */
+
+const TOUCH = matchMedia("(pointer: coarse)").matches;
+const LAYERS = [
+  ["robot", "Robot", "Where the filter believes the robot is, with its uncertainty (95 %)"],
+  ["ghost", "Dead reckoning", "Where the wheels alone would put it"],
+  ["landmark", "Landmarks", "Corners the robot recognises; the ellipse is their uncertainty"],
+  ["scan", "Laser", "The newest sweep"],
+  ["path", "Way and goal", "Where it is going"],
+  ["wall", "Wall", "Seen occupied"],
+  ["free", "Free", "Seen free; what is not drawn is unknown"],
+];
+
+export class SceneView extends Panel {
+  #frame = make("iframe", { title: "3-D map", class: "scene", id: "scene" });
+  #hint = make("p", { class: "scene-hint", "aria-hidden": "true" }, icon("click"), `${TOUCH ? "Tap" : "Click"} the floor to go there`);
+  #legend = make("details", { class: "legend" },
+    make("summary", {}, make("span", {}, "Legend"), icon("chevron")),
+    make("ul", {}, ...LAYERS.map(([layer, name, says]) =>
+      make("li", { title: says }, make("span", { class: "swatch", "data-layer": layer }), name))));
+  #tab = "";
+  #goes = false;
+  /** @type {(inner: Window) => void} */
+  #then = () => undefined;
+
+  /** @override */
+  build() {
+    this.#legend.open = remembered("legend", innerWidth >= 1024 ? "open" : "shut") === "open";
+    this.#legend.addEventListener("toggle", () => remember("legend", this.#legend.open ? "open" : "shut"));
+    this.append(this.#frame, this.#legend, this.#hint);
+    this.#frame.addEventListener("load", () => this.#loaded());
+    this.addEventListener("pointerenter", () => this.#hint.classList.toggle("is-shown", this.#goes));
+    this.addEventListener("pointerleave", () => this.#hint.classList.remove("is-shown"));
+    onTheme(() => this.#load());
+    this.session.on("hello", ({ tab }) => {
+      this.#tab = tab;
+      this.#load();
+    });
+  }
+
+  /** @param {(inner: Window) => void} then called with the frame's window after each load, so that keys reach us */
+  whenLoaded(then) {
+    this.#then = then;
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ state, up, permission }) {
+    this.#goes = up && permission.may !== "no";
+    this.classList.toggle("is-old", !up);
+    if (state?.command?.source === "click") this.#hint.classList.add("is-known");
+  }
+
+  #load() {
+    if (!this.#tab) return;
+    const query = new URLSearchParams({ websocket: socketAddress(`scene/ws/${this.#tab}`) });
+    if (isDark()) query.set("darkMode", "");
+    const url = `${address("scene/").href}?${query}`;
+    if (this.#frame.src !== url) this.#frame.src = url;
+  }
+
+  #loaded() {
+    const inner = this.#frame.contentWindow;
+    if (this.#frame.src && inner) this.#then(inner);
+  }
+}
+
+customElements.define("scene-view", SceneView);

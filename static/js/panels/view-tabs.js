@@ -1,0 +1,57 @@
+// On a narrow screen: which instrument stands above the hands. A swipe over the tabs or the instruments walks on.
+
+import { icon, make, mark } from "../element.js";
+import { Panel } from "../panel.js";
+
+const VIEWS = /** @type {const} */ ([
+  ["map", "Map"],
+  ["camera", "Camera"],
+  ["estimate", "Estimate"],
+  ["record", "History"],
+]);
+const SWIPE_PX = 48;
+
+class ViewTabs extends Panel {
+  #place = /** @type {HTMLElement} */ (this.closest("[data-view]"));
+  #startX = 0;
+  #startY = 0;
+
+  /** @override */
+  build() {
+    this.append(make("div", { class: "view-tabs", role: "group", "aria-label": "Views" }, ...VIEWS.map(([view, name]) => {
+      const button = make("button", { type: "button", class: "view-tab", "data-to": view }, icon(view), make("span", {}, name));
+      button.addEventListener("click", () => this.open(view));
+      return button;
+    })));
+    this.open("map");
+    for (const swiped of [this, ...this.#place.querySelectorAll(".side > *")]) {
+      swiped.addEventListener("touchstart", (event) => this.#begin(/** @type {TouchEvent} */ (event)), { passive: true });
+      swiped.addEventListener("touchend", (event) => this.#end(/** @type {TouchEvent} */ (event)), { passive: true });
+    }
+  }
+
+  /** @param {string} view */
+  open(view) {
+    this.#place.dataset["view"] = view;
+    for (const button of this.querySelectorAll("button")) mark(button, "aria-pressed", String(button.dataset["to"] === view));
+  }
+
+  /** @param {TouchEvent} event */
+  #begin(event) {
+    const touch = event.changedTouches[0];
+    [this.#startX, this.#startY] = [touch?.clientX ?? 0, touch?.clientY ?? 0];
+  }
+
+  /** @param {TouchEvent} event */
+  #end(event) {
+    const touch = event.changedTouches[0];
+    const across = (touch?.clientX ?? this.#startX) - this.#startX;
+    const down = (touch?.clientY ?? this.#startY) - this.#startY;
+    if (Math.abs(across) < SWIPE_PX || Math.abs(across) < 2 * Math.abs(down)) return;
+    const present = VIEWS.findIndex(([view]) => view === this.#place.dataset["view"]);
+    const next = VIEWS[present + (across < 0 ? 1 : -1)];
+    if (next) this.open(next[0]);
+  }
+}
+
+customElements.define("view-tabs", ViewTabs);

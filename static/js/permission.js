@@ -1,0 +1,23 @@
+// May this person move the robot now, and if not, why not. The server and the gate decide; this only says it first.
+
+/** @typedef {import("./wire.js").Hello} Hello */
+/** @typedef {import("./wire.js").State} State */
+/** @typedef {import("./drive.js").Permission} Permission */
+
+/**
+ * @param {{hello: Hello | null, state: State | null, up: boolean}} view
+ * @returns {Permission}
+ */
+export function permission({ hello, state, up }) {
+  /** @param {string} why @returns {Permission} */
+  const no = (why) => ({ may: "no", why });
+  if (!up || !hello || !state) return no("The link to the console is lost.");
+  if (!hello.robot.drives) return no("A recording cannot be driven.");
+  if (hello.you.role === "viewer") return no("You are watching. Only an operator can drive.");
+  if (state.gate.state === "halted") return no("Halted. Reset the halt first; the reset does not move the robot.");
+  if (state.robot.link === "lost") return no("The robot does not answer.");
+  if (state.robot.link === "connecting") return no("The robot is still waking up.");
+  if (state.lease.holder_id === hello.you.id) return { may: "yes", why: "" };
+  if (state.lease.holder === null) return { may: "ask", why: "" };
+  return no(`${state.lease.holder} drives. Take over first.`);
+}

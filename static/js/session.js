@@ -1,0 +1,243 @@
+// One visit: what is known, and every door through which the page acts on the robot.
+
+import * as api from "./api.js";
+import { Link } from "./link.js";
+import { permission } from "./permission.js";
+
+/** @typedef {import("./wire.js").Hello} Hello */
+/** @typedef {import("./wire.js").State} State */
+/** @typedef {import("./wire.js").Answer} Answer */
+/** @typedef {import("./link.js").LinkHealth} LinkHealth */
+/** @typedef {import("./drive.js").Permission} Permission */
+/** @typedef {import("./drive.js").DriveFrame} DriveFrame */
+/** @typedef {{text: string, answer: Answer, source: "typed" | "chip" | "click"}} Said */
+/** @typedef {{seq: number, stamp: number, jpeg: Uint8Array<ArrayBuffer>}} Picture */
+/**
+ * @typedef {object} View everything a panel may show at one instant
+ * @property {Hello | null} hello
+ * @property {State | null} state the newest there was, even when the link is lost
+ * @property {LinkHealth} link
+ * @property {boolean} up
+ * @property {Permission} permission
+ * @property {boolean} mine we hold the lease
+ */
+
+const ANSWER_MS = 5000;
+
+/**
+ * What happens once and is told to whoever listens.
+ * @typedef {object} Happenings
+ * @property {Hello} hello
+ * @property {View} heard a new state; told at once, even when the page is not drawn
+ * @property {null} lost
+ * @property {null} signed-out
+ * @property {Picture} picture
+ * @property {Said} said
+ * @property {api.HistoryRow[]} history
+ * @property {api.Kind[]} kinds
+ * @property {null} stopped
+ * @property {string} trouble a sentence
+ * @property {string} told a sentence for those who do not see the page
+ */
+
+export class Session {
+  /** @type {Hello | null} */
+  hello = null;
+  /** @type {State | null} */
+  state = null;
+  /** @type {api.Kind[]} */
+  kinds = [];
+  /** @type {api.HistoryRow[]} */
+  history = [];
+  #events = new EventTarget();
+  /** @type {Map<number, (answer: Answer) => void>} */
+  #waiting = new Map();
+  #ref = 0;
+  #revision = -1;
+  #wantsCamera = true;
+
+  constructor() {
+    this.link = new Link({
+      url: api.socketAddress("ws"),
+      hear: (message) => this.#hear(message),
+      see: (picture) => this.#tell("picture", picture),
+      lose: () => this.#lose(),
+    });
+  }
+
+  /**
+   * @template {keyof Happenings} K
+   * @param {K} what
+   * @param {(detail: Happenings[K]) => void} then
+   */
+  on(what, then) {
+    this.#events.addEventListener(what, (event) => then(/** @type {CustomEvent} */ (event).detail));
+  }
+
+  /** @returns {View} */
+  get view() {
+    const link = this.link.health;
+    const { hello, state } = this;
+    const up = link.is === "up" && state !== null;
+    const mine = up && hello !== null && state.lease.holder_id === hello.you.id;
+    return { hello, state, link, up, mine, permission: permission({ hello, state, up }) };
+  }
+
+  /**
+   * Words for the robot.
+   * @param {string} text
+   * @param {"typed" | "chip" | "click"} source
+   */
+  async say(text, source) {
+    const answer = await this.#ask((ref) => this.link.send({ kind: "command", text, source, ref }));
+    this.#tell("said", { text, answer, source });
+    return answer;
+  }
+
+  /** STOP, by both ways at once: whichever is quicker. */
+  stop() {
+    const left = this.link.send({ kind: "stop" });
+    if (this.state && !this.hello?.robot.drives) void this.playback("pause");
+    this.#tell("stopped", null);
+    api.stop().catch((refusal) => {
+      if (!left) this.#tell("trouble", `Stop could not be sent: ${refusal.message} The robot stops by itself when the link is gone.`);
+    });
+  }
+
+  halt() {
+    this.link.send({ kind: "halt" });
+  }
+
+  resetHalt() {
+    return this.#asked((ref) => this.link.send({ kind: "halt_reset", ref }));
+  }
+
+  /** @param {"acquire" | "take" | "release"} wish */
+  lease(wish) {
+    return this.#asked((ref) => this.link.send({ kind: "lease", do: wish, ref }));
+  }
+
+  /**
+   * @param {"play" | "pause" | "speed" | "seek"} wish
+   * @param {number} [value] times real time, or the place 0..1
+   */
+  playback(wish, value) {
+    return this.#asked((ref) => this.link.send({ kind: "playback", do: wish, ref, value: value ?? null }));
+  }
+
+  /** @param {DriveFrame} frame */
+  drive(frame) {
+    this.link.send({ kind: "drive", ...frame });
+  }
+
+  /** @param {boolean} camera whether anybody looks at the picture */
+  want(camera) {
+    if (camera === this.#wantsCamera) return;
+    this.#wantsCamera = camera;
+    this.link.send({ kind: "want", camera });
+  }
+
+  /** @param {string} sentence for those who hear the page rather than see it */
+  announce(sentence) {
+    this.#tell("told", sentence);
+  }
+
+  /** Starts, or starts again after a login. Tells "signed-out" when nobody is signed in. */
+  async begin() {
+    try {
+      await api.me();
+      this.link.open();
+    } catch (refusal) {
+      if (refusal instanceof api.Refusal && refusal.status === 401) this.#tell("signed-out", null);
+      else this.link.open(); // it keeps trying, and the banner says so
+    }
+  }
+
+  async leave() {
+    await api.logout().catch(() => undefined);
+    this.link.close();
+    this.#tell("signed-out", null);
+  }
+
+  /** @param {Exclude<import("./wire.js").Down, {kind: "echo"}>} message */
+  #hear(message) {
+    if (message.kind === "answer") {
+      this.#waiting.get(message.ref)?.(message);
+      this.#waiting.delete(message.ref);
+    } else if (message.kind === "hello") {
+      this.hello = message;
+      this.#revision = -1;
+      if (!this.#wantsCamera) this.link.send({ kind: "want", camera: false });
+      this.#tell("hello", message);
+      void this.#fetchKinds();
+    } else {
+      this.state = message;
+      this.#tell("heard", this.view);
+      if (message.history_revision !== this.#revision) void this.#fetchHistory(message.history_revision);
+    }
+  }
+
+  #lose() {
+    for (const [ref, answer] of this.#waiting) answer({ kind: "answer", ref, ok: false, status: 0, detail: "The link was lost." });
+    this.#waiting.clear();
+    this.#tell("lost", null);
+    api.me().catch((refusal) => {
+      if (refusal.status !== 401) return;
+      this.link.close();
+      this.#tell("signed-out", null);
+    });
+  }
+
+  async #fetchKinds() {
+    if (!this.hello?.robot.drives) return;
+    this.kinds = await api.kinds().catch(() => this.kinds);
+    this.#tell("kinds", this.kinds);
+  }
+
+  /** @param {number} revision */
+  async #fetchHistory(revision) {
+    this.#revision = revision;
+    const rows = await api.history().catch(() => null);
+    if (!rows || revision !== this.#revision) return;
+    this.history = rows;
+    this.#tell("history", rows);
+  }
+
+  /** @param {(ref: number) => boolean} send */
+  async #asked(send) {
+    const answer = await this.#ask(send);
+    if (!answer.ok) this.#tell("trouble", answer.detail ?? "That was refused.");
+    return answer;
+  }
+
+  /**
+   * @param {(ref: number) => boolean} send
+   * @returns {Promise<Answer>}
+   */
+  #ask(send) {
+    this.#ref += 1;
+    const ref = this.#ref;
+    /** @param {string} detail @returns {Answer} */
+    const none = (detail) => ({ kind: "answer", ref, ok: false, status: 0, detail });
+    return new Promise((resolve) => {
+      this.#waiting.set(ref, resolve);
+      if (!send(ref)) {
+        this.#waiting.delete(ref);
+        resolve(none("The link is lost; nothing was sent."));
+        return;
+      }
+      setTimeout(() => {
+        if (this.#waiting.delete(ref)) resolve(none("No answer came. Look at the history to see what happened."));
+      }, ANSWER_MS);
+    });
+  }
+
+  /**
+   * @template {keyof Happenings} K
+   * @param {K} what
+   * @param {Happenings[K]} detail
+   */
+  #tell(what, detail) {
+    this.#events.dispatchEvent(new CustomEvent(what, { detail }));
+  }
+}

@@ -1,0 +1,37 @@
+// Auto, dark or light; the choice is remembered.
+
+import { remember, remembered } from "./memory.js";
+
+/** @typedef {"auto" | "dark" | "light"} Theme */
+
+const ORDER = /** @type {const} */ (["auto", "dark", "light"]);
+const darkRoom = matchMedia("(prefers-color-scheme: dark)");
+/** @type {Set<() => void>} */
+const listeners = new Set();
+
+/** @returns {Theme} */
+export function theme() {
+  const told = document.documentElement.dataset["theme"];
+  return told === "dark" || told === "light" ? told : "auto";
+}
+
+export const isDark = () => (theme() === "auto" ? darkRoom.matches : theme() === "dark");
+
+/** @param {string} choice */
+export function choose(choice) {
+  if (choice === "dark" || choice === "light") document.documentElement.dataset["theme"] = choice;
+  else delete document.documentElement.dataset["theme"];
+  remember("theme", theme());
+  for (const listener of listeners) listener();
+}
+
+/** @returns {Theme} what follows the present one when the button is pressed */
+export const next = () => ORDER[(ORDER.indexOf(theme()) + 1) % ORDER.length] ?? "auto";
+
+/** @param {() => void} listener called when light turns dark or dark light */
+export function onTheme(listener) {
+  listeners.add(listener);
+}
+
+darkRoom.addEventListener("change", () => listeners.forEach((listener) => listener()));
+choose(remembered("theme", "auto"));
