@@ -15,9 +15,18 @@ from console.cli.self_test import self_test
 from console.home import home_folder
 from core.message import message
 
-NEEDED = (
-    "viser numpy scipy opencv-python-headless fastapi uvicorn websockets msgspec mcap rosbags".split()
-)
+NEEDED = [
+    "viser",
+    "numpy",
+    "scipy",
+    "opencv-python-headless",
+    "fastapi",
+    "uvicorn",
+    "websockets",
+    "msgspec",
+    "mcap",
+    "rosbags",
+]
 PORT = 8420
 
 
@@ -34,7 +43,9 @@ class Finding:
 
 def add(places: Any) -> None:
     """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser("doctor", help="what is installed, what is missing, what to do")
+    parser: argparse.ArgumentParser = places.add_parser(
+        "doctor", help="what is installed, what is missing, what to do"
+    )
     parser.add_argument("--self-test", action="store_true", help="drive the simulated robot for a minute and measure")
     add_json(parser)
     parser.set_defaults(run=run)

@@ -1,0 +1,48 @@
+"""`beckon run`: the console, on the simulated robot unless told otherwise."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+
+def add(places: Any) -> None:
+    """Add the subcommand."""
+    parser: argparse.ArgumentParser = places.add_parser("run", help="start the console and open it in the browser")
+    parser.add_argument(
+        "--robot", default="sim:lab", metavar="URL", help="sim:lab (default), sim:floor, or log:FILE for a recording"
+    )
+    parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default 127.0.0.1)")
+    parser.add_argument("--port", type=int, default=8420, help="0 takes any free port (default 8420)")
+    parser.add_argument("--no-browser", action="store_true", help="do not open a browser")
+    parser.add_argument(
+        "--no-auth", action="store_true", help="nobody has to sign in; on 127.0.0.1 with the simulator only"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="the simulator's chance")
+    parser.add_argument("--data", type=Path, default=None, metavar="DIR", help="where history and maps are kept")
+    parser.add_argument(
+        "--gate-trace", type=Path, default=None, metavar="FILE", help="write all that moves the wheels"
+    )
+    parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml", help="numbers of every algorithm")
+    parser.set_defaults(run=run)
+
+
+def run(chosen: argparse.Namespace) -> int:
+    """Serve until told to end."""
+    from console.serve import Options, serve  # the web stack takes a second to import: only here
+
+    serve(
+        Options(
+            robot=chosen.robot,
+            host=chosen.host,
+            port=chosen.port,
+            no_auth=chosen.no_auth,
+            seed=chosen.seed,
+            data=chosen.data,
+            gate_trace=chosen.gate_trace,
+            settings=chosen.settings,
+            open_browser=not chosen.no_browser,
+        )
+    )
+    return 0
