@@ -1,0 +1,263 @@
+"""Where the camera sits on the laser: P_laser = R P_camera + t (eq. 11).
+
+Eq. 13 sums the distances of laser points from the camera's plane; there the noisy point also multiplies the unknown
+rotation, which biases the answer with few poses. Here both sides are compared where the noise is, in range space
+(see pairs), and whitened by the covariances of the beams and of the board's pose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from core.calibration.levenberg import minimise
+from core.calibration.pairs import UNKNOWNS, Guess, Pair, Stack, behind, chi_squares, residuals_of, stack, whitening
+from core.calibration.projection import cross_matrices
+from core.errors import BadInput
+from core.geometry import OPTICAL, Transform
+from core.message import Array, message
+
+NAMES = ("roll", "pitch", "yaw", "forward", "sideways", "height")
+"""The six unknowns: turns about the laser's x, y, z axes and shifts along them."""
+
+LOOSE_TURN, LOOSE_SHIFT = np.deg2rad(3), 0.05  # [rad], [m]: how well a mount is known by looking at it
+FREE_TURN, FREE_SHIFT = np.deg2rad(10), 0.3  # [rad], [m]: as good as nothing
+
+
+@message
+class Mount:
+    """What is known about the mount without calibrating: laser_from_camera and its standard deviations."""
+
+    nominal: Transform = Transform(rotation=OPTICAL, translation=np.zeros(3))
+    spread: tuple[float, ...] = (LOOSE_TURN, LOOSE_TURN, LOOSE_TURN, LOOSE_SHIFT, LOOSE_SHIFT, LOOSE_SHIFT)
+
+    @property
+    def sds(self) -> Array:
+        """(6,) [rad, m] in the order of NAMES."""
+        return np.array(self.spread)
+
+    @staticmethod
+    def measured(height: float, height_sd: float = 0.005, level_sd: float = np.deg2rad(0.5)) -> Mount:
+        """Upright boards only: the camera's height above the laser [m] by ruler, the camera level to `level_sd` [rad]."""
+        nominal = Transform(rotation=OPTICAL, translation=np.array([0.0, 0.0, height]))
+        return Mount(nominal=nominal, spread=(level_sd, level_sd, FREE_TURN, FREE_SHIFT, FREE_SHIFT, height_sd))
+
+
+@dataclass(frozen=True)
+class ExtrinsicsSettings:
+    """How the solve goes."""
+
+    rounds: int = 4  # of whitening anew
+    soft: float = 3.0  # [standard deviations] scale of the soft-L1 loss while outliers may still be in
+    outlier: float = 14.0  # chi-square of a pose (2 dof, 99.9 %), in units of the typical, above which it is left out
+    keep_share: float = 0.6  # of the poses that stay, however bad
+    known: float = 0.7  # a direction counts as known when the data shrink the sd of the mount by this share
+    rival: float = 0.5  # another start wins only if its cost is below this share of the nominal mount's
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """What is estimated besides the six."""
+
+    offset: bool = False  # the laser's range offset
+    scale: bool = False  # the board's size
+
+    @property
+    def mask(self) -> Array:
+        """(8,) bool."""
+        return np.array([True] * 6 + [self.offset, self.scale])
+
+
+@message
+class Extrinsics:
+    """The answer, how sure it is, and what the data leave open."""
+
+    transform: Transform  # laser_from_camera
+    covariance: Array  # (6, 6) in the order of NAMES, inflated by the misfit
+    used: Array  # (M,) bool: the pairs that took part
+    chi2: Array  # (M,) of every pair, scaled to two degrees of freedom
+    misfit: float  # chi-square per degree of freedom; 1 where the stated noise explains the residuals
+    gain: Array  # (6,): 1 - sd / sd of the mount alone
+    weak: tuple[str, ...]  # the NAMES that the data leave open; there the mount's nominal value speaks
+    offset: tuple[float, float] | None = None  # [m] range offset and its sd, when asked for
+    scale: tuple[float, float] | None = None  # board size factor and its sd, when asked for
+
+    @property
+    def sds(self) -> Array:
+        """(6,) [rad, m] in the order of NAMES."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def guess(self) -> Guess:
+        """As the residuals take it."""
+        offset, scale = (0.0 if self.offset is None else self.offset[0]), (1.0 if self.scale is None else self.scale[0])
+        return Guess(self.transform.rotation, self.transform.translation, offset, scale)
+
+
+class Answer(NamedTuple):
+    """Where one minimisation ended."""
+
+    guess: Guess
+    information: Array  # (8, 8)
+    cost: float
+
+
+@dataclass
+class Problem:
+    """The pairs and what is known beforehand."""
+
+    pairs: Sequence[Pair]
+    mount: Mount
+    free: Array  # (8,) bool
+    settings: ExtrinsicsSettings
+    used: Array = field(default_factory=lambda: np.zeros(0, bool))  # (M,)
+
+    def seen(self) -> Stack:
+        """The pairs that take part."""
+        return stack([pair for pair, used in zip(self.pairs, self.used, strict=True) if used])
+
+
+def solve(
+    pairs: Sequence[Pair],
+    mount: Mount | None = None,
+    *,
+    start: Transform | None = None,
+    freedom: Freedom | None = None,
+    settings: ExtrinsicsSettings | None = None,
+) -> Extrinsics:
+    """Planes seen by both sensors → laser_from_camera with its covariance.
+
+    Directions that the data leave open are named in `weak` and stay at the mount's nominal value within its sd.
+    Raises BadInput with fewer than three pairs.
+    """
+    if len(pairs) < 3:
+        raise BadInput(f"{len(pairs)} usable poses of the board are too few: at least 3 are needed, 10 to 20 are good.")
+    freedom = freedom or Freedom()
+    problem = Problem(pairs, mount or Mount(), freedom.mask, settings or ExtrinsicsSettings(), np.ones(len(pairs), bool))
+    guess = _search(problem) if start is None else Guess(start.rotation, start.translation)
+    while True:
+        guess = _settle(problem, guess, soft=problem.settings.soft).guess
+        worst = _worst(problem, guess)
+        if worst is None:
+            break
+        problem.used[worst] = False
+    answer = _settle(problem, guess)
+    misfit = _misfit(problem, answer.guess, np.count_nonzero(problem.free))
+    gain = _gain(problem, answer.information / max(1.0, misfit))
+    weak = tuple(name for name, value in zip(NAMES, gain, strict=True) if value < problem.settings.known)
+    if weak:
+        answer, misfit = _with_mount(problem, len(weak))
+    else:
+        answer = answer._replace(information=answer.information / max(1.0, misfit))
+    covariance = np.linalg.pinv(answer.information[np.ix_(problem.free, problem.free)], hermitian=True)
+    extra = list(np.sqrt(np.diag(covariance))[6:])
+    scale = (answer.guess.scale, float(extra.pop())) if freedom.scale else None
+    return Extrinsics(
+        transform=Transform(rotation=answer.guess.rotation, translation=answer.guess.translation),
+        covariance=covariance[:6, :6],
+        used=problem.used,
+        chi2=chi_squares(stack(pairs), answer.guess),
+        misfit=misfit,
+        gain=gain,
+        weak=weak,
+        offset=(answer.guess.offset, float(extra.pop())) if freedom.offset else None,
+        scale=scale,
+    )
+
+
+def inverse_covariance(transform: Transform, covariance: Array) -> Array:
+    """Covariance (6, 6) of a_from_b → that of b_from_a; both in the axes of the frame they lead to."""
+    back = transform.rotation.T
+    slope = np.zeros((6, 6))
+    slope[:3, :3] = slope[3:, 3:] = -back
+    slope[3:, :3] = -back @ cross_matrices(transform.translation)
+    return slope @ covariance @ slope.T
+
+
+def _search(problem: Problem) -> Guess:
+    """The nominal mount, refined; or one of the 24 axis-aligned rotations if that explains the data far better."""
+    nominal = problem.mount.nominal
+    best = _settle(problem, Guess(nominal.rotation, nominal.translation), soft=problem.settings.soft)
+    if np.median(chi_squares(problem.seen(), best.guess)) < problem.settings.outlier:
+        return best.guess
+    least = problem.settings.rival * best.cost
+    for turn in Rotation.create_group("O").as_matrix():
+        other = _settle(problem, Guess(turn, np.zeros(3)), soft=problem.settings.soft)
+        if other.cost < least and not behind(problem.seen(), other.guess):
+            best, least = other, other.cost
+    return best.guess
+
+
+def _settle(
+    problem: Problem, guess: Guess, *, soft: float | None = None, prior: bool = False, misfit: float = 1.0
+) -> Answer:
+    """Whiten, minimise, whiten anew; with `prior` the mount takes part and the data weigh 1/misfit."""
+    seen, mask, fit = problem.seen(), problem.free.astype(float), None
+    shrink = 1 / np.sqrt(max(1.0, misfit))
+    for _ in range(problem.settings.rounds):
+        told = residuals_of(seen, whitening(seen, guess))
+
+        def model(state: Guess, told: object = told) -> tuple[Array, Array]:
+            residuals, slope = told(state)  # type: ignore[operator]
+            residuals, slope = residuals * shrink, slope * shrink * mask
+            if prior:
+                away, away_slope = _from_mount(problem.mount, state)
+                residuals, slope = np.concatenate((residuals, away)), np.concatenate((slope, away_slope))
+            return residuals, slope
+
+        fit = minimise(model, guess, Guess.moved, soft=soft, iterations=30)
+        guess = fit.state
+    assert fit is not None
+    return Answer(guess, fit.information, fit.cost)
+
+
+def _from_mount(mount: Mount, guess: Guess) -> tuple[Array, Array]:
+    """Distance from the nominal mount in its standard deviations (6,) and the derivative (6, 8)."""
+    turned = Rotation.from_matrix(guess.rotation @ mount.nominal.rotation.T).as_rotvec()
+    away = np.concatenate((turned, guess.translation - mount.nominal.translation))
+    slope = np.zeros((6, UNKNOWNS))
+    cross = cross_matrices(turned)
+    slope[:3, :3] = np.eye(3) - cross / 2 + cross @ cross / 12
+    slope[3:, 3:6] = np.eye(3)
+    return away / mount.sds, slope / mount.sds[:, None]
+
+
+def _with_mount(problem: Problem, weak: int) -> tuple[Answer, float]:
+    """Solve with the mount as a witness for what the data leave open, and find the misfit that goes with it."""
+    nominal, misfit = problem.mount.nominal, 1.0
+    answer = _settle(problem, Guess(nominal.rotation, nominal.translation), prior=True)
+    for _ in range(3):
+        misfit = _misfit(problem, answer.guess, np.count_nonzero(problem.free) - weak)
+        answer = _settle(problem, answer.guess, prior=True, misfit=misfit)
+    return answer, misfit
+
+
+def _worst(problem: Problem, guess: Guess) -> int | None:
+    """The pair that fits worst, if it is an outlier and enough others stay."""
+    left = int(np.count_nonzero(problem.used))
+    if left <= max(3, problem.settings.keep_share * len(problem.pairs)):
+        return None
+    chi2 = np.where(problem.used, chi_squares(stack(problem.pairs), guess), 0.0)
+    typical = max(1.0, float(np.median(chi2[problem.used])) / 1.386)  # the median of chi-square with 2 dof
+    worst = int(np.argmax(chi2))
+    return worst if chi2[worst] > problem.settings.outlier * typical else None
+
+
+def _misfit(problem: Problem, guess: Guess, unknowns: int) -> float:
+    """Chi-square per degree of freedom; 1 where there is no freedom left to tell."""
+    seen = problem.seen()
+    whitened, _ = residuals_of(seen, whitening(seen, guess))(guess)
+    freedom = int(seen.told.sum()) + len(seen.points) - unknowns
+    return float(whitened @ whitened) / freedom if freedom > 0 else 1.0
+
+
+def _gain(problem: Problem, information: Array) -> Array:
+    """(6,): by how much the data shrink the sds of the mount."""
+    known = information.copy()
+    known[np.arange(6), np.arange(6)] += 1 / problem.mount.sds**2
+    free = problem.free
+    return 1 - np.sqrt(np.diag(np.linalg.pinv(known[np.ix_(free, free)], hermitian=True)))[:6] / problem.mount.sds

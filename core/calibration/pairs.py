@@ -1,0 +1,191 @@
+"""What camera and laser saw of the same planes, and how well a mount explains it, pair by pair.
+
+The camera's plane n·P = d, carried into the laser frame by (R, t), is m·P = s with m = R n and s = k d + m·t, k being
+the board's true size over the entered one; it predicts q = m/s. A point p of the laser lies m·p - s off the plane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from core.calibration.planes import Plane
+from core.calibration.projection import cross_matrices, exponential
+from core.calibration.range_lines import RangeFit
+from core.message import Array, message
+
+NEAREST = 0.02  # [m]: planes nearer to the laser than this, or behind it, are taken as this near
+UNKNOWNS = 8  # turn (3), shift (3), range offset, board scale
+
+
+@message
+class PlanePair:
+    """One plane that the camera saw and that beams hit."""
+
+    plane: Plane
+    ranges: RangeFit
+
+
+@message
+class PointPair:
+    """One laser point on a plane that the camera saw, such as a corner on the plane of sight of its vertical edge."""
+
+    plane: Plane
+    point: Array  # (3,) [m], laser frame
+    covariance: Array  # (3, 3) [m²]
+
+
+Pair = PlanePair | PointPair
+
+
+class Guess(NamedTuple):
+    """The unknowns."""
+
+    rotation: Array  # (3, 3), laser_from_camera
+    translation: Array  # (3,) [m]
+    offset: float = 0.0  # [m]: measured range = true range + offset
+    scale: float = 1.0  # the board's true size over the entered one
+
+    def moved(self, step: Array) -> Guess:
+        """Step (8,): turn [rad], shift [m], offset [m], scale."""
+        return Guess(
+            exponential(step[None, :3])[0] @ self.rotation,
+            self.translation + step[3:6],
+            self.offset + float(step[6]),
+            self.scale + float(step[7]),
+        )
+
+
+class Stack(NamedTuple):
+    """Many pairs side by side; M of them hold beams, K hold points."""
+
+    planes: Planes  # of the M pairs with beams
+    q: Array  # (M, 3)
+    by_offset: Array  # (M, 3)
+    basis: Array  # (M, 3, 3): the told directions, filled up with zero columns
+    q_covariance: Array  # (M, 3, 3) in that basis, filled up with ones on the diagonal
+    told: Array  # (M,) number of told directions
+    point_planes: Planes  # of the K pairs with points
+    points: Array  # (K, 3)
+    point_covariance: Array  # (K, 3, 3)
+    order: Array  # (M + K,): where each stacked pair stood in the sequence
+
+
+class Planes(NamedTuple):
+    """Planes side by side."""
+
+    normals: Array  # (M, 3)
+    distances: Array  # (M,)
+    covariances: Array  # (M, 4, 4)
+
+
+Whitening = tuple[Array, Array]  # (M, 3, 3) and (K,)
+
+
+def stack(pairs: Sequence[Pair]) -> Stack:
+    """Pairs in any order → stacked."""
+    beams = [(number, pair) for number, pair in enumerate(pairs) if isinstance(pair, PlanePair)]
+    points = [(number, pair) for number, pair in enumerate(pairs) if isinstance(pair, PointPair)]
+    basis, covariance = np.zeros((len(beams), 3, 3)), np.tile(np.eye(3), (len(beams), 1, 1))
+    for row, (_, pair) in enumerate(beams):
+        count = pair.ranges.basis.shape[1]
+        basis[row, :, :count] = pair.ranges.basis
+        covariance[row, :count, :count] = pair.ranges.covariance
+    return Stack(
+        planes=_planes([pair.plane for _, pair in beams]),
+        q=np.array([pair.ranges.q for _, pair in beams]).reshape(-1, 3),
+        by_offset=np.array([pair.ranges.by_offset for _, pair in beams]).reshape(-1, 3),
+        basis=basis,
+        q_covariance=covariance,
+        told=np.array([pair.ranges.basis.shape[1] for _, pair in beams], dtype=int),
+        point_planes=_planes([pair.plane for _, pair in points]),
+        points=np.array([pair.point for _, pair in points]).reshape(-1, 3),
+        point_covariance=np.array([pair.covariance for _, pair in points]).reshape(-1, 3, 3),
+        order=np.array([number for number, _ in beams] + [number for number, _ in points], dtype=int),
+    )
+
+
+def whitening(seen: Stack, guess: Guess) -> Whitening:
+    """The matrices that give every residual unit variance at `guess`: from beam noise and from the camera's planes."""
+    normals, nearness = _carried(seen.planes, guess)
+    by_normal = (guess.rotation - normals[:, :, None] * (guess.translation @ guess.rotation) / nearness[:, None, None])
+    by_plane = np.concatenate((by_normal, -guess.scale * normals[:, :, None] / nearness[:, None, None]), axis=2)
+    inside = np.swapaxes(seen.basis, 1, 2) @ by_plane / nearness[:, None, None]
+    spread = seen.q_covariance + inside @ seen.planes.covariances @ np.swapaxes(inside, 1, 2)
+    beams = np.linalg.inv(np.linalg.cholesky(spread)) @ np.swapaxes(seen.basis, 1, 2)
+    normals, _ = _carried(seen.point_planes, guess)
+    camera_points = (seen.points - guess.translation) @ guess.rotation
+    by_plane = np.column_stack((camera_points, np.full(len(camera_points), -guess.scale)))
+    variance = np.einsum("ki,kij,kj->k", normals, seen.point_covariance, normals)
+    variance = variance + np.einsum("ki,kij,kj->k", by_plane, seen.point_planes.covariances, by_plane)
+    return beams, 1 / np.sqrt(np.maximum(variance, 1e-18))
+
+
+def residuals_of(seen: Stack, weights: Whitening) -> Callable[[Guess], tuple[Array, Array]]:
+    """Stacked pairs → a function from a guess to whitened residuals (3M + K,) and their Jacobian (…, 8)."""
+
+    def model(guess: Guess) -> tuple[Array, Array]:
+        normals, nearness = _carried(seen.planes, guess)
+        predicted = normals / nearness[:, None]
+        by_turn = -cross_matrices(normals) / nearness[:, None, None]
+        slope = np.zeros((len(normals), 3, UNKNOWNS))
+        slope[:, :, :3] = by_turn - predicted[:, :, None] * np.cross(normals, guess.translation)[:, None] / nearness[:, None, None]
+        slope[:, :, 3:6] = -predicted[:, :, None] * normals[:, None] / nearness[:, None, None]
+        slope[:, :, 6] = -seen.by_offset
+        slope[:, :, 7] = -predicted * (seen.planes.distances / nearness)[:, None]
+        error = predicted - seen.q - guess.offset * seen.by_offset
+        beams = (weights[0] @ error[:, :, None]).ravel()
+        beams_slope = (weights[0] @ slope).reshape(-1, UNKNOWNS)
+        off, off_slope = _points(seen, guess)
+        return (
+            np.concatenate((beams, weights[1] * off)),
+            np.concatenate((beams_slope, weights[1][:, None] * off_slope)),
+        )
+
+    return model
+
+
+def chi_squares(seen: Stack, guess: Guess) -> Array:
+    """(M + K,) of every pair in its original order, divided by half its number of told directions: expected 2."""
+    whitened, _ = residuals_of(seen, whitening(seen, guess))(guess)
+    beams = np.sum(whitened[: 3 * len(seen.q)].reshape(-1, 3) ** 2, axis=1) * 2 / np.maximum(seen.told, 1)
+    values = np.empty(len(seen.order))
+    values[seen.order] = np.concatenate((beams, 2 * whitened[3 * len(seen.q) :] ** 2))
+    return values
+
+
+def behind(seen: Stack, guess: Guess) -> int:
+    """How many of the planes this guess puts behind the laser."""
+    return int(np.count_nonzero(_nearness(seen.planes, guess)[1] <= NEAREST))
+
+
+def _planes(planes: Sequence[Plane]) -> Planes:
+    return Planes(
+        np.array([plane.normal for plane in planes]).reshape(-1, 3),
+        np.array([plane.distance for plane in planes]),
+        np.array([plane.covariance for plane in planes]).reshape(-1, 4, 4),
+    )
+
+
+def _nearness(planes: Planes, guess: Guess) -> tuple[Array, Array]:
+    normals = planes.normals @ guess.rotation.T
+    return normals, guess.scale * planes.distances + normals @ guess.translation
+
+
+def _carried(planes: Planes, guess: Guess) -> tuple[Array, Array]:
+    """Planes in the laser frame: normals (M, 3) and distances (M,), kept positive."""
+    normals, nearness = _nearness(planes, guess)
+    return normals, np.maximum(nearness, NEAREST)
+
+
+def _points(seen: Stack, guess: Guess) -> tuple[Array, Array]:
+    """How far the points lie off their planes (K,) [m], and the derivative (K, 8)."""
+    normals, nearness = _nearness(seen.point_planes, guess)
+    off = np.sum(normals * seen.points, axis=1) - nearness
+    slope = np.zeros((len(normals), UNKNOWNS))
+    slope[:, :3] = np.cross(normals, seen.points - guess.translation)
+    slope[:, 3:6] = -normals
+    slope[:, 7] = -seen.point_planes.distances
+    return off, slope
