@@ -41,6 +41,11 @@ class Viewer:
         self.closing = self.closing or Closing(code, reason)
         self._news.set()
 
+    def want(self, kind: str, wanted: bool) -> None:
+        """Whether this viewer wants a kind."""
+        (self.wants.add if wanted else self.wants.discard)(kind)
+        self.wake()
+
     def wake(self) -> None:
         """Something new may be there."""
         self._news.set()

@@ -39,6 +39,7 @@ class Token:
     digest: bytes
     name: str
     role: str
+    once: bool = False  # spent by the first login
 
 
 class Logins:
@@ -50,15 +51,16 @@ class Logins:
         self._wrong: dict[str, list[float]] = {}
         self._names = 0
 
-    def issue(self, name: str, role: str) -> str:
-        """Make a token of 256 bits; only its fingerprint is kept."""
+    def issue(self, name: str, role: str, *, once: bool = False) -> str:
+        """Make a token of 256 bits, good for one login or for many; only its fingerprint is kept."""
         token = secrets.token_urlsafe(32)
-        self._tokens.append(Token(fingerprint(token), name, role))
+        self._tokens.append(Token(fingerprint(token), name, role, once))
         return token
 
     def bearer(self, token: str) -> Person | None:
         """The script that shows this token."""
         found = self._token(token)
+        found = None if found is None or found.once else found
         return Person(f"token-{found.digest.hex()[:8]}", found.name, found.role) if found else None
 
     def open(self, token: str, name: str, now: float) -> tuple[str, Person] | None:
@@ -66,6 +68,8 @@ class Logins:
         found = self._token(token)
         if found is None:
             return None
+        if found.once:
+            self._tokens.remove(found)
         if len(self._open) >= MOST_LOGINS:
             self._open.pop(next(iter(self._open)))
         self._names += 1

@@ -8,6 +8,7 @@ from typing import Any
 
 import msgspec
 
+from console import wire
 from core.errors import BadInput, BeckonError, Refused, Unavailable
 
 MEDIA_TYPE = b"application/problem+json"
@@ -51,3 +52,9 @@ def problem_of(error: BeckonError) -> Problem:
     """An error of the core → the same sentence with a proper status."""
     status = next((status for kind, status in STATUS if isinstance(error, kind)), 500)
     return Problem(status, str(error))
+
+
+def refused(ref: int, error: Problem | BeckonError) -> wire.Answer:
+    """A refusal as the answer to a socket's message."""
+    problem = error if isinstance(error, Problem) else problem_of(error)
+    return wire.Answer(ref, False, problem.status, problem.detail, problem.more.get("suggestions"))

@@ -1,0 +1,69 @@
+"""The HTTP interface: one router per topic, every endpoint with its role."""
+
+from __future__ import annotations
+
+import time
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Request
+from pydantic import BaseModel, ConfigDict
+
+from console.logins import Person
+from console.runtime import Runtime
+
+SENTENCES = {
+    400: "The request is malformed.",
+    401: "Nobody is signed in, or the token is not valid.",
+    403: "This person, page or host may not do this.",
+    404: "There is no such thing.",
+    405: "The path does not take this method.",
+    408: "The body came too slowly.",
+    409: "Not now: somebody else drives, the robot is halted, or it is of another kind.",
+    413: "The body is too large.",
+    415: "The body is not declared as JSON.",
+    422: "Not understood, or out of bounds.",
+    429: "Too many wrong tokens.",
+    503: "The robot cannot be reached now.",
+}
+PROBLEM = {
+    "type": "object",
+    "required": ["type", "title", "status", "detail"],
+    "properties": {
+        "type": {"type": "string"},
+        "title": {"type": "string"},
+        "status": {"type": "integer"},
+        "detail": {"type": "string", "description": "A sentence to act on."},
+    },
+}
+PROBLEMS: dict[int | str, dict[str, Any]] = {
+    status: {"description": sentence, "content": {"application/problem+json": {"schema": PROBLEM}}}
+    for status, sentence in SENTENCES.items()
+}
+
+
+class Wish(BaseModel):
+    """Base of all bodies: exact types, finite numbers, nothing that was not asked for."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
+
+
+def router(topic: str) -> APIRouter:
+    """A router whose endpoints all answer problems alike."""
+    return APIRouter(prefix="/api", tags=[topic], responses=PROBLEMS)
+
+
+async def runtime_of(request: Request) -> Runtime:
+    """What runs behind this request. Whoever asks is there: that renews a lease."""
+    runtime: Runtime = request.app.state.runtime
+    if request.scope["person"] is not None:
+        runtime.lease.active(request.scope["person"], time.monotonic())
+    return runtime
+
+
+async def person_of(request: Request) -> Person:
+    """Who asks; the guard has seen to it."""
+    return request.scope["person"]
+
+
+Behind = Annotated[Runtime, Depends(runtime_of)]
+Who = Annotated[Person, Depends(person_of)]

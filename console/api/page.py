@@ -1,0 +1,84 @@
+"""The page itself, the scene's page, and the two kinds of sockets."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from fastapi import APIRouter, Request, Response, WebSocket
+from fastapi.responses import FileResponse
+from starlette.staticfiles import StaticFiles
+
+from console.roles import needs
+from console.scene.page import ScenePage
+from console.streams import Talk
+
+page = APIRouter()
+
+NO_CACHE = {"Cache-Control": "no-cache"}
+
+
+def static_folder() -> Path:
+    """Where the page's files are: inside the installed package, or beside it in a checkout."""
+    console = Path(__file__).parent.parent
+    packed = console / "_static"
+    return packed if packed.is_dir() else console.parent / "static"
+
+
+@needs("public")
+class PageFiles(StaticFiles):
+    """The page's files; asked for anew each time, answered with 304 when unchanged."""
+
+    def file_response(self, *given: Any, **more: Any) -> Response:
+        """A file, never kept without asking."""
+        response = super().file_response(*given, **more)
+        response.headers.update(NO_CACHE)
+        return response
+
+
+@page.get("/", include_in_schema=False)
+@needs("public")
+async def index() -> FileResponse:
+    """The page; it holds nothing secret and signs in by itself."""
+    return FileResponse(static_folder() / "index.html", headers=NO_CACHE)
+
+
+@page.get("/scene/", include_in_schema=False)
+@needs("viewer")
+async def scene_page(request: Request) -> Response:
+    """viser's page with its panel hidden."""
+    packed = "gzip" in request.headers.get("accept-encoding", "")
+    kept = scene_page_file()
+    if request.headers.get("if-none-match") == kept.etag:
+        return Response(status_code=304, headers=kept.headers)
+    headers = {**kept.headers, **({"content-encoding": "gzip"} if packed else {})}
+    return Response(kept.packed if packed else kept.plain, media_type="text/html", headers=headers)
+
+
+@page.websocket("/ws")
+@needs("viewer")
+async def talk(socket: WebSocket) -> None:
+    """State and camera down, hand and words up."""
+    await Talk(socket.app.state.runtime, socket, socket.scope["person"]).run()
+
+
+@page.websocket("/scene/ws/{tab}")
+@needs("viewer")
+async def scene_socket(socket: WebSocket, tab: str) -> None:
+    """The 3-D scene of one tab."""
+    await socket.app.state.runtime.scene.talk(socket, socket.scope["person"], tab)
+
+
+@page.websocket("/scene")
+@page.websocket("/scene/")
+@needs("viewer")
+async def lone_scene_socket(socket: WebSocket) -> None:
+    """The 3-D scene opened by itself."""
+    await socket.app.state.runtime.scene.talk(socket, socket.scope["person"], "")
+
+
+@cache
+def scene_page_file() -> ScenePage:
+    """Read and packed once."""
+    return ScenePage()

@@ -1,0 +1,25 @@
+"""Steering a recording."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from console.api import Behind, Who, Wish, router
+from console.roles import needs
+
+playback = router("playback")
+
+
+class PlaybackWish(Wish):
+    """`value`: the speed in times real time, or the place to seek from 0 to 1."""
+
+    do: Literal["play", "pause", "speed", "seek"]
+    value: float | None = None
+
+
+@playback.post("/playback")
+@needs("operator")
+async def steer(asked: PlaybackWish, behind: Behind, who: Who) -> dict[str, Any]:
+    """Play, pause, change the speed, seek."""
+    await behind.playback(asked.do, asked.value, who)
+    return {"done": asked.do}

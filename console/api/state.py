@@ -1,0 +1,40 @@
+"""What is the case now."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+from fastapi import Response
+
+from console import wire
+from console.api import Behind, router
+from console.problems import Problem
+from console.roles import needs
+
+state = router("state")
+
+
+@state.get("/state", response_class=Response, responses={200: {"content": {"application/json": {}}}})
+@needs("viewer")
+async def newest(behind: Behind) -> Response:
+    """The newest Snapshot, as the socket sends it."""
+    now = behind.state()
+    if now is None:
+        raise Problem(503, "No frame of the robot has arrived yet.")
+    return Response(wire.encode(now), media_type="application/json")
+
+
+@state.get("/health")
+@needs("public")
+async def health(behind: Behind) -> Response:
+    """200 when all is well, 503 with the reasons when it is not."""
+    troubles = behind.troubles()
+    pace = behind.pace
+    told: dict[str, Any] = {
+        "ok": not troubles,
+        "reasons": troubles,
+        "scene": behind.scene.why_not or "ok",
+        "pilot_step_ms": {"p50": pace.step_ms(0.5), "p99": pace.step_ms(0.99)},
+    }
+    return Response(msgspec.json.encode(told), 503 if troubles else 200, media_type="application/json")

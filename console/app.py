@@ -1,0 +1,122 @@
+"""The web application: the list of its routers, the guard in front, one place for errors."""
+
+from __future__ import annotations
+
+import logging
+import secrets
+from collections.abc import AsyncGenerator
+from contextlib import asynccontextmanager
+from typing import Any
+
+from fastapi import FastAPI, Request, Response
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+from starlette.routing import Mount
+
+from console.api.commands import commands
+from console.api.documentation import documentation
+from console.api.lease import lease
+from console.api.login import login
+from console.api.maps import maps
+from console.api.page import PageFiles, page, static_folder
+from console.api.playback import playback
+from console.api.simulation import simulation
+from console.api.state import state
+from console.api.stop import stop
+from console.problems import Problem, problem_of
+from console.roles import check_roles
+from console.runtime import Runtime
+from console.security import Guard, dress
+from console.version import beckon_version
+from core.errors import BeckonError
+
+log = logging.getLogger(__name__)
+
+ROUTERS = (stop, commands, state, lease, login, maps, playback, simulation, documentation, page)
+
+SENTENCES = {
+    404: "There is nothing at this address; the addresses are listed under /docs.",
+    405: "This address does not take that method.",
+}
+
+
+def create_app(runtime: Runtime) -> FastAPI:
+    """The application around a runtime. Raises RuntimeError when a route declares no role."""
+
+    @asynccontextmanager
+    async def life(_: FastAPI) -> AsyncGenerator[None]:
+        try:
+            await runtime.open()
+            yield
+        finally:
+            await runtime.close()
+
+    app = FastAPI(
+        title="Beckon",
+        version=beckon_version(),
+        description=__doc__ or "",
+        lifespan=life,
+        docs_url=None,
+        redoc_url=None,
+        openapi_url=None,
+    )
+    app.state.runtime = runtime
+    for router in ROUTERS:
+        app.router.routes.extend(router.routes)
+    app.router.routes.append(Mount("/static", PageFiles(directory=static_folder()), name="static"))
+    check_roles(app.routes)
+    app.add_exception_handler(Problem, on_problem)
+    app.add_exception_handler(BeckonError, on_error)
+    app.add_exception_handler(RequestValidationError, on_invalid)
+    app.add_exception_handler(HTTPException, on_http)
+    app.add_exception_handler(Exception, on_fault)
+    app.add_middleware(Guard, routes=app.routes, access=runtime.access)
+    return app
+
+
+def told(problem: Problem) -> Response:
+    """A problem as a response."""
+    return Response(problem.body(), problem.status, problem.headers, "application/problem+json")
+
+
+async def on_problem(_: Request, problem: Exception) -> Response:
+    """A refusal of ours."""
+    assert isinstance(problem, Problem)
+    return told(problem)
+
+
+async def on_error(_: Request, error: Exception) -> Response:
+    """A sentence of the core."""
+    assert isinstance(error, BeckonError)
+    return told(problem_of(error))
+
+
+async def on_invalid(_: Request, invalid: Exception) -> Response:
+    """A body of the wrong form: which fields, and what is wrong with them; never what they held."""
+    assert isinstance(invalid, RequestValidationError)
+    wrong = [{"field": field_of(error), "wrong": error["type"]} for error in invalid.errors()[:10]]
+    return told(Problem(422, "The request has not the form that is asked for; see /docs.", more={"errors": wrong}))
+
+
+def field_of(error: Any) -> str:
+    """The name of the field that is wrong, where it is one of ours."""
+    ours = error["type"] != "extra_forbidden" and len(error["loc"]) > 1
+    return str(error["loc"][1]) if ours else ""
+
+
+async def on_http(_: Request, error: Exception) -> Response:
+    """What the framework refuses by itself: 404, 405."""
+    assert isinstance(error, HTTPException)
+    detail = SENTENCES.get(error.status_code, "This request cannot be answered.")
+    return told(Problem(error.status_code, detail, headers=error.headers))
+
+
+async def on_fault(_: Request, fault: Exception) -> Response:
+    """A fault of ours: an id that the log knows, nothing else."""
+    number = secrets.token_hex(4)
+    log.error("Fault %s", number, exc_info=fault)
+    problem = Problem(500, "Something went wrong inside the console.", more={"id": number})
+    response = told(problem)
+    for name, value in dress(()):
+        response.headers[name.decode()] = value.decode()
+    return response

@@ -1,0 +1,253 @@
+"""The one door for orders, whatever they come by: typed, clicked, REST, a hand on the keys.
+
+Whether the words are understood, who may, whether a robot is there, whether the latch is off, who drives: checked
+here and nowhere else. Everything runs on the event loop and none of it waits.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+from console import wire
+from console.helm import Helm
+from console.history import History
+from console.lease import Lease
+from console.logins import Person
+from console.notice_board import NoticeBoard
+from console.pilot_thread import PilotLike
+from console.problems import Problem
+from console.robot_link import RobotLink
+from console.store import Deed
+from core.commands.command import Command
+from core.commands.stand import STOP_MOVING
+from core.errors import Refused
+from core.gate.status import GateStatus
+from core.snapshot import Ending, Undertaking
+from core.speech.grammar import understand
+
+SETTLED = 0.3  # [s] after which what the gate says surely concerns an order
+LET_GO = 0.5  # [s] without a moving jog after which the press has ended
+
+
+@dataclass(frozen=True)
+class Order:
+    """A command that is under way."""
+
+    person: Person
+    source: str
+    given: float  # [s]
+
+
+@dataclass
+class Jog:
+    """A press of the drive keys that is under way."""
+
+    person: Person
+    press: int
+    deed: int
+    seen: float  # [s] of its newest moving frame
+
+
+class Door:
+    """Takes orders and says what became of them."""
+
+    def __init__(self, robot: RobotLink, lease: Lease, history: History, board: NoticeBoard) -> None:
+        self.helm = Helm(robot)
+        self.pilot: PilotLike | None = None  # None: it failed
+        self._robot = robot
+        self._lease = lease
+        self._history = history
+        self._board = board
+        self._orders: dict[int, Order] = {}  # by undertaking
+        self._jog: Jog | None = None
+        self._trips = 0
+        self._obeyed = 0.0  # [s] when the gate last had nothing against what is under way
+
+    # orders
+
+    def submit(self, text: str, source: str, who: Person) -> Deed:
+        """Words → the deed that is now under way. Raises Problem 403, 409, 422, 503."""
+        heard = understand(text)
+        told: dict[str, Any] = {"source": source, "words": text}
+        if not isinstance(heard, Command):
+            self._history.add("command", who, state="refused", remark=heard.reason, **told)
+            suggestions = list(heard.suggestions)
+            raise Problem(422, heard.reason, more={"reason": heard.reason, "suggestions": suggestions})
+        told |= {"heard_as": heard.heard_as, "name": heard.name, "numbers": dict(heard.numbers)}
+        if heard.name == STOP_MOVING.name:
+            self.helm.stop()
+        else:
+            try:
+                self._check_motion(who)
+                self._obtain(who)
+            except Problem as problem:
+                self._history.add("command", who, state="refused", remark=problem.detail, **told)
+                raise
+        deed = self._history.add("command", who, state="running", **told)
+        self._hand_to_pilot(deed, heard, who)
+        return deed
+
+    def drive(self, message: wire.Drive, who: Person) -> None:
+        """A hand on the keys. Raises Problem 403, 409, 503."""
+        moving = message.v != 0.0 or message.w != 0.0
+        if not self._lease.held_by(who):
+            if not moving:
+                return
+            self._check_motion(who)
+            self._obtain(who)
+        elif not self._robot.profile.drives:
+            return
+        now = time.monotonic()
+        self._lease.active(who, now)
+        if moving:
+            self._press(message.press, who, now)
+        self.helm.jog(message)
+
+    def stop(self, who: Person, source: str) -> None:
+        """Everything cancelled, zero speed; anyone signed in."""
+        self.helm.stop()
+        self.cancel("cancelled", f"Stopped by {who.name}.")
+        self._history.add("stop", who, source=source)
+
+    def halt(self, who: Person, source: str) -> None:
+        """The same, latched."""
+        self.helm.halt()
+        self.cancel("cancelled", f"Halted by {who.name}.")
+        self._history.add("halt", who, source=source)
+        self._board.tell("warning", f"{who.name} halted the robot. The driver can reset it.")
+
+    def reset(self, who: Person, source: str) -> None:
+        """Lift the latch; the lease holder only, and it never moves. Raises Problem 403, 409."""
+        if not who.may("operator"):
+            raise Problem(403, "Only an operator can reset a halt.")
+        if self._robot.status().state != "halted":
+            raise Problem(409, "The robot is not halted.")
+        self._lease.acquire(who, time.monotonic())
+        self._robot.reset()
+        self.helm.hand_over(self._lease.epoch, who.name)
+        self._history.add("halt_reset", who, source=source)
+        self._board.tell("info", f"{who.name} reset the halt.")
+
+    def wish(self, do: str, who: Person) -> None:
+        """Acquire, take or release the lease. Raises Problem 403; Refused when somebody else holds it."""
+        if not who.may("operator"):
+            raise Problem(403, "Only an operator can drive.")
+        if not self._robot.profile.drives:
+            raise Problem(409, "This is a recording; it cannot be driven.")
+        before, holder = self._lease.epoch, self._lease.holder
+        if do == "release":
+            self._lease.release(who)
+        elif do == "take":
+            self._lease.take(who, time.monotonic())
+        else:
+            self._lease.acquire(who, time.monotonic())
+        if self._lease.epoch == before:
+            return
+        took = do == "take" and holder is not None
+        self._changed_hands(f"{who.name} took over." if took else f"{who.name} gave the wheel back.")
+        self._history.add("lease", who, remark=do)
+        if took:
+            self._board.tell("warning", f"{who.name} took over from {holder.name if holder else 'nobody'}.")
+
+    def forget(self, who: Person) -> None:
+        """The person signed out."""
+        if self._lease.held_by(who):
+            self._lease.forget(who)
+            self._changed_hands(f"{who.name} signed out.")
+
+    # what happens by itself
+
+    def tick(self, now: float) -> None:
+        """Twenty times a second: leases that lapse, presses that end, a gate that stopped by itself."""
+        if self._jog and now - self._jog.seen > LET_GO:
+            self._history.end(self._jog.deed, "done", "")
+            self._jog = None
+        holder = self._lease.holder
+        obeying = any(order.source == "rest" and order.person == holder for order in self._orders.values())
+        lost = self._lease.tick(now, obeying=obeying)
+        if lost is not None:
+            self._changed_hands(f"{lost.name} is gone.")
+            self._history.add("lease", lost, remark="lapsed")
+            self._board.tell("info", f"{lost.name} is gone; nobody drives now.")
+        self._watch_gate(self._robot.status(), now)
+
+    def ended(self, told: Undertaking) -> None:
+        """The pilot says how an undertaking ended."""
+        self.helm.dismiss(told.id)
+        self._orders.pop(told.id, None)
+        self._history.end(told.id, told.state, told.remark)
+
+    def ended_without_pilot(self, why: str) -> None:
+        """There is no pilot to say it: everything under way has failed."""
+        for number in self._orders:
+            self.helm.dismiss(number)
+            self._history.end(number, "failed", why)
+        self._orders.clear()
+
+    def cancel(self, state: Ending, why: str) -> None:
+        """End what is under way; nothing of it drives from now on."""
+        for number in self._orders:
+            self.helm.dismiss(number)
+        if self.pilot is not None:
+            self.pilot.cancel(state, why)
+
+    # steps of the above
+
+    def _hand_to_pilot(self, deed: Deed, heard: Command, who: Person) -> None:
+        if self.pilot is None or self._robot.link()[0] != "live":
+            self._history.end(deed.id, "done", "The robot was told to stand; nothing tells whether it does.")
+            return
+        self._orders[deed.id] = Order(who, deed.source, time.monotonic())
+        self.helm.entrust(deed.id, self._lease.epoch)
+        self.pilot.tell(deed.id, heard, deed.source, who.name)
+
+    def _watch_gate(self, status: GateStatus, now: float) -> None:
+        """What the gate stopped, or does not let through, has failed."""
+        tripped, self._trips = status.trips > self._trips, status.trips
+        older = [order for order in self._orders.values() if now - order.given > SETTLED]
+        if not older or not status.refused:
+            self._obeyed = now
+        if tripped and older:
+            self.cancel("failed", f"The robot stopped by itself: {status.reason or 'the gate tripped'}.")
+        elif now - self._obeyed > SETTLED:
+            self.cancel("failed", f"The gate refuses: {status.refused}")
+
+    def _check_motion(self, who: Person) -> None:
+        if not who.may("operator"):
+            raise Problem(403, "Viewers watch and may stop the robot; an operator drives it.")
+        if not self._robot.profile.drives:
+            raise Problem(409, "This is a recording; it cannot be driven.")
+        link, _ = self._robot.link()
+        if link != "live" or self.pilot is None:
+            raise Problem(503, "The robot cannot be reached now." if self.pilot else "The pilot is not running.")
+        if self._robot.status().state == "halted":
+            raise Problem(409, "The robot is halted; the driver must reset the halt first.")
+
+    def _obtain(self, who: Person) -> None:
+        """The lease, when it is free or already theirs; the gate knows it before any order."""
+        before = self._lease.epoch
+        try:
+            self._lease.acquire(who, time.monotonic())
+        except Refused as refused:
+            raise Problem(409, str(refused)) from None
+        if self._lease.epoch != before:
+            self._history.add("lease", who, remark="acquire")
+        self.helm.arm(self._lease.epoch, who.name)
+
+    def _changed_hands(self, why: str) -> None:
+        self.cancel("cancelled", why)
+        holder = self._lease.holder
+        self.helm.hand_over(self._lease.epoch, holder.name if holder else None)
+
+    def _press(self, press: int, who: Person, now: float) -> None:
+        """A hand that drives ends a goal; the goal does not resume."""
+        if self._orders:
+            self.cancel("pre-empted", f"{who.name} drives by hand.")
+        if self._jog is not None and self._jog.press == press:
+            self._jog.seen = now
+            return
+        if self._jog is not None:
+            self._history.end(self._jog.deed, "done", "")
+        self._jog = Jog(who, press, self._history.add("drive", who, state="running").id, now)

@@ -1,0 +1,81 @@
+"""The console's hand on the gate: goals from the pilot thread, jogs and stops from the event loop, in one order."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+
+from console.robot_link import RobotLink
+from console.wire import Drive
+from core.gate.setpoint import Setpoint
+from core.gate.twist import ZERO, Twist
+from core.snapshot import Snapshot
+
+
+class Helm:
+    """Sends a goal's setpoints only while the goal is entrusted, under the lease it was entrusted with.
+
+    The lock makes a stop final: whatever the pilot computed before it is not sent after it.
+    """
+
+    def __init__(self, robot: RobotLink) -> None:
+        self._robot = robot
+        self._lock = threading.Lock()
+        self._entrusted: dict[int, int] = {}  # undertaking → epoch of its lease
+        self._seq = itertools.count(1)
+        self._driving: Setpoint | None = None  # the last goal setpoint that moved
+
+    def entrust(self, undertaking: int, epoch: int) -> None:
+        """From now on this undertaking may drive, under this lease."""
+        with self._lock:
+            self._entrusted[undertaking] = epoch
+
+    def dismiss(self, undertaking: int) -> None:
+        """It has ended."""
+        with self._lock:
+            self._entrusted.pop(undertaking, None)
+
+    def follow(self, snapshot: Snapshot) -> None:
+        """Send what the pilot asks for; from the pilot's thread."""
+        with self._lock:
+            last, press = self._driving, snapshot.setpoint_press
+            epoch = self._entrusted.get(press)
+            if epoch is not None:
+                self._driving = self._send(epoch, press, snapshot.setpoint, snapshot.nonce)
+            elif last is not None:
+                self._send(last.epoch, last.press, ZERO, snapshot.nonce)
+                self._driving = None
+
+    def jog(self, drive: Drive) -> None:
+        """Send what a hand asks for."""
+        self._robot.send(Setpoint(drive.epoch, drive.seq, "jog", drive.press, drive.v, drive.w, drive.nonce))
+
+    def stop(self) -> None:
+        """Zero now; no goal that was entrusted until now moves again."""
+        with self._lock:
+            self._robot.stop()
+            self._entrusted.clear()
+
+    def halt(self) -> None:
+        """The same, latched."""
+        with self._lock:
+            self._robot.halt()
+            self._entrusted.clear()
+
+    def hand_over(self, epoch: int, owner: str | None) -> None:
+        """Through zero to the next driver, or to nobody."""
+        with self._lock:
+            self._robot.disarm()
+            self._entrusted.clear()
+            if owner is not None:
+                self._robot.arm(epoch, owner)
+
+    def arm(self, epoch: int, owner: str) -> None:
+        """Make sure that the gate knows who drives; changes nothing when it does."""
+        with self._lock:
+            self._robot.arm(epoch, owner)
+
+    def _send(self, epoch: int, press: int, twist: Twist, nonce: int) -> Setpoint | None:
+        setpoint = Setpoint(epoch, next(self._seq), "goal", press, twist.v, twist.w, nonce)
+        self._robot.send(setpoint)
+        return setpoint if twist.moves else None

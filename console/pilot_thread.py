@@ -1,0 +1,112 @@
+"""The pilot's thread: for each frame of the robot, obey, step, drive, publish."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Protocol
+
+from console.helm import Helm
+from console.robot_link import RobotLink
+from core.commands.command import Command
+from core.sensors import SensorFrame
+from core.snapshot import Ending, Snapshot
+
+log = logging.getLogger(__name__)
+
+PATIENCE = 0.1  # [s] to wait for a frame before looking whether it is over
+REMEMBERED = 400  # steps, ten seconds of them
+
+
+class PilotLike(Protocol):
+    """What the console asks of a pilot."""
+
+    def tell(self, undertaking_id: int, command: Command, source: str, who: str) -> None:
+        """A command to obey; the last one wins. From any thread."""
+        ...
+
+    def cancel(self, state: Ending, why: str) -> None:
+        """End whatever is under way. From any thread."""
+        ...
+
+    def step(self, frame: SensorFrame) -> Snapshot:
+        """One frame further."""
+        ...
+
+
+class Pace:
+    """How often frames come and how long a step takes."""
+
+    def __init__(self) -> None:
+        self._arrivals: deque[float] = deque(maxlen=REMEMBERED)
+        self._steps: deque[float] = deque(maxlen=REMEMBERED)
+
+    def note(self, arrived: float, took: float) -> None:
+        """One step [s]."""
+        self._arrivals.append(arrived)
+        self._steps.append(took)
+
+    def rate(self, now: float) -> float:
+        """Frames per second over the last two seconds [Hz]."""
+        recent = [moment for moment in tuple(self._arrivals) if now - moment < 2.0]
+        return (len(recent) - 1) / max(recent[-1] - recent[0], 1e-3) if len(recent) > 1 else 0.0
+
+    def step_ms(self, part: float) -> float | None:
+        """The time within which `part` (0..1) of the newest steps were done [ms]."""
+        steps = sorted(self._steps)
+        return round(1000 * steps[min(int(part * len(steps)), len(steps) - 1)], 2) if steps else None
+
+
+class PilotThread:
+    """Owns one pilot. When the pilot fails the robot is stopped and `failed` is called, once, from this thread."""
+
+    def __init__(
+        self,
+        robot: RobotLink,
+        pilot: PilotLike,
+        helm: Helm,
+        publish: Callable[[Snapshot, SensorFrame], None],
+        failed: Callable[[str], None],
+    ) -> None:
+        self.pilot = pilot
+        self.pace = Pace()
+        self._robot = robot
+        self._helm = helm
+        self._publish = publish
+        self._failed = failed
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="pilot", daemon=True)
+
+    @property
+    def alive(self) -> bool:
+        """Whether it steps."""
+        return self._thread.is_alive()
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End; waits at most two seconds."""
+        self._over.set()
+        if self._thread.is_alive():
+            self._thread.join(2.0)
+
+    def _run(self) -> None:
+        try:
+            while not self._over.is_set():
+                frame = self._robot.next_frame(PATIENCE)
+                if frame is None:
+                    continue
+                arrived = time.monotonic()
+                snapshot = self.pilot.step(frame)
+                self._helm.follow(snapshot)
+                self._publish(snapshot, frame)
+                self.pace.note(arrived, time.monotonic() - arrived)
+        except Exception as fault:
+            self._helm.stop()
+            log.exception("The pilot failed")
+            self._failed(type(fault).__name__)

@@ -1,0 +1,72 @@
+"""What the console asks of a robot, wherever it runs."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from console.portrait import Link
+from core.gate.setpoint import Setpoint
+from core.gate.status import GateStatus
+from core.robots import Profile
+from core.sensors import SensorFrame
+
+
+class RobotLink(Protocol):
+    """The robot and its gate, seen from the console. Only `start`, `next_frame`, `ask` and `close` wait."""
+
+    @property
+    def profile(self) -> Profile:
+        """What this robot is; known after `start`."""
+        ...
+
+    def start(self) -> None:
+        """Bring it up. Raises Unavailable with a sentence."""
+        ...
+
+    def next_frame(self, timeout: float) -> SensorFrame | None:
+        """The newest frame, or None when none came within `timeout` [s]."""
+        ...
+
+    def send(self, setpoint: Setpoint) -> None:
+        """An order for the gate to judge."""
+        ...
+
+    def stop(self) -> None:
+        """Zero at once, not latched."""
+        ...
+
+    def halt(self) -> None:
+        """Zero at once, latched."""
+        ...
+
+    def reset(self) -> None:
+        """Lift the latch; never moves."""
+        ...
+
+    def arm(self, epoch: int, owner: str) -> None:
+        """Obey the holder of this lease from now on."""
+        ...
+
+    def disarm(self) -> None:
+        """Obey nobody."""
+        ...
+
+    def beat(self) -> None:
+        """The console is alive."""
+        ...
+
+    def status(self) -> GateStatus:
+        """The gate as it last told."""
+        ...
+
+    def ask(self, request: dict[str, Any], timeout: float = 2.0) -> dict[str, Any]:
+        """A request to the driver → its answer. Raises BadInput, Refused or Unavailable with a sentence."""
+        ...
+
+    def link(self) -> tuple[Link, float]:
+        """State of the link and the age [s] of the newest frame."""
+        ...
+
+    def close(self) -> None:
+        """Stop the robot and let go of it."""
+        ...

@@ -1,0 +1,275 @@
+"""What runs behind the page: the robot's process, the pilot's thread, the scene, and twenty times a second the state.
+
+The pilot's thread is one sentence: for each frame of the robot, obey, step, drive, publish. Everything else lives on
+the event loop. The gate hears the console's heartbeat only from the loop, and only while the pilot steps.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+
+from console import wire
+from console.door import Door
+from console.history import History
+from console.latest import Hub
+from console.lease import Lease
+from console.logins import Person
+from console.notice_board import NoticeBoard
+from console.pilot_thread import Pace, PilotLike, PilotThread
+from console.portrait import Circumstances, draw
+from console.problems import Problem
+from console.robot_link import RobotLink
+from console.scene import Scene
+from console.security import Access
+from console.sockets import Sockets
+from core.errors import BeckonError
+from core.sensors import SensorFrame
+from core.snapshot import Snapshot
+
+log = logging.getLogger(__name__)
+
+BEAT = 0.05  # [s]
+STATE_GAP = 0.045  # [s] at least between two states: 20 Hz
+RESTARTS = 3  # of the pilot
+RESTART_WINDOW = 60.0  # [s] within which that many are the most
+RESTART_PAUSE = 1.0  # [s]
+JPEG = [cv2.IMWRITE_JPEG_QUALITY, 80]
+
+
+class Runtime:
+    """Starts and supervises everything. One per console; its methods run on the event loop."""
+
+    def __init__(
+        self, robot: RobotLink, make_pilot: Callable[[], PilotLike], *, home: Path, access: Access | None = None
+    ) -> None:
+        self.robot = robot
+        self.access = access or Access()
+        self.hub = Hub()
+        self.sockets = Sockets()
+        self.lease = Lease()
+        self.board = NoticeBoard()
+        self.history = History(home, self._complain)
+        self.door = Door(robot, self.lease, self.history, self.board)
+        self.scene = Scene(robot)
+        self.snapshot: Snapshot | None = None
+        self.trouble = ""  # why the robot did not come
+        self.failure = ""  # why there is no pilot
+        self.speed = 1.0  # of the playback
+        self._make_pilot = make_pilot
+        self._pilot: PilotThread | None = None
+        self._failures: deque[float] = deque(maxlen=RESTARTS + 1)
+        self._seq = 0
+        self._state_at = 0.0
+        self._link = ""
+        self._over = False
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    # life
+
+    async def open(self) -> None:
+        """Bring everything up. Raises Unavailable or BadInput when the robot does not come."""
+        self._loop = asyncio.get_running_loop()
+        try:
+            await asyncio.to_thread(self.robot.start)
+        except BeckonError as trouble:
+            self.trouble = str(trouble)
+            raise
+        await asyncio.to_thread(self.history.open)
+        await self.scene.open(self.door, self.sockets)
+        self._start_pilot()
+        self.keep(asyncio.create_task(self._beat()))
+
+    def farewell_soon(self) -> None:
+        """From a signal handler or any thread: the console is about to end."""
+        self._call(self.farewell)
+
+    def farewell(self) -> None:
+        """The console is about to end: every socket is told."""
+        self._over = True
+        self.sockets.close_all(1012, "The console is ending.")
+
+    async def close(self) -> None:
+        """Stop the robot and let go of everything."""
+        self.farewell()
+        tasks = list(self._tasks)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        if self._pilot is not None:
+            await asyncio.to_thread(self._pilot.close)
+        await asyncio.to_thread(self.robot.close)
+        await self.scene.close()
+        await asyncio.to_thread(self.history.close)
+
+    # what is shown
+
+    def state(self) -> wire.State | None:
+        """The newest state, or None before the first frame."""
+        if self.snapshot is None:
+            return None
+        link, age = self.robot.link()
+        around = Circumstances(
+            profile=self.robot.profile,
+            link=link,
+            age=round(age, 3),
+            rate=self.pace.rate(time.monotonic()),
+            speed=self.speed,
+            gate=self.robot.status(),
+            lease=self.lease,
+            viewers=len(self.hub.viewers),
+            notices=tuple(self.board.shown),
+            history_revision=self.history.revision,
+        )
+        self._seq += 1
+        return draw(self.snapshot, around, self._seq)
+
+    @property
+    def pace(self) -> Pace:
+        """How the pilot keeps up."""
+        return self._pilot.pace if self._pilot is not None else Pace()
+
+    def troubles(self) -> list[str]:
+        """Why the console is not well, in sentences; empty when it is."""
+        link, age = self.robot.link()
+        told: list[str] = []
+        if link != "live":
+            told.append(f"The robot's link is {link}; its newest frame is {age:.1f} s old.")
+        if self.failure:
+            told.append(self.failure)
+        elif self.snapshot is None:
+            told.append("No frame of the robot has been worked on yet.")
+        return told
+
+    async def ask(self, request: dict[str, Any]) -> dict[str, Any]:
+        """A request to the driver, waited for outside the event loop."""
+        return await asyncio.to_thread(self.robot.ask, request)
+
+    async def playback(self, do: str, value: float | None, who: Person) -> None:
+        """Steer a recording: play, pause, speed (times real time), seek (0..1). Raises Problem 403, 409, 422."""
+        if not who.may("operator"):
+            raise Problem(403, "Only an operator can steer the playback.")
+        if self.robot.profile.kind != "LOG":
+            raise Problem(409, "Only a recording can be played, paused and sought.")
+        if do in ("speed", "seek") and value is None:
+            raise Problem(422, f"To {do} needs a value." if do == "seek" else "A speed needs a value.")
+        await self.ask({"do": do} if value is None else {"do": do, "value": value})
+        if do == "speed" and value is not None:
+            self.speed = value
+        self.history.add("playback", who, words=do)
+
+    def keep(self, task: asyncio.Task[None]) -> None:
+        """Hold on to a task until it is done."""
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    # the pilot
+
+    def _start_pilot(self) -> None:
+        self.failure = ""
+        pilot = self._make_pilot()
+        self._pilot = PilotThread(self.robot, pilot, self.door.helm, self._published, self._pilot_failed)
+        self.door.pilot = pilot
+        self.board.another_pilot()
+        self._pilot.start()
+
+    def _published(self, snapshot: Snapshot, frame: SensorFrame) -> None:
+        """From the pilot's thread: the picture is encoded once, whatever the number of viewers."""
+        picture = None
+        if frame.image is not None and self.hub.watched("camera"):
+            _, jpeg = cv2.imencode(".jpg", frame.image.pixels, JPEG)
+            picture = (frame.image.stamp, jpeg.tobytes())
+        self.scene.show(snapshot)
+        self._call(self._took, snapshot, picture)
+
+    def _pilot_failed(self, fault: str) -> None:
+        """From the pilot's thread."""
+        self._call(self._bury, fault)
+
+    def _call(self, act: Callable[..., None], *given: Any) -> None:
+        """On the event loop, if there still is one."""
+        if self._loop is not None and not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(act, *given)
+
+    def _took(self, snapshot: Snapshot, picture: tuple[float, bytes] | None) -> None:
+        self.snapshot = snapshot
+        self.board.adopt(snapshot.notices, snapshot.stamp)
+        for told in snapshot.endings:
+            self.door.ended(told)
+        if picture is not None:
+            stamp, jpeg = picture
+            number = self.hub.slots.get("camera", (0, b""))[0] + 1
+            self.hub.publish("camera", wire.CAMERA_HEADER.pack(1, number % 2**32, stamp) + jpeg)
+        if time.monotonic() - self._state_at >= STATE_GAP:
+            self._tell_state()
+
+    def _tell_state(self) -> None:
+        self._state_at = time.monotonic()
+        if self.hub.watched("state") and (state := self.state()) is not None:
+            self.hub.publish("state", wire.encode(state).decode())
+
+    def _bury(self, fault: str) -> None:
+        now = time.monotonic()
+        self.door.pilot = None
+        self.door.ended_without_pilot("The pilot failed; the robot was stopped.")
+        self._failures.append(now)
+        if len(self._failures) > RESTARTS and now - self._failures[0] < RESTART_WINDOW:
+            self.failure = (
+                f"The pilot failed {RESTARTS + 1} times within a minute and stays off. Restart the console."
+            )
+            self.board.tell("error", self.failure)
+            return
+        self.failure = f"The pilot failed ({fault}); the robot was stopped and the pilot starts anew."
+        self.board.tell("error", f"{self.failure} The map begins again.")
+        self.keep(asyncio.get_running_loop().create_task(self._restart_pilot()))
+
+    async def _restart_pilot(self) -> None:
+        await asyncio.sleep(RESTART_PAUSE)
+        if not self._over:
+            self._start_pilot()
+
+    # twenty times a second
+
+    async def _beat(self) -> None:
+        due = time.monotonic()
+        while True:
+            try:
+                self._tick(time.monotonic())
+            except Exception:
+                log.exception("A tick failed")
+            due = max(due + BEAT, time.monotonic() - BEAT)
+            await asyncio.sleep(max(0.0, due - time.monotonic()))
+
+    def _tick(self, now: float) -> None:
+        if self._pilot is not None and self._pilot.alive:
+            self.robot.beat()
+        self.door.tick(now)
+        for person in self.access.logins.expire(now):
+            self.door.forget(person)
+            self.sockets.close_of(person, 1008, "Your login has expired; sign in again.")
+        self._watch_link()
+        if now - self._state_at > BEAT + STATE_GAP:
+            self._tell_state()
+
+    def _watch_link(self) -> None:
+        link, _ = self.robot.link()
+        if link == self._link:
+            return
+        if link == "lost":
+            self.door.ended_without_pilot("The robot's link was lost.")
+            self.board.tell("error", "The robot's link is lost; the robot stops by itself.")
+        elif link == "live" and self._link == "lost":
+            self.board.tell("info", "The robot is back. It moves only on a new order.")
+        self._link = link
+
+    def _complain(self, text: str) -> None:
+        """From any thread."""
+        self._call(self.board.tell, "warning", text)

@@ -1,0 +1,144 @@
+"""The 3-D scene: shows, and never commands. A click into it only proposes, through the one door.
+
+One overlay per file: it makes its handles once, `show(snapshot)` sets properties. The list is the table of contents.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import threading
+from collections.abc import Callable
+from typing import Protocol
+
+from starlette.websockets import WebSocket
+from viser import SceneApi
+
+from console import wire
+from console.door import Door
+from console.logins import Person
+from console.robot_link import RobotLink
+from console.scene.associations import Associations
+from console.scene.bridge import Bridge
+from console.scene.click import ClickToGo
+from console.scene.floor import Floor
+from console.scene.ghost import Ghost
+from console.scene.landmarks import Landmarks
+from console.scene.mount import NoSocketServer, QuietViser, close_viser, open_viser
+from console.scene.occupancy import Occupancy
+from console.scene.plan import Plan
+from console.scene.pose_ellipse import PoseEllipse
+from console.scene.robot import RobotBody
+from console.scene.scan import ScanPoints
+from console.scene.trail import Trail
+from console.sockets import Sockets, TooMany
+from core.errors import Unavailable
+from core.robots import Profile
+from core.snapshot import Snapshot
+
+log = logging.getLogger(__name__)
+
+PERIOD = 0.05  # [s] at least between two pictures of the scene
+FAILURES = 5  # in a row after which the scene is left as it is
+
+
+class Overlay(Protocol):
+    """Something the scene shows."""
+
+    def __init__(self, scene: SceneApi, robot: Profile) -> None: ...
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Set what has changed."""
+        ...
+
+
+OVERLAYS: tuple[type[Overlay], ...] = (
+    Floor,
+    Occupancy,
+    ScanPoints,
+    Trail,
+    Ghost,
+    Landmarks,
+    Associations,
+    PoseEllipse,
+    Plan,
+    RobotBody,
+)
+
+
+class Scene:
+    """Draws the newest snapshot in a thread of its own, so that no picture ever makes the pilot late."""
+
+    def __init__(self, robot: RobotLink) -> None:
+        self.why_not = ""  # why there is no scene; "" when there is one
+        self.tabs: dict[str, Callable[[wire.Answer], None]] = {}  # how to tell each open page something
+        self._robot = robot
+        self._server: QuietViser | None = None
+        self._inside: NoSocketServer | None = None
+        self._sockets = Sockets()
+        self._newest: Snapshot | None = None
+        self._news = threading.Event()
+        self._over = threading.Event()
+        self._painter: threading.Thread | None = None
+
+    async def open(self, door: Door, sockets: Sockets) -> None:
+        """Mount it. Without a scene the console goes on, and says why."""
+        self._sockets = sockets
+        try:
+            self._server, self._inside = await asyncio.to_thread(open_viser)
+        except Unavailable as trouble:
+            self.why_not = str(trouble)
+            log.error("No 3-D scene: %s", trouble)
+            return
+        ClickToGo(self._server, door, self.tabs, asyncio.get_running_loop())
+        self._painter = threading.Thread(target=self._paint, args=(self._server,), name="scene", daemon=True)
+        self._painter.start()
+
+    async def close(self) -> None:
+        """Stop drawing and take viser down."""
+        self._over.set()
+        self._news.set()
+        if self._painter is not None:
+            await asyncio.to_thread(self._painter.join, 2.0)
+        if self._server is not None:
+            await asyncio.to_thread(close_viser, self._server)
+
+    def show(self, snapshot: Snapshot) -> None:
+        """From any thread: this is the newest."""
+        self._newest = snapshot
+        self._news.set()
+
+    async def talk(self, socket: WebSocket, person: Person, tab: str) -> None:
+        """One browser's scene, from the handshake to the end."""
+        if self._inside is None:
+            await socket.accept()
+            await socket.close(1011, self.why_not)
+            return
+        bridge = Bridge(socket, self._inside, person, tab)
+        client = socket.client
+        try:
+            with self._sockets.room_for(person, client.host if client else "", bridge.close):
+                await bridge.run()
+        except TooMany as crowded:
+            await socket.accept()
+            await socket.close(1013, str(crowded))
+
+    def _paint(self, server: QuietViser) -> None:
+        overlays = [overlay(server.scene, self._robot.profile) for overlay in OVERLAYS]
+        failures = 0
+        while not self._over.is_set() and failures < FAILURES:
+            self._news.wait()
+            self._news.clear()
+            snapshot = self._newest
+            if snapshot is None or self._over.is_set():
+                continue
+            try:
+                with server.atomic():
+                    for overlay in overlays:
+                        overlay.show(snapshot)
+                server.flush()
+                failures = 0
+            except Exception:
+                failures += 1
+                log.exception("The scene could not be drawn")
+            self._over.wait(PERIOD)

@@ -1,0 +1,76 @@
+"""The occupancy map as a picture on the floor; what is unknown stays transparent."""
+
+from __future__ import annotations
+
+import time
+
+import cv2
+import numpy as np
+from viser import ImageHandle, SceneApi
+
+from console.scene.palette import FREE, WALL
+from core.message import Array
+from core.robots import Profile
+from core.slam.occupancy import Grid
+from core.snapshot import Snapshot
+
+PERIOD = 0.5  # [s] at least between two pictures
+FINER = 3  # picture elements along a cell: walls get smooth edges
+LARGEST = 1800  # picture elements along a side
+LOW = -0.002  # [m]
+
+
+class Occupancy:
+    """A new picture when the map has changed, at most twice a second."""
+
+    def __init__(self, scene: SceneApi, robot: Profile) -> None:
+        self._scene = scene
+        self._node: ImageHandle | None = None
+        self._revision = -1
+        self._drawn_at = -PERIOD
+        self._placed: tuple[float, ...] = ()
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Draw the grid, if it is new and it is time."""
+        grid, now = snapshot.grid, time.monotonic()
+        if grid.revision == self._revision or grid.log_odds.size == 0 or now - self._drawn_at < PERIOD:
+            return
+        self._revision, self._drawn_at = grid.revision, now
+        picture = paint(grid)
+        rows, columns = grid.log_odds.shape
+        width, height = columns * grid.resolution, rows * grid.resolution
+        centre = (float(grid.origin[0]) + width / 2, float(grid.origin[1]) + height / 2, LOW)
+        if self._node is None:
+            self._node = self._scene.add_image(
+                "/map",
+                picture,
+                render_width=width,
+                render_height=height,
+                format="png",
+                wxyz=(0.0, 1.0, 0.0, 0.0),
+                position=centre,
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+        else:
+            self._node.image = picture
+            if self._placed != (width, height, *centre):
+                self._node.render_width, self._node.render_height = width, height
+                self._node.position = centre
+        self._placed = (width, height, *centre)
+
+
+def paint(grid: Grid) -> Array:
+    """Grid → picture (H, W, 4) uint8, row 0 at the highest y."""
+    rows, columns = grid.log_odds.shape
+    finer = max(1, min(FINER, LARGEST // max(rows, columns)))
+    odds = np.clip(grid.log_odds[::-1], -2.0, 2.0).astype(np.float32)
+    if finer > 1:
+        odds = cv2.resize(odds, (columns * finer, rows * finer), interpolation=cv2.INTER_CUBIC)
+    wall = np.clip(odds / 1.2, 0.0, 1.0)
+    wall = wall * wall * (3 - 2 * wall)
+    free = np.clip(-odds / 1.2, 0.0, 1.0)
+    picture = np.empty((*odds.shape, 4), np.uint8)
+    picture[..., :3] = np.where(wall[..., None] > 0, np.array(WALL), np.array(FREE))
+    picture[..., 3] = np.maximum(235 * wall, 46 * free).astype(np.uint8)
+    return picture

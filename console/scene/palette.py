@@ -1,0 +1,26 @@
+"""The scene's colours: middle tones that stand out on dark and on light alike. Red stays reserved for faults."""
+
+from __future__ import annotations
+
+Colour = tuple[int, int, int]
+
+WALL: Colour = (104, 121, 148)
+FREE: Colour = (120, 150, 190)
+GRID: Colour = (128, 134, 146)
+SCAN: Colour = (20, 184, 166)  # teal
+POSE: Colour = (14, 165, 233)  # cyan: where the robot believes to be
+TRAIL: Colour = (56, 149, 211)
+GHOST: Colour = (224, 133, 55)  # orange: what the wheels alone believe
+PLAN: Colour = (203, 75, 208)  # magenta: where it wants to go
+CONVEX: Colour = (34, 172, 92)
+CONCAVE: Colour = (124, 92, 240)
+UNSURE: Colour = (142, 148, 160)
+BODY: Colour = (233, 236, 241)
+TRIM: Colour = (58, 64, 76)
+TYRE: Colour = (34, 37, 44)
+
+
+def mix(one: Colour, other: Colour, part: float) -> Colour:
+    """`part` (0..1) of `one`, the rest of `other`."""
+    r, g, b = (round(part * a + (1 - part) * c) for a, c in zip(one, other, strict=True))
+    return r, g, b

@@ -1,0 +1,161 @@
+"""From options to a running console: port, tokens, uvicorn, and an end that is prompt."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import sys
+import webbrowser
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+
+import uvicorn
+from starlette.types import ASGIApp
+
+from console.app import create_app
+from console.home import home_folder
+from console.logins import Logins
+from console.logs import start_logging
+from console.protocol import ImpatientHttp, ImpatientSocket
+from console.robot_process import RobotProcess
+from console.runtime import Runtime
+from console.security import Access
+from core.errors import BadInput, Unavailable
+from core.pilot import Pilot
+from core.settings import load
+
+LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
+SOCKET_MESSAGE = 65536  # [bytes] at most in one message
+SWITCH = 0.001  # [s] after which a computing thread lets the event loop in
+PING = 5.0  # [s] between pings, and for an answer to one
+
+
+@dataclass(frozen=True)
+class Options:
+    """What `beckon run` may be told."""
+
+    robot: str = "sim:lab"
+    host: str = "127.0.0.1"
+    port: int = 8420  # 0: any free one
+    no_auth: bool = False
+    seed: int = 0
+    data: Path | None = None  # None: $BECKON_HOME, else the user's data folder
+    gate_trace: Path | None = None
+    settings: Path | None = None
+    open_browser: bool = True
+    log: Path | None = None  # None: console.log in the data folder
+
+
+class Server(uvicorn.Server):
+    """uvicorn that tells every stream first when it is asked to end."""
+
+    def __init__(self, config: uvicorn.Config, runtime: Runtime, listening: Callable[[], None]) -> None:
+        super().__init__(config)
+        self._runtime = runtime
+        self._listening = listening
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Listening; now the address is worth telling."""
+        await super().startup(sockets)
+        self._listening()
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """A signal arrived: only word is left here, the event loop does the rest."""
+        self._runtime.farewell_soon()
+        super().handle_exit(sig, frame)
+
+
+def serve(options: Options) -> None:
+    """Run the console until it is told to end. Raises BadInput and Unavailable with a sentence."""
+    check(options)
+    settings = load(options.settings)
+    sys.setswitchinterval(SWITCH)
+    home = home_folder(options.data)
+    start_logging(options.log or home / "console.log")
+    with bound(options.host, options.port) as listener:
+        port = int(listener.getsockname()[1])
+        access = Access(Logins(), hosts_of(options.host), f"beckon_{port}", options.no_auth)
+        robot = RobotProcess(
+            options.robot,
+            seed=options.seed,
+            limits=settings.limits,
+            home=home,
+            gate_trace=options.gate_trace,
+            settings_file=options.settings,
+        )
+        runtime = Runtime(robot, lambda: Pilot(robot.profile, settings), home=home, access=access)
+        server = Server(configured(create_app(runtime)), runtime, lambda: announce(options, port, access))
+        try:
+            server.run(sockets=[listener])
+        except KeyboardInterrupt:
+            return
+        except SystemExit:
+            raise Unavailable(runtime.trouble or "The console could not start; the log says why.") from None
+
+
+def configured(app: ASGIApp) -> uvicorn.Config:
+    """How uvicorn runs this application."""
+    return uvicorn.Config(
+        app,
+        http=ImpatientHttp,
+        ws=ImpatientSocket,
+        ws_per_message_deflate=False,
+        ws_max_size=SOCKET_MESSAGE,
+        ws_ping_interval=PING,
+        ws_ping_timeout=PING,
+        timeout_graceful_shutdown=3,
+        access_log=False,
+        server_header=False,
+        proxy_headers=True,
+        forwarded_allow_ips="127.0.0.1",
+        log_config=None,
+        lifespan="on",
+    )
+
+
+def announce(options: Options, port: int, access: Access) -> None:
+    """Tell the address, with a token behind the #, which no server and no log ever sees."""
+    host = f"[{options.host}]" if ":" in options.host else options.host
+    address = f"http://{host}:{port}/"
+    if access.no_auth:
+        sys.stdout.write(f"Beckon is at {address}\n")
+    else:
+        driving, watching = access.logins.issue("operator", "operator"), access.logins.issue("viewer", "viewer")
+        sys.stdout.write(f"Beckon is at {address}#t={driving}\nTo watch only: {address}#t={watching}\n")
+    sys.stdout.flush()
+    if options.open_browser:
+        once = "" if access.no_auth else f"#t={access.logins.issue('operator', 'operator', once=True)}"
+        webbrowser.open(address + once)
+
+
+def check(options: Options) -> None:
+    """Raises BadInput for options that would not be safe."""
+    if options.no_auth and (options.host not in {"127.0.0.1", "localhost", "::1"} or not is_simulated(options.robot)):
+        raise BadInput("--no-auth works only on 127.0.0.1 and with the simulated robot; leave one of them away.")
+    if not 0 <= options.port <= 65535:
+        raise BadInput("--port takes a number from 0 to 65535; 0 means any free port.")
+
+
+def is_simulated(url: str) -> bool:
+    """Whether nothing real can move."""
+    return url.partition(":")[0] == "sim"
+
+
+def hosts_of(host: str) -> frozenset[str]:
+    """The host names this console answers to."""
+    return LOOPBACK | {f"[{host}]" if ":" in host else host.lower()}
+
+
+@contextlib.contextmanager
+def bound(host: str, port: int) -> Generator[socket.socket]:
+    """The listening socket. Raises Unavailable when the address cannot be had."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with socket.socket(family, socket.SOCK_STREAM) as listener:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind((host, port))
+        except OSError as trouble:
+            raise Unavailable(f"Port {port} of {host} cannot be used ({trouble.strerror}); try --port 0.") from None
+        yield listener

@@ -1,0 +1,54 @@
+"""Every open socket, whose it is, and how to close it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+
+from console.logins import Person
+
+MOST = 200
+MOST_OF_ONE = 64  # of one address
+RESERVED = 4  # of all, for those who drive
+
+Close = Callable[[int, str], None]
+
+
+class TooMany(Exception):
+    """There is no room for another socket; the text says why."""
+
+
+class Sockets:
+    """Lives on the event loop."""
+
+    def __init__(self) -> None:
+        self._open: dict[object, tuple[Person, str, Close]] = {}
+
+    @contextmanager
+    def room_for(self, person: Person, address: str, close: Close) -> Generator[None]:
+        """Count a socket while it is open; `close(code, reason)` ends it. Raises TooMany."""
+        of_one = sum(1 for _, other, _ in self._open.values() if other == address)
+        if of_one >= MOST_OF_ONE:
+            raise TooMany("Too many sockets are open from your address; close some tabs.")
+        if len(self._open) >= MOST - (0 if person.may("operator") else RESERVED):
+            raise TooMany("Too many people watch now; try again later.")
+        key = object()
+        self._open[key] = (person, address, close)
+        try:
+            yield
+        finally:
+            del self._open[key]
+
+    def close_of(self, person: Person, code: int, reason: str) -> None:
+        """Close all sockets of a person."""
+        for other, _, close in list(self._open.values()):
+            if other.id == person.id:
+                close(code, reason)
+
+    def close_all(self, code: int, reason: str) -> None:
+        """Close every socket."""
+        for _, _, close in list(self._open.values()):
+            close(code, reason)
+
+    def __len__(self) -> int:
+        return len(self._open)

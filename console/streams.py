@@ -1,0 +1,189 @@
+"""The socket `/ws`: state and camera down, hand and words up.
+
+Two tasks a viewer: one sends the newest and blocks nobody but itself, one listens. A stop is acted on before anything
+else is looked at. Every end has a code and a reason.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import secrets
+import time
+from typing import Any
+
+import msgspec
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from console import wire
+from console.latest import Closing, Viewer
+from console.logins import Person
+from console.portrait import card
+from console.problems import Problem, refused
+from console.runtime import Runtime
+from console.sockets import TooMany
+from console.strict_json import read_json
+from console.version import beckon_version
+from core.errors import BadInput, BeckonError
+
+GONE = Closing(1000, "The browser left.")
+SEND_TIME = 10.0  # [s] for one message; whoever takes longer is gone
+MOST_PER_SECOND = 200  # messages; a stop does not count
+
+
+class Talk:
+    """One socket's conversation."""
+
+    def __init__(self, runtime: Runtime, socket: WebSocket, person: Person) -> None:
+        self._runtime = runtime
+        self._socket = socket
+        self._person = person
+        self._viewer = Viewer("state", "camera")
+        self._tab = secrets.token_hex(8)
+        self._second = 0.0
+        self._heard = 0
+
+    async def run(self) -> None:
+        """From the handshake to the end."""
+        client = self._socket.client
+        try:
+            with self._runtime.sockets.room_for(self._person, client.host if client else "", self._viewer.close):
+                await self._socket.accept()
+                await self._converse()
+        except TooMany as crowded:
+            await self._socket.accept()
+            await self._end(Closing(1013, str(crowded)))
+
+    async def _converse(self) -> None:
+        runtime, person = self._runtime, self._person
+        runtime.hub.viewers.add(self._viewer)
+        runtime.scene.tabs[self._tab] = self._tell
+        runtime.lease.connected(person)
+        you = wire.You(person.name, person.role, person.id)  # type: ignore[arg-type]
+        self._tell(wire.Hello(you, beckon_version(), card(runtime.robot.profile), self._tab))
+        listener = asyncio.create_task(self._listen())
+        try:
+            await self._speak()
+        finally:
+            listener.cancel()
+            await asyncio.gather(listener, return_exceptions=True)
+            runtime.hub.viewers.discard(self._viewer)
+            runtime.scene.tabs.pop(self._tab, None)
+            runtime.lease.disconnected(person, time.monotonic())
+
+    # down
+
+    async def _speak(self) -> None:
+        """Send whatever is newest until it is over."""
+        try:
+            while (message := await self._viewer.next(self._runtime.hub)) is not None:
+                async with asyncio.timeout(SEND_TIME):
+                    if isinstance(message, str):
+                        await self._socket.send_text(message)
+                    else:
+                        await self._socket.send_bytes(message)
+        except (TimeoutError, WebSocketDisconnect, RuntimeError):
+            return
+        if self._viewer.closing is not None and self._viewer.closing != GONE:
+            await self._end(self._viewer.closing)
+
+    async def _end(self, closing: Closing) -> None:
+        with contextlib.suppress(TimeoutError, WebSocketDisconnect, RuntimeError):
+            async with asyncio.timeout(1.0):
+                await self._socket.close(closing.code, closing.reason)
+
+    def _tell(self, message: wire.Down) -> None:
+        self._viewer.tell(wire.encode(message).decode())
+
+    # up
+
+    async def _listen(self) -> None:
+        """Take what comes until it is over; then the sender is told to end."""
+        try:
+            while True:
+                message = await self._socket.receive()
+                if message["type"] == "websocket.disconnect":
+                    self._viewer.close(GONE.code, GONE.reason)
+                    return
+                text = message.get("text")
+                if text is None:
+                    self._viewer.close(1003, "This socket takes text.")
+                    return
+                self._take(text)
+        except Exception:
+            self._viewer.close(1011, "The console could not take this message.")
+            raise
+
+    def _take(self, text: str) -> None:
+        ref = 0
+        try:
+            told = read_json(text)
+            if (brake := brake_of(told)) is not None:
+                self._brake(brake)
+            elif self._within_rate():
+                ref = told["ref"] if isinstance(told, dict) and type(told.get("ref")) is int else 0
+                answer = self._act(msgspec.convert(told, wire.Up))
+                if answer is not None:
+                    self._tell(answer)
+        except BadInput as trouble:
+            self._viewer.close(1007, str(trouble))
+        except msgspec.ValidationError:
+            self._tell(wire.Answer(ref, False, 422, "This message has not the form that is asked for."))
+        except (Problem, BeckonError) as error:
+            self._tell(refused(ref, error))
+
+    def _within_rate(self) -> bool:
+        """Whether this message may still be acted on; too many of them end the socket."""
+        now = time.monotonic()
+        if now - self._second >= 1.0:
+            self._second, self._heard = now, 0
+        self._heard += 1
+        if self._heard > MOST_PER_SECOND:
+            self._viewer.close(1008, f"More than {MOST_PER_SECOND} messages a second.")
+        return self._viewer.closing is None
+
+    def _act(self, message: wire.Up) -> wire.Down | None:
+        """Do what one message asks for → the answer, if it wants one."""
+        door, person = self._runtime.door, self._person
+        match message:
+            case wire.Drive():
+                door.drive(message, person)
+            case wire.Echo():
+                return wire.EchoBack(message.t)
+            case wire.Say():
+                deed = door.submit(message.text, message.source, person)
+                return wire.Answer(message.ref, True, 202, deed.heard_as, id=deed.id)
+            case wire.LeaseWish():
+                door.wish(message.do, person)
+                return wire.Answer(message.ref, True, 200)
+            case wire.HaltReset():
+                door.reset(person, "page")
+                return wire.Answer(message.ref, True, 200)
+            case wire.Playback():
+                self._runtime.keep(asyncio.create_task(self._play(message)))
+            case wire.Want():
+                self._viewer.want("camera", message.camera)
+            case wire.Stop() | wire.Halt():
+                self._brake(message)
+        return None
+
+    def _brake(self, message: wire.Stop | wire.Halt) -> None:
+        if isinstance(message, wire.Halt):
+            self._runtime.door.halt(self._person, "page")
+        else:
+            self._runtime.door.stop(self._person, "page")
+
+    async def _play(self, message: wire.Playback) -> None:
+        """The recording's driver is asked without keeping this socket waiting."""
+        answer = wire.Answer(message.ref, True, 200)
+        try:
+            await self._runtime.playback(message.do, message.value, self._person)
+        except (Problem, BeckonError) as error:
+            answer = refused(message.ref, error)
+        self._tell(answer)
+
+
+def brake_of(told: Any) -> wire.Stop | wire.Halt | None:
+    """A stop or a halt, however carelessly it is written."""
+    kind = told.get("kind") if isinstance(told, dict) else None
+    return {"stop": wire.Stop(), "halt": wire.Halt()}.get(kind) if isinstance(kind, str) else None

@@ -1,0 +1,120 @@
+"""A robot and its gate in this very process: the real simulator, the real gate, real time. Nothing is mocked."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import replace
+from typing import Any
+
+from core.gate.gate import TICK, Gate
+from core.gate.limits import Limits
+from core.gate.setpoint import Setpoint
+from core.gate.status import GateStatus
+from core.gate.trace import TraceWriter
+from core.robots import Profile
+from core.robots.connect import connect
+from core.robots.nearness import near_points
+from core.sensors import SensorFrame
+from core.settings import Settings
+
+
+class InProcessRobot:
+    """The console's RobotLink without processes, for tests that need a robot behind the console."""
+
+    def __init__(self, url: str = "sim:lab", *, seed: int = 0, settings: Settings | None = None) -> None:
+        self.settings = settings or Settings()
+        self.robot = connect(url, seed=seed, settings=self.settings)
+        self.writer = TraceWriter()
+        self.gate = Gate(Limits(), trace=self.writer)
+        self.cut = False  # the link is lost
+        self.orders: list[Setpoint] = []
+        self._lock = threading.RLock()
+        self._news = threading.Condition()
+        self._frame: SensorFrame | None = None
+        self._frame_at = 0.0
+        self._over = threading.Event()
+        self._threads = [threading.Thread(target=run, daemon=True) for run in (self._drive, self._tick)]
+
+    @property
+    def profile(self) -> Profile:
+        return self.robot.profile
+
+    def start(self) -> None:
+        for thread in self._threads:
+            thread.start()
+
+    def close(self) -> None:
+        self._over.set()
+        for thread in self._threads:
+            if thread.is_alive():
+                thread.join()
+
+    def next_frame(self, timeout: float) -> SensorFrame | None:
+        with self._news:
+            if self._frame is None:
+                self._news.wait(timeout)
+            frame, self._frame = self._frame, None
+            return None if self.cut else frame
+
+    def send(self, setpoint: Setpoint) -> None:
+        with self._lock:
+            self.orders.append(setpoint)
+            self.gate.accept(setpoint, time.monotonic())
+
+    def stop(self) -> None:
+        with self._lock:
+            self.gate.stop(time.monotonic())
+
+    def halt(self) -> None:
+        with self._lock:
+            self.gate.halt(time.monotonic())
+
+    def reset(self) -> None:
+        with self._lock:
+            self.gate.reset(time.monotonic())
+
+    def arm(self, epoch: int, owner: str) -> None:
+        with self._lock:
+            self.gate.arm(epoch, owner, time.monotonic())
+
+    def disarm(self) -> None:
+        with self._lock:
+            self.gate.disarm(time.monotonic())
+
+    def beat(self) -> None:
+        with self._lock:
+            self.gate.heartbeat(time.monotonic())
+
+    def status(self) -> GateStatus:
+        with self._lock:
+            return self.gate.status()
+
+    def ask(self, request: dict[str, Any], timeout: float = 2.0) -> dict[str, Any]:
+        with self._lock:
+            return self.robot.ask(request)
+
+    def link(self) -> tuple[Any, float]:
+        age = time.monotonic() - self._frame_at
+        return ("connecting" if not self._frame_at else "lost" if self.cut else "live"), (age if self._frame_at else 0.0)
+
+    def _drive(self) -> None:
+        due = time.monotonic()
+        while not self._over.is_set():
+            with self._lock:
+                self.robot.drive(self.gate.twist)
+                frame = replace(self.robot.read(), nonce=self.gate.status().nonce)
+                now = time.monotonic()
+                self.gate.touch(frame.contact, now)
+                if frame.scan is not None and self.profile.laser is not None:
+                    self.gate.see(near_points(frame.scan, self.profile.laser, frame), now)
+            with self._news:
+                self._frame, self._frame_at = frame, now
+                self._news.notify_all()
+            due += 1 / self.profile.rate
+            self._over.wait(max(0.0, due - time.monotonic()))
+
+    def _tick(self) -> None:
+        while not self._over.wait(TICK):
+            with self._lock:
+                self.gate.tick(time.monotonic())
