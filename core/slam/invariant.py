@@ -2,7 +2,8 @@
 
 The true state is the estimate, turned and shifted as a whole by the error ξ: θ = θ̂ + ξθ, p = rot(ξθ) p̂ + V(ξθ) ξp,
 and so for every landmark. The sighting's derivative then does not depend on the estimated heading, so the filter
-cannot learn a heading from landmarks that it placed by that same heading: it stays honest where the plain form does not.
+cannot learn a heading from landmarks that it placed by that same heading: it stays honest where the plain form
+grows too sure of itself.
 """
 
 from __future__ import annotations

@@ -19,16 +19,18 @@ STILL = 1e-7  # [m] and [rad]: below, the wheels stand
 class MotionSettings:
     """Noise of the odometry.
 
-    `encoder`: either wheel errs by a share of the root of its way. `paper`: the control noise Q (eq. 43), drawn anew
-    with every control step: speed [m/s] and steering angle of a car-like base, read as rates of a two-wheeled one.
+    `encoder`: slip, and the sizes of wheels and wheelbase, which no data sheet gives exactly. `paper`: the control
+    noise Q (eq. 43) of speed and steering angle, drawn anew with every control step.
     """
 
     model: Literal["encoder", "paper"] = "encoder"
     wheelbase: float = 0.10  # [m] (section 6)
-    wheel_sd: float = 0.003  # [m per root m] of either wheel
+    wheel_sd: float = 0.0015  # [m per root m] of either wheel
+    way_sd: float = 0.004  # [m per root m] of both wheels together
     side_sd: float = 0.001  # [m per root m] sideways
     speed_sd: float = 0.2  # [m/s] (eq. 43)
     steer_sd: float = math.radians(1)  # [rad] (eq. 43)
+    cruise: float = 0.1  # [m/s] at which the steering angle's error bends the path (section 6)
     step: float = 0.025  # [s] between control updates (section 6)
 
 
@@ -77,23 +79,23 @@ def rolled(pose: Pose, elapsed: float, settings: MotionSettings) -> Increment:
 
 
 def encoder_noise(forward: float, turn: float, elapsed: float, settings: MotionSettings) -> Array:
-    """Covariance (2, 2) of way [m] and turn [rad]: two wheels that err independently."""
+    """Covariance (2, 2) of way [m] and turn [rad]: wheels that err each for itself and together."""
     half = 0.5 * settings.wheelbase
     left = settings.wheel_sd**2 * abs(forward - half * turn)
     right = settings.wheel_sd**2 * abs(forward + half * turn)
     cross = (right - left) / (2 * settings.wheelbase)
-    return np.array([[(left + right) / 4, cross], [cross, (left + right) / settings.wheelbase**2]])
+    common = settings.way_sd**2 * abs(forward)
+    return np.array([[(left + right) / 4 + common, cross], [cross, (left + right) / settings.wheelbase**2]])
 
 
 def paper_noise(forward: float, turn: float, elapsed: float, settings: MotionSettings) -> Array:
     """Covariance (2, 2) of way [m] and turn [rad] under the paper's Q (eq. 43), drawn anew with every control step.
 
-    The steering angle's noise turns a base of wheelbase L by V dt / L per radian, as in the car-like model.
+    An error of the steering angle turns a base of wheelbase L by V dt / L per radian, as in the car-like model.
     """
     steps = max(elapsed / settings.step, 1.0)
-    ahead = steps * (settings.speed_sd * settings.step) ** 2
-    turning = (settings.steer_sd * forward / settings.wheelbase) ** 2 / steps
-    return np.diag([ahead, turning])
+    turning = settings.cruise * settings.step * settings.steer_sd / settings.wheelbase
+    return steps * np.diag([(settings.speed_sd * settings.step) ** 2, turning**2])
 
 
 def steered(speed: float, steer: float, elapsed: float, settings: MotionSettings) -> Increment:

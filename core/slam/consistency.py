@@ -1,0 +1,29 @@
+"""Whether an estimator is as sure as it should be."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from core.geometry import Pose, wrap
+from core.message import Array
+from core.slam.estimate import Estimate
+
+
+def squared_error(error: Array, covariance: Array) -> float:
+    """Error (k,) and covariance (k, k) → normalised squared error, on average k; NaN for a singular covariance."""
+    values, vectors = np.linalg.eigh(covariance)
+    if values[0] <= 1e-14 * max(values[-1], 1e-9):
+        return math.nan
+    return float(((vectors.T @ error) ** 2 / values).sum())
+
+
+def nees(estimate: Estimate, truth: Pose) -> float:
+    """Normalised estimation error squared of a pose in the world's axes; ideal mean 3.
+
+    The filter's own `EkfSlam.nees` measures the error as its covariance does, which is fairer to the invariant form.
+    """
+    pose = estimate.pose
+    error = np.array([truth.x - pose.x, truth.y - pose.y, wrap(truth.heading - pose.heading)])
+    return squared_error(error, estimate.covariance)

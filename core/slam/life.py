@@ -1,0 +1,136 @@
+"""The landmark table L = (x, y, h, m): how landmarks come to be believed, and cease to be (section 4.1)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.geometry import wrap
+from core.message import Array
+from core.perception.landmarks import Sighting
+
+GRAZE = math.radians(10)  # within the rim of its sector a corner's wall is seen too flat
+STEADY = 20  # hits after which the opening is averaged no further
+
+
+@dataclass(frozen=True)
+class LifeSettings:
+    """When a landmark is believed, and when no more."""
+
+    probation: int = 3  # hits before it may correct the pose
+    at_once: int = 6  # with fewer landmarks than these, one hit is enough: else the robot would run blind
+    patience: int = 30  # scans without a hit that a tentative landmark survives
+    misses: float = 2.0  # a landmark goes when m > misses + share * h
+    misses_share: float = 0.25
+    opening: float = math.radians(40)  # that two sightings of one corner may differ in their opening
+    most: int = 1000  # landmarks in all
+
+
+@dataclass
+class Life:
+    """One row: everything about a landmark but its place, which the filter has."""
+
+    id: int
+    kind: str
+    opening: float | None  # [rad] world
+    sector: float  # [rad]
+    farthest: float  # [m] from which it was seen
+    hits: int = 1
+    misses: int = 0
+    unseen: int = 0  # scans since the last hit
+    tentative: bool = True
+    identity: int | None = None  # given by who knows it (experiments)
+
+
+class LandmarkTable:
+    """The rows, in the order of the filter's landmarks."""
+
+    def __init__(self, settings: LifeSettings | None = None) -> None:
+        self.settings = settings or LifeSettings()
+        self.rows: list[Life] = []
+        self._next = 1
+        self._distinct: set[frozenset[int]] = set()
+
+    @property
+    def believed(self) -> int:
+        """Number of landmarks past their probation."""
+        return sum(not row.tentative for row in self.rows)
+
+    def alike(self, sightings: tuple[Sighting, ...], heading: float) -> Array:
+        """Sightings, robot's heading → (M, N) bool: whether each can be that landmark by its kind and opening."""
+        kinds = np.array([row.kind for row in self.rows])
+        seen = np.array([sighting.kind for sighting in sightings])[:, None]
+        same = (kinds == seen) | (kinds == "") | (seen == "")
+        openings = np.array([math.nan if row.opening is None else row.opening for row in self.rows])
+        shown = np.array([math.nan if s.opening is None else s.opening + heading for s in sightings])[:, None]
+        differ = np.abs((shown - openings + np.pi) % (2 * np.pi) - np.pi) > self.settings.opening
+        return same & ~differ
+
+    def add(self, sighting: Sighting, heading: float) -> Life:
+        """A new row, seen once."""
+        row = Life(
+            id=self._next,
+            kind=sighting.kind,
+            opening=None if sighting.opening is None else wrap(sighting.opening + heading),
+            sector=sighting.sector,
+            farthest=sighting.range,
+            identity=sighting.id,
+        )
+        row.tentative = sighting.id is None and self.believed >= self.settings.at_once
+        self._next += 1
+        self.rows.append(row)
+        return row
+
+    def hit(self, index: int, sighting: Sighting, heading: float) -> None:
+        """Seen again."""
+        row = self.rows[index]
+        row.hits, row.unseen = row.hits + 1, 0
+        row.farthest = max(row.farthest, sighting.range)
+        if sighting.opening is not None and row.opening is not None:
+            off = wrap(sighting.opening + heading - row.opening)
+            row.opening = wrap(row.opening + off / min(row.hits, STEADY))
+        if row.tentative and row.hits >= self.settings.probation:
+            row.tentative = False
+
+    def expected(self, index: int, reach: float, bearing: float) -> bool:
+        """Whether a corner can be made out from `reach` [m] away, the robot standing at `bearing` [rad] of it."""
+        row = self.rows[index]
+        if reach > row.farthest:
+            return False
+        return row.opening is None or abs(wrap(bearing - row.opening)) < row.sector - GRAZE
+
+    def is_lost(self, index: int) -> bool:
+        """Whether the landmark has been missed too often, or waited too long to be seen again."""
+        row, limits = self.rows[index], self.settings
+        if row.tentative and row.unseen > limits.patience:
+            return True
+        return row.misses > limits.misses + limits.misses_share * row.hits
+
+    def part(self, a: int, b: int) -> None:
+        """Note that two landmarks were seen at once: they are never doubles."""
+        self._distinct.add(frozenset((self.rows[a].id, self.rows[b].id)))
+
+    def may_be_doubles(self, a: int, b: int) -> bool:
+        """Whether two landmarks can be one: alike, and never seen at once."""
+        first, second = self.rows[a], self.rows[b]
+        if first.tentative or second.tentative or {first.kind, second.kind} == {"convex", "concave"}:
+            return False
+        if frozenset((first.id, second.id)) in self._distinct:
+            return False
+        if first.opening is None or second.opening is None:
+            return True
+        return abs(wrap(first.opening - second.opening)) < self.settings.opening
+
+    def join(self, a: int, b: int) -> None:
+        """Row `b` becomes part of row `a`."""
+        kept, gone = self.rows[a], self.rows[b]
+        kept.hits, kept.misses = kept.hits + gone.hits, min(kept.misses, gone.misses)
+        kept.farthest = max(kept.farthest, gone.farthest)
+        self.forget(b)
+
+    def forget(self, index: int) -> None:
+        """Row `index` goes."""
+        gone = self.rows.pop(index).id
+        self._distinct = {pair for pair in self._distinct if gone not in pair}

@@ -1,0 +1,34 @@
+"""What could have been seen: line of sight by the scan itself."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.message import Array
+from core.sensors import Laser, Scan
+
+WINDOW = np.arange(-3, 4)  # beams around a bearing
+MARGIN = 0.15  # [m] that a beam may end short of a landmark
+
+
+class View:
+    """One scan as a witness of what stands in the way."""
+
+    def __init__(self, scan: Scan, laser: Laser) -> None:
+        self._scan, self._mounting = scan, laser.mounting
+        self._ranges = np.where(scan.valid | np.isposinf(scan.ranges), scan.ranges, np.nan)
+
+    def sees(self, places: Array, spreads: Array) -> Array:
+        """Places (N, 2) [m], robot frame, and their sd (N,) [m] → whether the laser has looked there (N,) bool.
+
+        False outside the field of view, behind something nearer, and where no beam has measured anything.
+        """
+        scan = self._scan
+        seen = self._mounting.inverse().apply(places)
+        reach = np.hypot(seen[:, 0], seen[:, 1])
+        bearing = np.arctan2(seen[:, 1], seen[:, 0])
+        beam = np.round((bearing - scan.angle_min) / scan.angle_step).astype(int)[:, None] + WINDOW
+        inside = ((beam >= 0) & (beam < len(self._ranges))).all(axis=1) & (reach < scan.range_max)
+        around = self._ranges[np.clip(beam, 0, len(self._ranges) - 1)]
+        nearest = np.where(np.isnan(around), np.inf, around).min(axis=1)
+        return inside & ~np.isnan(around).all(axis=1) & (nearest > reach - MARGIN - 3 * spreads)
