@@ -15,7 +15,7 @@ from console.cli.self_test import self_test
 from console.home import home_folder
 from core.message import message
 
-NEEDED = [
+NEEDED = (
     "viser",
     "numpy",
     "scipy",
@@ -26,7 +26,7 @@ NEEDED = [
     "msgspec",
     "mcap",
     "rosbags",
-]
+)
 PORT = 8420
 
 

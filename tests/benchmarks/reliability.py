@@ -165,7 +165,7 @@ def viewer_faults(trials: int) -> dict[str, list[float]]:
 
 
 def buffered_frames(trials: int) -> list[float]:
-    """A link that keeps all it is given and lets it through when the browser is dead → 1 for each trial that moved."""
+    """A link that lets all it kept through when the browser is dead → 1 for each trial that moved."""
 
     moved: list[float] = []
     with console() as running, FrozenLink(running.port) as link:
