@@ -16,7 +16,7 @@ from core.snapshot import Ending, Level
 
 Struct = msgspec.Struct
 Source = Literal["typed", "chip", "click"]
-Short = Annotated[str, msgspec.Meta(max_length=200)]
+Short = Annotated[str, msgspec.Meta(max_length=2000)]
 Count = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
 
 CAMERA_HEADER = struct.Struct("<BxxxId")  # kind = 1, sequence number, stamp [s]; the JPEG follows

@@ -49,7 +49,7 @@ async def vocabulary() -> dict[str, Any]:
 async def history(behind: Behind) -> dict[str, Any]:
     """What was heard, from whom, and how it ended; newest first."""
     deeds = behind.history.newest_first(commands_only=True)
-    return {"revision": behind.history.revision, "commands": [told(deed) for deed in deeds]}
+    return {"revision": behind.history.revision, "history": [told(deed) for deed in deeds]}
 
 
 @commands.get("/commands/{number}")
@@ -96,7 +96,8 @@ def told(deed: Deed) -> dict[str, Any]:
         "id": deed.id,
         "what": deed.what,
         "words": deed.words,
-        "command": {"name": deed.name, **deed.numbers} if deed.name else None,
+        "name": deed.name,
+        "numbers": deed.numbers,
         "heard_as": deed.heard_as,
         "source": deed.source,
         "who": deed.who,
@@ -105,4 +106,5 @@ def told(deed: Deed) -> dict[str, Any]:
         "remark": deed.remark,
         "at_s": deed.wall,
         "ended_s": deed.ended,
+        "duration_s": None if deed.ended is None else round(deed.ended - deed.wall, 3),
     }

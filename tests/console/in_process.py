@@ -96,7 +96,9 @@ class InProcessRobot:
 
     def link(self) -> tuple[Any, float]:
         age = time.monotonic() - self._frame_at
-        return ("connecting" if not self._frame_at else "lost" if self.cut else "live"), (age if self._frame_at else 0.0)
+        return ("connecting" if not self._frame_at else "lost" if self.cut else "live"), (
+            age if self._frame_at else 0.0
+        )
 
     def _drive(self) -> None:
         due = time.monotonic()
