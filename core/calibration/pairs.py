@@ -94,13 +94,13 @@ def stack(pairs: Sequence[Pair]) -> Stack:
         basis[row, :, :count] = pair.ranges.basis
         covariance[row, :count, :count] = pair.ranges.covariance
     return Stack(
-        planes=_planes([pair.plane for _, pair in beams]),
+        planes=planes_of([pair.plane for _, pair in beams]),
         q=np.array([pair.ranges.q for _, pair in beams]).reshape(-1, 3),
         by_offset=np.array([pair.ranges.by_offset for _, pair in beams]).reshape(-1, 3),
         basis=basis,
         q_covariance=covariance,
         told=np.array([pair.ranges.basis.shape[1] for _, pair in beams], dtype=int),
-        point_planes=_planes([pair.plane for _, pair in points]),
+        point_planes=planes_of([pair.plane for _, pair in points]),
         points=np.array([pair.point for _, pair in points]).reshape(-1, 3),
         point_covariance=np.array([pair.covariance for _, pair in points]).reshape(-1, 3, 3),
         order=np.array([number for number, _ in beams] + [number for number, _ in points], dtype=int),
@@ -109,42 +109,54 @@ def stack(pairs: Sequence[Pair]) -> Stack:
 
 def whitening(seen: Stack, guess: Guess) -> Whitening:
     """The matrices that give every residual unit variance at `guess`: from beam noise and from the camera's planes."""
-    normals, nearness = _carried(seen.planes, guess)
-    by_normal = (guess.rotation - normals[:, :, None] * (guess.translation @ guess.rotation) / nearness[:, None, None])
-    by_plane = np.concatenate((by_normal, -guess.scale * normals[:, :, None] / nearness[:, None, None]), axis=2)
-    inside = np.swapaxes(seen.basis, 1, 2) @ by_plane / nearness[:, None, None]
-    spread = seen.q_covariance + inside @ seen.planes.covariances @ np.swapaxes(inside, 1, 2)
-    beams = np.linalg.inv(np.linalg.cholesky(spread)) @ np.swapaxes(seen.basis, 1, 2)
-    normals, _ = _carried(seen.point_planes, guess)
-    camera_points = (seen.points - guess.translation) @ guess.rotation
-    by_plane = np.column_stack((camera_points, np.full(len(camera_points), -guess.scale)))
-    variance = np.einsum("ki,kij,kj->k", normals, seen.point_covariance, normals)
-    variance = variance + np.einsum("ki,kij,kj->k", by_plane, seen.point_planes.covariances, by_plane)
-    return beams, 1 / np.sqrt(np.maximum(variance, 1e-18))
+    spread, variance = _spread(seen, guess)
+    return np.linalg.inv(np.linalg.cholesky(spread)) @ np.swapaxes(seen.basis, 1, 2), 1 / np.sqrt(variance)
 
 
 def residuals_of(seen: Stack, weights: Whitening) -> Callable[[Guess], tuple[Array, Array]]:
     """Stacked pairs → a function from a guess to whitened residuals (3M + K,) and their Jacobian (…, 8)."""
 
     def model(guess: Guess) -> tuple[Array, Array]:
-        normals, nearness = _carried(seen.planes, guess)
-        predicted = normals / nearness[:, None]
-        by_turn = -cross_matrices(normals) / nearness[:, None, None]
-        slope = np.zeros((len(normals), 3, UNKNOWNS))
-        slope[:, :, :3] = by_turn - predicted[:, :, None] * np.cross(normals, guess.translation)[:, None] / nearness[:, None, None]
-        slope[:, :, 3:6] = -predicted[:, :, None] * normals[:, None] / nearness[:, None, None]
+        predicted, slope = predict(seen.planes, guess)
         slope[:, :, 6] = -seen.by_offset
-        slope[:, :, 7] = -predicted * (seen.planes.distances / nearness)[:, None]
         error = predicted - seen.q - guess.offset * seen.by_offset
-        beams = (weights[0] @ error[:, :, None]).ravel()
-        beams_slope = (weights[0] @ slope).reshape(-1, UNKNOWNS)
         off, off_slope = _points(seen, guess)
         return (
-            np.concatenate((beams, weights[1] * off)),
-            np.concatenate((beams_slope, weights[1][:, None] * off_slope)),
+            np.concatenate(((weights[0] @ error[:, :, None]).ravel(), weights[1] * off)),
+            np.concatenate(((weights[0] @ slope).reshape(-1, UNKNOWNS), weights[1][:, None] * off_slope)),
         )
 
     return model
+
+
+def predict(planes: Planes, guess: Guess) -> tuple[Array, Array]:
+    """The camera's planes and a mount → q as the laser should find it (M, 3), and its derivative (M, 3, 8)."""
+    normals, nearness = _carried(planes, guess)
+    near = nearness[:, None, None]
+    predicted = normals / nearness[:, None]
+    slope = np.zeros((len(normals), 3, UNKNOWNS))
+    turned = np.cross(normals, guess.translation)
+    slope[:, :, :3] = (-cross_matrices(normals) - predicted[:, :, None] * turned[:, None]) / near
+    slope[:, :, 3:6] = -predicted[:, :, None] * normals[:, None] / near
+    slope[:, :, 7] = -predicted * (planes.distances / nearness)[:, None]
+    return predicted, slope
+
+
+def disagreement(pairs: Sequence[Pair], guess: Guess, covariance: Array) -> Array:
+    """(M,): chi-square (2 dof) of every pair against a mount that is itself uncertain by `covariance` (6, 6)."""
+    seen = stack(pairs)
+    plain = (np.swapaxes(seen.basis, 1, 2), np.ones(len(seen.points)))
+    error, slope = residuals_of(seen, plain)(guess)
+    spread, variance = _spread(seen, guess)
+    count = 3 * len(seen.q)
+    by_mount = slope[:count, :6].reshape(-1, 3, 6)
+    spread = spread + by_mount @ covariance @ np.swapaxes(by_mount, 1, 2)
+    beams = error[:count].reshape(-1, 3)
+    told = np.einsum("ki,kij,kj->k", beams, np.linalg.inv(spread), beams) * 2 / np.maximum(seen.told, 1)
+    variance = variance + np.einsum("ki,ij,kj->k", slope[count:, :6], covariance, slope[count:, :6])
+    values = np.empty(len(seen.order))
+    values[seen.order] = np.concatenate((told, 2 * error[count:] ** 2 / variance))
+    return values
 
 
 def chi_squares(seen: Stack, guess: Guess) -> Array:
@@ -161,12 +173,28 @@ def behind(seen: Stack, guess: Guess) -> int:
     return int(np.count_nonzero(_nearness(seen.planes, guess)[1] <= NEAREST))
 
 
-def _planes(planes: Sequence[Plane]) -> Planes:
+def planes_of(planes: Sequence[Plane]) -> Planes:
     return Planes(
         np.array([plane.normal for plane in planes]).reshape(-1, 3),
         np.array([plane.distance for plane in planes]),
         np.array([plane.covariance for plane in planes]).reshape(-1, 4, 4),
     )
+
+
+def _spread(seen: Stack, guess: Guess) -> tuple[Array, Array]:
+    """Covariance of q (M, 3, 3) in the told basis, and variance of the points' distances (K,) [m²]."""
+    normals, nearness = _carried(seen.planes, guess)
+    near = nearness[:, None, None]
+    by_normal = guess.rotation - normals[:, :, None] * (guess.translation @ guess.rotation) / near
+    by_plane = np.concatenate((by_normal, -guess.scale * normals[:, :, None] / near), axis=2) / near
+    inside = np.swapaxes(seen.basis, 1, 2) @ by_plane
+    spread = seen.q_covariance + inside @ seen.planes.covariances @ np.swapaxes(inside, 1, 2)
+    normals, _ = _carried(seen.point_planes, guess)
+    camera_points = (seen.points - guess.translation) @ guess.rotation
+    by_plane = np.column_stack((camera_points, np.full(len(camera_points), -guess.scale)))
+    variance = np.einsum("ki,kij,kj->k", normals, seen.point_covariance, normals)
+    variance = variance + np.einsum("ki,kij,kj->k", by_plane, seen.point_planes.covariances, by_plane)
+    return spread, np.maximum(variance, 1e-18)
 
 
 def _nearness(planes: Planes, guess: Guess) -> tuple[Array, Array]:
