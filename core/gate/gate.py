@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from core.gate.guard import Guard, Permitted, Point
+from core.gate.guard import Guard, Permitted
 from core.gate.limits import Limits, is_count, is_number, speed_cap
 from core.gate.presses import Presses
 from core.gate.setpoint import Setpoint, Source
@@ -113,12 +113,16 @@ class Gate:
             self._state = "disarmed"
             self._stand("reset", "", now)
 
+    def remark(self, reason: str) -> None:
+        """Something that whoever looks at the status should know until the next motion or stop."""
+        self._reason = reason
+
     # what is known
 
-    def see(self, points: Sequence[Point], now: float) -> None:
-        """Near scan points [m], robot frame; also says that the scan is fresh."""
-        self._seen = self._heard = now
+    def see(self, points: Sequence[Sequence[float]], now: float) -> None:
+        """Near scan points (x, y) [m], robot frame; also says that the scan is fresh."""
         self._guard.see(points)
+        self._seen = self._heard = now
 
     def touch(self, contact: bool, now: float) -> None:
         """The bumper, and that the robot is alive. A new contact trips; out of it leads the other direction only."""

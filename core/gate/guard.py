@@ -39,9 +39,10 @@ class Guard:
         self._points: tuple[Point, ...] = ()
         self._moved = (0.0, 0.0, 0.0)  # x, y [m], heading [rad] since the points were seen
 
-    def see(self, points: Sequence[Point]) -> None:
-        """New near points [m], robot frame; what is no pair of finite numbers is left out."""
-        self._points = tuple((x, y) for x, y in points if is_number(x) and is_number(y))
+    def see(self, points: Sequence[Sequence[float]]) -> None:
+        """New near points (x, y) [m], robot frame; what is no pair of finite numbers is left out."""
+        pairs = (point for point in points if isinstance(point, list | tuple) and len(point) == 2)
+        self._points = tuple((point[0], point[1]) for point in pairs if is_number(point[0]) and is_number(point[1]))
         self._moved = (0.0, 0.0, 0.0)
 
     def roll(self, twist: Twist, elapsed: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import math
 from collections.abc import Iterable, Sequence
@@ -44,8 +45,7 @@ class TraceWriter:
         self._written: Row | None = None
         self._unwritten: Row | None = None
         if file is not None and file.tell() == 0:
-            csv.writer(file).writerow(HEADER)
-            file.flush()
+            self._put_line(HEADER)
 
     def write(self, status: GateStatus, press: int, event: Event, now: float) -> None:
         """Note what the gate says at `now` [s]."""
@@ -53,21 +53,26 @@ class TraceWriter:
         told = (status.v, status.w, status.source, status.epoch, status.reason, status.state, press)
         row = Row(stamp, *told, event)
         last = self._written
-        if last is not None and not event and astuple(last)[1:-1] == told and stamp - last.t_mono_ns < QUIET:
+        changed = last is None or event != "" or astuple(last)[1:-1] != told
+        if last is not None and not changed and stamp - last.t_mono_ns < QUIET:
             self._unwritten = row
             return
-        if self._unwritten is not None:
+        if changed and self._unwritten is not None:
             self._put(self._unwritten)
-            self._unwritten = None
+        self._unwritten = None
         self._put(row)
         self._written = row
 
     def _put(self, row: Row) -> None:
         if self._file is None:
             self.rows.append(row)
-        else:
-            csv.writer(self._file).writerow(astuple(row))
-            self._file.flush()
+        self._put_line(astuple(row))
+
+    def _put_line(self, values: Iterable[object]) -> None:
+        if self._file is not None:
+            with contextlib.suppress(OSError):  # a full disk must not stop the gate
+                csv.writer(self._file, lineterminator="\n").writerow(values)
+                self._file.flush()
 
 
 def read_trace(path: Path) -> list[Row]:

@@ -1,0 +1,68 @@
+"""A running gate: what it is told, and what it says."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from console.child import Child
+from console.driver_process import DriverProcess
+from core.errors import Unavailable
+from core.gate import GateStatus, Limits
+from core.gate.packets import packet_pair, send_packet, take_packets
+from core.robots import Profile
+
+
+class GateProcess:
+    """Started by making one, disarmed or halted. `spent` presses are those that an earlier gate has seen."""
+
+    def __init__(
+        self, driver: DriverProcess, limits: Limits, home: Path, *, trace: Path | None, spent: Mapping[str, int]
+    ) -> None:
+        self.orders, theirs = packet_pair()
+        with theirs, driver.gate_end() as driver_end:
+            arguments = [
+                f"--console={theirs.fileno()}",
+                f"--driver={driver_end.fileno()}",
+                f"--home={home.absolute()}",
+                f"--limits={json.dumps(asdict(limits))}",
+                f"--spent={json.dumps(list(spent.items()))}",
+                *([f"--trace={trace.absolute()}"] if trace else []),
+            ]
+            self.child = Child("core.gate.process", arguments, (theirs, driver_end), bare=True)
+        self.heard = time.monotonic()  # when it spoke last, or was started
+
+    def send(self, packet: Mapping[str, Any]) -> bool:
+        """Without waiting → whether it is on its way."""
+        return send_packet(self.orders, packet)
+
+    def read(self) -> tuple[list[GateStatus], bool]:
+        """What it has said, without waiting, and whether it is still there."""
+        packets, there = take_packets(self.orders)
+        if packets:
+            self.heard = time.monotonic()
+        return [GateStatus.of_json(packet) for packet in packets[-1:]], there
+
+    def end(self, patience: float) -> None:
+        """Through zero and away, by force after `patience` [s]."""
+        self.send({"kind": "leave"})
+        self.child.end(patience)
+        self.orders.close()
+
+
+def limits_of(profile: Profile, limits: Limits) -> Limits:
+    """Whatever is tighter, the operator's limits or the robot's; no guard without eyes. Raises Unavailable."""
+    try:
+        return replace(
+            limits,
+            max_speed=min(limits.max_speed, profile.max_speed),
+            max_turn_rate=min(limits.max_turn_rate, profile.max_turn_rate),
+            radius=profile.radius,
+            guard=limits.guard and profile.laser is not None,
+        )
+    except ValueError as trouble:
+        raise Unavailable(f"This robot does not fit the gate: {trouble}") from None

@@ -1,0 +1,214 @@
+"""The gate's own process: `python -m core.gate.process`. Standard library only, so nothing can make it late.
+
+From the console: orders, stops, and its heartbeat. From the driver: what is near. To the driver: the twist with the
+newest ticket, every tick. When the console is gone it sends zeros for two seconds and ends.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import secrets
+import selectors
+import signal
+import socket
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NoReturn
+
+from core.gate.gate import TICK, Gate
+from core.gate.latch import Latch
+from core.gate.limits import Limits, is_count
+from core.gate.packets import packet_socket, send_packet, take_packets
+from core.gate.setpoint import Setpoint
+from core.gate.status import GateStatus
+from core.gate.trace import TraceWriter
+from core.gate.twist import ZERO
+
+FAREWELL = 2.0  # [s] of zeros when the console is gone
+ABSENT = 1.0  # [s] between looks whether the console still is this process's parent
+FIRST_TICKET = 2**50  # a random number below it, so that no ticket of an earlier gate is ever valid again
+
+
+class GateLoop:
+    """Ticks at 50 Hz by absolute deadlines and answers between ticks as soon as something comes."""
+
+    def __init__(self, gate: Gate, latch: Latch, console: socket.socket, driver: socket.socket) -> None:
+        self._gate, self._latch = gate, latch
+        self._console, self._driver = console, driver
+        self._ends_at: float | None = None
+        self._told_driver = ZERO
+        self._told_console: GateStatus | None = None
+        self._ticks = 0
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(console, selectors.EVENT_READ, self._hear_console)
+        self._selector.register(driver, selectors.EVENT_READ, self._hear_driver)
+        self._wishes: dict[str, Callable[[dict[str, Any], float], object]] = {
+            "set": self._set,
+            "beat": lambda _, now: gate.heartbeat(now),
+            "stop": lambda _, now: gate.stop(now),
+            "halt": self._halt,
+            "reset": self._reset,
+            "arm": lambda told, now: gate.arm(told["epoch"], str(told["owner"])[:200], now),
+            "disarm": lambda _, now: gate.disarm(now),
+            "leave": self._leave,
+        }
+
+    def run(self) -> None:
+        """Until the console is gone and the robot has been told to stand for a while."""
+        parent, due, looked = os.getppid(), time.monotonic(), time.monotonic()
+        try:
+            while True:
+                for key, _ in self._selector.select(max(0.0, due - time.monotonic())):
+                    key.data()
+                now = time.monotonic()
+                if now >= due:
+                    self._tick(now)
+                    due = due + TICK if now - due < TICK else now + TICK
+                if now - looked > ABSENT:
+                    looked = now
+                    if os.getppid() != parent:
+                        self._console_gone()
+                if self._ends_at is not None and now >= self._ends_at:
+                    return
+        finally:
+            self._gate.disarm(time.monotonic(), "the gate ends")
+            self._tell_driver()
+
+    def _tick(self, now: float) -> None:
+        self._gate.tick(now)
+        self._tell_driver()
+        self._ticks += 1
+        self._tell_console(always=self._ticks % 2 == 0)
+
+    def _hear_console(self) -> None:
+        packets, there = take_packets(self._console)
+        for packet in packets:
+            wish = self._wishes.get(str(packet.get("kind")))
+            try:
+                if wish is not None:
+                    wish(packet, time.monotonic())
+            except (KeyError, TypeError):
+                continue  # not of the form that the console sends: no order
+            if self._gate.twist != self._told_driver and not self._gate.twist.moves:
+                self._tell_driver()
+        if not there:
+            self._console_gone()
+        self._tell_console(always=False)
+
+    def _hear_driver(self) -> None:
+        packets, there = take_packets(self._driver)
+        now = time.monotonic()
+        for packet in packets:
+            points = packet.get("points")
+            if isinstance(points, list):
+                self._gate.see(points, now)
+            self._gate.touch(packet.get("contact") is True, now)
+        if not there:
+            self._selector.unregister(self._driver)
+            self._gate.disarm(now, "the robot's driver is gone")
+            self._ends_at = now if self._ends_at is not None else None
+        if not self._gate.twist.moves and self._told_driver.moves:
+            self._tell_driver()
+        self._tell_console(always=False)
+
+    def _set(self, told: dict[str, Any], now: float) -> None:
+        del told["kind"]
+        self._gate.accept(Setpoint(**told), now)
+
+    def _halt(self, told: dict[str, Any], now: float) -> None:
+        """Zero first, then what must last; only then the console hears that the robot is halted."""
+        del told
+        self._gate.halt(now)
+        self._tell_driver()
+        try:
+            self._latch.set()
+        except OSError as trouble:
+            self._gate.remark(f"halted, but a restart may forget it: {trouble.strerror}")
+
+    def _reset(self, told: dict[str, Any], now: float) -> None:
+        del told
+        try:
+            self._latch.clear()
+        except OSError as trouble:
+            self._gate.remark(f"the halt could not be lifted: {trouble.strerror}")
+            return
+        self._gate.reset(now)
+
+    def _leave(self, told: dict[str, Any], now: float) -> None:
+        del told
+        self._gate.disarm(now, "the console ends")
+        self._tell_driver()
+        self._ends_at = now
+
+    def _console_gone(self) -> None:
+        if self._ends_at is None:
+            now = time.monotonic()
+            self._gate.disarm(now, "the console is gone")
+            self._tell_driver()
+            self._ends_at = now + FAREWELL
+            self._selector.unregister(self._console)
+
+    def _tell_driver(self) -> None:
+        self._told_driver = self._gate.twist
+        send_packet(
+            self._driver, {"v": self._told_driver.v, "w": self._told_driver.w, "nonce": self._gate.status().nonce}
+        )
+
+    def _tell_console(self, *, always: bool) -> None:
+        status = self._gate.status()
+        if always or self._told_console is None or _without_ticket(status) != _without_ticket(self._told_console):
+            self._told_console = status
+            send_packet(self._console, status.to_json())
+
+
+def _without_ticket(status: GateStatus) -> GateStatus:
+    return replace(status, nonce=0)
+
+
+def _spent(text: str) -> list[tuple[str, int]]:
+    """The presses of an earlier gate, as JSON pairs."""
+    return [(str(source), press) for source, press in json.loads(text) if is_count(press)]
+
+
+def _end(number: int, frame: object) -> NoReturn:
+    """A polite request to end: through zero."""
+    del number, frame
+    raise SystemExit(0)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the gate on the descriptors that the console passed on."""
+    parser = argparse.ArgumentParser(prog="core.gate.process")
+    parser.add_argument("--console", type=int, required=True, help="descriptor of the pipe to the console")
+    parser.add_argument("--driver", type=int, required=True, help="descriptor of the pipe to the driver")
+    parser.add_argument("--home", type=Path, required=True, help="folder that remembers a halt")
+    parser.add_argument("--limits", default="{}", help="JSON")
+    parser.add_argument("--spent", default="[]", help="presses of an earlier gate, JSON")
+    parser.add_argument("--trace", type=Path, help="file for the diary")
+    given = parser.parse_args(arguments)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _end)
+    latch = Latch(given.home)
+    trace = TraceWriter(given.trace.open("a", newline="")) if given.trace else None
+    try:
+        limits = Limits.of(json.loads(given.limits))
+    except ValueError as trouble:
+        raise SystemExit(f"The gate does not start: {trouble}") from None
+    gate = Gate(
+        limits,
+        halted=latch.is_set,
+        trace=trace,
+        first_ticket=secrets.randbelow(FIRST_TICKET),
+        spent=_spent(given.spent),
+    )
+    if trace is not None:
+        trace.write(gate.status(), 0, "boot", time.monotonic())
+    GateLoop(gate, latch, packet_socket(given.console), packet_socket(given.driver)).run()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,43 @@
+"""What of a scan the gate's guard needs: the nearest points around the robot, a hundred instead of a thousand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from core.gate.guard import HORIZON
+from core.message import Array
+from core.perception.deskew import deskew
+from core.sensors import Laser, Scan, SensorFrame
+
+SECTOR = math.radians(2.0)  # one point each
+READABLE = 0.1  # share of beams that must say something, even if it is "nothing there"
+REPEATS = 2  # equal scans in a row, on the move, that mean the laser hangs
+
+
+def near_points(scan: Scan, laser: Laser, frame: SensorFrame) -> list[tuple[float, float]]:
+    """Scan → in every sector of 2° the nearest point within 1.5 m (x, y) [m], robot frame at the frame's stamp."""
+    points, _ = deskew(scan, laser, frame.wheels, frame.stamp)
+    distances = np.hypot(points[:, 0], points[:, 1])
+    order = np.argsort(distances)
+    order = order[distances[order] <= HORIZON]
+    sectors = np.floor(np.arctan2(points[order, 1], points[order, 0]) / SECTOR)
+    _, first = np.unique(sectors, return_index=True)
+    return [(round(float(x), 4), round(float(y), 4)) for x, y in points[order[first]]]
+
+
+class Freshness:
+    """Tells a laser that sees from one that is blind or hangs."""
+
+    def __init__(self) -> None:
+        self._last: Array | None = None
+        self._repeats = 0
+
+    def shows(self, scan: Scan, *, moving: bool) -> bool:
+        """Whether a scan says anything about now: enough beams came back, and not the same as before on the move."""
+        repeated = self._last is not None and np.array_equal(self._last, scan.ranges, equal_nan=True)
+        self._repeats = self._repeats + 1 if repeated and moving else 0
+        self._last = scan.ranges
+        readable = int(np.count_nonzero(scan.valid | np.isposinf(scan.ranges)))
+        return self._repeats < REPEATS and readable >= READABLE * len(scan.ranges) > 0

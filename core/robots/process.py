@@ -1,0 +1,220 @@
+"""The driver's own process: `python -m core.robots.process`. It opens one robot and lives at its pace.
+
+From the console: what to open, requests, and the pipe to a new gate when the old one is gone. From the gate: twists
+and tickets. To the console: the profile first, then frames. To the gate: what is near, and that the robot is alive.
+Whatever fails, the base stops: without a gate at once, without twists after half a second.
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import os
+import pickle
+import selectors
+import signal
+import socket
+import time
+import traceback
+from dataclasses import replace
+from typing import Any
+
+from core.errors import BadInput, BeckonError
+from core.gate import ZERO, Twist
+from core.gate.limits import is_number
+from core.gate.packets import LARGEST, packet_socket, parse_packet, send_packet, take_packets
+from core.robots import Robot
+from core.robots.connect import connect
+from core.robots.letters import Answer, Hello, Opening, Trouble
+from core.robots.nearness import Freshness, near_points
+from core.robots.outbox import Outbox
+from core.sensors import SensorFrame
+
+TIMEOUT = 0.5  # [s] without a twist, then the base stops
+BEHIND = 0.1  # [s] that may be caught up; more is given up, and said when it goes on
+TELL_AGAIN = 10.0  # [s] between two remarks on slowness
+
+
+class Driver:
+    """One robot between its gate and its console."""
+
+    def __init__(self, robot: Robot, control: socket.socket, gate: socket.socket, outbox: Outbox) -> None:
+        self._robot, self._outbox = robot, outbox
+        self._profile = robot.profile
+        self._control, self._gate = control, gate
+        self._nonce = 0
+        self._twist, self._twist_at = ZERO, 0.0
+        self._freshness = Freshness()
+        self._pace = Pace(1 / self._profile.rate)
+        self._over = False
+        self._parent = os.getppid()
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(control, selectors.EVENT_READ, self._hear_console)
+        self._selector.register(gate, selectors.EVENT_READ, self._hear_gate)
+        self._has_gate = self._has_console = True
+
+    def run(self) -> None:
+        """Until both the console and the gate are gone, or the console says so."""
+        take_packets(self._gate)  # twists from before this robot was awake
+        self._pace.start(time.monotonic())
+        while not self._over:
+            wait = self._pace.due - time.monotonic()
+            for key, _ in self._selector.select(max(0.0, wait)):
+                key.data()
+            if time.monotonic() >= self._pace.due:
+                self._step()
+        self._robot.drive(ZERO)
+
+    def _step(self) -> None:
+        now = time.monotonic()
+        if self._twist.moves and now - self._twist_at > TIMEOUT:
+            self._drive(ZERO, now)
+        nonce = self._nonce
+        frame = self._robot.read()
+        self._tell_gate(frame)
+        remark = self._pace.step(time.monotonic())
+        note = " ".join(filter(None, (frame.note, remark)))
+        self._outbox.put_frame(replace(frame, nonce=nonce, note=note))
+        if self._outbox.gone or os.getppid() != self._parent:
+            self._has_console = False
+        self._over = self._over or not (self._has_gate or self._has_console)
+
+    def _tell_gate(self, frame: SensorFrame) -> None:
+        told: dict[str, Any] = {"contact": bool(frame.contact)}
+        laser = self._profile.laser
+        if (
+            frame.scan is not None
+            and laser is not None
+            and self._freshness.shows(frame.scan, moving=self._twist.moves)
+        ):
+            told["points"] = near_points(frame.scan, laser, frame)
+        if self._has_gate and frame.running:
+            send_packet(self._gate, told)
+
+    def _hear_gate(self) -> None:
+        packets, there = take_packets(self._gate)
+        if packets:
+            v, w, nonce = packets[-1].get("v"), packets[-1].get("w"), packets[-1].get("nonce")
+            self._nonce = nonce if isinstance(nonce, int) else 0
+            fit = is_number(v) and is_number(w)
+            self._drive(Twist(float(v), float(w)) if fit else ZERO, time.monotonic())  # type: ignore[arg-type]
+        if not there:
+            self._selector.unregister(self._gate)
+            self._gate.close()
+            self._has_gate = False
+            self._drive(ZERO, time.monotonic())
+
+    def _drive(self, twist: Twist, now: float) -> None:
+        self._twist, self._twist_at = twist, now
+        self._robot.drive(twist)
+
+    def _hear_console(self) -> None:
+        try:
+            raw, descriptors, _, _ = socket.recv_fds(self._control, LARGEST, 1)
+        except BlockingIOError:
+            return
+        except OSError:
+            raw, descriptors = b"", []
+        if descriptors:
+            self._take_gate(descriptors[0])
+        if not raw:
+            self._selector.unregister(self._control)
+            self._has_console = False
+            return
+        packet = parse_packet(raw) or {}
+        if packet.get("kind") == "leave":
+            self._over = True
+        if packet.get("kind") == "ask" and isinstance(ref := packet.get("ref"), int):
+            self._outbox.put(Answer(ref, self._answer(packet.get("request"))))
+
+    def _take_gate(self, descriptor: int) -> None:
+        """A new gate in place of the old one."""
+        if self._has_gate:
+            self._selector.unregister(self._gate)
+            self._gate.close()
+        self._drive(ZERO, time.monotonic())
+        self._gate = packet_socket(descriptor)
+        self._selector.register(self._gate, selectors.EVENT_READ, self._hear_gate)
+        self._has_gate = True
+
+    def _answer(self, request: Any) -> dict[str, Any] | Trouble:
+        try:
+            if not isinstance(request, dict):
+                raise BadInput("A request is an object.")
+            return self._robot.ask(request)
+        except BeckonError as refusal:
+            return Trouble.of(refusal)
+        except Exception:
+            details = traceback.format_exc()
+            return Trouble("Unavailable", "The robot's driver failed at this request.", details)
+
+
+class Pace:
+    """Real time: when the next frame is due, and what to say when the robot cannot keep up."""
+
+    def __init__(self, period: float) -> None:
+        self._period = period  # [s]
+        self.due = 0.0
+        self._given_up = 0.0  # [s] since the last remark
+        self._told_at = 0.0
+
+    def start(self, now: float) -> None:
+        """The first frame is due now."""
+        self.due = self._told_at = now
+
+    def step(self, now: float) -> str:
+        """A frame was made → a remark for the operator, or ""."""
+        self.due += self._period
+        if now - self.due > BEHIND:
+            self._given_up += now - self.due
+            self.due = now
+        since = now - self._told_at
+        if since < TELL_AGAIN:
+            return ""
+        slow = self._given_up > 0.1 * since
+        share = 1 - self._given_up / since
+        self._given_up, self._told_at = 0.0, now
+        if not slow:
+            return ""
+        return f"This computer is too slow for the robot's driver: its time runs at {share:.0%} of real time."
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the driver on the descriptors that the console passed on."""
+    parser = argparse.ArgumentParser(prog="core.robots.process")
+    for name in ("control", "gate", "stream"):
+        parser.add_argument(f"--{name}", type=int, required=True, help="descriptor of a pipe")
+    given = parser.parse_args(arguments)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, lambda *_: _leave())
+    control, gate = packet_socket(given.control), packet_socket(given.gate)
+    outbox = Outbox(socket.socket(fileno=given.stream))
+    code = 1
+    try:
+        control.setblocking(True)
+        opening: Opening = pickle.loads(control.recv(LARGEST))
+        control.setblocking(False)
+        robot = connect(opening.url, seed=opening.seed, settings=opening.settings)
+        try:
+            outbox.put(Hello(robot.profile))
+            Driver(robot, control, gate, outbox).run()
+        finally:
+            robot.drive(ZERO)
+            robot.close()
+        code = 0
+    except BeckonError as refusal:
+        outbox.put(Trouble.of(refusal))
+    except Exception as fault:
+        sentence = f"The robot's driver failed ({type(fault).__name__})."
+        outbox.put(Trouble("Unavailable", sentence, traceback.format_exc()))
+    outbox.close()
+    logging.shutdown()
+    os._exit(code)  # everything is closed; the interpreter's own farewell would take longer than an operator waits
+
+
+def _leave() -> None:
+    raise SystemExit(0)
+
+
+if __name__ == "__main__":
+    main()
