@@ -4,16 +4,16 @@
 /** @typedef {{name: string, role: "viewer" | "operator" | "admin", id: string}} Me */
 /**
  * @typedef {object} HistoryRow how a command went
- * @property {number | null} id
+ * @property {number} id
  * @property {number} at_s Unix time
+ * @property {number | null} ended_s Unix time
  * @property {string} source typed, chip, click, rest
- * @property {string} heard_as
- * @property {string} [name]
- * @property {Record<string, number>} [numbers]
+ * @property {string} words as they arrived
+ * @property {string} heard_as as they were understood, "" when they were not
+ * @property {{name: string, [number: string]: string | number} | null} command
  * @property {string} who
  * @property {string} state running, done, refused, cancelled, pre-empted, failed
- * @property {string} [remark]
- * @property {number | null} [duration_s]
+ * @property {string} remark
  */
 
 /** An answer that is no success, with the server's own sentence. */
@@ -75,13 +75,13 @@ export const logout = () => post("api/logout");
 export const stop = () => post("api/stop");
 
 /** @returns {Promise<Kind[]>} */
-export const kinds = async () => rows(await call("api/commands"), "commands");
+export const kinds = async () => (await call("api/commands")).commands;
 
 /** @returns {Promise<HistoryRow[]>} newest first */
-export const history = async () => rows(await call("api/commands/history"), "history");
+export const history = async () => (await call("api/commands/history")).commands;
 
 /**
- * @param {any} answer
- * @param {string} key
+ * What to show of a row, and to say again.
+ * @param {HistoryRow} row
  */
-const rows = (answer, key) => (Array.isArray(answer) ? answer : (answer?.[key] ?? []));
+export const wordsOf = (row) => row.heard_as || row.words;

@@ -4,7 +4,7 @@
 /** @typedef {{v: number, w: number, press: number, seq: number, nonce: number, epoch: number}} DriveFrame */
 /**
  * @typedef {object} Permission may we drive, and if not, why not
- * @property {"yes" | "ask" | "no"} may "ask": nobody drives, the lease is ours for the asking
+ * @property {"yes" | "ask" | "no"} may "ask": nobody drives, the wheel is ours for the asking
  * @property {string} why a sentence when the answer is no
  */
 
@@ -111,11 +111,11 @@ export class Drive {
     this.#gate = gate;
     this.#permission = permission;
     if (!this.#engaged) {
-      if (permission.may === "yes" && now - this.#asking < ASK_MS) this.#follow(now, true);
+      this.#await(now);
       return;
     }
     if (permission.may !== "yes") this.trip(permission.why || "You no longer drive.");
-    else if (changedHands) this.trip("The lease changed hands.");
+    else if (changedHands) this.trip("The wheel changed hands.");
     else if (!gate.needNeutral) this.#neutralSeen = true;
     else if (this.#neutralSeen) this.trip("The gate stopped the robot.");
     else if (now - this.#engagedAt > NEUTRAL_MS) this.trip("The gate did not take this press.");
@@ -175,13 +175,24 @@ export class Drive {
     }
   }
 
+  /**
+   * The press has asked for the wheel: drive when it is ours, give up when it does not come.
+   * @param {number} now
+   */
+  #await(now) {
+    if (this.#asking === -Infinity) return;
+    if (now - this.#asking >= ASK_MS) this.trip("The wheel did not come. Let go, then press again.");
+    else if (this.#permission.may === "yes") this.#follow(now, true);
+    else if (this.#permission.may === "no") this.trip(this.#permission.why);
+  }
+
   /** @param {number} now */
   #take(now) {
     if (this.#permission.may === "no") {
       this.#mustLetGo = true;
       this.#why = this.#permission.why;
     } else if (this.#permission.may === "ask") {
-      if (now - this.#asking < ASK_MS) return;
+      if (this.#asking !== -Infinity) return;
       this.#asking = now;
       this.ask();
     } else {

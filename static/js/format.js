@@ -26,7 +26,7 @@ export function metres(value, decimals = 2) {
  * @param {number} [decimals]
  */
 export function degrees(angle, decimals = 0) {
-  return `${fixed((angle * 180) / Math.PI, decimals)}°`;
+  return Number.isFinite(angle) ? `${fixed((angle * 180) / Math.PI, decimals)}°` : "–";
 }
 
 /**
@@ -34,7 +34,7 @@ export function degrees(angle, decimals = 0) {
  * @param {number} angle [rad]
  */
 export function turn(angle) {
-  const text = degrees(Math.abs(angle));
+  const text = degrees(Number.isFinite(angle) ? Math.abs(angle) : NaN);
   if (text === "0°" || text === "–") return text;
   return `${text} ${angle > 0 ? "left" : "right"}`;
 }

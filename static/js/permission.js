@@ -17,7 +17,8 @@ export function permission({ hello, state, up }) {
   if (state.gate.state === "halted") return no("Halted. Reset the halt first; the reset does not move the robot.");
   if (state.robot.link === "lost") return no("The robot does not answer.");
   if (state.robot.link === "connecting") return no("The robot is still waking up.");
-  if (state.lease.holder_id === hello.you.id) return { may: "yes", why: "" };
-  if (state.lease.holder === null) return { may: "ask", why: "" };
+  const mine = state.lease.holder_id === hello.you.id;
+  if (mine && state.gate.state === "armed" && state.gate.epoch === state.lease.epoch) return { may: "yes", why: "" };
+  if (mine || state.lease.holder === null) return { may: "ask", why: "" };
   return no(`${state.lease.holder} drives. Take over first.`);
 }

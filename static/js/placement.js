@@ -22,7 +22,13 @@ export function placed(target, size, space, keepFree) {
     { side: "right", left: target.right + GAP, top: y - size.height / 2 },
     { side: "left", left: target.left - GAP - size.width, top: y - size.height / 2 },
   ];
-  const inside = ways.map((way) => ({
+  const aside = ways.flatMap((way) => [
+    way,
+    { ...way, left: keepFree.left - GAP - size.width },
+    { ...way, top: keepFree.top - GAP - size.height },
+    { ...way, top: keepFree.bottom + GAP },
+  ]);
+  const inside = aside.map((way) => ({
     ...way,
     left: clamp(way.left, EDGE, space.width - size.width - EDGE),
     top: clamp(way.top, EDGE, space.height - size.height - EDGE),

@@ -22,7 +22,7 @@ export function popover(button, panel, { opened } = {}) {
     keepInside(panel);
   };
 
-  button.addEventListener("click", () => set(panel.hidden));
+  button.addEventListener("click", () => set(panel.hidden === true));
   /** @param {EventTarget | null} target */
   const outside = (target) => !(target instanceof Node) || !(panel.contains(target) || button.contains(target));
   addEventListener("pointerdown", (event) => outside(event.target) && set(false), true);

@@ -162,6 +162,7 @@ export class Session {
   /** @param {Exclude<import("./wire.js").Down, {kind: "echo"}>} message */
   #hear(message) {
     if (message.kind === "answer") {
+      if (message.ref === 0 && !message.ok) this.#tell("trouble", message.detail ?? "That was refused."); // a click in the scene
       this.#waiting.get(message.ref)?.(message);
       this.#waiting.delete(message.ref);
     } else if (message.kind === "hello") {

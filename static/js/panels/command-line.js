@@ -1,5 +1,6 @@
 // Words for the robot, with what they could become.
 
+import { wordsOf } from "../api.js";
 import { icon, make, mark } from "../element.js";
 import { Panel } from "../panel.js";
 import { Recall, suggest } from "../suggest.js";
@@ -38,7 +39,7 @@ export class CommandLine extends Panel {
     this.session.on("history", (rows) => {
       if (this.#asked) return;
       this.#asked = true;
-      for (const row of [...rows].reverse()) this.#recall.add(row.heard_as);
+      for (const row of [...rows].reverse()) this.#recall.add(wordsOf(row));
     });
   }
 

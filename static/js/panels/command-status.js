@@ -1,5 +1,6 @@
 // One line that says what is being obeyed, or how the last command ended, or why it was refused.
 
+import { wordsOf } from "../api.js";
 import { icon, make, mark, redraw, write } from "../element.js";
 import { Panel } from "../panel.js";
 
@@ -27,6 +28,8 @@ class CommandStatus extends Panel {
   #progress = make("div", { class: "progress", role: "progressbar", "aria-label": "Progress", "aria-valuemin": "0", "aria-valuemax": "100" }, this.#bar);
   #cancel = make("button", { type: "button", class: "button" }, icon("close"), "Cancel");
   #running = 0;
+  /** @type {number | null} the newest row when the page was opened: old news */
+  #known = null;
   /** @type {Shown} */
   #last = READY;
 
@@ -74,11 +77,12 @@ class CommandStatus extends Panel {
 
   /** @param {HistoryRow[]} rows newest first */
   #ended([row]) {
-    if (!row || row.state === "running") return;
+    this.#known ??= row?.id ?? 0;
+    if (!row || row.id <= this.#known || row.state === "running") return;
     const meant = row.state === "refused" ? this.#last.meant : [];
     const remark = row.remark || (row.state === "refused" ? this.#last.remark : "");
-    this.#last = { icon: row.state, words: row.heard_as, remark, state: row.state, meant };
-    this.session.announce(`${row.heard_as}: ${row.state}. ${remark}`);
+    this.#last = { icon: row.state, words: wordsOf(row), remark, state: row.state, meant };
+    this.session.announce(`${wordsOf(row)}: ${row.state}. ${remark}`);
   }
 
   /** @param {Shown} shown */

@@ -37,7 +37,7 @@ export class KeySheet extends Panel {
   }
 
   toggle() {
-    if (!this.hidden) {
+    if (!this.hasAttribute("hidden")) {
       this.shut();
       return;
     }

@@ -1,5 +1,6 @@
 // What was told and how it ended; what the robot had to say; the landmarks it goes by.
 
+import { wordsOf } from "../api.js";
 import { icon, make, mark, write } from "../element.js";
 import { age, quantities, timeOfDay } from "../format.js";
 import { Panel } from "../panel.js";
@@ -94,17 +95,19 @@ class RecordCard extends Panel {
   /** @param {HistoryRow} row */
   #row(row) {
     const source = row.source in SOURCES ? SOURCES[/** @type {keyof typeof SOURCES} */ (row.source)] : row.source;
-    const numbers = quantities(row.numbers ?? {});
-    const took = row.duration_s ? age(row.duration_s) : "";
-    const again = make("button", { type: "button", class: "icon-button small", "aria-label": `Again: ${row.heard_as}`, title: "Again" }, icon("again"));
-    again.addEventListener("click", () => void this.session.say(row.heard_as, "chip"));
+    const words = wordsOf(row);
+    const { name: _, ...numbers } = row.command ?? { name: "" };
+    const amounts = quantities(/** @type {Record<string, number>} */ (numbers));
+    const took = row.ended_s !== null && row.state !== "refused" ? age(row.ended_s - row.at_s) : "";
+    const again = make("button", { type: "button", class: "icon-button small", "aria-label": `Again: ${words}`, title: "Again" }, icon("again"));
+    again.addEventListener("click", () => void this.session.say(words, "chip"));
     return make("li", { class: "record", "data-state": row.state },
       make("span", { class: "outcome-icon" }, icon(row.state)),
       make("div", { class: "record-body" },
-        make("p", { class: "record-line" }, make("span", { class: "record-words" }, row.heard_as), make("span", { class: "outcome" }, row.state)),
+        make("p", { class: "record-line" }, make("span", { class: "record-words" }, words), make("span", { class: "outcome" }, row.state)),
         row.remark ? make("p", { class: "record-remark" }, row.remark) : null,
         make("p", { class: "note record-meta" }, timeOfDay(row.at_s), dot(), icon(row.source in SOURCES ? row.source : "rest"), source, dot(), row.who,
-          ...[numbers, took].filter(Boolean).flatMap((text) => [dot(), text]))),
+          ...[amounts, took].filter(Boolean).flatMap((text) => [dot(), text]))),
       again);
   }
 }

@@ -10,13 +10,14 @@ import { isDark, onTheme } from "../theme.js";
 
 const TOUCH = matchMedia("(pointer: coarse)").matches;
 const LAYERS = [
-  ["robot", "Robot", "Where the filter believes the robot is, with its uncertainty (95 %)"],
-  ["ghost", "Dead reckoning", "Where the wheels alone would put it"],
-  ["landmark", "Landmarks", "Corners the robot recognises; the ellipse is their uncertainty"],
+  ["pose", "Robot", "Where the robot believes it is; the ellipse is two standard deviations"],
+  ["ghost", "Wheels alone", "Where the robot would believe it is by its wheels alone"],
+  ["convex", "Outer corner", "A landmark; the ellipse is two standard deviations, the post grows with what is known"],
+  ["concave", "Inner corner", "A landmark; the ellipse is two standard deviations, the post grows with what is known"],
   ["scan", "Laser", "The newest sweep"],
-  ["path", "Way and goal", "Where it is going"],
+  ["plan", "Way and goal", "Where the robot is going"],
   ["wall", "Wall", "Seen occupied"],
-  ["free", "Free", "Seen free; what is not drawn is unknown"],
+  ["free", "Free floor", "Seen free; what is not drawn is unknown"],
 ];
 
 export class SceneView extends Panel {

@@ -1,0 +1,65 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { banners } from "../../static/js/banners.js";
+import { HELLO, STATE, VIEW } from "./view.js";
+
+/** @typedef {import("../../static/js/session.js").View} View */
+
+/** @param {Partial<View>} change */
+const told = (change) => banners({ ...VIEW, ...change });
+/** @param {object} change @param {"gate" | "robot" | "slam"} part */
+const changed = (part, change) => ({ state: { ...STATE, [part]: { ...STATE[part], ...change } } });
+
+test("when all is well nothing is in the way", () => {
+  assert.deepEqual(told({}), []);
+});
+
+test("a lost link is told whatever else there is, and alone", () => {
+  const [banner, ...others] = told({ ...changed("gate", { state: "halted" }), link: { ...VIEW.link, is: "down", again_s: 2.4 } });
+  assert.equal(banner?.id, "lost");
+  assert.match(banner?.text ?? "", /stops by itself.*3 s/);
+  assert.deepEqual(others, []);
+});
+
+test("a page that has just been opened does not cry", () => {
+  assert.deepEqual(told({ state: null, hello: null, link: { ...VIEW.link, is: "opening" } }), []);
+});
+
+test("silence is told within a second", () => {
+  assert.deepEqual(told({ link: { ...VIEW.link, age_s: 0.7 } }), []);
+  assert.match(told({ link: { ...VIEW.link, age_s: 0.95 } })[0]?.text ?? "", /No news/);
+});
+
+test("a halt offers its reset to an operator and not to a viewer", () => {
+  const halted = changed("gate", { state: "halted" });
+  assert.equal(told(halted)[0]?.offers, "reset");
+  const viewer = { ...HELLO, you: { ...HELLO.you, role: /** @type {const} */ ("viewer") } };
+  assert.equal(told({ ...halted, hello: viewer })[0]?.offers, "");
+});
+
+test("what blocks is told in the robot's own directions, wherever it stands", () => {
+  for (const heading of [0, 0.7, -2.4]) {
+    const pose = { ...STATE.pose, x_m: 3, y_m: -1, heading_rad: heading };
+    const ahead = { x_m: 3 + 0.2 * Math.cos(heading), y_m: -1 + 0.2 * Math.sin(heading) };
+    const gate = { ...STATE.gate, limit_v_m_s: 0, blocked_by: ahead };
+    assert.deepEqual(told({ state: { ...STATE, pose, gate } }).map(({ text }) => text), ["Blocked at 0.2 m ahead."]);
+  }
+});
+
+test("being slowed is said calmly, with the speed that is left", () => {
+  const slowed = changed("gate", { limit_v_m_s: 0.06, blocked_by: { x_m: 0, y_m: 0.4 } });
+  const [banner] = told(slowed);
+  assert.equal(banner?.tone, "calm");
+  assert.equal(banner?.text, "Slowed to 0.06 m/s: something at 0.4 m on the left.");
+});
+
+test("a silent robot, a touch and the first look around are told", () => {
+  assert.match(told(changed("robot", { link: "stale", age_s: 1.2 }))[0]?.text ?? "", /silent for 1.2 s/);
+  assert.equal(told(changed("robot", { contact: true }))[0]?.id, "contact");
+  assert.equal(told(changed("slam", { looking_around: true }))[0]?.tone, "calm");
+});
+
+test("a recording is not blocked and does not look around", () => {
+  const hello = { ...HELLO, robot: { ...HELLO.robot, drives: false } };
+  assert.deepEqual(told({ hello, ...changed("slam", { looking_around: true }) }), []);
+});

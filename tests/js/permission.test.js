@@ -1,0 +1,45 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { permission } from "../../static/js/permission.js";
+import { HELLO, STATE } from "./view.js";
+
+/** @typedef {import("../../static/js/wire.js").State} State */
+
+/**
+ * @param {{[K in keyof State]?: object}} change
+ * @param {object} [you]
+ */
+function asked(change, you = {}) {
+  const merged = Object.entries(change).map(([key, value]) => [key, { .../** @type {any} */ (STATE)[key], ...value }]);
+  const state = /** @type {State} */ ({ ...STATE, ...Object.fromEntries(merged) });
+  return permission({ hello: { ...HELLO, you: { ...HELLO.you, ...you } }, state, up: true });
+}
+
+test("whoever holds the lease of an armed gate may drive", () => {
+  assert.equal(asked({}).may, "yes");
+});
+
+test("a free wheel is asked for", () => {
+  assert.equal(asked({ lease: { holder: null, holder_id: null } }).may, "ask");
+});
+
+test("a gate that is not armed under this lease is asked for too", () => {
+  assert.equal(asked({ gate: { state: "disarmed" } }).may, "ask");
+  assert.equal(asked({ gate: { epoch: 0 } }).may, "ask");
+});
+
+test("who may not drive learns why", () => {
+  const told = {
+    "Bea drives": asked({ lease: { holder: "Bea", holder_id: "bea-1" } }),
+    watching: asked({}, { role: "viewer" }),
+    Halted: asked({ gate: { state: "halted" } }),
+    "does not answer": asked({ robot: { link: "lost" } }),
+    "waking up": asked({ robot: { link: "connecting" } }),
+    "link to the console is lost": permission({ hello: HELLO, state: STATE, up: false }),
+    "recording cannot be driven": permission({ hello: { ...HELLO, robot: { ...HELLO.robot, drives: false } }, state: STATE, up: true }),
+  };
+  for (const [words, { may, why }] of Object.entries(told)) {
+    assert.equal(may, "no", words);
+    assert.ok(why.includes(words), why);
+  }
+});

@@ -1,0 +1,38 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { overlap, placed } from "../../static/js/placement.js";
+import { FARTHEST, rangeColour } from "../../static/js/ramp.js";
+
+const HINT = { width: 296, height: 132 };
+
+/** @param {{left: number, top: number}} at */
+const box = ({ left, top }) => ({ left, top, right: left + HINT.width, bottom: top + HINT.height });
+
+for (const [name, space, stop] of /** @type {const} */ ([
+  ["a desk", { width: 1440, height: 900 }, { left: 1280, top: 0, right: 1440, bottom: 64 }],
+  ["a phone", { width: 390, height: 844 }, { left: 261, top: 687, right: 373, bottom: 827 }],
+])) {
+  test(`on ${name} no hint leaves the window or covers STOP, wherever its target is`, () => {
+    for (let x = 0; x <= space.width - 60; x += 30) {
+      for (let y = 0; y <= space.height - 40; y += 30) {
+        const at = placed({ left: x, top: y, right: x + 60, bottom: y + 40 }, HINT, space, stop);
+        assert.equal(overlap(box(at), stop), 0, `${x} ${y}`);
+        assert.ok(at.left >= 0 && at.top >= 0 && at.left + HINT.width <= space.width && at.top + HINT.height <= space.height);
+      }
+    }
+  });
+}
+
+test("a hint stands beside its target where there is room", () => {
+  const target = { left: 600, top: 400, right: 700, bottom: 440 };
+  const at = placed(target, HINT, { width: 1440, height: 900 }, { left: 0, top: 0, right: 0, bottom: 0 });
+  assert.equal(overlap(box(at), target), 0);
+});
+
+test("near is bright, far is dark, and the ramp ends where it ends", () => {
+  /** @param {number} range */
+  const light = (range) => (rangeColour(range).match(/\d+/g) ?? []).reduce((sum, part) => sum + Number(part), 0);
+  for (let range = 0; range < FARTHEST - 0.5; range += 0.5) assert.ok(light(range) > light(range + 0.5), String(range));
+  assert.equal(rangeColour(-1), rangeColour(0));
+  assert.equal(rangeColour(99), rangeColour(FARTHEST));
+});
