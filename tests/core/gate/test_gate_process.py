@@ -1,0 +1,320 @@
+"""The gate's process, with the console and the driver played by the test over the true pipes."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from core.gate import Gate, Limits, check, read_trace
+from core.gate.latch import Latch
+from core.gate.packets import packet_pair, send_packet, take_packets
+from core.gate.process import GateLoop
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+class Played:
+    """A running gate and what it said."""
+
+    def __init__(self, home: Path, *arguments: str) -> None:
+        self.console, their_console = packet_pair()
+        self.driver, their_driver = packet_pair()
+        self.trace = home / "gate.csv"
+        self.process = subprocess.Popen(
+            [
+                *(sys.executable, "-P", "-S", "-m", "core.gate.process"),
+                *(f"--console={their_console.fileno()}", f"--driver={their_driver.fileno()}"),
+                *(f"--home={home}", f"--trace={self.trace}", *arguments),
+            ],
+            pass_fds=(their_console.fileno(), their_driver.fileno()),
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            stderr=subprocess.PIPE,
+        )
+        their_console.close()
+        their_driver.close()
+        self.status: dict[str, Any] = {}
+        self.twists: list[tuple[float, dict[str, Any]]] = []
+        self.seq = 0
+
+    def tell(self, kind: str, **more: Any) -> None:
+        assert send_packet(self.console, {"kind": kind, **more})
+
+    def listen(self) -> None:
+        for packet in take_packets(self.console)[0] if self.console.fileno() >= 0 else []:
+            self.status = packet
+        self.twists += [(time.monotonic(), twist) for twist in take_packets(self.driver)[0]]
+
+    def until(self, happens: Callable[[], bool], seconds: float = 5.0) -> float:
+        """Listen until something happens → how long that took."""
+        begun = time.monotonic()
+        while not happens():
+            assert time.monotonic() - begun < seconds, self.status
+            time.sleep(0.001)
+            self.listen()
+        return time.monotonic() - begun
+
+    def drive(self, seconds: float, *, press: int = 1, v: float = 0.2) -> None:
+        """Everything as it should be, and a goal that moves."""
+        ends = time.monotonic() + seconds
+        while time.monotonic() < ends:
+            self.tell("beat")
+            send_packet(self.driver, {"contact": False, "points": []})
+            self.listen()
+            self.seq += 1
+            order = {"seq": self.seq, "source": "goal", "press": press, "v": v, "w": 0.0}
+            self.tell("set", epoch=1, nonce=self.status.get("nonce", 0), **order)
+            time.sleep(0.02)
+
+    def start_driving(self) -> None:
+        self.until(lambda: bool(self.status))
+        self.tell("arm", epoch=1, owner="ann")
+        self.drive(0.5)
+        assert self.status["v"] > 0.0, self.status
+
+    def end(self) -> int:
+        self.console.close()
+        self.driver.close()
+        code = self.process.wait(5)
+        if self.process.stderr is not None:
+            self.process.stderr.close()
+        return code
+
+
+@pytest.fixture
+def gate(tmp_path: Path) -> Iterator[Played]:
+    played = Played(tmp_path)
+    yield played
+    played.process.kill()
+    played.end()
+    assert check(read_trace(played.trace), Limits()) == []
+
+
+def test_it_needs_the_standard_library_only() -> None:
+    seen = subprocess.run(
+        [sys.executable, "-P", "-S", "-c", "import core.gate.process, sys; print(*sys.modules)"],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout.split()
+    roots = {name.partition(".")[0] for name in seen}
+    assert roots <= {*sys.stdlib_module_names, "core", "__main__", "sitecustomize", "usercustomize"}
+    assert {name for name in seen if name.startswith("core.")} <= {
+        "core.gate",
+        *(n for n in seen if "core.gate." in n),
+    }
+
+
+def test_it_drives_and_says_so_at_twenty_hertz_or_more(gate: Played) -> None:
+    gate.start_driving()
+    told = 0
+    begun = time.monotonic()
+    while time.monotonic() - begun < 1.0:
+        told += len(take_packets(gate.console)[0])
+        time.sleep(0.005)
+    assert told >= 20
+    gate.listen()
+    assert len([t for t, _ in gate.twists if t > time.monotonic() - 1.0]) >= 30
+    tickets = [twist["nonce"] for _, twist in gate.twists]
+    assert tickets == sorted(tickets)
+
+
+def test_stop_is_handled_between_ticks(tmp_path: Path) -> None:
+    """Without any tick: the zero is on its way to the driver as soon as the stop has been read."""
+    (ours, console), (body, driver) = packet_pair(), packet_pair()
+    with ours, console, body, driver:
+        gate = Gate(Limits())
+        loop = GateLoop(gate, Latch(tmp_path), console, driver)
+        now = time.monotonic()
+        gate.tick(now)
+        gate.see([], now)
+        gate.heartbeat(now)
+        gate.arm(1, "ann", now)
+        order = {"epoch": 1, "seq": 1, "source": "goal", "press": 1, "v": 0.2, "w": 0.0, "nonce": gate.status().nonce}
+        send_packet(ours, {"kind": "set", **order})
+        loop._hear_console()  # pyright: ignore[reportPrivateUsage]
+        loop._tick(time.monotonic() + 0.02)  # pyright: ignore[reportPrivateUsage]
+        assert gate.twist.moves
+        take_packets(body)
+        send_packet(ours, {"kind": "stop"})
+        loop._hear_console()  # pyright: ignore[reportPrivateUsage]
+        assert [(twist["v"], twist["w"]) for twist in take_packets(body)[0]] == [(0.0, 0.0)]
+        assert take_packets(ours)[0][-1]["reason"] == "stopped"
+
+
+def test_stop_reaches_the_driver_at_once(gate: Played) -> None:
+    gate.start_driving()
+    gate.tell("stop")
+    assert gate.until(lambda: gate.twists[-1][1]["v"] == 0.0) < 0.2
+    gate.drive(0.2, press=1)
+    assert gate.status["v"] == 0.0
+    gate.drive(0.3, press=2)
+    assert gate.status["v"] > 0.0
+
+
+def test_a_console_that_is_gone_means_zero_zeros_and_the_end(gate: Played) -> None:
+    gate.start_driving()
+    gate.console.close()
+    assert gate.until(lambda: gate.twists[-1][1]["v"] == 0.0) < 0.3
+    begun = time.monotonic()
+    gate.until(lambda: gate.process.poll() is not None)
+    assert 1.0 < time.monotonic() - begun < 4.0
+    assert gate.process.returncode == 0
+    zeros = [twist for t, twist in gate.twists if t > begun]
+    assert len(zeros) > 50
+    assert not any(twist["v"] for twist in zeros)
+
+
+def test_a_console_without_a_heartbeat_means_zero(gate: Played) -> None:
+    gate.start_driving()
+    begun = time.monotonic()
+    gate.until(lambda: gate.twists[-1][1]["v"] == 0.0)
+    assert time.monotonic() - begun < 0.5
+    assert gate.status["reason"] in ("the console is silent", "silence: no order came for too long")
+
+
+def test_asked_to_leave_it_is_zero_and_away(gate: Played) -> None:
+    gate.start_driving()
+    gate.tell("leave")
+    assert gate.process.wait(2) == 0
+    gate.listen()
+    assert gate.twists[-1][1]["v"] == 0.0
+
+
+def test_told_to_terminate_it_is_zero_and_away(gate: Played) -> None:
+    gate.start_driving()
+    gate.process.send_signal(signal.SIGTERM)
+    assert gate.process.wait(2) == 0
+    gate.listen()
+    assert gate.twists[-1][1]["v"] == 0.0
+
+
+def test_an_interrupt_from_the_keyboard_is_the_consoles_business(gate: Played) -> None:
+    gate.start_driving()
+    gate.process.send_signal(signal.SIGINT)
+    gate.drive(0.3)
+    assert gate.status["v"] > 0.0
+
+
+def test_a_driver_that_is_gone_disarms(gate: Played) -> None:
+    gate.start_driving()
+    gate.driver.close()
+    begun = time.monotonic()
+    while gate.status["state"] != "disarmed":
+        assert time.monotonic() - begun < 2.0
+        for packet in take_packets(gate.console)[0]:
+            gate.status = packet
+    assert gate.status["reason"] == "the robot's driver is gone"
+
+
+def test_nonsense_on_the_pipes_is_survived(gate: Played) -> None:
+    gate.start_driving()
+    for raw in (
+        b"{",
+        b"[]",
+        b"\xff" * 100,
+        b'{"kind":"arm"}',
+        b'{"kind":"arm","epoch":"x","owner":1}',
+        b'{"kind":[]}',
+    ):
+        gate.console.send(raw)
+    for more in ({}, {"epoch": 1}, {"v": "fast"}, {"surprise": 1}):
+        gate.tell("set", **more)
+    for raw in (b'{"points":[1,[2],[3,"x"],null],"contact":1}', b'{"points":{}}', b'{"points":[[NaN,1]]}'):
+        gate.driver.send(raw)
+    gate.drive(0.3)
+    assert gate.status["v"] > 0.0
+
+
+def test_a_halt_is_on_disk_before_it_is_told_and_outlives_the_gate(tmp_path: Path) -> None:
+    first = Played(tmp_path)
+    first.start_driving()
+    first.tell("halt")
+    first.until(lambda: first.status["state"] == "halted")
+    first.process.kill()
+    first.end()
+    assert Latch(tmp_path).is_set
+    second = Played(tmp_path)
+    second.until(lambda: bool(second.status))
+    assert second.status["state"] == "halted"
+    second.tell("arm", epoch=1, owner="ann")
+    second.drive(0.2, press=5)
+    assert second.status["v"] == 0.0 and second.status["state"] == "halted"
+    second.tell("reset")
+    second.until(lambda: second.status["state"] == "disarmed")
+    assert not Latch(tmp_path).is_set
+    second.drive(0.2, press=6)
+    assert second.status["v"] == 0.0
+    second.tell("leave")
+    assert second.end() == 0
+    assert check(read_trace(second.trace), Limits()) == []
+
+
+def test_killed_around_the_write_of_a_halt_it_never_forgets_one_that_it_told(tmp_path: Path) -> None:
+    for trial in range(6):
+        home = tmp_path / str(trial)
+        home.mkdir()
+        played = Played(home)
+        played.until(lambda played=played: bool(played.status))
+        played.tell("halt")
+        time.sleep(0.002 * trial)
+        played.process.kill()
+        played.process.wait()
+        played.listen()
+        if played.status["state"] == "halted":
+            assert Latch(home).is_set
+        played.end()
+
+
+def test_presses_of_an_earlier_gate_stay_over(tmp_path: Path) -> None:
+    played = Played(tmp_path, "--spent", json.dumps([["goal", 1]]))
+    played.until(lambda: bool(played.status))
+    played.tell("arm", epoch=1, owner="ann")
+    played.drive(0.3, press=1)
+    assert played.status["v"] == 0.0
+    played.drive(0.3, press=2)
+    assert played.status["v"] > 0.0
+    played.tell("leave")
+    assert played.end() == 0
+
+
+@pytest.mark.parametrize("limits", ['{"deadman": 0}', '{"max_speed": 1e9}', '{"colour": 1}', "[", '{"deadman": NaN}'])
+def test_it_does_not_start_with_limits_that_are_none(tmp_path: Path, limits: str) -> None:
+    played = Played(tmp_path, "--limits", limits)
+    assert played.process.stderr is not None
+    said = played.process.stderr.read().decode()
+    assert played.end() == 1
+    assert said.startswith("The gate does not start: ")
+    assert "Traceback" not in said
+
+
+def test_a_frozen_driver_does_not_freeze_the_gate(gate: Played) -> None:
+    gate.start_driving()
+    begun = time.monotonic()
+    while time.monotonic() - begun < 1.5:  # nobody reads the driver's pipe, nobody sends scans
+        gate.tell("beat")
+        for packet in take_packets(gate.console)[0]:
+            gate.status = packet
+        gate.seq += 1
+        order = {"seq": gate.seq, "source": "goal", "press": 1, "v": 0.2, "w": 0.0}
+        gate.tell("set", epoch=1, nonce=gate.status["nonce"], **order)
+        time.sleep(0.02)
+    assert gate.status["v"] == 0.0
+    assert gate.status["trips"] >= 1
+
+
+def test_pipes_that_were_handed_over_are_not_inherited_further() -> None:
+    for end in packet_pair():
+        assert not os.get_inheritable(end.fileno())
+        assert end.family == socket.AF_UNIX
+        end.close()
