@@ -1,0 +1,44 @@
+"""From a URL to a robot, or to a sentence."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from core.errors import BadInput
+from core.robots.connect import SCHEMES, connect, excerpt, split
+from core.robots.simulated import SimulationSettings
+
+
+def test_the_simulated_robot_is_opened_with_its_settings() -> None:
+    settings = SimpleNamespace(simulation=SimulationSettings(max_speed=0.2, camera=False))
+    robot = connect("sim:lab", seed=3, settings=settings)
+    assert robot.profile.max_speed == 0.2
+    assert robot.profile.url == "sim:lab"
+    robot.close()
+
+
+def test_without_settings_it_has_its_defaults() -> None:
+    assert connect("sim:lab").profile.max_speed == 0.3
+
+
+@pytest.mark.parametrize("url", ["", "lab", "sim", "srv9://x", "SIM:lab", ":", "file:///etc/passwd"])
+def test_an_unknown_kind_is_refused_with_the_known_ones(url: str) -> None:
+    with pytest.raises(BadInput, match=r"known are sim:…, log:…"):
+        connect(url)
+
+
+@pytest.mark.parametrize("url", ["sim:nowhere", "log:/no/such/file.mcap", "log:"])
+def test_what_cannot_be_opened_is_told_in_a_sentence(url: str) -> None:
+    with pytest.raises(BadInput) as told:
+        connect(url)
+    assert str(told.value).endswith((".", "?"))
+
+
+def test_a_driver_is_given_no_more_than_its_section() -> None:
+    whole = SimpleNamespace(simulation=1, limits=2)
+    assert vars(excerpt("sim:lab", whole)) == {"simulation": 1}
+    assert vars(excerpt("log:x", whole)) == {"log": None}
+    assert split("log:C:/x") == ("log", "C:/x")
+    assert list(SCHEMES) == ["sim", "log"]

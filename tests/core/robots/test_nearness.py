@@ -1,0 +1,84 @@
+"""What the guard is told of a scan, and when a scan says nothing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from core.gate.guard import HORIZON
+from core.geometry import Pose
+from core.robots.nearness import Freshness, near_points
+from core.sensors import Laser, Scan, SensorFrame, Wheels
+
+LASER = Laser()
+
+
+def scan_of(ranges: np.ndarray, stamp: float = 0.0, *, time_step: float = 0.0) -> Scan:
+    return Scan(
+        stamp=stamp, ranges=ranges, angle_min=LASER.angle_min, angle_step=LASER.angle_step, time_step=time_step
+    )
+
+
+def frame_of(scan: Scan, stamp: float = 0.0, *, speed: float = 0.0, turn_rate: float = 0.0) -> SensorFrame:
+    return SensorFrame(stamp=stamp, scan=scan, wheels=Wheels(odometry=Pose(), speed=speed, turn_rate=turn_rate))
+
+
+def test_one_point_in_every_two_degrees_and_it_is_the_nearest() -> None:
+    ranges = np.full(LASER.beams, 1.0)
+    ranges[::7] = 0.6
+    scan = scan_of(ranges)
+    points = near_points(scan, LASER, frame_of(scan))
+    assert len(points) == pytest.approx(239.8 / 2, abs=2)
+    distances = np.hypot(*np.array(points).T)
+    assert np.count_nonzero(np.isclose(distances, 0.6, atol=1e-3)) > 0.8 * len(points)
+
+
+def test_what_is_far_blind_or_free_is_left_out() -> None:
+    ranges = np.full(LASER.beams, np.nan)
+    ranges[0], ranges[100], ranges[200], ranges[341] = 1.6, np.inf, 0.01, 1.4
+    scan = scan_of(ranges)
+    ((x, y),) = near_points(scan, LASER, frame_of(scan))
+    assert math.hypot(x, y) == pytest.approx(1.4, abs=1e-3)
+    assert HORIZON == 1.5
+
+
+def test_points_are_in_the_robot_frame_wherever_the_laser_sits() -> None:
+    ranges = np.full(LASER.beams, np.nan)
+    ranges[341] = 1.0
+    laser = Laser(mounting=Pose(0.1, 0.05, math.pi / 2))
+    scan = scan_of(ranges)
+    ((x, y),) = near_points(scan, laser, frame_of(scan))
+    assert (x, y) == pytest.approx((0.1, 1.05), abs=0.01)
+
+
+def test_points_are_where_they_are_when_the_frame_is_made() -> None:
+    ranges = np.full(LASER.beams, np.nan)
+    ranges[341] = 1.0
+    scan = scan_of(ranges)
+    ((x, _),) = near_points(scan, LASER, frame_of(scan, 0.1, speed=0.3))
+    assert x == pytest.approx(0.97, abs=0.005)
+
+
+def test_a_blind_laser_says_nothing() -> None:
+    ranges = np.full(LASER.beams, np.nan)
+    assert not Freshness().shows(scan_of(ranges), moving=True)
+    ranges[: LASER.beams // 20] = 1.0
+    assert not Freshness().shows(scan_of(ranges), moving=True)
+    assert not Freshness().shows(scan_of(np.array([])), moving=True)
+
+
+def test_an_empty_room_is_something() -> None:
+    assert Freshness().shows(scan_of(np.full(LASER.beams, np.inf)), moving=False)
+
+
+def test_a_laser_that_hangs_on_the_move_says_nothing() -> None:
+    freshness, ranges = Freshness(), np.linspace(1.0, 2.0, LASER.beams)
+    assert [freshness.shows(scan_of(ranges), moving=True) for _ in range(4)] == [True, True, False, False]
+    assert freshness.shows(scan_of(ranges + 0.001), moving=True)
+
+
+def test_a_robot_that_stands_may_see_the_same_again() -> None:
+    freshness, ranges = Freshness(), np.linspace(1.0, 2.0, LASER.beams)
+    assert all(freshness.shows(scan_of(ranges), moving=False) for _ in range(5))
