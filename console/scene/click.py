@@ -16,7 +16,7 @@ from console.scene.mount import QuietViser, websocket_server
 from core.errors import BeckonError
 
 LEVEL = -1e-6  # a ray must at least lean downwards
-CAMERA_AT, CAMERA_LOOKS = (-2.7, 0.0, 4.9), (0.75, 0.0, 0.0)  # [m]: down at about 55 degrees
+CAMERA_AT, CAMERA_LOOKS = (-2.0, 0.0, 3.6), (0.55, 0.0, 0.0)  # [m]: down at about 55 degrees
 
 Vector = tuple[float, float, float]
 Tell = Callable[[wire.Answer], None]

@@ -26,7 +26,7 @@ class Floor:
             fade_distance=28.0,
             fade_strength=1.6,
             shadow_opacity=0.18,
-            position=(0.0, 0.0, -0.002),
+            position=(0.0, 0.0, 0.001),
         )
 
     def show(self, snapshot: Snapshot) -> None:

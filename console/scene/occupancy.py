@@ -17,7 +17,7 @@ from core.snapshot import Snapshot
 PERIOD = 0.5  # [s] at least between two pictures
 FINER = 3  # picture elements along a cell: walls get smooth edges
 LARGEST = 1800  # picture elements along a side
-LOW = -0.002  # [m]
+LOW = -0.004  # [m], under the grid
 
 
 class Occupancy:

@@ -1,4 +1,4 @@
-"""viser's own page, with its panel hidden."""
+"""viser's own page, with its panel and notes hidden and the ground of our own page behind it."""
 
 from __future__ import annotations
 
@@ -8,10 +8,14 @@ from pathlib import Path
 
 import viser
 
-HIDE = (
-    '<style>[data-testid^="floating-panel"],[data-floating-window],'
-    '.mantine-Paper-root[style*="position: fixed"]{display:none!important}</style>'
-)
+STYLE = """<style>
+[data-testid^="floating-panel"],[data-floating-window],.mantine-Notifications-root,
+.mantine-Paper-root[style*="position: fixed"]{display:none!important}
+div[style*="background-color: rgb(20, 20, 20)"]{
+background:radial-gradient(ellipse at 50% 42%,#17222d,#0a0f14)!important}
+div[style*="background-color: rgb(255, 255, 255)"]{
+background:radial-gradient(ellipse at 50% 42%,#ffffff,#e3eaf0)!important}
+</style>"""
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob:; style-src 'unsafe-inline'; "
     "img-src blob: data:; connect-src 'self' blob: data:; worker-src blob:; font-src data:; "
@@ -24,7 +28,7 @@ class ScenePage:
 
     def __init__(self) -> None:
         path = Path(viser.__file__).parent / "client" / "build" / "index.html"
-        text = path.read_text(encoding="utf-8").replace("<head>", "<head>" + HIDE, 1)
+        text = path.read_text(encoding="utf-8").replace("<head>", "<head>" + STYLE, 1)
         self.plain = text.encode()
         self.packed = gzip.compress(self.plain, 9, mtime=0)
         self.etag = f'"{hashlib.sha256(self.plain).hexdigest()[:32]}"'

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from core.message import Array
+
 Colour = tuple[int, int, int]
 
 WALL: Colour = (104, 121, 148)
 FREE: Colour = (120, 150, 190)
-GRID: Colour = (128, 134, 146)
+GRID: Colour = (112, 122, 138)
 SCAN: Colour = (20, 184, 166)  # teal
 POSE: Colour = (14, 165, 233)  # cyan: where the robot believes to be
 TRAIL: Colour = (56, 149, 211)
@@ -24,3 +28,8 @@ def mix(one: Colour, other: Colour, part: float) -> Colour:
     """`part` (0..1) of `one`, the rest of `other`."""
     r, g, b = (round(part * a + (1 - part) * c) for a, c in zip(one, other, strict=True))
     return r, g, b
+
+
+def as_drawn(colours: Array) -> Array:
+    """Colours (N, 3) → those to give to a line, which the browser shows brighter than it is told (sRGB as linear)."""
+    return np.round(255 * (colours / 255.0) ** 2.2).astype(np.uint8)

@@ -20,7 +20,7 @@ class ScanPoints:
             "/scan",
             np.zeros((1, 3), np.float32),
             SCAN,
-            point_size=0.028,
+            point_size=0.018,
             point_shape="circle",
             point_shading="flat",
             precision="float32",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from viser import LineSegmentsHandle, SceneApi
 
-from console.scene.palette import Colour
+from console.scene.palette import Colour, as_drawn
 from core.message import Array
 
 NOWHERE = np.zeros((1, 2, 3), np.float32)
@@ -34,7 +34,7 @@ class Strokes:
             return
         each = np.tile(self._colour, (len(segments), 1)) if colours is None else colours
         self._node.points = segments.astype(np.float32)
-        self._node.colors = np.repeat(each[:, None, :], 2, axis=1).astype(np.uint8)
+        self._node.colors = np.repeat(as_drawn(each)[:, None, :], 2, axis=1)
         self._node.visible = True
 
 
