@@ -24,7 +24,7 @@ UPPER = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])  # where the six columns sta
 
 
 def read(archive: Archive, ids: Ids) -> SightingRecording:
-    """The whole log; step k is stamped (k + 1) · 0.2 s. With given ids, clutter is no landmark's. Raises BadInput."""
+    """The whole log; step k is stamped (k + 1) · 0.2 s. With given ids, clutter is left out. Raises BadInput."""
     increments, covariances, rows = archive.floats("odo", 3), archive.floats("odo_cov", 6), archive.floats("obs", 4)
     if len(increments) != len(covariances) or len(increments) > MOST_ROWS:
         raise BadInput(f"odo and odo_cov in {archive.path.name} do not fit together.")

@@ -32,26 +32,28 @@ class Steps:
         self._steps: list[SightingStep] = []
 
     def add(self, stamp: float, increment: Increment, rows: Array) -> None:
-        """The move since the last step, then rows (M, 3) of id, range [m], bearing [rad]; ids below 0 are nobody's.
+        """The move since the last step, then rows (M, 3) of id, range [m], bearing [rad].
 
-        Rows that no sensor can make are counted and left out.
+        An id below 0 says that there is no landmark: with given ids such a row is left out, with hidden ones it stays
+        among the others. Rows that no sensor can make are counted and left out.
         """
         sightings: list[Sighting] = []
         for number, distance, bearing in rows.tolist():
             if not (0 < distance < 1e4 and abs(bearing) < 7):
                 self._tally.skip("its range or bearing cannot be")
                 continue
-            known = self._ids == "given" and number >= 0
+            self._tally.read += 1
+            if self._ids == "given" and number < 0:
+                continue
             sightings.append(
                 Sighting(
                     range=distance,
                     bearing=wrap(bearing),
                     covariance=self._noise,
                     stamp=stamp,
-                    id=int(number) if known else None,
+                    id=int(number) if self._ids == "given" else None,
                 )
             )
-        self._tally.read += len(sightings)
         self._steps.append(SightingStep(stamp=stamp, increment=increment, sightings=tuple(sightings)))
 
     def finish(self, path: Path, form: str) -> SightingRecording:

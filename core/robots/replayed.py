@@ -16,6 +16,18 @@ from core.sensors import SensorFrame
 SLOWEST, FASTEST = 0.1, 10.0  # times the speed of life
 
 
+def profile_of(recording: ScanRecording, url: str = "") -> Profile:
+    """What is known of the robot that was recorded."""
+    return Profile(
+        name=recording.path.name,
+        kind="LOG",
+        url=url,
+        laser=recording.laser,
+        drives=False,
+        duration=recording.duration,
+    )
+
+
 class ReplayedRobot:
     """Plays the scans of a recording in the log's own time; between them come frames with the wheels alone.
 
@@ -24,14 +36,7 @@ class ReplayedRobot:
 
     def __init__(self, recording: ScanRecording, url: str):
         self._recording = recording
-        self._profile = Profile(
-            name=recording.path.name,
-            kind="LOG",
-            url=url,
-            laser=recording.laser,
-            drives=False,
-            duration=recording.duration,
-        )
+        self._profile = profile_of(recording, url)
         self._clock = self._shown = recording.start  # [s] log time that was played, and that of the newest frame
         self._next = 0  # number of the next scan
         self._speed = 1.0

@@ -86,13 +86,14 @@ def test_runs_that_are_not_there_are_refused(runs):
             open_log(f"{runs}{wrong}")
 
 
-def test_the_corridor_log_carries_its_own_covariance_and_clutter_is_nobodys(tmp_path):
+def test_the_corridor_log_carries_its_own_covariance_and_clutter_is_left_out(tmp_path):
     covariance = np.tile([4e-4, 1e-4, 2e-5, 3e-4, 1e-5, 5e-4], (3, 1))
     rows = np.array([[0, 7, 2.0, 0.1], [0, -1, 3.0, 0.2], [2, 7, 1.9, 0.1], [9, 7, 1.0, 0.0]])
     path = save(tmp_path / "log.npz", odo=np.tile([0.1, 0.0, 0.0], (3, 1)), odo_cov=covariance, obs=rows)
     recording = open_log(path)
     assert [step.stamp for step in recording] == pytest.approx([0.2, 0.6])
-    assert [seen.id for seen in recording.steps[0].sightings] == [7, None]
+    assert [seen.id for seen in recording.steps[0].sightings] == [7]
+    assert [len(step.sightings) for step in open_log(path, ids="hidden")] == [2, 1]
     first = recording.steps[0].increment
     assert first.covariance == pytest.approx(np.array([[4e-4, 1e-4, 2e-5], [1e-4, 3e-4, 1e-5], [2e-5, 1e-5, 5e-4]]))
     assert recording.steps[1].increment.pose == Pose(0.2, 0.0, 0.0)
