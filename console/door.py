@@ -27,6 +27,7 @@ from core.gate.status import GateStatus
 from core.snapshot import Ending, Undertaking
 from core.speech.grammar import understand
 
+REACHED = ("live", "stale")
 SETTLED = 0.3  # [s] after which what the gate says surely concerns an order
 LET_GO = 0.5  # [s] without a moving jog after which the press has ended
 
@@ -97,8 +98,8 @@ class Door:
                 return
             self._check_motion(who)
             self._obtain(who)
-        elif not self._robot.profile.drives:
-            return
+        elif self._robot.status().state == "disarmed":
+            self.helm.arm(self._lease.epoch, who.name)  # the gate was started anew: it has forgotten who drives
         now = time.monotonic()
         self._lease.active(who, now)
         if moving:
@@ -113,10 +114,12 @@ class Door:
 
     def halt(self, who: Person, source: str) -> None:
         """The same, latched."""
-        self.helm.halt()
-        self.cancel("cancelled", f"Halted by {who.name}.")
-        self._history.add("halt", who, source=source)
-        self._board.tell("warning", f"{who.name} halted the robot. The driver can reset it.")
+        try:
+            self.helm.halt()
+        finally:
+            self.cancel("cancelled", f"Halted by {who.name}.")
+            self._history.add("halt", who, source=source)
+            self._board.tell("warning", f"{who.name} halted the robot. The driver can reset it.")
 
     def reset(self, who: Person, source: str) -> None:
         """Lift the latch; the lease holder only, and it never moves. Raises Problem 403, 409."""
@@ -196,7 +199,7 @@ class Door:
     # steps of the above
 
     def _hand_to_pilot(self, deed: Deed, heard: Command, who: Person) -> None:
-        if self.pilot is None or self._robot.link()[0] != "live":
+        if self.pilot is None or self._robot.link()[0] not in REACHED:
             self._history.end(deed.id, "done", "The robot was told to stand; nothing tells whether it does.")
             return
         self._orders[deed.id] = Order(who, deed.source, time.monotonic())
@@ -219,9 +222,10 @@ class Door:
             raise Problem(403, "Viewers watch and may stop the robot; an operator drives it.")
         if not self._robot.profile.drives:
             raise Problem(409, "This is a recording; it cannot be driven.")
-        link, _ = self._robot.link()
-        if link != "live" or self.pilot is None:
-            raise Problem(503, "The robot cannot be reached now." if self.pilot else "The pilot is not running.")
+        if self._robot.link()[0] not in REACHED:
+            raise Problem(503, self._robot.trouble or "The robot cannot be reached now.")
+        if self.pilot is None:
+            raise Problem(503, "The pilot is not running; the robot stands.")
         if self._robot.status().state == "halted":
             raise Problem(409, "The robot is halted; the driver must reset the halt first.")
 

@@ -14,6 +14,8 @@ from core.sensors import SensorFrame
 class RobotLink(Protocol):
     """The robot and its gate, seen from the console. Only `start`, `next_frame`, `ask` and `close` wait."""
 
+    trouble: str  # why there is no robot, a sentence; "" when there is one
+
     @property
     def profile(self) -> Profile:
         """What this robot is; known after `start`."""

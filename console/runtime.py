@@ -142,7 +142,7 @@ class Runtime:
         link, age = self.robot.link()
         told: list[str] = []
         if link != "live":
-            told.append(f"The robot's link is {link}; its newest frame is {age:.1f} s old.")
+            told.append(self.robot.trouble or f"The robot's link is {link}; its newest frame is {age:.1f} s old.")
         if self.failure:
             told.append(self.failure)
         elif self.snapshot is None:
@@ -265,7 +265,7 @@ class Runtime:
             return
         if link == "lost":
             self.door.ended_without_pilot("The robot's link was lost.")
-            self.board.tell("error", "The robot's link is lost; the robot stops by itself.")
+            self.board.tell("error", self.robot.trouble or "The robot's link is lost; the robot stops by itself.")
         elif link == "live" and self._link == "lost":
             self.board.tell("info", "The robot is back. It moves only on a new order.")
         self._link = link

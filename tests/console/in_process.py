@@ -28,6 +28,7 @@ class InProcessRobot:
         self.writer = TraceWriter()
         self.gate = Gate(Limits(), trace=self.writer)
         self.cut = False  # the link is lost
+        self.trouble = ""
         self.orders: list[Setpoint] = []
         self._lock = threading.RLock()
         self._news = threading.Condition()
