@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from console.cli.answer import add_json, tell, write, write_json
-from console.cli.self_test import self_test
 from console.home import home_folder
 from core.message import message
 
@@ -55,6 +54,8 @@ def run(chosen: argparse.Namespace) -> int:
     """Exit code 1 when something needed is missing or the self-test fails."""
     findings = [*examine()]
     if chosen.self_test:
+        from console.cli.self_test import self_test  # the whole robot: only when it is asked for
+
         tell("The self-test drives the simulated robot; this takes about a minute.")
         findings += [Finding(name=name, good=good, found=found) for name, good, found in self_test()]
     well = all(finding.good or not finding.needed for finding in findings)

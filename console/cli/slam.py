@@ -1,0 +1,58 @@
+"""`beckon slam`: a log through the estimator, offline, as fast as it goes."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+from typing import Any
+
+from console.cli.answer import add_json, tell, write, write_json
+
+
+def add(places: Any) -> None:
+    """Add the subcommand."""
+    parser: argparse.ArgumentParser = places.add_parser("slam", help="a recording through the estimator, offline")
+    parser.add_argument(
+        "log",
+        metavar="LOG",
+        help="MCAP, ROS bag, CARMEN text, JSON lines, .npz or a folder; FILE#N picks a run or robot",
+    )
+    parser.add_argument(
+        "--out", type=Path, default=None, metavar="DIR", help="where trajectory, map and landmarks go"
+    )
+    parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml")
+    parser.add_argument(
+        "--ids",
+        choices=("given", "hidden"),
+        default="given",
+        help="whether identities in the log are shown to the filter",
+    )
+    parser.add_argument("--still", action="store_true", help="take in the frames before the robot moved")
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(chosen: argparse.Namespace) -> int:
+    """Estimate, save, tell."""
+    from core.experiments.offline import slam_log  # scipy and OpenCV take a moment: only where they are needed
+    from core.settings import load
+
+    began = time.perf_counter()
+    result = slam_log(chosen.log, load(chosen.settings), chosen.ids, chosen.still, chosen.out)
+    told = result.json() | {"processing_s": round(time.perf_counter() - began, 3)}
+    if chosen.json:
+        for warning in told["warnings"]:
+            tell(warning)
+        write_json(told)
+        return 0
+    write(
+        f"{told['form']}: {told['frames']} readings over {told['duration_s']:.1f} s in {told['processing_s']:.1f} s"
+    )
+    write(f"path {told['path_m']:.2f} m, {len(told['landmarks'])} landmarks, {told['skipped']} records skipped")
+    for warning in told["warnings"]:
+        write(f"note: {warning}")
+    for name, path in told["files"].items():
+        if path:
+            write(f"{name}: {path}")
+    return 0
