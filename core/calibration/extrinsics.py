@@ -25,6 +25,11 @@ NAMES = ("roll", "pitch", "yaw", "forward", "sideways", "height")
 """The six unknowns: turns about the laser's x, y, z axes and shifts along them."""
 
 LOOSE_TURN, LOOSE_SHIFT = np.deg2rad(3), 0.05  # [rad], [m]: how well a mount is known by looking at it
+ANOTHER = np.deg2rad(45)  # [rad]: a mount turned by more than this is another mount, not a better estimate of this one
+DOUBT = 1000.0  # misfit assumed at first: the mount is believed until the data have shown how well they agree …
+ROUNDS = 5  # … which takes so many turns
+HALF = 0.5  # gain below which a direction is not counted as fitted
+LEAST_LEFT = 4  # poses that stay when others are left out
 FREE_TURN, FREE_SHIFT = np.deg2rad(10), 0.3  # [rad], [m]: as good as nothing
 
 
@@ -51,7 +56,6 @@ class Mount:
 class ExtrinsicsSettings:
     """How the solve goes."""
 
-    rounds: int = 4  # of whitening anew
     soft: float = 3.0  # [standard deviations] scale of the soft-L1 loss while outliers may still be in
     outlier: float = 14.0  # chi-square of a pose (2 dof, 99.9 %), in units of the typical, above which it is left out
     keep_share: float = 0.6  # of the poses that stay, however bad
@@ -138,20 +142,14 @@ def solve(
         raise BadInput(f"{len(pairs)} usable poses of the board are too few: at least 3 are needed, 10 to 20 are good.")
     freedom = freedom or Freedom()
     problem = Problem(pairs, mount or Mount(), freedom.mask, settings or ExtrinsicsSettings(), np.ones(len(pairs), bool))
-    guess = _search(problem) if start is None else Guess(start.rotation, start.translation)
-    while True:
-        guess = _settle(problem, guess, soft=problem.settings.soft).guess
-        worst = _worst(problem, guess)
-        if worst is None:
-            break
-        problem.used[worst] = False
-    answer = _settle(problem, guess)
-    misfit = _misfit(problem, answer.guess, np.count_nonzero(problem.free))
-    gain = _gain(problem, answer.information / max(1.0, misfit))
+    if start is None:
+        start = _search(problem)
+    answer, misfit = _without_outliers(problem, Guess(start.rotation, start.translation))
+    gain = _gain(problem, answer.information)
     weak = tuple(name for name, value in zip(NAMES, gain, strict=True) if value < problem.settings.known)
-    if weak:
-        answer, misfit = _with_mount(problem, len(weak))
-    else:
+    if not weak:
+        answer = _settle(problem, answer.guess)
+        misfit = _misfit(problem, answer.guess, 0)
         answer = answer._replace(information=answer.information / max(1.0, misfit))
     covariance = np.linalg.pinv(answer.information[np.ix_(problem.free, problem.free)], hermitian=True)
     extra = list(np.sqrt(np.diag(covariance))[6:])
@@ -178,33 +176,57 @@ def inverse_covariance(transform: Transform, covariance: Array) -> Array:
     return slope @ covariance @ slope.T
 
 
-def _search(problem: Problem) -> Guess:
-    """The nominal mount, refined; or one of the 24 axis-aligned rotations if that explains the data far better."""
+def _search(problem: Problem) -> Transform:
+    """The nominal mount, or one of the 24 axis-aligned rotations if that explains the data far better.
+
+    A rotation found that way replaces the nominal mount as the witness for what the data leave open.
+    """
     nominal = problem.mount.nominal
     best = _settle(problem, Guess(nominal.rotation, nominal.translation), soft=problem.settings.soft)
     if np.median(chi_squares(problem.seen(), best.guess)) < problem.settings.outlier:
-        return best.guess
-    least = problem.settings.rival * best.cost
+        return nominal
+    least, found = problem.settings.rival * best.cost, nominal
     for turn in Rotation.create_group("O").as_matrix():
         other = _settle(problem, Guess(turn, np.zeros(3)), soft=problem.settings.soft)
-        if other.cost < least and not behind(problem.seen(), other.guess):
-            best, least = other, other.cost
-    return best.guess
+        away = Rotation.from_matrix(other.guess.rotation @ nominal.rotation.T).magnitude()
+        if other.cost < least and away > ANOTHER and not behind(problem.seen(), other.guess):
+            least, found = other.cost, Transform(rotation=turn, translation=np.zeros(3))
+    problem.mount = Mount(nominal=found, spread=problem.mount.spread)
+    return found
+
+
+def _without_outliers(problem: Problem, guess: Guess) -> tuple[Answer, float]:
+    """Solve with the mount as a witness, leave out the pose that fits worst, solve again, while there is one."""
+    while True:
+        misfit = DOUBT
+        for _ in range(ROUNDS):
+            guess = _settle(problem, guess, soft=problem.settings.soft, misfit=misfit, rounds=1).guess
+            misfit = _typical(chi_squares(problem.seen(), guess))
+        worst = _worst(problem, guess)
+        if worst is None:
+            break
+        problem.used[worst] = False
+    misfit = max(misfit, DOUBT / 10)
+    for _ in range(ROUNDS):
+        answer = _settle(problem, guess, misfit=misfit, rounds=1)
+        guess = answer.guess
+        misfit = _misfit(problem, guess, int(np.count_nonzero(_gain(problem, answer.information) < HALF)))
+    return _settle(problem, guess, misfit=misfit, rounds=1), misfit
 
 
 def _settle(
-    problem: Problem, guess: Guess, *, soft: float | None = None, prior: bool = False, misfit: float = 1.0
+    problem: Problem, guess: Guess, *, soft: float | None = None, misfit: float | None = None, rounds: int = 4
 ) -> Answer:
-    """Whiten, minimise, whiten anew; with `prior` the mount takes part and the data weigh 1/misfit."""
+    """Whiten, minimise, whiten anew; with a `misfit` the mount takes part and the data weigh 1/misfit."""
     seen, mask, fit = problem.seen(), problem.free.astype(float), None
-    shrink = 1 / np.sqrt(max(1.0, misfit))
-    for _ in range(problem.settings.rounds):
+    shrink = 1 / np.sqrt(max(1.0, misfit or 1.0))
+    for _ in range(rounds):
         told = residuals_of(seen, whitening(seen, guess))
 
         def model(state: Guess, told: object = told) -> tuple[Array, Array]:
             residuals, slope = told(state)  # type: ignore[operator]
             residuals, slope = residuals * shrink, slope * shrink * mask
-            if prior:
+            if misfit is not None:
                 away, away_slope = _from_mount(problem.mount, state)
                 residuals, slope = np.concatenate((residuals, away)), np.concatenate((slope, away_slope))
             return residuals, slope
@@ -226,38 +248,32 @@ def _from_mount(mount: Mount, guess: Guess) -> tuple[Array, Array]:
     return away / mount.sds, slope / mount.sds[:, None]
 
 
-def _with_mount(problem: Problem, weak: int) -> tuple[Answer, float]:
-    """Solve with the mount as a witness for what the data leave open, and find the misfit that goes with it."""
-    nominal, misfit = problem.mount.nominal, 1.0
-    answer = _settle(problem, Guess(nominal.rotation, nominal.translation), prior=True)
-    for _ in range(3):
-        misfit = _misfit(problem, answer.guess, np.count_nonzero(problem.free) - weak)
-        answer = _settle(problem, answer.guess, prior=True, misfit=misfit)
-    return answer, misfit
-
-
 def _worst(problem: Problem, guess: Guess) -> int | None:
     """The pair that fits worst, if it is an outlier and enough others stay."""
     left = int(np.count_nonzero(problem.used))
-    if left <= max(3, problem.settings.keep_share * len(problem.pairs)):
+    if left <= max(LEAST_LEFT, problem.settings.keep_share * len(problem.pairs)):
         return None
     chi2 = np.where(problem.used, chi_squares(stack(problem.pairs), guess), 0.0)
-    typical = max(1.0, float(np.median(chi2[problem.used])) / 1.386)  # the median of chi-square with 2 dof
     worst = int(np.argmax(chi2))
-    return worst if chi2[worst] > problem.settings.outlier * typical else None
+    return worst if chi2[worst] > problem.settings.outlier * _typical(chi2[problem.used]) else None
 
 
-def _misfit(problem: Problem, guess: Guess, unknowns: int) -> float:
-    """Chi-square per degree of freedom; 1 where there is no freedom left to tell."""
+def _typical(chi2: Array) -> float:
+    """Chi-squares of two degrees of freedom → by how much the stated noise is too small, unmoved by outliers."""
+    return max(1.0, float(np.median(chi2)) / 1.386)  # the median of chi-square with 2 dof
+
+
+def _misfit(problem: Problem, guess: Guess, open_directions: int) -> float:
+    """Chi-square per degree of freedom; 1 where there is no freedom left to tell. Open directions explain nothing."""
     seen = problem.seen()
     whitened, _ = residuals_of(seen, whitening(seen, guess))(guess)
+    unknowns = int(np.count_nonzero(problem.free)) - open_directions
     freedom = int(seen.told.sum()) + len(seen.points) - unknowns
     return float(whitened @ whitened) / freedom if freedom > 0 else 1.0
 
 
 def _gain(problem: Problem, information: Array) -> Array:
-    """(6,): by how much the data shrink the sds of the mount."""
-    known = information.copy()
-    known[np.arange(6), np.arange(6)] += 1 / problem.mount.sds**2
+    """Information (8, 8) of data and mount together → (6,): by how much the data shrink the sds of the mount."""
     free = problem.free
-    return 1 - np.sqrt(np.diag(np.linalg.pinv(known[np.ix_(free, free)], hermitian=True)))[:6] / problem.mount.sds
+    sds = np.sqrt(np.diag(np.linalg.pinv(information[np.ix_(free, free)], hermitian=True)))[:6]
+    return 1 - sds / problem.mount.sds

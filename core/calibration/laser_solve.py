@@ -9,7 +9,7 @@ import numpy as np
 
 from core.calibration.board import Board
 from core.calibration.board_line import BoardLineSettings, MeanScan, find_lines, foreground, select_inside
-from core.calibration.extrinsics import Extrinsics, ExtrinsicsSettings, Freedom, Mount, solve
+from core.calibration.extrinsics import NAMES, Extrinsics, ExtrinsicsSettings, Freedom, Mount, solve
 from core.calibration.pairs import Guess, PlanePair, disagreement
 from core.calibration.planes import BoardPose
 from core.calibration.range_lines import fit_ranges
@@ -18,6 +18,7 @@ from core.geometry import Transform
 from core.message import Array, message
 
 FIRST_TURN, FIRST_SHIFT = np.deg2rad(8), 0.15  # [rad], [m]: how far a mount may be off its nominal value at first
+HELD_TURN, HELD_SHIFT = np.deg2rad(0.5), 0.005  # [rad], [m]: what is left open, while the squares are checked
 SURE = 25.0  # chi-square (2 dof) up to which a line may belong to the board as the nominal mount predicts it
 RANGE_FLOOR = 0.002  # [m]: no averaged range is believed better than this
 
@@ -86,7 +87,7 @@ def calibrate_laser(
         if all(np.array_equal(one, other) for one, other in zip(before, beams, strict=True)):
             break
         found = _solve(poses, beams, mount, freedom, settings, found.transform)
-    scaled = _solve(poses, beams, mount, Freedom(offset=with_offset, scale=True), settings, found.transform)
+    scaled = _solve(poses, beams, _held(mount, found), Freedom(offset=with_offset, scale=True), settings, found.transform)
     factor, factor_sd = scaled.scale or (1.0, 0.0)
     seen = [number for number, each in enumerate(beams) if len(each)]
     fits = dict(zip(seen, zip(found.used, found.chi2, strict=True), strict=True))
@@ -107,6 +108,15 @@ def range_residuals(pose: LaserPose, beams: Array, guess: Guess) -> Array:
     normal = guess.rotation @ pose.board.plane.normal
     nearness = guess.scale * pose.board.plane.distance + normal @ guess.translation
     return pose.scan.ranges[beams] - guess.offset - nearness / (pose.scan.rays[beams] @ normal)
+
+
+def _held(mount: Mount, found: Extrinsics) -> Mount:
+    """The mount with what the data leave open held fast: a free tilt would trade against the size of the squares."""
+    tight = tuple(
+        min(sd, HELD_TURN if number < 3 else HELD_SHIFT) if name in found.weak else sd
+        for number, (name, sd) in enumerate(zip(NAMES, mount.spread, strict=True))
+    )
+    return Mount(nominal=mount.nominal, spread=tight)
 
 
 def _first_beams(

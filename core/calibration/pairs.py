@@ -189,6 +189,7 @@ def _spread(seen: Stack, guess: Guess) -> tuple[Array, Array]:
     by_plane = np.concatenate((by_normal, -guess.scale * normals[:, :, None] / near), axis=2) / near
     inside = np.swapaxes(seen.basis, 1, 2) @ by_plane
     spread = seen.q_covariance + inside @ seen.planes.covariances @ np.swapaxes(inside, 1, 2)
+    spread = spread + 1e-9 * np.trace(spread, axis1=1, axis2=2)[:, None, None] * np.eye(3)  # planes through the laser
     normals, _ = _carried(seen.point_planes, guess)
     camera_points = (seen.points - guess.translation) @ guess.rotation
     by_plane = np.column_stack((camera_points, np.full(len(camera_points), -guess.scale)))
