@@ -49,7 +49,7 @@ async def vocabulary() -> dict[str, Any]:
 async def history(behind: Behind) -> dict[str, Any]:
     """What was heard, from whom, and how it ended; newest first."""
     deeds = behind.history.newest_first(commands_only=True)
-    return {"revision": behind.history.revision, "history": [told(deed) for deed in deeds]}
+    return {"revision": behind.history.revision, "commands": [told(deed) for deed in deeds]}
 
 
 @commands.get("/commands/{number}")
