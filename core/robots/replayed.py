@@ -147,11 +147,10 @@ def _number(request: dict[str, Any]) -> float:
     return float(value)
 
 
-def open_robot(rest: str, *, seed: int, settings: Any) -> ReplayedRobot:
+def open_robot(rest: str, *, seed: int, settings: LogSettings | None) -> ReplayedRobot:
     """`rest` is the path of the log after `log:`. Raises BadInput when it cannot be played."""
     del seed  # nothing is left to chance
-    found = getattr(settings, "log", None)
-    recording = open_log(rest, found if isinstance(found, LogSettings) else LogSettings())
+    recording = open_log(rest, settings or LogSettings())
     if not isinstance(recording, ScanRecording):
         raise BadInput(
             f"{Path(rest).name} holds sightings of landmarks, not scans, so there is nothing to play. "
