@@ -50,7 +50,8 @@ class DriverProcess:
                 raise Unavailable("The robot's driver ended before the robot was ready.")
             for message in self._inbox.feed(raw):
                 if isinstance(message, Trouble):
-                    log.error("The robot could not be opened: %s %s", message.sentence, message.details)
+                    if message.details:
+                        log.error("The robot could not be opened: %s\n%s", message.sentence, message.details)
                     raise message.error
                 if isinstance(message, Hello):
                     self.stream.setblocking(False)

@@ -7,7 +7,6 @@ console's life calls `beat` every 50 ms, so that a frozen console is a silent on
 
 from __future__ import annotations
 
-import itertools
 import logging
 import select
 import threading
@@ -20,6 +19,7 @@ from typing import Any, Literal
 
 from console.driver_process import DriverProcess
 from console.gate_process import GateProcess, limits_of
+from console.mailbox import Mailbox
 from core.errors import BeckonError, Unavailable
 from core.gate import GateStatus, Limits, Setpoint
 from core.gate.latch import Latch
@@ -27,7 +27,6 @@ from core.gate.limits import is_number
 from core.robots import Profile
 from core.robots.connect import excerpt
 from core.robots.letters import Answer, Opening, Trouble
-from core.robots.outbox import merged
 from core.sensors import SensorFrame
 from core.settings import load
 
@@ -69,13 +68,11 @@ class RobotProcess:
         self._switching = threading.RLock()  # held while the gate is replaced
         self._status = GateStatus()
         self._presses: dict[str, int] = {}  # newest moving press of each source: over for a gate that comes after
-        self._frame: SensorFrame | None = None
+        self._mail = Mailbox()
         self._frame_at: float | None = None
-        self._arrival = threading.Condition()
-        self._questions = itertools.count(1)
-        self._answers: dict[int, dict[str, Any] | Trouble | None] = {}
         self._crashes: deque[float] = deque(maxlen=CRASHES)
         self._again_at = 0.0  # when what is missing is started again
+        self._last_words = ""  # of a driver that failed
         self._over = threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -94,6 +91,7 @@ class RobotProcess:
     def close(self) -> None:
         """Zero, then end both within a second; harmless when done twice."""
         self._over.set()
+        self._mail.shut()
         if self._thread is not None:
             self._thread.join()
         self._end_gate(ENDING)
@@ -116,10 +114,7 @@ class RobotProcess:
 
     def next_frame(self, timeout: float) -> SensorFrame | None:
         """The newest frame that nobody took yet, or None when none comes within `timeout` [s]."""
-        with self._arrival:
-            self._arrival.wait_for(lambda: self._frame is not None or self._over.is_set(), timeout)
-            frame, self._frame = self._frame, None
-        return frame
+        return self._mail.take_frame(timeout)
 
     def send(self, setpoint: Setpoint) -> None:
         """An order for the gate to judge."""
@@ -172,14 +167,11 @@ class RobotProcess:
 
     def ask(self, request: dict[str, Any], timeout: float = 2.0) -> dict[str, Any]:
         """A request to the driver → its answer. Raises BadInput, Refused or Unavailable with a sentence."""
-        ref, driver = next(self._questions), self._driver
-        with self._arrival:
-            self._answers[ref] = None
-            if driver is None or not driver.ask(ref, request):
-                del self._answers[ref]
-                raise Unavailable("The robot cannot be asked now.")
-            self._arrival.wait_for(lambda: self._answers[ref] is not None or self._over.is_set(), timeout)
-            answer = self._answers.pop(ref)
+        ref, driver = self._mail.open_question(), self._driver
+        if driver is None or not driver.ask(ref, request):
+            self._mail.take_answer(ref, 0.0)
+            raise Unavailable("The robot cannot be asked now.")
+        answer = self._mail.take_answer(ref, timeout)
         if answer is None:
             raise Unavailable(f"The robot did not answer within {timeout:g} s.")
         if isinstance(answer, Trouble):
@@ -232,18 +224,17 @@ class RobotProcess:
             return
         messages = self._driver.read()
         if messages is None:
-            self._bury("The robot's driver has ended.", driver=True)
+            self._bury(self._last_words or "The robot's driver has ended.", driver=True)
             return
         for message in messages:
-            with self._arrival:
-                if isinstance(message, SensorFrame):
-                    self._frame = message if self._frame is None else merged(self._frame, message)
-                    self._frame_at = time.monotonic()
-                elif isinstance(message, Answer) and message.ref in self._answers:
-                    self._answers[message.ref] = message.told
-                elif isinstance(message, Trouble):
-                    log.error("%s %s", message.sentence, message.details)
-                self._arrival.notify_all()
+            if isinstance(message, SensorFrame):
+                self._mail.put_frame(message)
+                self._frame_at = time.monotonic()
+            elif isinstance(message, Answer):
+                self._mail.put_answer(message)
+            elif isinstance(message, Trouble):
+                self._last_words = message.sentence
+                log.error("%s\n%s", message.sentence, message.details)
 
     def _hear_gate(self) -> None:
         if self._gate is None:
@@ -274,17 +265,17 @@ class RobotProcess:
         now = time.monotonic()
         log.error(words)
         self._crashes.append(now)
-        self._again_at = now + PAUSE * (len(self._crashes) - 1)
-        self.trouble = f"{words} It is started again."
-        if len(self._crashes) == CRASHES and now - self._crashes[0] < CRASH_WINDOW:
-            self._again_at = float("inf")
-            self.trouble = f"{words} That was the third time within a minute, so it stays off: restart the console."
+        often = len(self._crashes) == CRASHES and now - self._crashes[0] < CRASH_WINDOW
+        self._again_at = float("inf") if often else now + PAUSE * (len(self._crashes) - 1)
+        last = "That was the third time within a minute, so it stays off: restart the console."
+        words = f"{words} {last if often else 'It is started again.'}"
+        state = "halted" if self._latch.is_set else "disarmed"
+        self._status = GateStatus(state=state, reason=words, need_neutral=True)
+        self.trouble, self._last_words = words, ""
         self._end_gate(0.0)
         if driver:
             self._end_driver(0.0)
             self._frame_at = None
-        state = "halted" if self._latch.is_set else "disarmed"
-        self._status = GateStatus(state=state, reason=self.trouble, need_neutral=True)
 
     def _end_gate(self, patience: float) -> None:
         with self._switching:

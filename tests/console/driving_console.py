@@ -1,0 +1,50 @@
+"""A console that only drives, to be killed or frozen: `python -m tests.console.driving_console URL HOME [goal|jog]`.
+
+It says its processes' numbers as JSON, then "driving" as soon as the robot moves, and goes on for ever.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from pathlib import Path
+
+from console.robot_process import RobotProcess
+from core.gate import Setpoint
+from tests.console.tiny_process import TinyProcess
+
+
+def say(words: str) -> None:
+    sys.stdout.write(words + "\n")
+    sys.stdout.flush()
+
+
+def main() -> None:
+    url, home, source = sys.argv[1], Path(sys.argv[2]), sys.argv[3]
+    kind = TinyProcess if url.startswith("tiny:") else RobotProcess
+    robot = kind(url, home=home, gate_trace=home / "gate.csv")
+    robot.start()
+    say(json.dumps(robot.pids))
+    robot.arm(1, "ann")
+    seq, beaten, driving = 0, 0.0, False
+    while True:
+        now = time.monotonic()
+        if now - beaten >= 0.05:
+            robot.beat()
+            beaten = now
+        frame = robot.next_frame(0.05)
+        status = robot.status()
+        if frame is None or status.state != "armed":
+            continue
+        seq += 1
+        speeds = (0.0, 0.0) if source == "jog" and status.need_neutral and not driving else (0.1, 0.5)
+        nonce = status.nonce if source == "jog" else frame.nonce
+        robot.send(Setpoint(1, seq, source, 1, *speeds, nonce))  # type: ignore[arg-type]
+        if status.v >= 0.1 and not driving:
+            driving = True
+            say("driving")
+
+
+if __name__ == "__main__":
+    main()

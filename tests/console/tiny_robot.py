@@ -1,0 +1,85 @@
+"""A robot without a world, for tests of the processes around it: `python -m tests.console.tiny_robot` is its driver.
+
+`tiny:` drives and sees an empty room; `tiny:crash=0.5` raises after so many seconds, `tiny:exit=0.5` just ends,
+`tiny:refuse` cannot be opened, `tiny:break` breaks while opening, `tiny:slow` needs long to open.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from typing import Any
+
+import numpy as np
+
+from core.errors import Refused, Unavailable
+from core.gate import ZERO, Twist
+from core.geometry import Pose
+from core.robots import Profile
+from core.robots.connect import SCHEMES, Scheme
+from core.robots.process import main
+from core.sensors import Laser, Scan, SensorFrame, Wheels
+
+LASER = Laser(beams=100, angle_step=0.04, angle_min=-2.0)
+SCHEMES.setdefault("tiny", Scheme("tests.console.tiny_robot:open_robot", "none"))
+
+
+class TinyRobot:
+    def __init__(self, wish: str) -> None:
+        self.profile = Profile(name="tiny", kind="SIM", url=f"tiny:{wish}", laser=LASER)
+        self._wish, _, seconds = wish.partition("=")
+        self._fate = float(seconds or "inf")
+        self._frames = 0
+        self._pose = Pose()
+        self._twist = ZERO
+        self._contact = False
+
+    def drive(self, twist: Twist) -> None:
+        self._twist = twist
+
+    def read(self) -> SensorFrame:
+        self._frames += 1
+        stamp = self._frames / self.profile.rate
+        if stamp > self._fate and self._wish == "crash":
+            raise RuntimeError("the tiny robot broke down")
+        if stamp > self._fate and self._wish == "exit":
+            os._exit(3)
+        self._pose = self._pose @ Pose(self._twist.v / 40, 0.0, self._twist.w / 40)
+        scan = None
+        if self._frames % 4 == 0:
+            ranges = np.full(LASER.beams, 3.0 + 0.001 * (self._frames % 7))
+            scan = Scan(stamp=stamp, ranges=ranges, angle_min=LASER.angle_min, angle_step=LASER.angle_step)
+        wheels = Wheels(odometry=self._pose, speed=self._twist.v, turn_rate=self._twist.w)
+        return SensorFrame(stamp=stamp, wheels=wheels, scan=scan, contact=self._contact, truth=self._pose)
+
+    def ask(self, request: dict[str, Any]) -> dict[str, Any]:
+        match request.get("do"):
+            case "twist":
+                return {"v": self._twist.v, "w": self._twist.w, "x": self._pose.x}
+            case "touch":
+                self._contact = bool(request.get("value"))
+                return {}
+            case "sleep":
+                time.sleep(float(request["value"]))
+                return {}
+            case "raise":
+                raise RuntimeError("a fault in the driver")
+            case _:
+                raise Refused("The tiny robot does not do that.")
+
+    def close(self) -> None: ...
+
+
+def open_robot(rest: str, *, seed: int, settings: Any) -> TinyRobot:
+    del seed, settings
+    if rest == "refuse":
+        raise Unavailable("The tiny robot is not at home.")
+    if rest == "break":
+        raise ZeroDivisionError
+    if rest == "slow":
+        time.sleep(20.0)
+    return TinyRobot(rest)
+
+
+if __name__ == "__main__":
+    main()
