@@ -200,6 +200,7 @@ class Runtime:
             self._loop.call_soon_threadsafe(act, *given)
 
     def _took(self, snapshot: Snapshot, picture: tuple[float, bytes] | None) -> None:
+        self.robot.beat()  # the loop runs and the pilot steps: that is what the gate wants to know
         self.snapshot = snapshot
         self.board.adopt(snapshot.notices, snapshot.stamp)
         for told in snapshot.endings:

@@ -1,0 +1,29 @@
+"""A console for the tests of this folder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from tests.console.live import Live
+
+
+@pytest.fixture(scope="session")
+def shared_live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
+    """One console for all; tests take `live`, which finds it calm."""
+    with Live(tmp_path_factory.mktemp("console")) as live:
+        yield live
+
+
+@pytest.fixture
+def live(shared_live: Live) -> Live:
+    shared_live.calm()
+    return shared_live
+
+
+@pytest.fixture(scope="session")
+def open_live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
+    """A console that asks nobody to sign in."""
+    with Live(tmp_path_factory.mktemp("open"), no_auth=True) as live:
+        yield live

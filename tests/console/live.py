@@ -1,0 +1,188 @@
+"""A console that really listens, with a robot in this process, and raw ways to speak to it."""
+
+from __future__ import annotations
+
+import asyncio
+import http.client
+import json
+import socket
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from websockets.sync.client import ClientConnection, connect
+
+from console.app import create_app
+from console.logins import Logins
+from console.runtime import Runtime
+from console.security import Access
+from console.serve import Server, configured
+from core.pilot import Pilot
+from tests.console.in_process import InProcessRobot
+
+
+@dataclass
+class Reply:
+    """What came back over HTTP."""
+
+    status: int
+    headers: dict[str, str]
+    body: bytes
+
+    @property
+    def json(self) -> Any:
+        return json.loads(self.body)
+
+
+class Live:
+    """The console between `with` and its end."""
+
+    def __init__(self, folder: Path, *, no_auth: bool = False, url: str = "sim:lab", make_pilot: Any = None) -> None:
+        self.robot = InProcessRobot(url)
+        logins = Logins()
+        self.operator = logins.issue("operator", "operator")
+        self.viewer = logins.issue("viewer", "viewer")
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.port = int(self.listener.getsockname()[1])
+        self.cookie_name = f"beckon_{self.port}"
+        access = Access(logins, cookie=self.cookie_name, no_auth=no_auth)
+        self.runtime = Runtime(
+            self.robot, make_pilot or (lambda: Pilot(self.robot.profile)), home=folder, access=access
+        )
+        self.app = create_app(self.runtime)
+        self.server = Server(configured(self.app), self.runtime, lambda: None)
+        self._thread = threading.Thread(target=self._run, daemon=True)
+
+    def __enter__(self) -> Live:
+        self._thread.start()
+        self.until(lambda: self.server.started and self.runtime.snapshot is not None)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.runtime.farewell_soon()
+        self.server.should_exit = True
+        self._thread.join(15)
+        assert not self._thread.is_alive(), "the console did not end"
+
+    def _run(self) -> None:
+        asyncio.run(self._serve())
+
+    async def _serve(self) -> None:
+        self.loop = asyncio.get_running_loop()
+        await self.server.serve(sockets=[self.listener])
+
+    def until(self, true: Callable[[], Any], seconds: float = 20.0) -> Any:
+        """Wait for something to be the case → what it then is."""
+        end = time.monotonic() + seconds
+        while not (value := true()):
+            assert time.monotonic() < end, "it never came"
+            time.sleep(0.01)
+        return value
+
+    def on_loop(self, act: Callable[[], Any]) -> Any:
+        """Do something on the console's event loop."""
+
+        async def acting() -> Any:
+            return act()
+
+        return asyncio.run_coroutine_threadsafe(acting(), self.loop).result(10)
+
+    def calm(self) -> None:
+        """As it was at the start: nobody drives, nothing is latched, nothing is under way."""
+
+        def act() -> None:
+            runtime = self.runtime
+            if self.robot.status().state == "halted":
+                self.robot.reset()
+            if runtime.lease.holder is not None:
+                runtime.door.forget(runtime.lease.holder)
+
+        self.on_loop(act)
+
+    # HTTP
+
+    def ask(
+        self,
+        method: str,
+        path: str,
+        body: Any = None,
+        *,
+        token: str | None = None,
+        raw: bytes | None = None,
+        headers: dict[str, str] | None = None,
+        host: str | None = None,
+    ) -> Reply:
+        """One request; `raw` goes as it is, `body` as JSON."""
+        content = raw if raw is not None else None if body is None else json.dumps(body).encode()
+        told = {"Host": host or f"127.0.0.1:{self.port}"}
+        if content is not None:
+            told["Content-Type"] = "application/json"
+            told["Content-Length"] = str(len(content))
+        if token is not None:
+            told["Authorization"] = f"Bearer {token}"
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=15)
+        try:
+            connection.putrequest(method, path, skip_host=True, skip_accept_encoding=True)
+            for name, value in {**told, **(headers or {})}.items():
+                connection.putheader(name, value)
+            connection.endheaders(content)
+            answer = connection.getresponse()
+            names = {name.lower(): value for name, value in answer.getheaders()}
+            return Reply(answer.status, names, answer.read())
+        finally:
+            connection.close()
+
+    def speak(self, head: bytes, *, wait: float = 5.0) -> bytes:
+        """Raw bytes to the port → all that comes until the other side closes or falls silent."""
+        with socket.create_connection(("127.0.0.1", self.port), timeout=wait) as line:
+            line.sendall(head)
+            heard = b""
+            try:
+                while part := line.recv(65536):
+                    heard += part
+                    if b"\r\n\r\n" in heard and b"101 Switching" in heard[:40]:
+                        break
+            except (TimeoutError, ConnectionResetError):
+                pass
+            return heard
+
+    def knock(self, path: str, *headers: str, host: str | None = None) -> int:
+        """A websocket handshake → the HTTP status it is answered with."""
+        lines = [
+            f"GET {path} HTTP/1.1",
+            f"Host: {host or f'127.0.0.1:{self.port}'}",
+            "Connection: Upgrade",
+            "Upgrade: websocket",
+            "Sec-WebSocket-Version: 13",
+            "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==",
+            *headers,
+        ]
+        heard = self.speak(("\r\n".join(lines) + "\r\n\r\n").encode())
+        return int(heard.split(b" ", 2)[1])
+
+    # sockets
+
+    def open(self, path: str = "/ws", *, token: str | None = None, **options: Any) -> ClientConnection:
+        """A socket as a script opens it."""
+        headers = {"Authorization": f"Bearer {token or self.operator}"}
+        options = {"compression": None, "max_size": None, "proxy": None, **options}
+        return connect(f"ws://127.0.0.1:{self.port}{path}", additional_headers=headers, **options)
+
+
+def hear(line: ClientConnection, kind: str, *, seconds: float = 10.0, true: Callable[[Any], Any] = bool) -> Any:
+    """The next message of a kind that is as wanted."""
+    end = time.monotonic() + seconds
+    while True:
+        message = line.recv(timeout=max(0.01, end - time.monotonic()))
+        if isinstance(message, str):
+            told = json.loads(message)
+            if told["kind"] == kind and true(told):
+                return told
+
+
+def say(line: ClientConnection, **message: Any) -> None:
+    """One message up."""
+    line.send(json.dumps(message))

@@ -1,0 +1,252 @@
+"""The guard: every way in, every host, every origin, every role."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import pytest
+from fastapi import FastAPI
+from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
+
+from console.roles import check_roles, declared, needs
+from console.security import HEADERS
+from tests.console.live import Live
+
+BODYLESS = {"content-length": "0"}
+
+
+def address(route: BaseRoute) -> str:
+    path = str(getattr(route, "path", ""))
+    return re.sub(r"\{\w+\}", "1", path) + ("/main.js" if isinstance(route, Mount) else "")
+
+
+def ways_in(app: FastAPI) -> Iterator[tuple[str, str, str]]:
+    """(method or WS, address, role) of every route."""
+    for route in app.routes:
+        need = declared(route)
+        assert need is not None
+        if isinstance(route, WebSocketRoute) or type(route).__name__ == "APIWebSocketRoute":
+            yield "WS", address(route), need.role
+        elif isinstance(route, Mount):
+            yield "GET", address(route), need.role
+        else:
+            assert isinstance(route, Route)
+            for method in sorted(route.methods or {"GET"}):
+                yield method, address(route), need.role
+
+
+def test_every_way_in_but_the_door_itself_refuses_a_stranger(live: Live) -> None:
+    public = set()
+    for method, path, role in ways_in(live.app):
+        if role == "public":
+            public.add((method, path))
+        elif method == "WS":
+            assert live.knock(path) == 401, path
+            assert live.knock(path, "Authorization: Bearer nonsense") == 401, path
+            assert live.knock(path, f"Cookie: {live.cookie_name}=nonsense") == 401, path
+        else:
+            assert live.ask(method, path).status == 401, (method, path)
+            assert live.ask(method, path, token="nonsense").status == 401, (method, path)
+    assert public == {("GET", "/"), ("GET", "/static/main.js"), ("POST", "/api/login"), ("GET", "/api/health")}
+
+
+@pytest.mark.parametrize("method", ["GET", "POST", "PUT", "DELETE", "PATCH", "OPTIONS", "HEAD"])
+def test_a_stranger_does_not_learn_what_exists(live: Live, method: str) -> None:
+    assert live.ask(method, "/nowhere").status == 401
+    assert live.ask(method, "/api/commands").status == 401
+
+
+def test_a_foreign_host_is_refused_everywhere_whatever_it_shows(live: Live) -> None:
+    for method, path, _ in ways_in(live.app):
+        for host in ("evil.example", f"evil.example:{live.port}", "127.0.0.1.evil.example", "0.0.0.0", "[::2]:80"):
+            if method == "WS":
+                status = live.knock(path, f"Authorization: Bearer {live.operator}", host=host)
+            else:
+                status = live.ask(method, path, token=live.operator, host=host).status
+            assert status == 403, (method, path, host)
+
+
+@pytest.mark.parametrize("host", ["localhost", "LOCALHOST:80", "127.0.0.1", "[::1]:8420", "127.0.0.1:99999"])
+def test_a_host_that_is_this_machine_is_answered(live: Live, host: str) -> None:
+    assert live.ask("GET", "/api/me", token=live.operator, host=host).status == 200
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "GET /api/health HTTP/1.1\r\n\r\n",
+        "GET /api/health HTTP/1.1\r\nHost: \r\n\r\n",
+        "GET /api/health HTTP/1.0\r\n\r\n",
+        "GET /api/health HTTP/1.1\r\nHost: 127.0.0.1\r\nHost: evil.example\r\n\r\n",
+        "GET /api/health HTTP/1.1\r\nHost: 127.0.0.1, evil.example\r\n\r\n",
+        "GET /api/health HTTP/1.1\r\nHost: user@127.0.0.1\r\n\r\n",
+        "GET /api/health HTTP/1.1\r\nHost: 127.0.0.1/evil\r\n\r\n",
+        "GET /api/health HTTP/1.1\r\nHost: 127.0.0.1:port\r\n\r\n",
+        "GET /api/health HTTP/1.1\r\nHost: 127.0.0.1\u00e9\r\n\r\n",
+    ],
+)
+def test_a_strange_host_header_is_malformed(live: Live, head: str) -> None:
+    assert live.speak(head.replace("\r\n\r\n", "\r\nConnection: close\r\n\r\n").encode("latin-1"))[9:12] == b"400"
+
+
+FOREIGN = [
+    "http://evil.example",
+    "null",
+    "https://127.0.0.1:{port}",
+    "http://127.0.0.1:1",
+    "http://localhost:{port}",
+    "http://127.0.0.1:{port}.evil.example",
+    "http://127.0.0.1:{port}/",
+    "",
+    "file://",
+]
+
+
+@pytest.mark.parametrize("origin", FOREIGN)
+def test_a_foreign_origin_may_change_nothing_and_open_no_socket(live: Live, origin: str) -> None:
+    origin = origin.format(port=live.port)
+    for method, path, _ in ways_in(live.app):
+        if method == "WS":
+            assert live.knock(path, f"Authorization: Bearer {live.operator}", f"Origin: {origin}") == 403, path
+        elif method not in ("GET", "HEAD"):
+            answer = live.ask(method, path, token=live.operator, headers={**BODYLESS, "Origin": origin})
+            assert answer.status == 403, (method, path)
+
+
+def signed_in(live: Live, token: str) -> str:
+    answer = live.ask("POST", "/api/login", {"token": token}, headers={"Origin": f"http://127.0.0.1:{live.port}"})
+    assert answer.status == 200
+    return answer.headers["set-cookie"]
+
+
+def test_the_cookie_is_out_of_reach_of_scripts_and_other_sites(live: Live) -> None:
+    cookie = signed_in(live, live.operator)
+    assert cookie.startswith(f"beckon_{live.port}=")
+    assert {"HttpOnly", "SameSite=strict", "Path=/"} <= set(cookie.split("; "))
+    assert live.operator not in cookie
+
+
+@pytest.mark.parametrize(
+    ("headers", "status"),
+    [
+        ({"Origin": "own"}, 200),
+        ({"Sec-Fetch-Site": "same-origin"}, 200),
+        ({"Origin": "own", "Sec-Fetch-Site": "same-origin"}, 200),
+        ({}, 403),
+        ({"Sec-Fetch-Site": "same-site"}, 403),
+        ({"Sec-Fetch-Site": "cross-site"}, 403),
+        ({"Sec-Fetch-Site": "none"}, 403),
+        ({"Origin": "own", "Sec-Fetch-Site": "cross-site"}, 403),
+        ({"Origin": "null"}, 403),
+        ({"Origin": "http://evil.example", "Sec-Fetch-Site": "same-origin"}, 403),
+        ({"Referer": "own"}, 403),
+    ],
+    ids=str,
+)
+def test_a_cookie_alone_changes_nothing(live: Live, headers: dict[str, str], status: int) -> None:
+    cookie = signed_in(live, live.operator).partition(";")[0]
+    own = f"http://127.0.0.1:{live.port}"
+    told = {name: own if value == "own" else value for name, value in headers.items()}
+    assert live.ask("POST", "/api/stop", headers={**BODYLESS, "Cookie": cookie, **told}).status == status
+    if "Origin" in told or status == 403:
+        upgraded = live.knock("/ws", f"Cookie: {cookie}", *(f"{name}: {value}" for name, value in told.items()))
+        assert upgraded == (101 if status == 200 else 403)
+
+
+def test_a_get_by_cookie_needs_no_origin(live: Live) -> None:
+    cookie = signed_in(live, live.viewer).partition(";")[0]
+    assert live.ask("GET", "/api/me", headers={"Cookie": f"other=1; {cookie}"}).json["role"] == "viewer"
+
+
+def test_what_a_role_may_is_what_is_declared(live: Live) -> None:
+    for method, path, role in ways_in(live.app):
+        if role == "operator":
+            answer = live.ask(method, path, token=live.viewer, headers=BODYLESS)
+            assert answer.status == 403, (method, path)
+            assert "operator" in answer.json["detail"]
+        elif role == "viewer" and method == "GET":
+            assert live.ask(method, path, token=live.viewer).status in (200, 404), path
+
+
+def test_a_viewer_stops_and_does_not_drive(live: Live) -> None:
+    assert live.ask("POST", "/api/stop", token=live.viewer, headers=BODYLESS).status == 200
+    assert live.ask("POST", "/api/commands", {"text": "stop moving"}, token=live.viewer).status == 202
+    assert live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.viewer).status == 403
+    assert live.runtime.lease.holder is None
+
+
+def test_signing_out_closes_the_login_and_its_sockets(live: Live) -> None:
+    cookie = signed_in(live, live.operator).partition(";")[0]
+    own = {"Cookie": cookie, "Origin": f"http://127.0.0.1:{live.port}"}
+    assert live.ask("POST", "/api/logout", headers={**BODYLESS, **own}).status == 200
+    assert live.ask("GET", "/api/me", headers={"Cookie": cookie}).status == 401
+
+
+def test_the_sixth_wrong_token_within_a_minute_is_not_even_looked_at(live: Live) -> None:
+    live.runtime.access.logins._wrong.clear()
+    statuses = [live.ask("POST", "/api/login", {"token": "wrong"}).status for _ in range(6)]
+    live.runtime.access.logins._wrong.clear()
+    assert statuses == [401] * 5 + [429]
+
+
+@pytest.mark.parametrize(
+    "shown", ["", "Bearer", "Bearer ", "Basic eDp4", "Bearer \xe9\xff", "bearer  x", "Bearer a b"]
+)
+def test_strange_credentials_are_no_credentials(live: Live, shown: str) -> None:
+    assert live.ask("GET", "/api/me", headers={"Authorization": shown}).status == 401
+
+
+def test_two_credentials_are_malformed(live: Live) -> None:
+    bearer = f"Authorization: Bearer {live.operator}\r\n"
+    head = f"GET /api/me HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n{bearer}{bearer}\r\n"
+    assert live.speak(head.encode())[9:12] == b"400"
+
+
+def test_without_login_host_and_origin_still_count(open_live: Live) -> None:
+    own = f"http://127.0.0.1:{open_live.port}"
+    assert open_live.ask("GET", "/api/me").json["role"] == "operator"
+    assert open_live.ask("POST", "/api/stop", headers=BODYLESS).status == 200
+    assert open_live.ask("POST", "/api/stop", headers={**BODYLESS, "Origin": own}).status == 200
+    assert open_live.ask("POST", "/api/stop", headers={**BODYLESS, "Origin": "http://evil.example"}).status == 403
+    assert open_live.ask("POST", "/api/stop", headers={**BODYLESS, "Sec-Fetch-Site": "cross-site"}).status == 403
+    assert open_live.ask("GET", "/api/me", host="evil.example").status == 403
+    assert open_live.knock("/ws", "Origin: http://evil.example") == 403
+    assert open_live.knock("/ws", f"Origin: {own}") == 101
+
+
+def test_every_answer_wears_the_security_headers(live: Live) -> None:
+    answers = [
+        live.ask("GET", "/"),
+        live.ask("GET", "/api/health"),
+        live.ask("GET", "/api/me"),
+        live.ask("GET", "/nowhere", token=live.operator),
+        live.ask("GET", "/scene/", token=live.operator),
+        live.ask("GET", "/api/me", host="evil.example"),
+    ]
+    for answer in answers:
+        assert {name.decode() for name in HEADERS} <= set(answer.headers)
+    assert "server" not in answers[0].headers
+    assert "'unsafe-inline'" not in answers[0].headers["content-security-policy"]
+    assert "unsafe-eval" in answers[4].headers["content-security-policy"]
+
+
+def test_a_route_that_forgot_its_role_keeps_the_console_from_starting() -> None:
+    app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
+
+    @app.get("/known")
+    @needs("viewer")
+    async def known() -> None: ...
+
+    check_roles(app.routes)
+
+    @app.websocket("/forgotten")
+    async def forgotten() -> None: ...
+
+    with pytest.raises(RuntimeError, match="/forgotten"):
+        check_roles(app.routes)
+
+
+def test_there_is_no_role_but_the_four() -> None:
+    with pytest.raises(ValueError, match="no role"):
+        needs("guest")
