@@ -39,7 +39,8 @@ export function banners(view) {
 /** @param {View} view @returns {Banner} */
 function lost({ state, link }) {
   const again = link.again_s > 0.95 ? ` Trying again in ${Math.ceil(link.again_s)} s.` : " Trying again…";
-  const text = state ? `Link lost. The robot stops by itself.${again}` : `Beckon does not answer.${again}`;
+  const told = state ? "Link lost. The robot stops by itself." : "Beckon does not answer.";
+  const text = `${told}${link.why && ` ${link.why}`}${again}`;
   return { id: "lost", tone: "stale", icon: "unlinked", text, offers: "" };
 }
 

@@ -9,6 +9,7 @@ import { CAMERA_HEADER_BYTES } from "./wire.js";
 export const QUIET_MS = 3000; // no word for that long: the socket is dead whatever it says
 export const STALE_MS = 800; // no state for that long: say so (the banner is due within a second)
 const ECHO_MS = 1000;
+const WATCH_MS = 200;
 const WAITING_BYTES = 4096; // more than this unsent: a drive frame would only arrive too late
 
 /**
@@ -75,6 +76,7 @@ export function pictureOf(bytes) {
  * @property {number | null} round_trip_ms
  * @property {number} rate_hz of states
  * @property {number} again_s until the next attempt, 0 while one is under way
+ * @property {string} why the console's own sentence about the end, "" when it gave none
  */
 
 export class Link {
@@ -90,6 +92,8 @@ export class Link {
   #roundTrip = null;
   #rate = new Rate();
   #wanted = false;
+  #watchedAt = 0;
+  #why = "";
 
   /**
    * @param {object} world
@@ -103,7 +107,7 @@ export class Link {
     this.hear = hear;
     this.see = see;
     this.lose = lose;
-    setInterval(() => this.#watch(), 200);
+    setInterval(() => this.#watch(), WATCH_MS);
   }
 
   open() {
@@ -114,7 +118,7 @@ export class Link {
     this.#socket = socket;
     this.#heardAt = performance.now();
     socket.addEventListener("message", (event) => this.#take(event.data));
-    socket.addEventListener("close", () => this.#lost(socket));
+    socket.addEventListener("close", (event) => this.#lost(socket, event.reason));
   }
 
   /** For good: signed out. */
@@ -144,6 +148,7 @@ export class Link {
       round_trip_ms: this.#roundTrip,
       rate_hz: this.#rate.hertz(now),
       again_s: this.#socket ? 0 : Math.max(0, (this.#againAt - now) / 1000),
+      why: this.#why,
     };
   }
 
@@ -165,6 +170,7 @@ export class Link {
     if (message.kind === "hello") {
       this.#hello = true;
       this.#attempt = 0;
+      this.#why = "";
     }
     if (message.kind === "state") {
       this.#stateAt = now;
@@ -173,9 +179,13 @@ export class Link {
     this.hear(message);
   }
 
-  /** @param {WebSocket} socket */
-  #lost(socket) {
+  /**
+   * @param {WebSocket} socket
+   * @param {string} [why]
+   */
+  #lost(socket, why = "") {
     if (socket !== this.#socket) return;
+    this.#why = why || this.#why;
     const wait = waitBefore(this.#attempt, Math.random());
     this.#socket = null;
     this.#hello = false;
@@ -190,7 +200,9 @@ export class Link {
   #watch() {
     const socket = this.#socket;
     const now = performance.now();
-    if (!socket) return;
+    const late = now - this.#watchedAt > 3 * WATCH_MS; // the page was busy: what came meanwhile still waits to be heard
+    this.#watchedAt = now;
+    if (!socket || late) return;
     if (now - this.#heardAt > QUIET_MS) {
       socket.close();
       this.#lost(socket); // a dead peer never answers the closing handshake

@@ -156,7 +156,7 @@ export class Session {
   async leave() {
     await api.logout().catch(() => undefined);
     this.link.close();
-    this.#tell("signed-out", null);
+    await this.begin();
   }
 
   /** @param {Exclude<import("./wire.js").Down, {kind: "echo"}>} message */

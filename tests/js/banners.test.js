@@ -21,6 +21,11 @@ test("a lost link is told whatever else there is, and alone", () => {
   assert.deepEqual(others, []);
 });
 
+test("the console's own reason for hanging up is passed on", () => {
+  const link = { ...VIEW.link, is: /** @type {const} */ ("down"), why: "Too many people watch now; try again later." };
+  assert.match(told({ link })[0]?.text ?? "", /Too many people watch now/);
+});
+
 test("a page that has just been opened does not cry", () => {
   assert.deepEqual(told({ state: null, hello: null, link: { ...VIEW.link, is: "opening" } }), []);
 });

@@ -127,6 +127,18 @@ test("a socket that falls silent without ending is given up", () => {
   assert.equal(link.health.is, "down");
 });
 
+test("a page that was busy itself does not blame the socket", () => {
+  const { link, lost } = linked();
+  newest().tell({ kind: "hello" });
+  pass(400);
+  now += 2 * QUIET_MS;
+  mock.timers.tick(200);
+  newest().tell({ kind: "state" });
+  pass(400);
+  assert.equal(lost(), 0);
+  assert.equal(link.health.is, "up");
+});
+
 test("signed out is for good", () => {
   const { link } = linked();
   newest().tell({ kind: "hello" });

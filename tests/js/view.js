@@ -29,7 +29,7 @@ export const STATE = {
 export const VIEW = {
   hello: HELLO,
   state: STATE,
-  link: { is: "up", age_s: 0.05, round_trip_ms: 3, rate_hz: 20, again_s: 0 },
+  link: { is: "up", age_s: 0.05, round_trip_ms: 3, rate_hz: 20, again_s: 0, why: "" },
   up: true,
   mine: true,
   permission: { may: "yes", why: "" },

@@ -57,6 +57,7 @@ class AppMenu extends Panel {
     this.#halt.disabled = !up;
     this.#hints.hidden = !drives || hello?.you.role === "viewer";
     this.#switch.hidden = !drives;
+    this.#leave.hidden = hello?.you.id === "local"; // nobody had to sign in here
     write(/** @type {Element} */ (this.#halt.querySelector(".menu-name")), this.#halted ? "Reset the halt" : "Halt");
     mark(this.#halt, "data-tone", this.#halted ? null : "fault");
   }

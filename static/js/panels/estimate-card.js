@@ -8,13 +8,16 @@ import { LandmarkTable } from "./landmark-table.js";
 /** @typedef {import("../session.js").View} View */
 /** @typedef {import("../wire.js").State} State */
 
+/** @type {Readonly<Record<string, string>>} */
+const MODES = { invariant: "EKF, invariant", paper: "EKF, as in the paper", dead_reckoning: "wheels alone" };
+
 class EstimateCard extends Panel {
   #mode = make("span", { class: "note" });
   #figures = { x: figure("x"), y: figure("y"), heading: figure("heading") };
   #table = new LandmarkTable();
   #facts = {
     landmarks: fact("Landmarks", "Corners in the map; on trial: seen fewer than three times"),
-    nis: fact("Surprise (NIS)", "How far the last sightings lay from what was expected, squared and scaled. Around 2 is right; far above means overconfident."),
+    nis: fact("Surprise (NIS)", "How far the last sightings lay from what was expected, measured in its own uncertainty. 1 is ideal; far above, the robot is surer than it should be."),
     wheels: fact("Wheels alone", "How far dead reckoning lies from the estimate"),
     truth: fact("True error", "Simulator only: the distance to where the robot really is"),
   };
@@ -44,7 +47,7 @@ class EstimateCard extends Panel {
     const { pose, dead_reckoning: wheels, slam, truth } = state;
     const sigma = sigmas(pose.cov);
     const { x, y, heading } = this.#figures;
-    const modeWords = slam.looking_around ? "looking around" : `EKF, ${slam.mode}`;
+    const modeWords = slam.looking_around ? "looking around" : (MODES[slam.mode] ?? slam.mode);
     write(this.#mode, modeWords);
     say(x, metres(pose.x_m), spread(sigma.x));
     say(y, metres(pose.y_m), spread(sigma.y));

@@ -38,6 +38,7 @@ class NoticeToasts extends Panel {
    * @param {string} text
    */
   #raise(level, text) {
+    if (this.lastElementChild?.textContent === text) return;
     const away = make("button", { type: "button", class: "icon-button small", "aria-label": "Put away" }, icon("close"));
     const toast = make("div", { class: "toast", "data-level": level }, icon(level === "info" ? "info" : "warning"), make("p", {}, text), away);
     away.addEventListener("click", () => toast.remove());

@@ -1,0 +1,70 @@
+"""A real console, a real Chromium, and pages that complain about nothing."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from running_console import Running
+from visit import Visit
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+FLAGS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+
+playwright_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed.")
+Open = Callable[..., Visit]
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if Path(__file__).parent in item.path.parents and "browser" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.browser)
+
+
+def chromium_path(playwright: playwright_api.Playwright) -> str | None:
+    """The browser to drive: what BECKON_CHROMIUM names, the system's, or Playwright's own."""
+    named = os.environ.get("BECKON_CHROMIUM")
+    found = next((path for name in NAMES if (path := shutil.which(name))), None)
+    own = playwright.chromium.executable_path
+    return named or found or (own if Path(own).exists() else None)
+
+
+@pytest.fixture(scope="module")
+def browser(request: pytest.FixtureRequest) -> Iterator[playwright_api.Browser]:
+    """One Chromium for a file of tests: its event loop must not outlive them."""
+    with playwright_api.sync_playwright() as playwright:
+        path = chromium_path(playwright)
+        if path is None:
+            why = "There is no Chromium here: apt install chromium, or set BECKON_CHROMIUM."
+            must = request.config.getoption("--require-browser") or os.environ.get("BECKON_REQUIRE_BROWSER")
+            pytest.fail(why) if must else pytest.skip(why)
+        flags = [*FLAGS, "--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else FLAGS
+        browser = playwright.chromium.launch(executable_path=path, args=flags)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="session")
+def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    """The console on the simulated robot, with login, as a person starts it."""
+    with Running(tmp_path_factory.mktemp("console")) as running:
+        yield running
+
+
+@pytest.fixture
+def visit(browser: playwright_api.Browser, console: Running) -> Iterator[Open]:
+    """Open the page as somebody, somehow; afterwards no page may have complained."""
+    visits: list[Visit] = []
+
+    def open_page(**how: object) -> Visit:
+        visits.append(Visit(browser, how.pop("console", console), **how))  # type: ignore[arg-type]
+        return visits[-1]
+
+    yield open_page
+    complaints = [complaint for visit in visits for complaint in visit.complaints]
+    for visit in visits:
+        visit.close()
+    assert complaints == []

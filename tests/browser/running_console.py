@@ -1,0 +1,86 @@
+"""A console in a process of its own, and its HTTP side for looking behind the page."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import re
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from pathlib import Path
+from typing import Any
+
+REPOSITORY = Path(__file__).resolve().parent.parent.parent
+START_TIME = 40.0  # [s] on a busy machine
+
+
+class Running:
+    """`beckon run` until the end of the `with`."""
+
+    def __init__(self, folder: Path, *options: str) -> None:
+        self.trace = folder / "gate.csv"
+        self._said = folder / "said.txt"
+        told = ["--no-browser", "--port", "0", "--data", str(folder / "home"), "--gate-trace", str(self.trace)]
+        self._command = [sys.executable, "-m", "console", "run", *told, *options]
+
+    def __enter__(self) -> Running:
+        with self._said.open("w") as said:
+            self._process = subprocess.Popen(self._command, cwd=REPOSITORY, stdout=said, stderr=subprocess.STDOUT)
+        self.driving, self.watching = self._links()
+        self.url = self.driving.partition("#")[0]
+        self._until_live()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._process.terminate()
+        try:
+            self._process.wait(10)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    def ask(self, path: str, body: dict[str, Any] | None = None) -> Any:
+        """GET, or POST when there is a body; as the operator whose token was printed."""
+        token = self.driving.partition("#t=")[2]
+        headers = {"authorization": f"Bearer {token}", "content-type": "application/json"}
+        told = None if body is None else json.dumps(body).encode()
+        with urllib.request.urlopen(urllib.request.Request(self.url + path, told, headers), timeout=10) as answer:
+            return json.load(answer)
+
+    def truth(self) -> tuple[float, float, float]:
+        """Where the simulated robot really is: x, y [m], heading [rad]."""
+        told = self.ask("api/sim/truth")
+        return told["x_m"], told["y_m"], told["heading_rad"]
+
+    def speed(self) -> float:
+        """How fast the wheels turn [m/s]."""
+        return self.ask("api/state")["velocity"]["v_m_s"]
+
+    def turning(self) -> float:
+        """How fast it turns [rad/s], left positive."""
+        return self.ask("api/state")["velocity"]["w_rad_s"]
+
+    def newest(self) -> dict[str, Any]:
+        """The newest command of the history."""
+        return self.ask("api/commands/history")["commands"][0]
+
+    def _links(self) -> tuple[str, str]:
+        until = time.monotonic() + START_TIME
+        while time.monotonic() < until and self._process.poll() is None:
+            links = re.findall(r"http://\S+#t=\S+", self._said.read_text())
+            if len(links) >= 2:
+                return links[0], links[1]
+            time.sleep(0.1)
+        raise AssertionError(f"The console did not start:\n{self._said.read_text()}")
+
+    def _until_live(self) -> None:
+        until = time.monotonic() + START_TIME
+        while time.monotonic() < until:
+            with contextlib.suppress(urllib.error.HTTPError):
+                if not self.ask("api/state")["slam"]["looking_around"]:
+                    return
+            time.sleep(0.2)
+        raise AssertionError(f"The robot did not wake up:\n{self._said.read_text()}")

@@ -1,0 +1,124 @@
+"""Driving by hand: what moves the simulated robot, and everything that must make it stand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+import pytest
+from playwright.sync_api import Page, WebSocketRoute, expect
+from running_console import Running
+from visit import Visit
+
+from core.gate.limits import Limits
+from core.gate.trace import check, read_trace
+
+Open = Callable[..., Visit]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def lawful(console: Running) -> Iterator[None]:
+    """Whatever these tests did, the gate's trace must obey its limits."""
+    yield
+    assert check(read_trace(console.trace), Limits()) == []
+
+
+def distance(a: tuple[float, ...], b: tuple[float, ...]) -> float:
+    return math.hypot(a[0] - b[0], a[1] - b[1])
+
+
+def test_holding_w_drives_the_robot_and_letting_go_stops_it(visit: Open, console: Running) -> None:
+    here = visit()
+    start = console.truth()
+    here.hold("w", lambda: console.speed() > 0.05, "the robot drives")
+    expect(here.find(".lease-text")).to_have_text("You drive")
+    here.page.keyboard.up("w")
+    here.still()
+    assert 0.005 < distance(start, console.truth()) < 1.0
+    here.hold("s", lambda: console.speed() < -0.05, "it drives back")
+    here.page.keyboard.up("s")
+    here.still()
+
+
+@pytest.mark.parametrize("end", ["blur", "pagehide", "contextmenu"])
+def test_whatever_takes_the_hands_away_stops_and_the_held_key_stays_dead(
+    visit: Open, console: Running, end: str
+) -> None:
+    here = visit()
+    here.hold("a", lambda: console.turning() > 0.2, "the robot turns")
+    here.page.evaluate("name => window.dispatchEvent(new Event(name))", end)
+    here.until(lambda: abs(console.turning()) < 0.01, "it stands", 2.0)
+    before = console.truth()[2]
+    here.wait(0.5)
+    assert abs(console.truth()[2] - before) < 0.02
+    here.page.keyboard.up("a")
+
+
+def test_a_key_held_through_stop_does_not_move_the_robot_until_it_is_pressed_anew(
+    visit: Open, console: Running
+) -> None:
+    here = visit()
+    here.hold("d", lambda: console.turning() < -0.2, "the robot turns")
+    here.page.keyboard.press("Escape")
+    here.until(lambda: abs(console.turning()) < 0.01, "it stands", 2.0)
+    expect(here.find(".drive-why")).to_contain_text("Let go")
+    before = console.truth()[2]
+    here.wait(0.6)
+    assert abs(console.truth()[2] - before) < 0.02
+    here.page.keyboard.up("d")
+    here.hold("a", lambda: console.turning() > 0.2, "a new press turns it")
+    here.page.keyboard.up("a")
+
+
+def test_the_stick_drives_while_it_is_held_even_outside_its_ring(visit: Open, console: Running) -> None:
+    here = visit()
+    ring = here.find(".stick").bounding_box()
+    assert ring is not None
+    x, y = ring["x"] + ring["width"] / 2, ring["y"] + ring["height"] / 2
+
+    def push() -> None:
+        here.page.mouse.move(x, y)
+        here.page.mouse.down()
+        here.page.mouse.move(x - 400, y)
+
+    here.insist(push, here.page.mouse.up, lambda: console.turning() > 0.2, "the robot turns left")
+    here.page.mouse.up()
+    here.until(lambda: abs(console.turning()) < 0.01, "it stands", 2.0)
+
+
+def test_when_the_link_goes_the_banner_comes_within_a_second_and_the_robot_stands(
+    visit: Open, console: Running
+) -> None:
+    routes: list[WebSocketRoute] = []
+
+    def through(page: Page) -> None:
+        def keep(route: WebSocketRoute) -> None:
+            routes.append(route)
+            route.connect_to_server()
+
+        page.route_web_socket("**/ws", keep)
+
+    here = visit(before=through)
+    here.hold("a", lambda: console.turning() > 0.2, "the robot turns")
+    routes[-1].close(code=1012, reason="")
+    expect(here.find("banner-stack")).to_contain_text("Link lost", timeout=1000)
+    here.until(lambda: abs(console.turning()) < 0.01, "it stands", 2.0)
+    expect(here.find("link-chip")).to_contain_text("Hz", timeout=8000)
+    before = console.truth()[2]
+    here.wait(0.6)
+    assert abs(console.truth()[2] - before) < 0.02
+    here.page.keyboard.up("a")
+
+
+def test_who_only_watches_cannot_drive_but_can_stop(visit: Open, console: Running) -> None:
+    driver, watcher = visit(), visit(watching=True)
+    driver.say("turn left")
+    driver.until(lambda: console.newest()["state"] == "running", "the robot turns")
+    assert watcher.find(".drive-why").inner_text().startswith("You are watching")
+    watcher.page.keyboard.down("w")
+    watcher.wait(0.3)
+    watcher.page.keyboard.up("w")
+    assert console.newest()["state"] == "running"
+    watcher.button("STOP").click()
+    driver.until(lambda: console.newest()["state"] == "cancelled", "it was stopped")
+    driver.still()

@@ -1,0 +1,124 @@
+"""Telling the robot: the line, the buttons, the history, the first hints, and the map that can be clicked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from playwright.sync_api import expect
+from running_console import Running
+from visit import PHONE, Visit
+
+Open = Callable[..., Visit]
+DONE_MS = 15000
+
+
+def test_typed_words_run_and_stand_in_the_history_with_their_end(visit: Open, console: Running) -> None:
+    here = visit()
+    here.page.keyboard.press("/")
+    here.page.keyboard.type("turn le")
+    expect(here.page.get_by_role("option")).to_contain_text(["turn left"])
+    here.page.keyboard.press("ArrowDown")
+    here.page.keyboard.press("Enter")
+    row = here.find(".record").first
+    expect(row).to_contain_text("turn left")
+    expect(row.locator(".outcome")).to_have_text("done", timeout=DONE_MS)
+    expect(row).to_contain_text("typed")
+    expect(here.find("command-status")).to_contain_text("done")
+    here.find("#words").focus()
+    here.page.keyboard.press("ArrowUp")
+    assert here.find("#words").input_value() == "turn left"
+
+
+def test_escape_in_the_text_box_stops_what_runs(visit: Open, console: Running) -> None:
+    here = visit()
+    here.say("turn right")
+    here.until(lambda: console.newest()["state"] == "running", "the robot turns")
+    here.find("#words").type("turn")
+    here.page.keyboard.press("Escape")
+    here.until(lambda: console.newest()["state"] == "cancelled", "it was cancelled", 3.0)
+    assert here.find("#words").input_value() == "turn"
+    here.still()
+
+
+def test_what_is_refused_says_why_and_offers_what_was_meant(visit: Open, console: Running) -> None:
+    here = visit()
+    here.say("continue 99 meters")
+    expect(here.find("command-status")).to_contain_text("refused")
+    reason = console.newest()["remark"]
+    assert reason
+    expect(here.find("command-status")).to_contain_text(reason)
+    here.say("turn lift")
+    chip = here.find("command-status .meant button").first
+    expect(chip).to_be_visible()
+    chip.click()
+    here.until(lambda: console.newest()["state"] == "running", "what was meant runs")
+    here.button("Cancel").click()
+    here.until(lambda: console.newest()["state"] == "cancelled", "it was cancelled")
+
+
+def test_there_is_a_button_for_every_command_and_numbers_are_asked_for_in_place(
+    visit: Open, console: Running
+) -> None:
+    here = visit()
+    known = console.ask("api/commands")["commands"]
+    expect(here.find(".chips .chip")).to_have_count(len(known))
+    here.button("continue…").click()
+    box = here.find(".chip-form input")
+    box.fill("99")
+    here.page.keyboard.press("Enter")
+    expect(here.find(".form-says")).to_contain_text("from 0.01 to 20")
+    box.fill("0.1")
+    here.page.keyboard.press("Enter")
+    expect(here.find(".record").first).to_contain_text("continue 0.1 meters")
+    here.until(lambda: console.newest()["state"] == "done", "it drove on", 15.0)
+    assert console.newest()["source"] == "chip"
+
+
+def test_a_click_on_the_floor_goes_there_and_keys_reach_the_page_through_the_scene(
+    visit: Open, console: Running
+) -> None:
+    here = visit(scene=True)
+    canvas = here.page.frame_locator("#scene").locator("canvas").first
+    expect(canvas).to_be_visible(timeout=20000)
+    here.wait(1.5)
+    before = console.newest()["id"]
+    box = here.find("#scene").bounding_box()
+    assert box is not None
+    here.page.mouse.click(box["x"] + box["width"] * 0.5, box["y"] + box["height"] * 0.6)
+    here.until(lambda: console.newest()["id"] > before, "the click was heard")
+    assert console.newest()["source"] == "click"
+    assert here.page.evaluate("document.activeElement.id") == "scene"
+    here.page.keyboard.press("Space")
+    here.until(lambda: console.newest()["state"] != "running", "Space in the scene stops", 3.0)
+    here.hold("a", lambda: console.turning() > 0.2, "A in the scene turns the robot")
+    here.page.keyboard.up("a")
+    here.still()
+    for size in ((1440, 900), PHONE):
+        here.page.set_viewport_size({"width": size[0], "height": size[1]})
+        here.wait(0.3)
+        panels = here.page.frame_locator("#scene").locator(
+            '[data-testid^="floating-panel"], [data-floating-window], .mantine-Paper-root[style*="position: fixed"]'
+        )
+        assert not any(panel.is_visible() for panel in panels.all())
+
+
+def test_the_first_hints_notice_what_was_done(visit: Open, console: Running) -> None:
+    here = visit(hints=True)
+    hint = here.find(".coach")
+    expect(hint).to_contain_text("Tell it to turn")
+    here.button("turn left").click()
+    expect(hint).to_contain_text("Hold to drive")
+    here.page.keyboard.press("Escape")
+    here.still()
+    here.page.keyboard.down("s")
+    expect(hint).to_contain_text("Click the floor")
+    here.page.keyboard.up("s")
+    hint.get_by_role("button", name="Skip").click()
+    expect(hint).to_contain_text("Stop, at any time")
+    here.button("STOP").click()
+    expect(hint).to_contain_text("That is all")
+    here.button("Done").click()
+    here.page.reload()
+    expect(here.find("link-chip")).to_contain_text("Hz", timeout=10000)
+    here.wait(0.5)
+    assert not hint.is_visible()

@@ -1,0 +1,112 @@
+"""One person at one page: how it is opened, what is done on it, and what it complains about."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from playwright.sync_api import Browser, ConsoleMessage, Locator, expect
+from running_console import Running
+
+DESK, PHONE = (1440, 900), (390, 844)
+HARMLESS = ("Software WebGL", "GPU stall", "GL Driver Message", "401 (Unauthorized)", "THREE.Clock")
+PATIENCE = 10.0  # [s]; the machine may be busy
+
+
+class Visit:
+    """A page in a context of its own, signed in and linked."""
+
+    def __init__(
+        self,
+        browser: Browser,
+        console: Running,
+        *,
+        size: tuple[int, int] = DESK,
+        theme: str = "dark",
+        hints: bool = False,
+        scene: bool = False,
+        watching: bool = False,
+        before: Callable[[Any], None] | None = None,
+    ) -> None:
+        """`hints`: as on a first visit; `scene`: with the 3-D map; `before`: done to the page before it opens."""
+        phone = size[0] < 600
+        self.console = console
+        self.context = browser.new_context(
+            viewport={"width": size[0], "height": size[1]},
+            color_scheme=theme,  # type: ignore[arg-type]
+            has_touch=phone,
+            is_mobile=phone,
+            device_scale_factor=2 if phone else 1,
+            reduced_motion="reduce",
+        )
+        self.complaints: list[str] = []
+        self.page = self.context.new_page()
+        self.page.on("console", self._note)
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        if not hints:
+            self.context.add_init_script("localStorage.setItem('beckon.hints', 'seen')")
+        if not scene:
+            self.page.route(
+                "**/scene/**", lambda route: route.fulfill(body="<!doctype html>", content_type="text/html")
+            )
+        if before is not None:
+            before(self.page)
+        self.page.goto(console.watching if watching else console.driving)
+        expect(self.page.locator("link-chip")).to_contain_text("Hz", timeout=PATIENCE * 1000)
+
+    def close(self) -> None:
+        """Leave."""
+        self.context.close()
+
+    def find(self, what: str) -> Locator:
+        """A part of the page."""
+        return self.page.locator(what)
+
+    def button(self, name: str) -> Locator:
+        """A button by its exact name."""
+        return self.page.get_by_role("button", name=name, exact=True)
+
+    def say(self, words: str) -> None:
+        """Type words and send them."""
+        self.find("#words").fill(words)
+        self.page.keyboard.press("Enter")
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass, the page's too."""
+        self.page.wait_for_timeout(seconds * 1000)
+
+    def until(self, is_so: Callable[[], Any], what: str, patience: float = PATIENCE) -> float:
+        """Wait until it is so → how long it took [s]."""
+        begun = time.monotonic()
+        while not is_so():
+            assert time.monotonic() - begun < patience, f"waited {patience} s in vain: {what}"
+            self.wait(0.05)
+        return time.monotonic() - begun
+
+    def hold(self, key: str, is_so: Callable[[], Any], what: str) -> None:
+        """Hold a key until it is so; the key stays down."""
+        keyboard = self.page.keyboard
+        self.insist(lambda: keyboard.down(key), lambda: keyboard.up(key), is_so, what)
+
+    def insist(
+        self, press: Callable[[], Any], let_go: Callable[[], Any], is_so: Callable[[], Any], what: str
+    ) -> None:
+        """Press until it is so; after a trip (a busy machine has them) let go and press anew, as a person would."""
+        until = time.monotonic() + 2 * PATIENCE
+        press()
+        while not is_so():
+            assert time.monotonic() < until, f"in vain: {what}. {self.find('.drive-why').inner_text()}"
+            if self.find(".drive-why[data-tone]").count():
+                let_go()
+                self.wait(0.1)
+                press()
+            self.wait(0.05)
+
+    def still(self) -> None:
+        """Wait until the robot stands."""
+        self.until(lambda: abs(self.console.speed()) < 0.005, "the robot stands")
+
+    def _note(self, message: ConsoleMessage) -> None:
+        if message.type in ("error", "warning") and not any(part in message.text for part in HARMLESS):
+            self.complaints.append(message.text)
