@@ -24,6 +24,11 @@ class Corners(NamedTuple):
     pixels: Array  # (M, N, 2)
     used: Array  # (M, N) bool: corners that take part
 
+    @property
+    def views_used(self) -> Array:
+        """(M,) bool: views of which any corner takes part."""
+        return np.count_nonzero(self.used, axis=1) > 0
+
     def take(self, which: Array | slice) -> Corners:
         """The chosen views."""
         return Corners(self.points, self.pixels[which], self.used[which])
@@ -113,7 +118,9 @@ def mirrored(poses: Poses, centre: Array) -> Poses:
     return Poses(rotations, middle - rotations @ centre)
 
 
-def rescue(corners: Corners, solution: Solution, *, soft: float | None = None, ratio: float = 0.9) -> tuple[Solution, Array]:
+def rescue(
+    corners: Corners, solution: Solution, *, soft: float | None = None, ratio: float = 0.9
+) -> tuple[Solution, Array]:
     """Turn boards over where the mirrored pose fits better by `ratio`; also (M,) bool: which were turned."""
     other = mirrored(solution.poses, corners.points.mean(axis=0))
     other = refine_poses(corners, Solution(solution.camera, other), soft=soft, steps=8)
@@ -128,14 +135,16 @@ def rescue(corners: Corners, solution: Solution, *, soft: float | None = None, r
 def information(corners: Corners, solution: Solution, free: tuple[int, ...]) -> Array:
     """(M, P, P) [1/pixel²]: what each view tells about the free parameters once its own pose is accounted for."""
     gram, _ = _gram(corners, solution, free, None)
-    pose = _damped(gram.pose, np.zeros(len(gram.pose)))  # a view without corners tells nothing, and divides by nothing
+    pose = _damped(
+        gram.pose, np.zeros(len(gram.pose))
+    )  # a view without corners tells nothing, and divides by nothing
     return gram.camera - gram.mixed @ _solve(pose, np.swapaxes(gram.mixed, 1, 2))
 
 
 def noise(corners: Corners, solution: Solution, free: tuple[int, ...]) -> float:
     """Standard deviation [pixel] of a corner's coordinate, with the unknowns counted off."""
     squares = float(np.sum(np.sum(errors(corners, solution) ** 2, axis=2) * corners.used))
-    views = int(np.count_nonzero(corners.used.any(axis=1)))
+    views = int(np.count_nonzero(corners.views_used))
     return float(np.sqrt(squares / max(2 * np.count_nonzero(corners.used) - len(free) - 6 * views, 1)))
 
 
@@ -207,4 +216,6 @@ def _damped(matrices: Array, damping: Array) -> Array:
 
 def _solve(matrices: Array, right: Array) -> Array:
     """Solve (M, 6, 6) against (M, 6) or (M, 6, K)."""
-    return np.linalg.solve(matrices, right[..., None])[..., 0] if right.ndim == 2 else np.linalg.solve(matrices, right)
+    return (
+        np.linalg.solve(matrices, right[..., None])[..., 0] if right.ndim == 2 else np.linalg.solve(matrices, right)
+    )

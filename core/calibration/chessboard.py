@@ -20,7 +20,9 @@ class ChessboardSettings:
     """How the board is looked for."""
 
     glance: int = 320  # [pixel] width of the copy on which a live picture is glanced at first
-    patient: int = 800  # [pixel] longest side up to which the search goes without the quick check; noise takes seconds
+    patient: int = (
+        800  # [pixel] longest side up to which the search goes without the quick check; noise takes seconds
+    )
     search: int = 1280  # [pixel] longest side in which corners are searched; finer pictures only refine
     window_share: float = 1 / 3  # of the smallest corner spacing: half-window of the sub-pixel refinement …
     window_least: int = 2  # [pixel] … never smaller
@@ -54,7 +56,7 @@ def glimpse(
 ) -> BoardView | None:
     """The same for a live picture: where the board was a moment ago, else after a glance at a small copy.
 
-    `last`: corners (N, 2) [pixel] in the picture before. A board too far for the glance is found while it is followed.
+    `last`: corners (N, 2) [pixel] in the picture before. A board too far for the glance is found while followed.
     """
     settings = settings or ChessboardSettings()
     found = None if last is None else _search_around(grey, board, last, settings)
@@ -143,7 +145,7 @@ def _search_around(grey: Array, board: Board, last: Array, settings: ChessboardS
     left, top = np.maximum(low - reach, 0).astype(int)
     right, bottom = np.minimum(high + reach, (width, height)).astype(int)
     found = search(np.ascontiguousarray(grey[top:bottom, left:right]), board, QUICK)
-    return None if found is None else found + (left, top)
+    return None if found is None else found + np.array([left, top])
 
 
 def _shrunk(grey: Array, scale: float) -> Array:

@@ -59,31 +59,22 @@ def inverse_parameters(model: CameraModel, grid: TiePoints | None = None) -> Arr
 
 def apply_inverse(a: Array, distorted: Array) -> Array:
     """Eq. 10 with a1..a8 (8,): distorted normalised points (N, 2) → ideal ones (N, 2)."""
-    return _inverse_with_jacobian(a, distorted)[0]
+    above, below = _terms(distorted)
+    return (distorted + above @ a[:4]) / (1 + below @ a[4:])[:, None]
 
 
-def inverse_error(model: CameraModel, ideal: Array | None = None) -> InverseError:
-    """The error of corrected pixels against the exact path, over the whole picture.
+def errors(model: CameraModel, a: Array | None = None) -> tuple[InverseError, InverseError]:
+    """How far Table 1's inverse a1..a8 (8,), and the exact path, put the picture's pixels from where they belong.
 
-    `ideal`: corrected normalised points (H·W, 2) of every pixel, row by row; by default those of Table 1. The exact
-    path is measured by distorting its result again and comparing with the pixel itself.
+    The exact path is measured by distorting its result again and comparing with the pixel itself. Pixels that no ray
+    of the camera model reaches are left out.
     """
-    distorted = all_pixels(model)
-    if ideal is None:
-        ideal = apply_inverse(inverse_parameters(model), distorted)
-    lengths = np.linalg.norm((ideal - undistort(model, distorted)) * (model.fx, model.fy), axis=1)
-    lengths = lengths[np.isfinite(lengths)]
-    return InverseError(float(np.sqrt(np.mean(lengths**2))), float(lengths.max()))
-
-
-def exact_error(model: CameraModel) -> InverseError:
-    """The error of the exact path: undistort every pixel, distort it again, compare."""
-    distorted = all_pixels(model)
+    distorted, focal = all_pixels(model), np.array([model.fx, model.fy])
     ideal = undistort(model, distorted)
     known = np.isfinite(ideal).all(axis=1)
-    error = (model.distort(ideal[known]) - distorted[known]) * (model.fx, model.fy)
-    lengths = np.linalg.norm(error, axis=1)
-    return InverseError(float(np.sqrt(np.mean(lengths**2))), float(lengths.max()))
+    distorted, ideal = distorted[known], ideal[known]
+    table_1 = apply_inverse(inverse_parameters(model) if a is None else a, distorted) - ideal
+    return _summary(table_1 * focal), _summary((model.distort(ideal) - distorted) * focal)
 
 
 def exact_map(model: CameraModel) -> Array:
@@ -122,6 +113,12 @@ def straighten(picture: Array, lookup: Array) -> Array:
     """A picture (H, W) or (H, W, 3) and a map (H, W, 2) → the straight picture; black where nothing was seen."""
     places = lookup.astype(np.float32)
     return cv2.remap(picture, places[..., 0], places[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
+
+
+def _summary(off: Array) -> InverseError:
+    """Differences (N, 2) [pixel] → their root mean square and largest length."""
+    squares = np.sum(off**2, axis=1)
+    return InverseError(float(np.sqrt(squares.mean())), float(np.sqrt(squares.max())))
 
 
 def _grid_lines(model: CameraModel, count: int) -> tuple[Array, Array]:

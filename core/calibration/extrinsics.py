@@ -25,7 +25,9 @@ NAMES = ("roll", "pitch", "yaw", "forward", "sideways", "height")
 """The six unknowns: turns about the laser's x, y, z axes and shifts along them."""
 
 LOOSE_TURN, LOOSE_SHIFT = np.deg2rad(3), 0.05  # [rad], [m]: how well a mount is known by looking at it
-ANOTHER = np.deg2rad(45)  # [rad]: a mount turned by more than this is another mount, not a better estimate of this one
+ANOTHER = np.deg2rad(
+    45
+)  # [rad]: a mount turned by more than this is another mount, not a better estimate of this one
 DOUBT = 1000.0  # misfit assumed at first: the mount is believed until the data have shown how well they agree …
 ROUNDS = 5  # … which takes so many turns
 HALF = 0.5  # gain below which a direction is not counted as fitted
@@ -47,7 +49,7 @@ class Mount:
 
     @staticmethod
     def measured(height: float, height_sd: float = 0.005, level_sd: float = np.deg2rad(0.5)) -> Mount:
-        """Upright boards only: the camera's height above the laser [m] by ruler, the camera level to `level_sd` [rad]."""
+        """For upright boards: the camera's height above the laser [m] by ruler, level to within `level_sd` [rad]."""
         nominal = Transform(rotation=OPTICAL, translation=np.array([0.0, 0.0, height]))
         return Mount(nominal=nominal, spread=(level_sd, level_sd, FREE_TURN, FREE_SHIFT, FREE_SHIFT, height_sd))
 
@@ -98,7 +100,10 @@ class Extrinsics:
     @property
     def guess(self) -> Guess:
         """As the residuals take it."""
-        offset, scale = (0.0 if self.offset is None else self.offset[0]), (1.0 if self.scale is None else self.scale[0])
+        offset, scale = (
+            (0.0 if self.offset is None else self.offset[0]),
+            (1.0 if self.scale is None else self.scale[0]),
+        )
         return Guess(self.transform.rotation, self.transform.translation, offset, scale)
 
 
@@ -139,9 +144,13 @@ def solve(
     Raises BadInput with fewer than three pairs.
     """
     if len(pairs) < 3:
-        raise BadInput(f"{len(pairs)} usable poses of the board are too few: at least 3 are needed, 10 to 20 are good.")
+        raise BadInput(
+            f"{len(pairs)} usable poses of the board are too few: at least 3 are needed, 10 to 20 are good."
+        )
     freedom = freedom or Freedom()
-    problem = Problem(pairs, mount or Mount(), freedom.mask, settings or ExtrinsicsSettings(), np.ones(len(pairs), bool))
+    problem = Problem(
+        pairs, mount or Mount(), freedom.mask, settings or ExtrinsicsSettings(), np.ones(len(pairs), bool)
+    )
     if start is None:
         start = _search(problem)
     answer, misfit = _without_outliers(problem, Guess(start.rotation, start.translation))

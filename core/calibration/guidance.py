@@ -59,7 +59,9 @@ def advise(
     known, noise = prior(model), settings.noise
     if calibration is not None:
         noise = max(calibration.noise, 0.02)
-        known = known + told_by(camera, calibration.poses.take(calibration.used), board.points, PAPER, noise).sum(axis=0)
+        known = known + told_by(camera, calibration.poses.take(calibration.used), board.points, PAPER, noise).sum(
+            axis=0
+        )
     around = None if calibration is None else calibration.corners.pixels[calibration.corners.used]
     told = told_by(camera, poses, board.points, PAPER, noise)
     best, covariance = choose(sensitivity(model, PAPER, around), known, told)

@@ -86,7 +86,7 @@ class Calibration:
     @property
     def used(self) -> Array:
         """(M,) bool: the views that took part."""
-        return self.corners.used.any(axis=1)
+        return self.corners.views_used
 
 
 def calibrate(
@@ -136,7 +136,7 @@ def _solve_robustly(
     solution = Solution(part.camera, _all_poses(everything, part, flat, begun, settings.soft))
     used = _fitting(everything, solution, settings)
     for _ in range(settings.rounds):
-        kept = used.any(axis=1)
+        kept = np.count_nonzero(used, axis=1) > 0
         some = Corners(everything.points, everything.pixels[kept], used[kept])
         part, focal_known = _from_scratch(some, size, None, Solution(solution.camera, solution.poses.take(kept)))
         solution = Solution(part.camera, _all_poses(everything, part, kept, solution.poses, settings.soft))
@@ -205,7 +205,7 @@ def _fitting(everything: Corners, solution: Solution, settings: IntrinsicsSettin
 
 def _deserves_k3(corners: Corners, solution: Solution, settings: IntrinsicsSettings) -> bool:
     """Whether k3 is clearly not zero and predicts views that took no part in the fit better."""
-    kept = corners.used.any(axis=1)
+    kept = corners.views_used
     some = corners.take(kept)
     if len(some.pixels) < 6:
         return False
@@ -216,7 +216,9 @@ def _deserves_k3(corners: Corners, solution: Solution, settings: IntrinsicsSetti
     sd = bundle.noise(some, longer, more) * float(np.sqrt(np.linalg.pinv(told, hermitian=True)[-1, -1]))
     if abs(longer.camera[8]) < settings.extra_sds * sd:
         return False
-    without, with_k3 = (hold_out_rms(some, each, free, settings.folds) for each, free in ((paper, PAPER), (longer, more)))
+    without, with_k3 = (
+        hold_out_rms(some, each, free, settings.folds) for each, free in ((paper, PAPER), (longer, more))
+    )
     return with_k3 < (1 - settings.extra_gain) * without
 
 
@@ -256,9 +258,11 @@ def _verdicts(
 
 def _warnings(corners: Corners, focal_known: bool) -> tuple[str, ...]:
     told: list[str] = []
-    used = int(np.count_nonzero(corners.used.any(axis=1)))
+    used = int(np.count_nonzero(corners.views_used))
     if not focal_known:
-        told.append("Every board faces the camera, so the focal length is a guess: tilt the board by 20 to 50 degrees.")
+        told.append(
+            "Every board faces the camera, so the focal length is a guess: tilt the board by 20 to 50 degrees."
+        )
     if used < 8:
         told.append(f"Only {used} pictures were used; with fewer than 8 the stated uncertainty is itself uncertain.")
     return tuple(told)

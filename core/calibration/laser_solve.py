@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -27,8 +27,8 @@ RANGE_FLOOR = 0.002  # [m]: no averaged range is believed better than this
 class LaserSettings:
     """How selecting and solving take turns."""
 
-    line: BoardLineSettings = BoardLineSettings()
-    extrinsics: ExtrinsicsSettings = ExtrinsicsSettings()
+    line: BoardLineSettings = field(default_factory=BoardLineSettings)
+    extrinsics: ExtrinsicsSettings = field(default_factory=ExtrinsicsSettings)
     rounds: int = 5
 
 
@@ -83,11 +83,15 @@ def calibrate_laser(
     found = _solve(poses, beams, mount, freedom, settings)
     for _ in range(settings.rounds):
         before = beams
-        beams = [_enough(select_inside(pose.scan, pose.board, board, found, settings.line), settings) for pose in poses]
+        beams = [
+            _enough(select_inside(pose.scan, pose.board, board, found, settings.line), settings) for pose in poses
+        ]
         if all(np.array_equal(one, other) for one, other in zip(before, beams, strict=True)):
             break
         found = _solve(poses, beams, mount, freedom, settings, found.transform)
-    scaled = _solve(poses, beams, _held(mount, found), Freedom(offset=with_offset, scale=True), settings, found.transform)
+    scaled = _solve(
+        poses, beams, _held(mount, found), Freedom(offset=with_offset, scale=True), settings, found.transform
+    )
     factor, factor_sd = scaled.scale or (1.0, 0.0)
     seen = [number for number, each in enumerate(beams) if len(each)]
     fits = dict(zip(seen, zip(found.used, found.chi2, strict=True), strict=True))
@@ -95,9 +99,7 @@ def calibrate_laser(
         extrinsics=found,
         beams=tuple(beams),
         reasons=tuple(_reason(fits.get(number), found) for number in range(len(poses))),
-        residuals=tuple(
-            range_residuals(pose, each, found.guess) for pose, each in zip(poses, beams, strict=True)
-        ),
+        residuals=tuple(range_residuals(pose, each, found.guess) for pose, each in zip(poses, beams, strict=True)),
         range_sd=_range_sd(poses, beams),
         square=(board.square * factor, board.square * factor_sd),
     )

@@ -108,7 +108,7 @@ def stack(pairs: Sequence[Pair]) -> Stack:
 
 
 def whitening(seen: Stack, guess: Guess) -> Whitening:
-    """The matrices that give every residual unit variance at `guess`: from beam noise and from the camera's planes."""
+    """The matrices that give every residual unit variance at `guess`: from beam noise and the camera's planes."""
     spread, variance = _spread(seen, guess)
     return np.linalg.inv(np.linalg.cholesky(spread)) @ np.swapaxes(seen.basis, 1, 2), 1 / np.sqrt(variance)
 
@@ -174,6 +174,7 @@ def behind(seen: Stack, guess: Guess) -> int:
 
 
 def planes_of(planes: Sequence[Plane]) -> Planes:
+    """Planes side by side."""
     return Planes(
         np.array([plane.normal for plane in planes]).reshape(-1, 3),
         np.array([plane.distance for plane in planes]),

@@ -119,7 +119,9 @@ def _shades(places: Array, depth: Array, board: Board) -> Array:
     printed = (x > -square) & (x < board.width + square) & (y > -square) & (y < board.height + square)
     half_width, half_height = board.half_size
     margin = 0.0 if board.panel else square / 2
-    panel = (np.abs(x - board.width / 2) < half_width + margin) & (np.abs(y - board.height / 2) < half_height + margin)
+    panel = (np.abs(x - board.width / 2) < half_width + margin) & (
+        np.abs(y - board.height / 2) < half_height + margin
+    )
     grey = np.where(printed & dark, DARK, LIGHT)
     grey = np.where(panel & (depth > 0), grey, WALL)
     rows, columns = grey.shape

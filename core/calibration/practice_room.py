@@ -1,4 +1,4 @@
-"""A practice room for the laser: an assistant holds the board before camera and laser, in front of walls and furniture."""
+"""A practice room for the laser: an assistant holds the board before both sensors, among walls and furniture."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ class RoomSettings:
     cupboard: tuple[float, float, float] = (2.2, -1.1, 0.35)  # [m] x, y, radius of a round thing by the wall
     least_beams: int = 15  # that have to hit the board
     holding: Holding = field(
-        default_factory=lambda: Holding(nearest=0.35, farthest=1.1, least_tilt=np.deg2rad(20), most_tilt=np.deg2rad(55))
+        default_factory=lambda: Holding(
+            nearest=0.35, farthest=1.1, least_tilt=np.deg2rad(20), most_tilt=np.deg2rad(55)
+        )
     )
 
 
@@ -66,7 +68,9 @@ class PracticeRoom:
         """Still poses of the board that both sensors see, each with `scans` scans; by default random ones."""
         taken: list[Shot] = []
         for _ in range(100):
-            batch = held(self.rng, 4 * count, self.model, self.board, self.settings.holding) if poses is None else poses
+            batch = (
+                held(self.rng, 4 * count, self.model, self.board, self.settings.holding) if poses is None else poses
+            )
             for number in range(len(batch.rotations)):
                 shot = self._shot(batch.take(slice(number, number + 1)), scans)
                 if shot is not None:

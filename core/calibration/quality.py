@@ -48,7 +48,7 @@ def judge(grey: Array, view: BoardView, board: Board, settings: QualitySettings 
     if side:
         refusals.append(f"A corner is too close to the {side} rim of the picture; move the board away from it.")
     if view.spacing < settings.nearest_corners:
-        refusals.append("The board is too far: its corners are only " f"{view.spacing:.0f} px apart. Come closer.")
+        refusals.append(f"The board is too far: its corners are only {view.spacing:.0f} px apart. Come closer.")
     sharpness = edge_width(grey, view, board)
     if sharpness > settings.blurred_edges:
         refusals.append(f"Blurred: edges are {sharpness:.1f} px wide. Hold still, or add light.")
@@ -57,7 +57,9 @@ def judge(grey: Array, view: BoardView, board: Board, settings: QualitySettings 
     off = off_grid(view.corners, board, grey.shape, settings.smooth)
     misplaced = np.flatnonzero(off > max(settings.misplaced, settings.misplaced_share * view.spacing))
     if len(misplaced) > settings.most_misplaced * board.count:
-        refusals.append(f"{len(misplaced)} corners do not lie on a smooth grid; is this the {board.name} board, and flat?")
+        refusals.append(
+            f"{len(misplaced)} corners do not lie on a smooth grid; is this the {board.name} board, and flat?"
+        )
     elif len(misplaced):
         row, column = divmod(int(misplaced[np.argmax(off[misplaced])]), board.columns)
         warnings.append(f"The corner in row {row + 1}, column {column + 1} is {off.max():.1f} px off the grid.")
@@ -81,7 +83,9 @@ def why_none(grey: Array, board: Board) -> str:
         other = Board(columns=size[0], rows=size[1], square=board.square)
         corners = search(small, other, QUICK)
         if corners is not None and not continues(small, corners, other, QualitySettings.saddle):
-            what = "squares instead of inner corners" if (columns, rows) == (-1, -1) else "the wrong number of corners"
+            what = (
+                "squares instead of inner corners" if (columns, rows) == (-1, -1) else "the wrong number of corners"
+            )
             return (
                 f"I see a board with {other.name} inner corners, not {board.name}: you may have counted {what}. "
                 "Count the points where four squares meet."
@@ -91,14 +95,16 @@ def why_none(grey: Array, board: Board) -> str:
         return "The picture is too dark to see a board; add light."
     if light - dark < 30:
         return "The picture has almost no contrast; is something covering the lens?"
-    return f"I see no {board.name} board. Is the whole board in the picture, sharp and evenly lit, with nothing over it?"
+    return (
+        f"I see no {board.name} board. Is the whole board in the picture, sharp and evenly lit, with nothing over it?"
+    )
 
 
 def edge_width(grey: Array, view: BoardView, board: Board) -> float:
     """[pixel]: mean width of the edges between squares; 2.5 to 3.5 is sharp."""
     corners = np.ascontiguousarray(view.corners.reshape(-1, 1, 2), dtype=np.float32)
-    told = cv2.estimateChessboardSharpness(grey, (board.columns, board.rows), corners)[0]
-    return float(told[0])
+    told = np.asarray(cv2.estimateChessboardSharpness(grey, (board.columns, board.rows), corners)[0])
+    return float(told.ravel()[0])
 
 
 def off_grid(corners: Array, board: Board, shape: tuple[int, ...], soft: float) -> Array:
@@ -141,7 +147,7 @@ def continues(grey: Array, corners: Array, board: Board, share: float) -> str:
 
 
 def _grid(numbers: Array, flat: Array) -> tuple[Array, Array]:
-    """Homography (8) and two radial terms, board places (N, 2) → places in the picture (N, 2) and Jacobian (N, 2, 10)."""
+    """Homography (8) and two radial terms (2), places (N, 2) → placed in the picture (N, 2), Jacobian (N, 2, 10)."""
     ground = np.column_stack((flat, np.ones(len(flat))))
     above, below = ground @ numbers[:6].reshape(2, 3).T, ground @ np.append(numbers[6:8], 1.0)
     plane = above / below[:, None]

@@ -35,7 +35,8 @@ def unit_rays(angles: Array) -> Array:
 def fit_ranges(rays: Array, ranges: Array, sd: float) -> RangeFit:
     """Unit vectors (N, 3), ranges (N,) [m] and their standard deviation [m] → the plane they lie on.
 
-    Minimises Σ (r - 1/(u·q))² by Gauss-Newton from the weighted linear fit of u·q = 1/r. Raises BadInput without beams.
+    Minimises Σ (r - 1/(u·q))² by Gauss-Newton from the weighted linear fit of u·q = 1/r.
+    Raises BadInput without beams.
     """
     if len(ranges) == 0 or np.any(ranges <= 0):
         raise BadInput("A line needs beams with positive ranges.")

@@ -17,7 +17,7 @@ KINDS = {"F4": "<f4", "F8": "<f8", "I1": "<i1", "I2": "<i2", "I4": "<i4", "U1": 
 
 
 def read_scans(path: Path) -> tuple[Array, Array]:
-    """A file of one or more scans of one still scene → bearings (B,) [rad], rising, and ranges (K, B) [m], NaN = none.
+    """A file of one or more scans of a still scene → bearings (B,) [rad], rising, and ranges (K, B) [m], NaN = none.
 
     A new scan begins where the bearing jumps back, or where a `scan` column changes. Raises BadInput.
     """
@@ -71,7 +71,9 @@ def _read_csv(path: Path) -> list[Array]:
 def _column(name: str) -> str:
     """A column's heading, whatever its unit: 'angle_rad' → 'angle'."""
     word = name.strip().lower().split("[")[0].strip().removesuffix("_rad").removesuffix("_m")
-    return {"theta": "angle", "bearing": "angle", "azimuth": "angle", "r": "range", "distance": "range"}.get(word, word)
+    return {"theta": "angle", "bearing": "angle", "azimuth": "angle", "r": "range", "distance": "range"}.get(
+        word, word
+    )
 
 
 def _number(text: str) -> float | None:

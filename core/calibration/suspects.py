@@ -53,7 +53,9 @@ def _orders(board: Board) -> list[tuple[Array, str]]:
     found = [(np.roll(np.arange(board.count), shift), turned) for shift in (-1, 1)]
     for axis, words in ((0, "rows"), (1, "columns")):
         for shift in (-1, 1):
-            found.append((np.roll(grid, shift, axis=axis).ravel(), f"its corners are shifted by one square across the {words}"))
+            found.append(
+                (np.roll(grid, shift, axis=axis).ravel(), f"its corners are shifted by one square across the {words}")
+            )
     for row in range(board.rows - 1):
         swapped = grid.copy()
         swapped[[row, row + 1]] = grid[[row + 1, row]]
@@ -64,7 +66,9 @@ def _orders(board: Board) -> list[tuple[Array, str]]:
 def _error(pixels: Array, board: Board, camera: Array) -> float:
     """Corners (N, 2) → error [pixel] that 95 % of them keep after fitting the board's pose to them."""
     one = _one(board, pixels)
-    pose = bundle.refine_poses(one, Solution(camera, homography.board_poses(one.points, one.pixels, camera)), soft=1.0)
+    pose = bundle.refine_poses(
+        one, Solution(camera, homography.board_poses(one.points, one.pixels, camera)), soft=1.0
+    )
     return float(np.quantile(np.linalg.norm(bundle.errors(one, Solution(camera, pose)), axis=2), 0.95))
 
 

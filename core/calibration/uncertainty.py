@@ -79,9 +79,7 @@ def sensitivity(model: CameraModel, free: tuple[int, ...], around: Array | None 
     else:
         seen_camera, seen_turn = _derivatives(model, around, free)
     known = np.isfinite(seen_camera).all(axis=(1, 2))
-    turn = np.linalg.lstsq(
-        seen_turn[known].reshape(-1, 3), seen_camera[known].reshape(-1, len(free)), rcond=None
-    )[0]
+    turn = np.linalg.lstsq(seen_turn[known].reshape(-1, 3), seen_camera[known].reshape(-1, len(free)), rcond=None)[0]
     return Sensitivity(grid, by_camera - by_turn @ turn)
 
 
@@ -94,14 +92,16 @@ def map_pixels(model: CameraModel) -> Array:
 def coverage(corners: Corners, size: tuple[int, int]) -> Array:
     """How many used corners fell into each cell of the picture: (6, 8) counts."""
     pixels = corners.pixels[corners.used]
-    return np.histogram2d(
-        pixels[:, 1], pixels[:, 0], bins=(COVER[1], COVER[0]), range=((0, size[1]), (0, size[0]))
-    )[0].astype(int)
+    return np.histogram2d(pixels[:, 1], pixels[:, 0], bins=(COVER[1], COVER[0]), range=((0, size[1]), (0, size[0])))[
+        0
+    ].astype(int)
 
 
 def told_by(camera: Array, poses: Poses, points: Array, free: tuple[int, ...], noise: float) -> Array:
     """What a view of the board in each pose would tell about the free parameters: (M, P, P)."""
-    shown = Corners(points, np.zeros((len(poses.rotations), len(points), 2)), np.ones((len(poses.rotations), len(points)), bool))
+    shown = Corners(
+        points, np.zeros((len(poses.rotations), len(points), 2)), np.ones((len(poses.rotations), len(points)), bool)
+    )
     return bundle.information(shown, Solution(camera, poses), free) / noise**2
 
 

@@ -1,0 +1,176 @@
+"""Calibrations as JSON: for the command line, for the page, and to be kept."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import cv2
+import numpy as np
+
+from core.calibration.board import Board
+from core.calibration.camera_files import camera_entry
+from core.calibration.correction import errors
+from core.calibration.extrinsics import NAMES
+from core.calibration.intrinsics import Calibration
+from core.calibration.laser_solve import LaserCalibration
+from core.calibration.laser_words import (
+    landing_words,
+    landings,
+    shown_covariance,
+    square_words,
+    warnings,
+    weak_words,
+)
+from core.calibration.mount_files import mount_entry, static_transform
+from core.calibration.uncertainty import uncertainty_map
+from core.optics import CameraModel
+
+FORMAT, VERSION = "beckon-calibration", 1
+TARGET_SHARE, TARGET_LEAST = 1 / 1000, 0.5  # of the picture's width, [pixel]: the 95 % uncertainty to be reached
+
+
+def target(width: int) -> float:
+    """[pixel]: projection uncertainty (95 % of the picture) at which a camera counts as calibrated."""
+    return max(TARGET_LEAST, TARGET_SHARE * width)
+
+
+def camera_report(calibration: Calibration) -> dict[str, Any]:
+    """Everything there is to say about a camera's calibration; names and units as the command line prints them."""
+    model, sds = calibration.model, calibration.sds
+    known = uncertainty_map(calibration)
+    enough = known.p95 <= target(model.width)
+    told = list(calibration.warnings)
+    if not enough:
+        told.append(
+            f"Not yet exact: 95 % of the picture is known to ±{known.p95:.2f} px (wanted {target(model.width):.2f}). "
+            "Show the board tilted, close up and near the rims."
+        )
+    if calibration.free[-1] == "k3":
+        told.append("k3 was needed: it predicts pictures that took no part in the fit better.")
+    return {
+        "image_size": [model.width, model.height],
+        "views_used": int(np.count_nonzero(calibration.used)),
+        "rms_px": calibration.rms,
+        "noise_px": calibration.noise,
+        **{name: getattr(model, name) for name in calibration.free},
+        "sd": sds,
+        "covariance": calibration.covariance.tolist(),
+        "views": [
+            {
+                "image": verdict.name,
+                "used": verdict.used,
+                "rms_px": verdict.rms,
+                "remark": verdict.reason,
+                "corners_left_out": len(verdict.left_out),
+            }
+            for verdict in calibration.verdicts
+        ],
+        "uncertainty": {
+            "p95_px": known.p95,
+            "median_px": known.median,
+            "worst_px": known.worst,
+            "target_px": target(model.width),
+            "reached": enough,
+        },
+        "warnings": told,
+    }
+
+
+def correction_report(model: CameraModel) -> dict[str, Any]:
+    """The errors over the whole picture of Table 1's inverse and of the exact path."""
+    table_1, exact = errors(model)
+    return {
+        "table_1": {"rms_px": table_1.rms, "max_px": table_1.worst},
+        "exact": {"rms_px": exact.rms, "max_px": exact.worst},
+    }
+
+
+def laser_report(
+    calibration: LaserCalibration, names: Sequence[str], board: Board, model: CameraModel
+) -> dict[str, Any]:
+    """Everything there is to say about a mount's calibration."""
+    found = calibration.extrinsics
+    covariance = shown_covariance(calibration)
+    sds = np.sqrt(np.diag(covariance))
+    where = landings(found, model)
+    return {
+        "rotation": found.transform.rotation.tolist(),
+        "translation_m": found.transform.translation.tolist(),
+        "sd_rotation_deg": np.degrees(sds[:3]).tolist(),
+        "sd_translation_m": sds[3:].tolist(),
+        "axes": list(NAMES),
+        "covariance": covariance.tolist(),
+        "not_known": list(found.weak),
+        "weak_directions": list(weak_words(found)),
+        "poses_used": int(np.count_nonzero(calibration.used)),
+        "poses_refused": [
+            {"image": name, "reason": reason}
+            for name, reason in zip(names, calibration.reasons, strict=True)
+            if reason
+        ],
+        "poses": [
+            {
+                "image": name,
+                "used": not reason,
+                "beams": len(beams),
+                "residual_rms_m": float(np.sqrt(np.mean(residuals**2))) if len(residuals) else None,
+            }
+            for name, reason, beams, residuals in zip(
+                names, calibration.reasons, calibration.beams, calibration.residuals, strict=True
+            )
+        ],
+        "residual_rms_m": calibration.residual_rms,
+        "range_sd_m": calibration.range_sd,
+        "chi2_per_freedom": found.misfit,
+        "range_offset_m": None if found.offset is None else {"value": found.offset[0], "sd": found.offset[1]},
+        "square_m": {"entered": board.square, "by_laser": calibration.square[0], "sd": calibration.square[1]},
+        "square_words": square_words(calibration),
+        "landing": [
+            {"distance_m": each.distance, "sideways_px": each.sideways, "up_down_px": each.up_down} for each in where
+        ],
+        "landing_words": landing_words(where),
+        "static_transform": static_transform(found.transform),
+        "warnings": list(warnings(calibration, board)),
+    }
+
+
+def kept(
+    model: CameraModel,
+    name: str,
+    *,
+    board: Board | None = None,
+    camera: dict[str, Any] | None = None,
+    laser: LaserCalibration | None = None,
+) -> dict[str, Any]:
+    """Our own JSON file: the camera, the board, and where there is one the mount; with covariances and versions."""
+    document: dict[str, Any] = {
+        "format": FORMAT,
+        "version": VERSION,
+        "software": {"opencv": cv2.__version__, "numpy": np.__version__},
+        "camera": camera_entry(model, name) | ({} if camera is None else _camera_facts(camera)),
+    }
+    if board is not None:
+        document["board"] = {
+            "inner_corners": [board.columns, board.rows],
+            "square_m": board.square,
+            "panel_m": None if board.panel is None else list(board.panel),
+        }
+    if laser is not None:
+        document["extrinsics"] = mount_entry(laser.extrinsics)
+    return document
+
+
+def _camera_facts(report: dict[str, Any]) -> dict[str, Any]:
+    """The part of a camera's report that goes into its file."""
+    return {
+        "free": list(report["sd"]),
+        "sd": list(report["sd"].values()),
+        "covariance": report["covariance"],
+        "rms_px": report["rms_px"],
+        "p95_uncertainty_px": report["uncertainty"]["p95_px"],
+        "views_used": report["views_used"],
+        "views_dropped": [
+            {"name": view["image"], "why": view["remark"]} for view in report["views"] if not view["used"]
+        ],
+    }
