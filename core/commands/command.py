@@ -81,6 +81,11 @@ class Kind(Protocol):
         """A sentence for people: "Turns left 90 degrees on the spot."."""
         ...
 
+    @property
+    def moves(self) -> bool:
+        """Whether obeying it moves the robot."""
+        ...
+
     def begin(self, command: Command, here: Surroundings) -> Action:
         """Start obeying. Raises Refused with a sentence when that is impossible from here."""
         ...

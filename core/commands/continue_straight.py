@@ -21,6 +21,7 @@ class Continue:
     )
     example: str = "continue 1.5 meters"
     summary: str = "Drives straight ahead for that many metres."
+    moves: bool = True
 
     def begin(self, command: Command, here: Surroundings) -> Action:
         """Start along the present heading."""

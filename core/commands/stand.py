@@ -17,6 +17,7 @@ class Stand:
     summary: str
     remark: str
     numbers: tuple[Number, ...] = ()
+    moves: bool = False
 
     @property
     def example(self) -> str:

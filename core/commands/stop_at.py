@@ -35,6 +35,7 @@ class StopAt:
     )
     example: str = "stop at 1 and 0.5"
     summary: str = "Drives to the point (x, y) of the map and stops there."
+    moves: bool = True
 
     def begin(self, command: Command, here: Surroundings) -> Action:
         """Plan the way. Raises Refused with a sentence when there is none."""

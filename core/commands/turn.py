@@ -21,6 +21,7 @@ class Turn:
     words: tuple[str, ...]
     summary: str
     side: int  # +1 left, -1 right
+    moves: bool = True
     numbers: tuple[Number, ...] = (
         Number(name="angle_rad", says="90 degrees", unit="rad", low=0.0, high=2 * math.pi, default=math.pi / 2),
     )

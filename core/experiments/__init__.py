@@ -1,1 +1,22 @@
-"""One file per figure or table."""
+"""One file per figure or table; EXPERIMENTS is the table of contents."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+Experiment = Callable[..., dict[str, Any]]
+"""`run(runs=, seed=, out=, tell=)` → what came out, ready for JSON."""
+
+
+def _in(module: str) -> Experiment:
+    """The experiment of that module, imported when it is run."""
+
+    def run(**wishes: Any) -> dict[str, Any]:
+        return import_module(f"core.experiments.{module}").run(**wishes)
+
+    return run
+
+
+EXPERIMENTS: dict[str, Experiment] = {"tour": _in("tour")}

@@ -29,8 +29,8 @@ class SteeringSettings:
     slow_within: float = 0.25  # [m] free space around the body under which it slows
     slowest: float = 0.4  # share of the cruising speed in the tightest place
     heading_tolerance: float = 0.006  # [rad]
-    distance_tolerance: float = 0.006  # [m] at the end of a straight line
-    goal_tolerance: float = 0.02  # [m] around a goal
+    distance_tolerance: float = 0.004  # [m] at the end of a straight line
+    goal_tolerance: float = 0.012  # [m] around a goal
     settle: float = 0.3  # [s] at rest within the tolerance before a command is done
     stalled_after: float = 4.0  # [s] without headway until a command gives up
 

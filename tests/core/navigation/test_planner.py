@@ -127,7 +127,7 @@ def test_a_doorway_a_little_wider_than_the_robot_is_found() -> None:
 
 
 def test_no_map_at_all_is_open_ground() -> None:
-    empty = Grid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((1, 1), np.float32))
+    empty = Grid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((0, 0), np.float32))
     assert length(go(empty, (0, 0), (-3.0, 4.0))) == pytest.approx(5.0, abs=0.01)
 
 

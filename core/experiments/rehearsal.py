@@ -1,0 +1,119 @@
+"""The whole robot on simulated time, as fast as it goes: read → step → accept → tick → drive, and a checked trace."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+from core.errors import Refused
+from core.gate import TICK, Gate, Row, Setpoint, TraceWriter, check
+from core.geometry import Pose
+from core.pilot import Pilot
+from core.robots.connect import connect
+from core.robots.nearness import near_points
+from core.settings import Settings
+from core.snapshot import Snapshot, Undertaking
+from core.speech.grammar import Refusal, understand
+
+EPOCH = 1
+
+
+class Rehearsal:
+    """One robot, its gate and its pilot, obeying sentences. What it did stays in `trace`."""
+
+    def __init__(self, url: str = "sim:lab", *, seed: int = 0, settings: Settings | None = None) -> None:
+        self.settings = settings or Settings()
+        self.robot = connect(url, seed=seed, settings=self.settings)
+        self.pilot = Pilot(self.robot.profile, self.settings)
+        self._writer = TraceWriter()
+        self.gate = Gate(self.settings.limits, trace=self._writer)
+        self.gate.arm(EPOCH, "rehearsal", 0.0)
+        self.endings: list[Undertaking] = []
+        self.contacts = 0
+        self._touching = False
+        self._ticks = itertools.count()
+        self._next_tick = 0.0
+        self._seq = itertools.count(1)
+        self._ids = itertools.count(1)
+        self.snapshot = self.step()
+
+    @property
+    def truth(self) -> Pose:
+        """Where the robot really is, in the world frame."""
+        assert self.snapshot.truth is not None
+        return self.snapshot.truth
+
+    @property
+    def trace(self) -> list[Row]:
+        """What the wheels were told."""
+        return self._writer.rows
+
+    def faults(self) -> list[str]:
+        """What the trace checker has to say; empty when everything was in order."""
+        return check(self.trace, self.settings.limits)
+
+    def step(self) -> Snapshot:
+        """One frame further."""
+        frame = replace(self.robot.read(), nonce=self.gate.status().nonce)
+        now = frame.stamp
+        self.gate.heartbeat(now)
+        self.gate.touch(frame.contact, now)
+        if frame.scan is not None and self.robot.profile.laser is not None:
+            self.gate.see(near_points(frame.scan, self.robot.profile.laser, frame), now)
+        self.contacts += frame.contact and not self._touching
+        self._touching = frame.contact
+        self.snapshot = self.pilot.step(frame)
+        self.endings += self.snapshot.endings
+        self._order(self.snapshot, now)
+        self._tick_until(now + 1 / self.robot.profile.rate)
+        self.robot.drive(self.gate.twist)
+        return self.snapshot
+
+    def _order(self, snapshot: Snapshot, now: float) -> None:
+        twist, press = snapshot.setpoint, snapshot.setpoint_press
+        setpoint = Setpoint(EPOCH, next(self._seq), "goal", press, twist.v, twist.w, snapshot.nonce)
+        self.gate.accept(setpoint, now)
+
+    def _tick_until(self, end: float) -> None:
+        while self._next_tick < end - 1e-9:
+            self.gate.tick(self._next_tick)
+            self._next_tick = next(self._ticks) * TICK
+
+    def frames(self, seconds: float) -> Iterator[Snapshot]:
+        """The frames of the next so many seconds."""
+        end = self.snapshot.stamp + seconds
+        while self.snapshot.stamp < end - 1e-9:
+            yield self.step()
+
+    def run(self, seconds: float) -> Snapshot:
+        """Let time pass."""
+        for _ in self.frames(seconds):
+            pass
+        return self.snapshot
+
+    def tell(self, words: str) -> int:
+        """Give a command and do not wait → the undertaking's id. Raises Refused for words that are not understood."""
+        heard = understand(words)
+        if isinstance(heard, Refusal):
+            raise Refused(heard.reason)
+        number = next(self._ids)
+        self.pilot.tell(number, heard, "typed", "rehearsal")
+        return number
+
+    def say(
+        self, words: str, *, seconds: float = 300.0, watch: Callable[[Snapshot], None] | None = None
+    ) -> Undertaking:
+        """Give a command, wait for its end; `watch` sees every frame. Raises Refused, or TimeoutError."""
+        number = self.tell(words)
+        for snapshot in self.frames(seconds):
+            if watch is not None:
+                watch(snapshot)
+            for ended in snapshot.endings:
+                if ended.id == number:
+                    return ended
+        raise TimeoutError(f"“{words}” did not end within {seconds:g} s.")
+
+    def ended(self, number: int) -> Undertaking | None:
+        """How an undertaking ended, or None while it runs."""
+        return next((ended for ended in self.endings if ended.id == number), None)

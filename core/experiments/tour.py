@@ -1,0 +1,149 @@
+"""A tour of the laboratory by commands only: how far the estimate strays from the truth, dead reckoning beside it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from core.experiments.rehearsal import Rehearsal
+from core.geometry import Pose, wrap
+from core.message import Array
+from core.settings import Settings
+from core.slam.estimate import Estimate
+from core.snapshot import Snapshot
+
+MINUTES = 5.0
+ROUTE = (
+    "turn left",
+    "turn right",
+    "stop at 2 and 0",
+    "stop at 3 and 1.5",
+    "stop at 2.4 and 3",
+    "turn left",
+    "stop at 0.8 and 2.2",
+    "stop at -0.6 and 1.2",
+    "stop at -1.8 and 0.4",
+    "turn right",
+    "stop at -1 and -1.5",
+    "stop at 1.5 and -2",
+    "turn left",
+    "continue 0.5 meters",
+    "stop at 0 and 0",
+)
+"""Sentences that lead once around `sim:lab`; said again from the start until the time is up."""
+
+
+def tour(seed: int, minutes: float = MINUTES, settings: Settings | None = None) -> dict[str, Any]:
+    """One tour → its figures; `contacts` and `faults` (what the trace checker says) ought to be 0 and empty."""
+    rehearsal = Rehearsal("sim:lab", seed=seed, settings=settings)
+    score = Score()
+    ends: dict[str, int] = {}
+    sentences = 0
+    while rehearsal.snapshot.stamp < 60 * minutes:
+        number = rehearsal.tell(ROUTE[sentences % len(ROUTE)])
+        sentences += 1
+        while rehearsal.ended(number) is None and rehearsal.snapshot.stamp < 60 * minutes:
+            score.add(rehearsal.step())
+    for ended in rehearsal.endings:
+        ends[ended.state] = ends.get(ended.state, 0) + 1
+    return {
+        "seed": seed,
+        "duration_s": rehearsal.snapshot.stamp,
+        "commands": sentences,
+        "ends": ends,
+        **score.figures(),
+        "landmarks": len(rehearsal.snapshot.landmarks),
+        "contacts": rehearsal.contacts,
+        "faults": rehearsal.faults(),
+    }
+
+
+class Score:
+    """Gathers errors against the truth, frame by frame."""
+
+    def __init__(self) -> None:
+        self._errors: list[tuple[float, float]] = []
+        self._nees: list[float] = []
+        self._path = 0.0
+        self._last: Pose | None = None
+
+    def add(self, snapshot: Snapshot) -> None:
+        """One frame."""
+        truth = snapshot.truth
+        if truth is None:
+            return
+        self._errors.append((_gap(snapshot.estimate, truth), _gap(snapshot.dead_reckoning, truth)))
+        self._nees.append(nees(snapshot.estimate, truth))
+        if self._last is not None:
+            self._path += truth.distance_to(self._last.x, self._last.y)
+        self._last = truth
+
+    def figures(self) -> dict[str, Any]:
+        """Errors [m] of both estimators, mean NEES (3 degrees of freedom: ideal 3), path [m]."""
+        errors = np.array(self._errors)
+        return {
+            "path_m": self._path,
+            "estimators": {
+                "ekf_slam": _errors(errors[:, 0]) | {"nees_mean": float(np.mean(self._nees))},
+                "dead_reckoning": _errors(errors[:, 1]),
+            },
+        }
+
+
+def nees(estimate: Estimate, truth: Pose) -> float:
+    """Normalised estimation error squared of x, y, heading."""
+    pose = estimate.pose
+    error = np.array([truth.x - pose.x, truth.y - pose.y, wrap(truth.heading - pose.heading)])
+    spread = estimate.covariance + np.diag([1e-12] * 3)
+    return float(error @ np.linalg.solve(spread, error))
+
+
+def _gap(estimate: Estimate, truth: Pose) -> float:
+    return truth.distance_to(estimate.pose.x, estimate.pose.y)
+
+
+def _errors(gaps: Array) -> dict[str, float]:
+    return {"mean_error_m": float(gaps.mean()), "worst_error_m": float(gaps.max())}
+
+
+def run(
+    *,
+    runs: int | None = None,
+    seed: int = 0,
+    out: Path | None = None,
+    tell: Callable[[str], None] | None = None,
+    settings: Settings | None = None,
+) -> dict[str, Any]:
+    """`runs` tours (1) with seeds from `seed` on; `tell` hears of the progress, `out` receives tour.json."""
+    tours: list[dict[str, Any]] = []
+    for number in range(seed, seed + (runs or 1)):
+        if tell is not None:
+            tell(f"Tour of the laboratory with seed {number}: {MINUTES:g} minutes of the robot's time…")
+        tours.append(tour(number, settings=settings))
+    both = {
+        name: {
+            "mean_error_m": float(np.mean([one["estimators"][name]["mean_error_m"] for one in tours])),
+            "worst_error_m": max(one["estimators"][name]["worst_error_m"] for one in tours),
+        }
+        for name in ("ekf_slam", "dead_reckoning")
+    }
+    both["ekf_slam"]["nees_mean"] = float(np.mean([one["estimators"]["ekf_slam"]["nees_mean"] for one in tours]))
+    result: dict[str, Any] = {
+        "runs": len(tours),
+        "seed": seed,
+        "estimators": both,
+        "contacts": sum(one["contacts"] for one in tours),
+        "faults": [fault for one in tours for fault in one["faults"]],
+        "tours": tours,
+        "files": {},
+    }
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        path = out / "tour.json"
+        result["files"] = {"json": str(path)}
+        path.write_text(json.dumps(result, indent=1))
+    return result

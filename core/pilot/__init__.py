@@ -1,0 +1,5 @@
+"""The pilot: obey, perceive, estimate, decide, publish."""
+
+from core.pilot.pilot import Pilot
+
+__all__ = ["Pilot"]

@@ -1,0 +1,100 @@
+"""Seeing: from a frame's raw readings to points, corners, edges and sightings."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.errors import BadInput
+from core.geometry import Pose, arc
+from core.message import Array, message
+from core.perception.corners import find_corners
+from core.perception.deskew import beam_ends
+from core.perception.edges import Edge, find_edges
+from core.perception.landmarks import Sighting, laser_in_picture, sight
+from core.robots import Profile
+from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Wheels
+from core.settings import Settings
+from core.snapshot import CameraView
+
+FRESH = 0.2  # [s] for which edges may confirm corners, and points may be drawn on a picture
+
+
+@message
+class Look:
+    """What was made of one frame."""
+
+    sightings: tuple[Sighting, ...] | None = None  # None: no scan came with this frame
+    ends: Array | None = (
+        None  # (N, 2) [m], robot frame at the frame's stamp: beam ends, NaN where nothing was measured
+    )
+    hits: Array | None = None  # (N,) bool: ends that are something
+
+
+class Eyes:
+    """Remembers the newest picture's edges and the newest scan's points, to bring the two together."""
+
+    def __init__(self, profile: Profile, settings: Settings) -> None:
+        self._laser = profile.laser or Laser()
+        self._camera = profile.camera
+        self._settings = settings
+        self._edges: tuple[Edge, ...] = ()
+        self._edges_stamp = -np.inf
+        self._points = np.zeros((0, 2))
+        self._points_stamp = -np.inf
+        self.view: CameraView | None = None
+        self.trouble = ""  # why the newest picture is of no use
+
+    def look(self, frame: SensorFrame) -> Look:
+        """One frame → what is seen in it; `view` is renewed when a picture or new matches came."""
+        if frame.image is not None and self._camera is not None:
+            try:
+                self._look_at_picture(frame.image, self._camera, frame.wheels)
+                self.trouble = ""
+            except BadInput as trouble:
+                self.trouble = str(trouble)
+        if frame.scan is None:
+            return Look()
+        return self._look_at_scan(frame.scan, frame.stamp, frame.wheels)
+
+    def _look_at_picture(self, image: Image, camera: Camera, wheels: Wheels | None) -> None:
+        self._edges = find_edges(image, camera, self._settings.edges)
+        self._edges_stamp = image.stamp
+        height, width = image.pixels.shape[:2]
+        self.view = CameraView(
+            stamp=image.stamp,
+            width=width,
+            height=height,
+            edges=self._edges,
+            laser=self._points_in_picture(camera, wheels),
+        )
+
+    def _points_in_picture(self, camera: Camera, wheels: Wheels | None) -> Array:
+        elapsed = self._edges_stamp - self._points_stamp
+        if elapsed > FRESH:
+            return np.zeros((0, 3))
+        moved = arc(wheels.speed * elapsed, wheels.turn_rate * elapsed) if wheels else Pose()
+        return laser_in_picture(self._points, self._laser, camera, moved)
+
+    def _look_at_scan(self, scan: Scan, stamp: float, wheels: Wheels | None) -> Look:
+        ends, hits = beam_ends(scan, self._laser, wheels, stamp)
+        self._points, self._points_stamp = ends[hits], stamp
+        corners = find_corners(scan, self._laser, self._points, np.flatnonzero(hits), self._settings.corners)
+        fresh = self._edges if stamp - self._edges_stamp < FRESH else ()
+        sightings, edges = sight(
+            corners,
+            fresh,
+            stamp=stamp,
+            edges_stamp=self._edges_stamp,
+            wheels=wheels,
+            camera=self._camera,
+            settings=self._settings.edges,
+        )
+        if fresh and self.view is not None:
+            self.view = CameraView(
+                stamp=self.view.stamp,
+                width=self.view.width,
+                height=self.view.height,
+                edges=edges,
+                laser=self.view.laser,
+            )
+        return Look(sightings=sightings, ends=ends, hits=hits)

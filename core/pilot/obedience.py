@@ -1,0 +1,114 @@
+"""Obeying: which command is under way, how it goes, and how it ends (Fig. 6: the last command wins)."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from dataclasses import dataclass, replace
+
+from core.commands import kind_of
+from core.commands.command import Action, Command
+from core.errors import Refused
+from core.gate import ZERO, Twist
+from core.message import Array
+from core.navigation.surroundings import Surroundings
+from core.snapshot import Ending, Undertaking
+
+
+@dataclass(frozen=True)
+class _Order:
+    """A command that came in."""
+
+    id: int
+    command: Command
+    source: str
+    who: str
+
+
+@dataclass(frozen=True)
+class _Cancel:
+    """An end that came in."""
+
+    state: Ending
+    why: str
+
+
+class Obedience:
+    """Owns the undertaking under way. Any thread may `tell` and `cancel`; the pilot's thread does the rest."""
+
+    def __init__(self) -> None:
+        self._door = threading.Lock()
+        self._inbox: deque[_Order | _Cancel] = deque()
+        self._command: Command | None = None
+        self._action: Action | None = None
+        self._endings: list[Undertaking] = []
+        self.undertaking: Undertaking | None = None  # the one under way
+        self.path: Array | None = None  # (P, 2) [m], world
+        self.goal: Array | None = None  # (2,) [m], world
+
+    def tell(self, undertaking_id: int, command: Command, source: str, who: str) -> None:
+        """Obey this from the next frame on; whatever is under way then is pre-empted."""
+        with self._door:
+            self._inbox.append(_Order(undertaking_id, command, source, who))
+
+    def cancel(self, state: Ending, why: str) -> None:
+        """End whatever was told before this, in that state and for that reason."""
+        with self._door:
+            self._inbox.append(_Cancel(state, why))
+
+    def open_inbox(self, stamp: float) -> None:
+        """Take in what was told since the last frame, in its order."""
+        with self._door:
+            letters = list(self._inbox)
+            self._inbox.clear()
+        for letter in letters:
+            if isinstance(letter, _Cancel):
+                self.end(letter.state, letter.why)
+                continue
+            self.end("pre-empted", f"“{letter.command.heard_as}” came after it.")
+            self._command = letter.command
+            self.undertaking = Undertaking(
+                id=letter.id,
+                name=letter.command.name,
+                numbers=dict(letter.command.numbers),
+                heard_as=letter.command.heard_as,
+                source=letter.source,
+                who=letter.who,
+                stamp=stamp,
+            )
+
+    def drive(self, here: Surroundings, wait_for: str = "") -> Twist:
+        """One frame of obeying → what to ask of the gate. `wait_for`: why nothing may begin to move yet."""
+        if self.undertaking is None or self._command is None:
+            return ZERO
+        kind = kind_of(self._command.name)
+        if wait_for and kind.moves and self._action is None:
+            self.undertaking = replace(self.undertaking, remark=wait_for)
+            return ZERO
+        try:
+            if self._action is None:
+                self._action = kind.begin(self._command, here)
+            progress = self._action.drive(here)
+        except Refused as refusal:
+            self.end("refused", str(refusal))
+            return ZERO
+        if progress.path is not None:
+            self.path = progress.path
+        if progress.goal is not None:
+            self.goal = progress.goal
+        self.undertaking = replace(self.undertaking, remark=progress.remark, progress=progress.fraction)
+        if progress.finished:
+            self.end("done" if progress.finished == "done" else "failed", progress.remark)
+            return ZERO
+        return Twist(float(progress.twist.v), float(progress.twist.w))  # the gate takes no numpy numbers
+
+    def end(self, state: Ending, why: str) -> None:
+        """The undertaking under way, if any, is over; nothing of it stays."""
+        if self.undertaking is not None:
+            self._endings.append(replace(self.undertaking, state=state, remark=why))
+        self.undertaking = self._command = self._action = self.path = self.goal = None
+
+    def take_endings(self) -> tuple[Undertaking, ...]:
+        """Those that ended since the last call: every undertaking exactly once."""
+        endings, self._endings = tuple(self._endings), []
+        return endings

@@ -1,0 +1,150 @@
+"""The pilot's story: for each frame of the robot, obey, perceive, estimate, decide, publish."""
+
+from __future__ import annotations
+
+from core.commands.command import Command
+from core.errors import Refused
+from core.gate import ZERO, Twist
+from core.geometry import Pose
+from core.navigation.surroundings import Body, Surroundings
+from core.pilot.eyes import Eyes, Look
+from core.pilot.notices import Notices
+from core.pilot.obedience import Obedience
+from core.pilot.trail import NO_POINTS, Trail, frozen
+from core.robots import Profile
+from core.sensors import SensorFrame
+from core.settings import Settings
+from core.slam.dead_reckoning import DeadReckoning
+from core.slam.ekf import EkfSlam
+from core.slam.estimate import Estimate
+from core.slam.occupancy import OccupancyMap
+from core.snapshot import Ending, Snapshot
+
+LOOKING_AROUND = "Looking around before the first move…"
+NO_SCAN = "No scan comes from the laser."
+SCAN_LOST_AFTER = 0.5  # [s]
+
+
+class Pilot:
+    """Owns perception, estimators, map and commands. One thread calls `step`; any thread may `tell` and `cancel`."""
+
+    def __init__(self, profile: Profile, settings: Settings | None = None) -> None:
+        self._profile = profile
+        self._settings = settings or Settings()
+        self._body = Body(
+            radius=profile.radius,
+            cruise=profile.cruise,
+            max_speed=profile.max_speed,
+            max_turn_rate=profile.max_turn_rate,
+        )
+        self._obedience = Obedience()
+        self._notices = Notices()
+        self._wake(0.0)
+
+    def _wake(self, stamp: float) -> None:
+        """Know nothing yet: at the start, and after a jump back in a recording."""
+        settings = self._settings
+        self._stamp = self._scan_stamp = stamp
+        self._eyes = Eyes(self._profile, settings)
+        self._slam = EkfSlam(settings.ekf, settings.motion, self._profile.laser)
+        self._dead_reckoning = DeadReckoning(settings.motion)
+        self._map = OccupancyMap(settings.occupancy)
+        self._trail, self._dead_reckoning_trail = Trail(), Trail()
+        self._scan_points = NO_POINTS  # (M, 2) [m], world: the newest scan
+        self._contact = False
+
+    def tell(self, undertaking_id: int, command: Command, source: str, who: str) -> None:
+        """Obey this command from the next frame on; the one under way is pre-empted. Raises Refused."""
+        if not self._profile.drives:
+            raise Refused("This is a recording; it cannot be commanded. Connect a robot or the simulator.")
+        self._obedience.tell(undertaking_id, command, source, who)
+
+    def cancel(self, state: Ending, why: str) -> None:
+        """End what is under way, in that state and for that reason."""
+        self._obedience.cancel(state, why)
+
+    def step(self, frame: SensorFrame) -> Snapshot:
+        """One frame further."""
+        if frame.stamp < self._stamp - 1e-6:
+            self._wake(frame.stamp)
+        self._obedience.open_inbox(frame.stamp)
+        look = self._eyes.look(frame)
+        estimate = self._slam.update(frame, look.sightings)
+        dead_reckoning = self._dead_reckoning.update(frame, look.sightings)
+        self._draw_map(estimate.pose, look)
+        self._watch(frame)
+        twist = self._decide(frame, estimate.pose)
+        self._stamp = frame.stamp
+        return self._publish(frame, estimate, dead_reckoning, twist)
+
+    def _draw_map(self, pose: Pose, look: Look) -> None:
+        """Put the newest scan on the map, and remember where its points lie."""
+        if look.ends is None or look.hits is None:
+            return
+        world = pose.apply(look.ends)
+        mounting = self._profile.laser.mounting if self._profile.laser else Pose()
+        self._map.insert(pose @ mounting, world, look.hits)
+        self._scan_points = frozen(world[look.hits])
+
+    def _decide(self, frame: SensorFrame, pose: Pose) -> Twist:
+        """What to ask of the gate."""
+        wait_for = LOOKING_AROUND if self._slam.looking_around else ""
+        return self._obedience.drive(self._surroundings(frame, pose), wait_for)
+
+    def _surroundings(self, frame: SensorFrame, pose: Pose) -> Surroundings:
+        wheels = frame.wheels
+        return Surroundings(
+            stamp=frame.stamp,
+            pose=pose,
+            speed=wheels.speed if wheels else 0.0,
+            turn_rate=wheels.turn_rate if wheels else 0.0,
+            body=self._body,
+            grid=self._map.grid(),
+            scan_points=frozen(pose.inverse().apply(self._scan_points)),
+            planner=self._settings.planner,
+            steering=self._settings.steering,
+        )
+
+    def _watch(self, frame: SensorFrame) -> None:
+        """Tell the operator what goes wrong; a contact ends what is under way."""
+        if frame.contact and not self._contact:
+            self._obedience.end("failed", "The robot touched something and stopped.")
+            self._notices.add(frame.stamp, "warning", "The robot touches something.")
+        self._contact = frame.contact
+        if frame.scan is not None:
+            self._scan_stamp = frame.stamp
+        blind = self._profile.laser is not None and frame.stamp - self._scan_stamp > SCAN_LOST_AFTER
+        self._notices.watch(frame.stamp, "laser", NO_SCAN if blind else "", "error", "The laser is back.")
+        self._notices.watch(frame.stamp, "camera", self._eyes.trouble, "warning")
+        if frame.note:
+            self._notices.add(frame.stamp, "info", frame.note)
+
+    def _publish(self, frame: SensorFrame, estimate: Estimate, dead_reckoning: Estimate, twist: Twist) -> Snapshot:
+        """All of it in one value."""
+        wheels, doing = frame.wheels, self._obedience
+        return Snapshot(
+            stamp=frame.stamp,
+            estimate=estimate,
+            dead_reckoning=dead_reckoning,
+            velocity=Twist(wheels.speed, wheels.turn_rate) if wheels else ZERO,
+            setpoint=twist,
+            setpoint_press=doing.undertaking.id if doing.undertaking else 0,
+            nonce=frame.nonce,
+            scan_points=self._scan_points,
+            landmarks=self._slam.landmarks,
+            associations=self._slam.associations,
+            slam=self._slam.health,
+            grid=self._map.grid(),
+            trail=self._trail.add(estimate.pose.x, estimate.pose.y),
+            dead_reckoning_trail=self._dead_reckoning_trail.add(dead_reckoning.pose.x, dead_reckoning.pose.y),
+            path=NO_POINTS if doing.path is None else doing.path,
+            goal=doing.goal,
+            undertaking=doing.undertaking,
+            endings=doing.take_endings(),
+            view=self._eyes.view,
+            notices=self._notices.newest,
+            contact=frame.contact,
+            running=frame.running,
+            progress=frame.progress,
+            truth=frame.truth,
+        )

@@ -1,0 +1,38 @@
+"""The way so far, thinned."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.message import Array
+
+
+def frozen(points: Array) -> Array:
+    """Points (N, 2) of which nobody else has a writable view → the same, read-only; messages need not copy them."""
+    owned = points if points.base is None else points.copy()
+    owned.setflags(write=False)
+    return owned
+
+
+NO_POINTS = frozen(np.zeros((0, 2)))
+
+
+class Trail:
+    """Points at least `step` [m] apart; when there are too many, every second one goes and the step doubles."""
+
+    def __init__(self, step: float = 0.02, most: int = 2000) -> None:
+        self._step = step
+        self._most = most
+        self._points: list[tuple[float, float]] = []
+        self._array = NO_POINTS
+
+    def add(self, x: float, y: float) -> Array:
+        """Go on to (x, y) [m] → the trail (K, 2) [m], read-only."""
+        if self._points and np.hypot(x - self._points[-1][0], y - self._points[-1][1]) < self._step:
+            return self._array
+        self._points.append((x, y))
+        if len(self._points) > self._most:
+            self._points = self._points[::2]
+            self._step *= 2
+        self._array = frozen(np.array(self._points))
+        return self._array

@@ -1,0 +1,127 @@
+"""All settings in one value, and the TOML file that changes some of them.
+
+[steering]
+lookahead = 0.3
+[simulation]
+wheel_noise = "paper"
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+import tomllib
+import types
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from core.errors import BadInput
+from core.gate import Limits
+from core.log import LogSettings
+from core.navigation.planner import PlannerSettings
+from core.navigation.steering import SteeringSettings
+from core.perception.corners import CornerSettings
+from core.perception.edges import EdgeSettings
+from core.robots.simulated import SimulationSettings
+from core.slam.ekf import EkfSettings
+from core.slam.motion import MotionSettings
+from core.slam.occupancy import OccupancySettings
+
+LARGEST = 1_000_000  # bytes of a settings file
+
+
+@dataclass(frozen=True)
+class Settings:
+    """One section per room; every section stands beside its algorithm."""
+
+    corners: CornerSettings = field(default_factory=CornerSettings)
+    edges: EdgeSettings = field(default_factory=EdgeSettings)
+    motion: MotionSettings = field(default_factory=MotionSettings)
+    ekf: EkfSettings = field(default_factory=EkfSettings)
+    occupancy: OccupancySettings = field(default_factory=OccupancySettings)
+    planner: PlannerSettings = field(default_factory=PlannerSettings)
+    steering: SteeringSettings = field(default_factory=SteeringSettings)
+    log: LogSettings = field(default_factory=LogSettings)
+    simulation: SimulationSettings = field(default_factory=SimulationSettings)
+    limits: Limits = field(default_factory=Limits)
+
+
+def load(path: Path | str | None) -> Settings:
+    """Settings with what the file changes; None: the defaults. Raises BadInput with a sentence for every fault."""
+    if path is None:
+        return Settings()
+    path = Path(path)
+    try:
+        if path.stat().st_size > LARGEST:
+            raise BadInput(f"{path.name} is too large for settings.")
+        return read(path.read_text(encoding="utf-8"), path.name)
+    except OSError as trouble:
+        raise BadInput(f"The settings {path.name} cannot be read: {trouble.strerror or trouble}.") from None
+    except UnicodeDecodeError:
+        raise BadInput(f"{path.name} is not a text file in UTF-8; write it anew.") from None
+
+
+def read(text: str, name: str = "settings") -> Settings:
+    """TOML text → settings. `name` is what the sentences call it. Raises BadInput."""
+    try:
+        told = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as trouble:
+        raise BadInput(f"{name} is not valid TOML: {trouble}.") from None
+    sections = _checked(told, Settings, f"{name}: there is no section", "[{}]")
+    defaults = Settings()
+    changed = {key: _section(getattr(defaults, key), values, f"{name}: [{key}]") for key, values in sections.items()}
+    return dataclasses.replace(defaults, **changed)
+
+
+def _section(default: Any, told: Any, where: str) -> Any:
+    """One section with its changes."""
+    if not isinstance(told, dict):
+        raise BadInput(f"{where} must be a section with settings under it.")
+    kinds = get_type_hints(type(default))
+    values = _checked(told, type(default), f"{where} has no setting", "{}")
+    fitted = {key: _fit(value, kinds[key], getattr(default, key), f"{where} {key}") for key, value in values.items()}
+    try:
+        return dataclasses.replace(default, **fitted)
+    except (BadInput, ValueError) as trouble:
+        raise BadInput(f"{where} {trouble}") from None
+
+
+def _checked(told: dict[str, Any], kind: type[Any], complaint: str, form: str) -> dict[str, Any]:
+    """The same keys, if all are known."""
+    known = [field.name for field in dataclasses.fields(kind)]
+    for key in told:
+        if key not in known:
+            close = difflib.get_close_matches(key, known, 1)
+            advice = f"did you mean {form.format(close[0])}?" if close else f"known are {', '.join(known)}."
+            raise BadInput(f"{complaint} {form.format(_shown(key))}; {advice}")
+    return told
+
+
+def _fit(value: Any, kind: Any, default: Any, where: str) -> Any:
+    """A value as the type that the setting wants."""
+    if get_origin(kind) is Literal:
+        if value not in get_args(kind) or isinstance(value, bool) is not isinstance(default, bool):
+            raise BadInput(f"{where} must be one of {', '.join(map(str, get_args(kind)))}.")
+        return value
+    if get_origin(kind) in (Union, types.UnionType):
+        kind = next(one for one in get_args(kind) if one is not type(None))
+    if kind is bool or kind is str:
+        if type(value) is not kind:
+            raise BadInput(f"{where} must be {'true or false' if kind is bool else 'a text in quotes'}.")
+        return value
+    if kind is int and type(value) is not int:
+        raise BadInput(f"{where} must be a whole number.")
+    if type(value) not in (int, float) or not math.isfinite(value):
+        raise BadInput(f"{where} must be a finite number.")
+    most = 1e6 * max(1.0, abs(default or 0.0))
+    least = 0.0 if default and default > 0 else -most
+    if not least <= value <= most:
+        raise BadInput(f"{where} must lie between {least:g} and {most:g}.")
+    return kind(value)
+
+
+def _shown(key: str) -> str:
+    """A key from a file, harmless and short."""
+    return "".join(letter if letter.isprintable() else "?" for letter in key[:40])

@@ -1,0 +1,216 @@
+"""The pilot: what it publishes, and what it makes of frames that are not as they should be."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.commands.command import Command
+from core.errors import Refused
+from core.pilot import Pilot
+from core.pilot.notices import Notices
+from core.pilot.trail import Trail
+from core.robots import Profile
+from core.robots.simulated import SimulatedRobot, SimulationSettings
+from core.sensors import Image, Laser, SensorFrame
+from core.snapshot import Snapshot
+from core.speech.grammar import understand
+
+
+def command(words: str) -> Command:
+    heard = understand(words)
+    assert isinstance(heard, Command)
+    return heard
+
+
+def robot(*, camera: bool = False) -> SimulatedRobot:
+    return SimulatedRobot("lab", seed=4, settings=SimulationSettings(camera=camera))
+
+
+def started(wheels_turn: SimulatedRobot) -> Pilot:
+    """A pilot that has looked around."""
+    pilot = Pilot(wheels_turn.profile)
+    for _ in range(60):
+        pilot.step(wheels_turn.read())
+    return pilot
+
+
+def test_everything_published_is_read_only() -> None:
+    lab = robot(camera=True)
+    pilot = Pilot(lab.profile)
+    snapshot = pilot.step(lab.read())
+    for _ in range(20):
+        snapshot = pilot.step(lab.read())
+    arrays = [getattr(snapshot, field.name) for field in dataclasses.fields(snapshot)]
+    arrays += [snapshot.grid.log_odds, snapshot.estimate.covariance]
+    assert snapshot.view is not None
+    assert len(snapshot.view.laser) > 20
+    assert len(snapshot.view.edges) > 0
+    assert len(snapshot.scan_points) > 300
+    for array in arrays:
+        assert not isinstance(array, np.ndarray) or not array.flags.writeable
+
+
+def test_the_ticket_of_the_frame_comes_back_with_the_setpoint() -> None:
+    lab = robot()
+    pilot = Pilot(lab.profile)
+    assert pilot.step(replace(lab.read(), nonce=77)).nonce == 77
+
+
+def test_setpoints_are_plain_numbers_under_the_undertakings_name() -> None:
+    lab = robot()
+    pilot = started(lab)
+    pilot.tell(5, command("continue 1 meters"), "typed", "anna")
+    snapshot = pilot.step(lab.read())
+    assert snapshot.setpoint.v > 0
+    assert type(snapshot.setpoint.v) is float
+    assert type(snapshot.setpoint.w) is float
+    assert snapshot.setpoint_press == 5
+    assert snapshot.undertaking is not None
+    assert (snapshot.undertaking.heard_as, snapshot.undertaking.who) == ("continue 1 meters", "anna")
+
+
+def test_the_plan_and_the_goal_are_shown_while_they_hold() -> None:
+    lab = robot()
+    pilot = started(lab)
+    pilot.tell(1, command("stop at 1 and 0.5"), "click", "anna")
+    snapshot = pilot.step(lab.read())
+    assert snapshot.goal == pytest.approx([1.0, 0.5])
+    assert snapshot.path[-1] == pytest.approx([1.0, 0.5])
+    pilot.cancel("cancelled", "Stopped by anna.")
+    snapshot = pilot.step(lab.read())
+    assert snapshot.goal is None
+    assert len(snapshot.path) == 0
+    assert [(ended.state, ended.remark) for ended in snapshot.endings] == [("cancelled", "Stopped by anna.")]
+    assert not snapshot.setpoint.moves
+    assert snapshot.setpoint_press == 0
+
+
+def test_a_cancel_ends_only_what_was_told_before_it() -> None:
+    lab = robot()
+    pilot = started(lab)
+    pilot.tell(1, command("turn left"), "typed", "anna")
+    pilot.cancel("cancelled", "Stopped.")
+    pilot.tell(2, command("turn right"), "typed", "anna")
+    snapshot = pilot.step(lab.read())
+    assert [ended.id for ended in snapshot.endings] == [1]
+    assert snapshot.setpoint_press == 2
+    assert snapshot.setpoint.w < 0
+
+
+def test_a_contact_ends_what_is_under_way_and_is_told_once() -> None:
+    lab = robot()
+    pilot = started(lab)
+    pilot.tell(1, command("continue 1 meters"), "typed", "anna")
+    pilot.step(lab.read())
+    touched = [pilot.step(replace(lab.read(), contact=True)) for _ in range(5)]
+    assert [ended.state for ended in touched[0].endings] == ["failed"]
+    assert "touched" in touched[0].endings[0].remark
+    assert not touched[0].setpoint.moves
+    assert len([notice for notice in touched[-1].notices if "touches" in notice.text]) == 1
+    pilot.tell(2, command("turn left"), "typed", "anna")
+    assert pilot.step(replace(lab.read(), contact=True)).setpoint.w > 0
+
+
+def test_a_silent_laser_is_told_once_and_its_return_too() -> None:
+    lab = robot()
+    pilot = started(lab)
+    blind = [pilot.step(replace(lab.read(), scan=None)) for _ in range(60)]
+    back = [pilot.step(lab.read()) for _ in range(8)]
+    texts = [notice.text for notice in back[-1].notices]
+    assert texts == ["No scan comes from the laser.", "The laser is back."]
+    assert len(blind[-1].notices) == 1
+
+
+def test_what_the_driver_notes_reaches_the_operator() -> None:
+    lab = robot()
+    pilot = Pilot(lab.profile)
+    assert pilot.step(replace(lab.read(), note="The battery is low.")).notices[-1].text == "The battery is low."
+
+
+def test_a_picture_of_the_wrong_size_is_told_and_flies_past() -> None:
+    lab = robot(camera=True)
+    pilot = Pilot(lab.profile)
+    snapshot = None
+    for _ in range(20):
+        frame = lab.read()
+        if frame.image is not None:
+            frame = replace(frame, image=Image(stamp=frame.stamp, pixels=np.zeros((10, 10, 3), np.uint8)))
+        snapshot = pilot.step(frame)
+    assert snapshot is not None
+    assert [notice.level for notice in snapshot.notices] == ["warning"]
+    assert "10x10" in snapshot.notices[0].text
+
+
+def test_a_recording_refuses_commands() -> None:
+    pilot = Pilot(Profile(name="log", kind="LOG", url="log:x", laser=Laser(), drives=False))
+    with pytest.raises(Refused, match="recording"):
+        pilot.tell(1, command("turn left"), "typed", "anna")
+
+
+def test_a_jump_back_in_time_begins_anew() -> None:
+    lab = robot()
+    pilot = Pilot(lab.profile)
+    frames = [lab.read() for _ in range(60)]
+    first = [pilot.step(frame) for frame in frames]
+    again = [pilot.step(frame) for frame in frames]
+    assert again[0].slam.updates <= 1
+    assert (again[-1].grid.log_odds == first[-1].grid.log_odds).all()
+    assert again[-1].estimate.pose == first[-1].estimate.pose
+
+
+def test_time_that_stands_still_changes_nothing() -> None:
+    lab = robot()
+    pilot = started(lab)
+    frame = lab.read()
+    before = pilot.step(frame)
+    paused = [pilot.step(SensorFrame(stamp=frame.stamp, wheels=frame.wheels, running=False)) for _ in range(40)]
+    assert paused[-1].estimate.pose == before.estimate.pose
+    assert not paused[-1].running
+    assert paused[-1].notices == before.notices
+
+
+def test_scans_alone_are_enough_to_find_the_way() -> None:
+    """A hand-held laser: no wheels in any frame."""
+    lab = robot()
+    pilot = Pilot(replace(lab.profile, drives=False))
+    lab_heading = 0.0
+    snapshot: Snapshot | None = None
+    from core.gate import Twist
+
+    for count in range(400):
+        lab.drive(Twist(0.1, 0.2 if count > 200 else 0.0) if count > 60 else Twist())
+        frame = lab.read()
+        snapshot = pilot.step(replace(frame, wheels=None, truth=None))
+        assert frame.truth is not None
+        lab_heading = frame.truth.heading
+        truth = frame.truth
+    assert snapshot is not None
+    assert snapshot.estimate.pose.distance_to(truth.x, truth.y) < 0.05
+    assert snapshot.estimate.pose.heading == pytest.approx(lab_heading, abs=0.03)
+    assert snapshot.slam.updates > 0
+
+
+def test_a_trail_is_thinned_and_bounded() -> None:
+    trail = Trail(step=0.01, most=100)
+    line = np.zeros((0, 2))
+    for x in np.arange(0, 20, 0.01):
+        line = trail.add(float(x), 0.0)
+    assert len(line) <= 100
+    assert line[0] == pytest.approx([0, 0])
+    assert line[-1, 0] > 19.5
+    assert not line.flags.writeable
+
+
+def test_notices_are_bounded_and_a_trouble_is_told_when_it_begins() -> None:
+    notices = Notices(most=5)
+    for stamp in range(10):
+        notices.watch(stamp, "laser", "Trouble." if 2 <= stamp < 7 else "", "error", "Relief.")
+    assert [notice.text for notice in notices.newest] == ["Trouble.", "Relief."]
+    for stamp in range(10):
+        notices.add(stamp, "info", str(stamp))
+    assert [notice.text for notice in notices.newest] == ["5", "6", "7", "8", "9"]
+    assert [notice.id for notice in notices.newest] == sorted(notice.id for notice in notices.newest)
