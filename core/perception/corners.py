@@ -35,6 +35,8 @@ class CornerSettings(LineSettings):
     angle: float = math.radians(35)  # between the two lines, at least
     reach: float = 0.25  # [m] from either line's end to the corner, at most
     trim: int = 1  # samples left out on both sides of the corner
+    worst: float = 0.1  # [m] sd of a corner, at most
+    agree: float = 0.03  # [m] beyond 3 sd that the two fits of a corner may differ
 
 
 def find_corners(
@@ -80,20 +82,23 @@ def _refine(
     if first is None or second is None:
         return None
     walls = np.array([first[0], second[0]])
-    if abs(np.linalg.det(walls)) < 1e-6:
+    crossing = abs(float(np.linalg.det(walls))) / float(np.prod(np.linalg.norm(walls, axis=1)))
+    if crossing < math.sin(settings.angle):
         return None
     inverse = np.linalg.inv(walls)
-    x, y = (inverse @ np.ones(2)).tolist()
-    if math.hypot(x - place[0], y - place[1]) > settings.reach:
-        return None
-    corner = np.array([x, y])
+    corner = inverse @ np.ones(2)
     spread = np.diag([corner @ first[1] @ corner, corner @ second[1] @ corner])
+    covariance = inverse @ spread @ inverse.T
+    doubt = math.sqrt(float(np.trace(covariance)))
+    if doubt > settings.worst or math.hypot(*(corner - place).tolist()) > settings.agree + 3 * doubt:
+        return None
+    x, y = corner.tolist()
     wall_x, wall_y = after.ux - before.ux, after.uy - before.uy
     convex = wall_x * x + wall_y * y > 0
     between = math.acos(max(-1.0, min(1.0, -before.ux * after.ux - before.uy * after.uy)))
     return Corner(
         position=corner + viewpoint,
-        covariance=inverse @ spread @ inverse.T,
+        covariance=covariance,
         kind="convex" if convex else "concave",
         opening=math.atan2(-wall_y, -wall_x) if convex else math.atan2(wall_y, wall_x),
         sector=0.5 * (math.pi - between if convex else between),

@@ -38,8 +38,9 @@ class EdgeSettings:
     bearing_sd: float = math.radians(0.25)  # of an edge, with the extrinsic calibration's share
     shift_share: float = 0.1  # sd of the turn between picture and scan, as a share of it
     gate: float = 3.0  # sd between an edge and the corner it confirms
-    range_floor: float = 0.005  # [m] sd of a sighting that no averaging takes away
-    bearing_floor: float = math.radians(0.1)  # [rad]
+    inflation: float = 2.0  # of a corner's covariance in a sighting: a wall can hide steps within the laser's noise
+    range_floor: float = 0.01  # [m] sd of a sighting that no averaging takes away
+    bearing_floor: float = math.radians(0.2)  # [rad]
     edge_required: bool = False  # the paper's rule: a corner without an edge is no landmark
 
 

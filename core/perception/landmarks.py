@@ -122,7 +122,7 @@ def _confirm(
 
 
 def _sighting(corner: Corner, stamp: float, confirmed: bool, settings: EdgeSettings) -> Sighting:
-    """Corner (x, y) → range and bearing with their covariance J C Jᵀ and the floor below it."""
+    """Corner (x, y) → range and bearing with their covariance J C Jᵀ, inflated, and the floor below it."""
     x, y = corner.position.tolist()
     reach = max(math.hypot(x, y), 1e-6)
     slopes = np.array([[x / reach, y / reach], [-y / reach**2, x / reach**2]])
@@ -130,7 +130,7 @@ def _sighting(corner: Corner, stamp: float, confirmed: bool, settings: EdgeSetti
     return Sighting(
         range=reach,
         bearing=wrap(math.atan2(y, x)),
-        covariance=slopes @ corner.covariance @ slopes.T + floor,
+        covariance=settings.inflation * slopes @ corner.covariance @ slopes.T + floor,
         stamp=stamp,
         kind=corner.kind,
         confirmed=confirmed,

@@ -221,9 +221,10 @@ class EkfSlam:
         pose = self.filter.pose
         places = pose.inverse().apply(self.filter.places[missing])
         spreads = np.sqrt(np.trace(self.filter.place_covariances()[missing], axis1=1, axis2=2))
-        for index, place, looked in zip(missing, places, view.sees(places, spreads), strict=True):
+        plain, through = view.judge(places, spreads)
+        for index, place, there, gone in zip(missing, places, plain, through, strict=True):
             back = math.atan2(-place[1], -place[0]) + pose.heading
-            if looked and self.table.expected(index, math.hypot(place[0], place[1]), back):
+            if gone or (there and self.table.expected(index, math.hypot(place[0], place[1]), back)):
                 self.table.rows[index].misses += 1
 
     def _join_doubles(self, assignment: Assignment) -> None:

@@ -11,7 +11,8 @@ from core.geometry import wrap
 from core.message import Array
 from core.perception.landmarks import Sighting
 
-GRAZE = math.radians(10)  # within the rim of its sector a corner's wall is seen too flat
+GRAZE = math.radians(15)  # within the rim of its sector a corner's wall is seen too flat
+SURE = 0.7  # of the range from which a corner was ever made out: from here it should be again
 STEADY = 20  # hits after which the opening is averaged no further
 
 
@@ -23,7 +24,7 @@ class LifeSettings:
     at_once: int = 6  # with fewer landmarks than these, one hit is enough: else the robot would run blind
     patience: int = 30  # scans without a hit that a tentative landmark survives
     misses: float = 2.0  # a landmark goes when m > misses + share * h
-    misses_share: float = 0.25
+    misses_share: float = 0.5
     opening: float = math.radians(40)  # that two sightings of one corner may differ in their opening
     most: int = 1000  # landmarks in all
 
@@ -95,9 +96,9 @@ class LandmarkTable:
             row.tentative = False
 
     def expected(self, index: int, reach: float, bearing: float) -> bool:
-        """Whether a corner can be made out from `reach` [m] away, the robot standing at `bearing` [rad] of it."""
+        """Whether a corner should be made out from `reach` [m] away, the robot standing at `bearing` [rad] of it."""
         row = self.rows[index]
-        if reach > row.farthest:
+        if reach > SURE * row.farthest:
             return False
         return row.opening is None or abs(wrap(bearing - row.opening)) < row.sector - GRAZE
 

@@ -1,0 +1,82 @@
+"""Where a sound came from, and how sure that is."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from core.errors import BadInput
+from core.message import Array, message
+
+WIDEST = math.pi / math.sqrt(3)  # [rad] the standard deviation of an azimuth of which nothing is known
+
+
+@message
+class Direction:
+    """A direction in the array frame, for a source that is far compared with the array's size."""
+
+    stamp: float  # [s] when it was heard
+    towards: Array  # (3,) unit vector towards the source
+    covariance: Array  # (2, 2) [rad²] on the sphere: along (counter-clockwise, up); azimuth counts times cos(elevation)
+    strength: float  # 0..1, how much of the sound came from there
+    mirror: Array | None = None  # (3,) the direction that a flat array cannot tell from `towards`; None: it can
+
+    @property
+    def azimuth(self) -> float:
+        """[rad] counter-clockwise from +x."""
+        return math.atan2(self.towards[1], self.towards[0])
+
+    @property
+    def elevation(self) -> float:
+        """[rad] above the array's level. With a level flat array it may as well be below: see `ambiguity`."""
+        return math.asin(min(1.0, max(-1.0, self.towards[2])))
+
+    @property
+    def azimuth_sd(self) -> float:
+        """Standard deviation of the azimuth [rad]."""
+        level = math.hypot(self.towards[0], self.towards[1])
+        return min(WIDEST, math.sqrt(self.covariance[0, 0]) / max(level, 1e-6))
+
+    @property
+    def elevation_sd(self) -> float:
+        """Standard deviation of the elevation [rad]."""
+        return min(WIDEST, math.sqrt(self.covariance[1, 1]))
+
+    @property
+    def ambiguity(self) -> str:
+        """What a flat array cannot know, in words; '' when there is nothing."""
+        if self.mirror is None:
+            return ""
+        azimuth = math.degrees(math.atan2(self.mirror[1], self.mirror[0]))
+        if math.hypot(*(self.mirror - self.towards)[:2]) < 0.02:
+            return f"The array is flat: the elevation is ±{abs(math.degrees(self.elevation)):.0f}°."
+        return f"The array is flat: the sound may as well come from azimuth {azimuth:.0f}°."
+
+    def angle_to(self, towards: Array) -> float:
+        """Angle [rad] between this and another unit vector (3,)."""
+        return math.atan2(float(np.linalg.norm(np.cross(self.towards, towards))), float(self.towards @ towards))
+
+
+def unit(azimuth: float, elevation: float = 0.0) -> Array:
+    """Azimuth and elevation [rad] → unit vector (3,)."""
+    level = math.cos(elevation)
+    return np.array([level * math.cos(azimuth), level * math.sin(azimuth), math.sin(elevation)])
+
+
+def tangents(towards: Array) -> Array:
+    """Unit vector (3,) → the directions (2, 3) counter-clockwise and up at that place of the sphere."""
+    level = math.hypot(towards[0], towards[1])
+    left = np.array([-towards[1], towards[0], 0.0]) / level if level > 1e-9 else np.array([0.0, 1.0, 0.0])
+    return np.stack((left, np.cross(towards, left)))
+
+
+def sphere(count: int) -> Array:
+    """`count` unit vectors (count, 3), evenly over the sphere (Fibonacci's spiral)."""
+    if count < 1:
+        raise BadInput("A grid of directions needs at least one.")
+    step = np.arange(count) + 0.5
+    height = 1 - 2 * step / count
+    turn = math.pi * (1 + math.sqrt(5)) * step
+    level = np.sqrt(1 - height**2)
+    return np.column_stack((level * np.cos(turn), level * np.sin(turn), height))

@@ -1,0 +1,106 @@
+"""Sound → direction: the way that is right in rooms and beside a fan."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.message import Array
+from core.perception.sound.direction import Direction
+from core.perception.sound.lags import pair_lags
+from core.perception.sound.least_squares import axes_of, fit_lags, lift, mirrored, on_sphere, placement
+from core.perception.sound.settings import HearingSettings
+from core.perception.sound.spectra import (
+    Noise,
+    Spectra,
+    cross_spectra,
+    freshness,
+    noise_of,
+    quiet_frames,
+    spectra,
+    strangeness,
+)
+from core.perception.sound.steered import Correlation, Peak, find_peak, grid_of
+from core.errors import BadInput
+from core.sensors.microphones import MicrophoneArray, Sound
+
+DEFAULT = HearingSettings()
+FEWEST_CELLS = 6.0  # weight of all fresh cells together, below which nothing was heard
+
+
+def locate(
+    sound: Sound,
+    array: MicrophoneArray,
+    *,
+    speech_from: float | None = None,
+    noise: Noise | None = None,
+    settings: HearingSettings = DEFAULT,
+) -> Direction | None:
+    """Where the sound's one talker is; None when nothing fresh was heard.
+
+    What precedes `speech_from` [s, the sound's clock] is taken for noise, unless `noise` is given; with neither, the
+    quietest frames are. Raises BadInput when the sound does not fit the array.
+    """
+    seen = spectra(array.heard(sound), sound.rate, settings)
+    if noise is None:
+        begin = None if speech_from is None else speech_from - sound.stamp
+        noise = noise_of(seen, quiet_frames(seen, settings, begin), settings)
+    fresh = freshness(strangeness(seen, noise), seen, settings)
+    return direction_of(seen, fresh, noise, array, sound.stamp, settings)
+
+
+def direction_of(
+    seen: Spectra, fresh: Array, noise: Noise, array: MicrophoneArray, stamp: float, settings: HearingSettings
+) -> Direction | None:
+    """Spectra and how much each cell counts (K, T) → a direction; None when too little counts."""
+    amount = fresh.sum(0)
+    if amount.sum() < FEWEST_CELLS:
+        return None
+    correlation = whitened(cross_spectra(seen, fresh, noise), seen, array, settings)
+    if not correlation.total > 0:
+        return None
+    grid = grid_of(array, seen.rate, seen.size, settings.grid)
+    peak = find_peak(correlation, array, grid, seeds(correlation, array), settings.bands)
+    return _declared(peak, array, stamp + float(amount @ seen.times / amount.sum()), settings)
+
+
+def whitened(cross: Array, seen: Spectra, array: MicrophoneArray, settings: HearingSettings) -> Correlation:
+    """Cross spectra (K, M, M) → those of the pairs with their powers levelled, |G| to |G|^(1 - whitening)."""
+    first, second = array.pairs.T
+    pairs = cross[:, first, second]
+    size = np.abs(pairs)
+    return Correlation(
+        values=pairs / np.maximum(size, 1e-12 * size.max() + 1e-300) ** settings.whitening,
+        omega=2 * np.pi * seen.frequencies,
+        size=seen.size,
+        rate=seen.rate,
+    )
+
+
+def seeds(correlation: Correlation, array: MicrophoneArray) -> Array:
+    """The robust least-squares direction of all pairs' lags, as a place to begin, (S, D)."""
+    axes = axes_of(array)
+    try:
+        fit = fit_lags(array, array.pairs, pair_lags(correlation, array))
+    except BadInput:
+        return np.zeros((0, len(axes)))
+    return (fit.towards @ axes.T)[None]
+
+
+def _declared(peak: Peak, array: MicrophoneArray, stamp: float, settings: HearingSettings) -> Direction:
+    """The peak as a direction, with everything that makes it uncertain."""
+    axes = axes_of(array)
+    towards = lift(array, axes, peak.within)
+    within = settings.spread**2 * peak.covariance + placement(array, axes)
+    on = on_sphere(array, axes, towards, within, settings.speed_sd)
+    return Direction(
+        stamp=stamp,
+        towards=towards,
+        covariance=on + settings.floor**2 * np.eye(2),
+        strength=min(1.0, max(0.0, peak.power)),
+        mirror=mirrored(array, towards),
+    )
+
+
+def sure(direction: Direction, settings: HearingSettings = DEFAULT) -> bool:
+    """Whether a direction is good enough to act on."""
+    return direction.azimuth_sd <= settings.declared_sd and direction.strength >= settings.declared_strength

@@ -1,0 +1,71 @@
+"""The paper's estimator as it is printed (eq. 35-40): first microphone against each other, whole samples, least squares.
+
+Signs: s points to the source, ΔT_1j = t_1 - t_j is positive where j is nearer. The w_1 of eq. 38 is eq. 37's w, and n
+in eq. 39 is the length of the transform. Kept as it is for comparison: no limit on lags, no use of silence before.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from core.errors import BadInput
+from core.message import Array
+from core.perception.sound.direction import Direction
+from core.perception.sound.least_squares import axes_of, lift, mirrored, on_sphere
+from core.sensors.microphones import MicrophoneArray, Sound
+
+SIZE = 1024  # samples of a frame
+HOP = 512
+ALPHA = 0.4  # share of the noise taken away (eq. 37)
+GAMMA = 0.3  # emphasis of tones (eq. 38)
+MEMORY = 0.95  # of the noise's time average, a frame
+
+
+def mask(power: Array, noise: Array) -> Array:
+    """Power X (…, K) and noise X_n (…, K) → weight w (eq. 37 and 38)."""
+    masked = np.maximum(0.1, (power - ALPHA * noise) / np.maximum(power, 1e-300))
+    tonal = (np.maximum(power, 1e-300) / np.maximum(noise, 1e-300)) ** GAMMA
+    return np.where(power > noise, masked * tonal, masked)
+
+
+def averaged(power: Array) -> Array:
+    """Power (T, K) → the time average of what came before each frame (T, K)."""
+    noise = np.empty_like(power)
+    mean = power[0]
+    for number, now in enumerate(power):
+        noise[number] = mean
+        mean = MEMORY * mean + (1 - MEMORY) * now
+    return noise
+
+
+def correlations(samples: Array) -> Array:
+    """Samples (N, M) → R_1j over lags (SIZE, M - 1), lag 0 first (eq. 39 summed over frames)."""
+    if len(samples) < SIZE:
+        raise BadInput(f"The paper's estimator needs at least {SIZE} samples.")
+    window = np.hanning(SIZE)
+    spectra = np.fft.rfft(sliding_window_view(samples, SIZE, axis=0)[::HOP] * window, axis=2)  # (T, M, K)
+    power = np.mean(np.abs(spectra) ** 2, axis=1)
+    weight = mask(power, averaged(power)) ** 2
+    phases = spectra / np.maximum(np.abs(spectra), 1e-300)
+    summed = np.sum(weight[:, None] * phases[:, :1] * phases[:, 1:].conj(), axis=0)
+    return np.fft.irfft(summed, SIZE, axis=1).T
+
+
+def locate_as_printed(sound: Sound, array: MicrophoneArray) -> Direction:
+    """The paper's direction. Its covariance knows of whole samples only, for the paper gives none. Raises BadInput."""
+    table = correlations(array.heard(sound))
+    top = np.argmax(table, axis=0)
+    lags = np.where(top < SIZE // 2, top, top - SIZE) / sound.rate  # ΔT_1j (eq. 36)
+    axes = axes_of(array)
+    matrix = (array.positions[1:] - array.positions[0]) @ axes.T
+    within = np.linalg.lstsq(matrix, array.speed * lags, rcond=None)[0]  # (eq. 40)
+    towards = lift(array, axes, within)
+    step = array.speed / sound.rate / np.sqrt(12)
+    return Direction(
+        stamp=sound.stamp + sound.duration / 2,
+        towards=towards,
+        covariance=on_sphere(array, axes, towards, step**2 * np.linalg.inv(matrix.T @ matrix)),
+        strength=float(np.clip(np.mean(table.max(axis=0) / np.maximum(np.abs(table).sum(axis=0), 1e-300)), 0, 1)),
+        mirror=mirrored(array, towards),
+    )

@@ -1,0 +1,122 @@
+"""Short-time spectra of all microphones, the noise in them, and the cells that carry fresh sound.
+
+A *cell* is one bin of one frame. Direct sound arrives before its echoes, so a cell counts where its power, measured
+in units of the noise, exceeds what earlier cells of its bin can still be echoing (the precedence of first wavefronts).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from core.errors import BadInput
+from core.message import Array, message
+from core.perception.sound.settings import HearingSettings
+
+SILENT = 1e-14  # power below which nothing but rounding is left
+
+
+@message
+class Spectra:
+    """Spectra of M microphones in K bins and T frames."""
+
+    values: Array  # (K, M, T) complex
+    frequencies: Array  # (K,) [Hz]
+    times: Array  # (T,) [s] from the first sample to the middle of each frame
+    size: int  # samples of one frame
+    rate: int  # [Hz]
+
+
+@message
+class Noise:
+    """What the microphones hear when nobody speaks."""
+
+    cross: Array  # (K, M, M) mean cross spectra, x · xᴴ
+    whitener: Array  # (K, M, M): after it, noise has power one and no direction
+
+    @property
+    def level(self) -> float:
+        """Mean power of a cell of one microphone."""
+        return float(np.trace(self.cross, axis1=1, axis2=2).real.mean()) / self.cross.shape[1]
+
+
+def frame_size(rate: int, settings: HearingSettings) -> int:
+    """Samples of a frame: the power of two nearest to the setting."""
+    return 2 ** max(4, round(math.log2(rate * settings.frame)))
+
+
+def spectra(samples: Array, rate: int, settings: HearingSettings) -> Spectra:
+    """Samples (N, M) → spectra within the band. Raises BadInput when the sound is shorter than two frames."""
+    size = frame_size(rate, settings)
+    hop = size // settings.steps
+    if len(samples) < 2 * size:
+        raise BadInput(f"{len(samples) / rate:.3f} s are too short for a direction; at least {2 * size / rate:.2f} s.")
+    if not np.isfinite(samples).all():
+        raise BadInput("The sound holds samples that are no numbers.")
+    frequencies = np.fft.rfftfreq(size, 1 / rate)
+    band = (frequencies >= settings.lowest) & (frequencies <= min(settings.highest, 0.47 * rate))
+    window = np.sin(np.pi * (np.arange(size) + 0.5) / size) ** 2
+    frames = sliding_window_view(samples, size, axis=0)[::hop]  # (T, M, N)
+    values = np.fft.rfft(frames * window, axis=2)[:, :, band]
+    times = (hop * np.arange(len(frames)) + size / 2) / rate
+    return Spectra(
+        values=np.ascontiguousarray(values.transpose(2, 1, 0)),
+        frequencies=frequencies[band],
+        times=times,
+        size=size,
+        rate=rate,
+    )
+
+
+def quiet_frames(seen: Spectra, settings: HearingSettings, speech_from: float | None = None) -> Array:
+    """(T,) bool: frames of noise alone: those that end before `speech_from` [s], or else the quietest."""
+    if speech_from is not None:
+        before = seen.times + seen.size / (2 * seen.rate) <= speech_from
+        if np.count_nonzero(before) >= settings.steps:
+            return before
+    level = np.log(np.mean(np.abs(seen.values) ** 2, axis=1) + SILENT).mean(0)
+    return level <= np.quantile(level, settings.quiet_share)
+
+
+def noise_of(seen: Spectra, frames: Array, settings: HearingSettings) -> Noise:
+    """The noise of the given frames (T,) bool."""
+    values = seen.values[:, :, frames]
+    return noise_from(values @ values.conj().swapaxes(1, 2) / max(values.shape[2], 1), settings)
+
+
+def noise_from(cross: Array, settings: HearingSettings) -> Noise:
+    """Mean cross spectra (K, M, M) → the noise, smoothed over neighbouring bins and made safe to invert."""
+    wide = settings.smoothing // 2
+    weights = np.hanning(2 * wide + 3)[1:-1]
+    padded = np.pad(cross, ((wide, wide), (0, 0), (0, 0)), mode="edge")
+    smooth = sum(w * padded[n : n + len(cross)] for n, w in enumerate(weights / weights.sum()))
+    power = np.trace(smooth, axis1=1, axis2=2).real / cross.shape[1]
+    least = settings.loading * power + 1e-6 * power.mean() + SILENT
+    root = np.linalg.cholesky(smooth + least[:, None, None] * np.eye(cross.shape[1]))
+    return Noise(cross=smooth, whitener=np.linalg.inv(root))
+
+
+def strangeness(seen: Spectra, noise: Noise) -> Array:
+    """(K, T): power of every cell in units of the noise; a steady fan counts as little from its own direction."""
+    return np.mean(np.abs(noise.whitener @ seen.values) ** 2, axis=1)
+
+
+def freshness(power: Array, seen: Spectra, settings: HearingSettings) -> Array:
+    """Power over noise (K, T) → how much each cell counts, 0..1: above the noise and above the echo of what was."""
+    step = seen.times[1] - seen.times[0]
+    fall = step * 6 * math.log(10) / settings.reverberation  # [nepers of power a frame]
+    rise = fall * np.arange(power.shape[1])
+    highest = np.maximum.accumulate(np.log(power + SILENT) + rise, axis=1)
+    echo = np.zeros_like(power)
+    echo[:, 1:] = np.exp(highest[:, :-1] - rise[1:])
+    above = np.maximum(power, settings.evidence)
+    fresh = np.clip(1 - settings.precedence * echo / above, 0.0, 1.0) * (1 - 1 / above)
+    return np.where(power > settings.evidence, fresh, 0.0)
+
+
+def cross_spectra(seen: Spectra, weights: Array, noise: Noise) -> Array:
+    """Weights (K, T) → cross spectra (K, M, M) of the counting cells, freed from the noise."""
+    weighted = seen.values * weights[:, None, :]
+    return weighted @ seen.values.conj().swapaxes(1, 2) - weights.sum(1)[:, None, None] * noise.cross
