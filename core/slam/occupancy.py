@@ -36,6 +36,7 @@ class OccupancySettings:
     turned: float = 0.03  # [rad] … or this, and the next is drawn too
     waits: int = 5  # scans from the same place of which one is drawn: what moves away must vanish
     block: float = 5.0  # [m] by which the map grows
+    widest: float = 100.0  # [m] from the world's origin; what lies beyond is not drawn
 
 
 class OccupancyMap:
@@ -57,8 +58,8 @@ class OccupancyMap:
         """
         if not self._is_worth_drawing(pose):
             return False
-        known = np.isfinite(ends).all(axis=1)
-        if not known.any():
+        known = np.all(np.abs(np.nan_to_num(ends, nan=np.inf)) < self._settings.widest, axis=1)
+        if not known.any() or max(abs(pose.x), abs(pose.y)) >= self._settings.widest:
             return False
         self._make_room(np.vstack((ends[known], (pose.x, pose.y))))
         self._drawn_at, self._waited = pose, 0

@@ -19,7 +19,7 @@ class View:
         self._ranges = np.where(scan.valid | np.isposinf(scan.ranges), scan.ranges, np.nan)
 
     def judge(self, places: Array, spreads: Array) -> tuple[Array, Array]:
-        """Places (N, 2) [m], robot frame, and their sd (N,) [m] → in plain sight (N,) bool, and seen through (N,) bool.
+        """Places (N, 2) [m], robot frame, and their sd (N,) [m] → in plain sight, and seen through (both (N,) bool).
 
         In plain sight: inside the field of view, nothing nearer in the way, and something stands there. Seen through:
         every beam around has gone on beyond. Neither where no beam has measured anything.
