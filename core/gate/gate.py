@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 from core.gate.guard import Guard, Permitted
 from core.gate.limits import Limits, is_count, is_number, speed_cap
 from core.gate.presses import Presses
-from core.gate.setpoint import Setpoint, Source
+from core.gate.setpoint import Order, Setpoint, Source
 from core.gate.status import GateStatus, State
 from core.gate.tickets import Tickets
 from core.gate.trace import Event, TraceWriter
@@ -24,17 +23,6 @@ from core.gate.twist import ZERO, Twist
 TICK = 0.02  # [s] between ticks
 LATE = 0.1  # [s] between ticks after which the gate does not trust itself
 BLIND = 1.0  # [s] without a scan after which standing becomes a trip
-
-
-@dataclass(frozen=True)
-class Order:
-    """A setpoint that was accepted."""
-
-    twist: Twist
-    source: Source
-    press: int
-    arrived: float  # [s]
-    age: float  # [s] of its ticket when it arrived
 
 
 class Gate:
@@ -161,6 +149,13 @@ class Gate:
         """What the wheels are told now; a stop shows here at once, before the next tick."""
         return self._twist
 
+    @property
+    def expires(self) -> float:
+        """When the order in force ends [s] unless a new one or a heartbeat comes; a tick is due then, too."""
+        if self._order is None:
+            return math.inf
+        return min(self._order.arrived + self.limits.deadman, self._beat + self.limits.heartbeat)
+
     # what follows
 
     def tick(self, now: float) -> Twist:
@@ -177,9 +172,9 @@ class Gate:
         """Why an order that is in force must end, "" if it need not."""
         if self._ticked is not None and not 0.0 <= now - self._ticked <= LATE:
             return "the gate was late"
-        if now - order.arrived > self.limits.deadman:
+        if now >= order.arrived + self.limits.deadman:
             return "silence: no order came for too long"
-        if now - self._beat > self.limits.heartbeat:
+        if now >= self._beat + self.limits.heartbeat:
             return "the console is silent"
         if now - self._last_sign > BLIND and math.isfinite(self._last_sign):
             return "no scan comes" if self.limits.guard else "the robot is silent"
@@ -248,7 +243,7 @@ class Gate:
     def _obey(self, setpoint: Setpoint, age: float, now: float) -> str:
         """A moving order under the present lease, young enough."""
         source, press = setpoint.source, setpoint.press
-        if now - self._beat > self.limits.heartbeat:
+        if now >= self._beat + self.limits.heartbeat:
             return "The console's heartbeat is missing."
         over = "This was stopped: press again." if source == "jog" else "This command was stopped: give a new one."
         driven = self._order is not None and self._order.source == "jog"

@@ -25,7 +25,7 @@ from core.gate.limits import Limits, is_count
 from core.gate.packets import packet_socket, send_packet, take_packets
 from core.gate.setpoint import Setpoint
 from core.gate.status import GateStatus
-from core.gate.trace import TraceWriter
+from core.gate.trace import TraceWriter, open_trace
 from core.gate.twist import ZERO
 
 FAREWELL = 2.0  # [s] of zeros when the console is gone
@@ -62,11 +62,13 @@ class GateLoop:
         parent, due, looked = os.getppid(), time.monotonic(), time.monotonic()
         try:
             while True:
-                for key, _ in self._selector.select(max(0.0, due - time.monotonic())):
+                wait = min(due, self._gate.expires) - time.monotonic()
+                for key, _ in self._selector.select(max(0.0, wait)):
                     key.data()
                 now = time.monotonic()
-                if now >= due:
+                if now >= min(due, self._gate.expires):
                     self._tick(now)
+                if now >= due:
                     due = due + TICK if now - due < TICK else now + TICK
                 if now - looked > ABSENT:
                     looked = now
@@ -193,11 +195,12 @@ def main(arguments: list[str] | None = None) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _end)
     latch = Latch(given.home)
-    trace = TraceWriter(given.trace.open("a", newline="")) if given.trace else None
     try:
         limits = Limits.of(json.loads(given.limits))
-    except ValueError as trouble:
+        scribe = open_trace(given.trace) if given.trace else None
+    except (ValueError, OSError) as trouble:
         raise SystemExit(f"The gate does not start: {trouble}") from None
+    trace = TraceWriter(scribe) if scribe else None
     gate = Gate(
         limits,
         halted=latch.is_set,
@@ -207,7 +210,11 @@ def main(arguments: list[str] | None = None) -> None:
     )
     if trace is not None:
         trace.write(gate.status(), 0, "boot", time.monotonic())
-    GateLoop(gate, latch, packet_socket(given.console), packet_socket(given.driver)).run()
+    try:
+        GateLoop(gate, latch, packet_socket(given.console), packet_socket(given.driver)).run()
+    finally:
+        if scribe is not None:
+            scribe.close()
 
 
 if __name__ == "__main__":

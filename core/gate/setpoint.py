@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from core.gate.limits import is_count
+from core.gate.twist import Twist
 
 Source = Literal["jog", "goal"]
 SOURCES: tuple[Source, ...] = ("jog", "goal")
@@ -28,3 +29,14 @@ class Setpoint:
         """Whether everything but the speeds is what it should be."""
         counts = is_count(self.epoch) and is_count(self.seq) and is_count(self.press) and is_count(self.nonce)
         return counts and self.source in SOURCES
+
+
+@dataclass(frozen=True)
+class Order:
+    """A setpoint that was accepted."""
+
+    twist: Twist
+    source: Source
+    press: int
+    arrived: float  # [s]
+    age: float  # [s] of its ticket when it arrived

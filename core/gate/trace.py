@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
 import csv
+import io
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
-from typing import Literal, TextIO
+from typing import Literal
 
 from core.gate.limits import Limits
+from core.gate.scribe import Scribe
 from core.gate.status import GateStatus
 
 Event = Literal["", "boot", "arm", "disarm", "stop", "halt", "reset", "trip"]
@@ -39,13 +40,12 @@ HEADER = tuple(field.name for field in fields(Row))
 class TraceWriter:
     """Keeps rows, in memory or as lines of a file: every change, the instant before it, and at least 2 a second."""
 
-    def __init__(self, file: TextIO | None = None) -> None:
+    def __init__(self, scribe: Scribe | None = None) -> None:
+        """Into a file that was opened by `open_trace`, or into `rows`."""
         self.rows: list[Row] = []
-        self._file = file
+        self._scribe = scribe
         self._written: Row | None = None
         self._unwritten: Row | None = None
-        if file is not None and file.tell() == 0:
-            self._put_line(HEADER)
 
     def write(self, status: GateStatus, press: int, event: Event, now: float) -> None:
         """Note what the gate says at `now` [s]."""
@@ -64,15 +64,21 @@ class TraceWriter:
         self._written = row
 
     def _put(self, row: Row) -> None:
-        if self._file is None:
+        if self._scribe is None:
             self.rows.append(row)
-        self._put_line(astuple(row))
+        else:
+            self._scribe.write(_line(astuple(row)))
 
-    def _put_line(self, values: Iterable[object]) -> None:
-        if self._file is not None:
-            with contextlib.suppress(OSError):  # a full disk must not stop the gate
-                csv.writer(self._file, lineterminator="\n").writerow(values)
-                self._file.flush()
+
+def open_trace(path: Path) -> Scribe:
+    """A diary to go on with, or a new one. Raises OSError."""
+    return Scribe(path, _line(HEADER))
+
+
+def _line(values: Iterable[object]) -> str:
+    line = io.StringIO()
+    csv.writer(line, lineterminator="\n").writerow(values)
+    return line.getvalue()
 
 
 def read_trace(path: Path) -> list[Row]:

@@ -21,7 +21,7 @@ from core.robots.process import main
 from core.sensors import Laser, Scan, SensorFrame, Wheels
 
 LASER = Laser(beams=100, angle_step=0.04, angle_min=-2.0)
-SCHEMES.setdefault("tiny", Scheme("tests.console.tiny_robot:open_robot", "none"))
+TINY = Scheme("tests.console.tiny_robot:open_robot", "none")
 
 
 class TinyRobot:
@@ -82,4 +82,5 @@ def open_robot(rest: str, *, seed: int, settings: Any) -> TinyRobot:
 
 
 if __name__ == "__main__":
+    SCHEMES["tiny"] = TINY
     main()

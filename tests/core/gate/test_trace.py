@@ -10,6 +10,7 @@ import pytest
 
 from core.gate import Limits, Row, TraceWriter, check, read_trace
 from core.gate.status import GateStatus
+from core.gate.trace import open_trace
 from tests.core.gate.bench import Bench
 
 LIMITS = Limits()
@@ -107,18 +108,26 @@ def test_the_instant_before_a_change_is_written_too() -> None:
 
 def test_a_diary_comes_back_from_its_file_without_the_line_that_was_cut(tmp_path: Path) -> None:
     path = tmp_path / "gate.csv"
-    with path.open("a") as file:
-        writer = TraceWriter(file)
-        for n in range(3):
+    for first in (0, 2):
+        scribe = open_trace(path)
+        writer = TraceWriter(scribe)
+        for n in range(first, first + 2):
             writer.write(GateStatus(v=0.1 * n, reason='a "reason", with commas'), n, "", 0.1 * n)
+        scribe.close()
     with path.open("a") as file:
-        TraceWriter(file).write(GateStatus(), 0, "boot", 1.0)
         file.write("12345,0.1")
     rows = read_trace(path)
-    assert [r.v for r in rows] == [0.0, 0.1, 0.2, 0.0]
+    assert [r.v for r in rows] == [0.0, 0.1, 0.2, 0.1 * 3]
     assert rows[1].reason == 'a "reason", with commas'
-    assert rows[-1].event == "boot"
     assert path.read_text().startswith("t_mono_ns,v,w,source,epoch,reason")
+
+
+def test_a_full_disk_does_not_disturb_the_gate() -> None:
+    scribe = open_trace(Path("/dev/full"))
+    writer = TraceWriter(scribe)
+    for n in range(1000):
+        writer.write(GateStatus(v=0.1 * n), n, "", 0.1 * n)
+    scribe.close()
 
 
 def test_another_file_is_no_diary(tmp_path: Path) -> None:
