@@ -1,1 +1,5 @@
-"""Sound → direction (eq. 35-40): `locate` for one talker, `talkers` for several, `locate_as_printed` for the paper's way."""
+"""Sound → direction (eq. 35-40).
+
+`locate` finds one talker, `talkers` several, `locate_as_printed` is the paper's way; `Listener` does it while the
+sound comes in, and `Tracker` follows voices over time.
+"""

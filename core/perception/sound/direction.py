@@ -18,7 +18,9 @@ class Direction:
 
     stamp: float  # [s] when it was heard
     towards: Array  # (3,) unit vector towards the source
-    covariance: Array  # (2, 2) [rad²] on the sphere: along (counter-clockwise, up); azimuth counts times cos(elevation)
+    covariance: (
+        Array  # (2, 2) [rad²] on the sphere: along (counter-clockwise, up); azimuth counts times cos(elevation)
+    )
     strength: float  # 0..1, how much of the sound came from there
     mirror: Array | None = None  # (3,) the direction that a flat array cannot tell from `towards`; None: it can
 

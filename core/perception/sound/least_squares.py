@@ -1,7 +1,7 @@
 """A direction from lags (eq. 40), robust against lags that are wrong.
 
 A plain least squares is thrown by one bad lag in 47 to the other side of the sphere. Here the first guess has the
-smallest sum of absolute residuals; then lags count by Tukey's biweight, so that good ones count fully and bad ones not.
+smallest sum of absolute residuals; then lags count by Tukey's biweight: good ones fully, bad ones not at all.
 """
 
 from __future__ import annotations
@@ -120,18 +120,20 @@ def placement(array: MicrophoneArray, axes: Array) -> Array:
     return np.diag((array.position_sd / extent) ** 2)
 
 
-def on_sphere(array: MicrophoneArray, axes: Array, towards: Array, covariance: Array, speed_sd: float = 0.0) -> Array:
+def on_sphere(
+    array: MicrophoneArray, axes: Array, towards: Array, covariance: Array, cosine_sd: float = 0.0
+) -> Array:
     """Covariance (D, D) along the array's axes → (2, 2) [rad²] along (counter-clockwise, up) at `towards` (3,).
 
     A flat array measures how far a direction leans out of its plane by the cosine: near the plane that says little,
-    and `speed_sd` (of the speed of sound, of itself) adds to it.
+    and `cosine_sd` (of the cosine, of itself: the speed of sound, echoes) adds to it.
     """
     sides = tangents(towards)
     if len(axes) == 3:
         turned = sides @ axes.T
         return turned @ covariance @ turned.T
     within = axes @ towards
-    covariance = covariance + speed_sd**2 * np.outer(within, within)
+    covariance = covariance + cosine_sd**2 * np.outer(within, within)
     radius = max(float(np.linalg.norm(within)), 1e-9)
     radial_sd = math.sqrt(float(within @ covariance @ within)) / radius
     up = max(float(towards @ array.normal), math.sqrt(radial_sd / 2))

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from core.errors import BadInput
 from core.message import Array
 from core.perception.sound.direction import Direction
 from core.perception.sound.lags import pair_lags
@@ -20,7 +23,6 @@ from core.perception.sound.spectra import (
     strangeness,
 )
 from core.perception.sound.steered import Correlation, Peak, find_peak, grid_of
-from core.errors import BadInput
 from core.sensors.microphones import MicrophoneArray, Sound
 
 DEFAULT = HearingSettings()
@@ -90,13 +92,16 @@ def _declared(peak: Peak, array: MicrophoneArray, stamp: float, settings: Hearin
     """The peak as a direction, with everything that makes it uncertain."""
     axes = axes_of(array)
     towards = lift(array, axes, peak.within)
+    strength = min(1.0, max(0.0, peak.power))
     within = settings.spread**2 * peak.covariance + placement(array, axes)
-    on = on_sphere(array, axes, towards, within, settings.speed_sd)
+    leaning = math.hypot(settings.speed_sd, settings.lean_sd * (1 - strength))
+    on = on_sphere(array, axes, towards, within, leaning)
+    least = settings.floor**2 + (settings.echo_sd * (1 - strength)) ** 2
     return Direction(
         stamp=stamp,
         towards=towards,
-        covariance=on + settings.floor**2 * np.eye(2),
-        strength=min(1.0, max(0.0, peak.power)),
+        covariance=on + least * np.eye(2),
+        strength=strength,
         mirror=mirrored(array, towards),
     )
 

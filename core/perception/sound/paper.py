@@ -1,4 +1,4 @@
-"""The paper's estimator as it is printed (eq. 35-40): first microphone against each other, whole samples, least squares.
+"""The paper's estimator as it is printed (eq. 35-40): first microphone against each, whole samples, least squares.
 
 Signs: s points to the source, ΔT_1j = t_1 - t_j is positive where j is nearer. The w_1 of eq. 38 is eq. 37's w, and n
 in eq. 39 is the length of the transform. Kept as it is for comparison: no limit on lags, no use of silence before.
@@ -53,7 +53,7 @@ def correlations(samples: Array) -> Array:
 
 
 def locate_as_printed(sound: Sound, array: MicrophoneArray) -> Direction:
-    """The paper's direction. Its covariance knows of whole samples only, for the paper gives none. Raises BadInput."""
+    """The paper's direction. Its covariance knows of whole samples only: the paper gives none. Raises BadInput."""
     table = correlations(array.heard(sound))
     top = np.argmax(table, axis=0)
     lags = np.where(top < SIZE // 2, top, top - SIZE) / sound.rate  # ΔT_1j (eq. 36)

@@ -1,7 +1,7 @@
 """Short-time spectra of all microphones, the noise in them, and the cells that carry fresh sound.
 
 A *cell* is one bin of one frame. Direct sound arrives before its echoes, so a cell counts where its power, measured
-in units of the noise, exceeds what earlier cells of its bin can still be echoing (the precedence of first wavefronts).
+in units of the noise, exceeds what earlier cells of its bin may still be echoing (precedence of first wavefronts).
 """
 
 from __future__ import annotations
@@ -52,7 +52,9 @@ def spectra(samples: Array, rate: int, settings: HearingSettings) -> Spectra:
     size = frame_size(rate, settings)
     hop = size // settings.steps
     if len(samples) < 2 * size:
-        raise BadInput(f"{len(samples) / rate:.3f} s are too short for a direction; at least {2 * size / rate:.2f} s.")
+        raise BadInput(
+            f"{len(samples) / rate:.3f} s are too short for a direction; at least {2 * size / rate:.2f} s."
+        )
     if not np.isfinite(samples).all():
         raise BadInput("The sound holds samples that are no numbers.")
     frequencies = np.fft.rfftfreq(size, 1 / rate)
@@ -91,7 +93,9 @@ def noise_from(cross: Array, settings: HearingSettings) -> Noise:
     wide = settings.smoothing // 2
     weights = np.hanning(2 * wide + 3)[1:-1]
     padded = np.pad(cross, ((wide, wide), (0, 0), (0, 0)), mode="edge")
-    smooth = sum(w * padded[n : n + len(cross)] for n, w in enumerate(weights / weights.sum()))
+    smooth = np.zeros_like(cross)
+    for n, weight in enumerate(weights / weights.sum()):
+        smooth += weight * padded[n : n + len(cross)]
     power = np.trace(smooth, axis1=1, axis2=2).real / cross.shape[1]
     least = settings.loading * power + 1e-6 * power.mean() + SILENT
     root = np.linalg.cholesky(smooth + least[:, None, None] * np.eye(cross.shape[1]))

@@ -103,15 +103,16 @@ def find_peak(correlation: Correlation, array: MicrophoneArray, grid: Grid, seed
 
 def steered_power(correlation: Correlation, slant: Array, within: Array) -> float:
     """Power in direction `within` (D,); `slant` (P, D) [s] gives the pairs' lags by slant · within."""
-    return float(np.sum((correlation.values * np.exp(1j * np.outer(correlation.omega, slant @ within))).real))
+    turned = correlation.values * np.exp(1j * np.outer(correlation.omega, slant @ within))
+    return float(np.sum(np.real(turned)))
 
 
 def slopes(correlation: Correlation, slant: Array, within: Array) -> tuple[Array, Array]:
     """Gradient of every bin's steered power (K, D), and the Hessian (D, D) of them all."""
     omega = correlation.omega
     turned = correlation.values * np.exp(1j * np.outer(omega, slant @ within))
-    gradient = -(omega[:, None] * turned.imag) @ slant
-    bend = -np.sum(omega[:, None] ** 2 * turned.real, axis=0)
+    gradient = -(omega[:, None] * np.imag(turned)) @ slant
+    bend = -np.sum(omega[:, None] ** 2 * np.real(turned), axis=0)
     return gradient, (slant * bend[:, None]).T @ slant
 
 

@@ -1,0 +1,226 @@
+"""Microphones: what they heard, and where they sit."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from core.errors import BadInput
+from core.geometry import Pose
+from core.message import Array, message
+
+LARGEST = 100_000  # bytes of an array profile
+KEYS = ("name", "positions_m", "channels", "sample_rate_hz", "speed_of_sound_m_s", "position_sd_m")
+FEWEST, MOST = 2, 256  # microphones
+FARTHEST = 5.0  # [m] of a microphone from the frame's origin
+FLAT = 0.02  # thickness of the array, of its width, below which it is held to be flat
+
+
+@message
+class Sound:
+    """Samples of all channels over some time."""
+
+    stamp: float  # [s] of the first sample
+    rate: int  # [Hz]
+    samples: Array  # (N, C), full scale ±1
+
+    def __post_init__(self) -> None:
+        if self.samples.ndim != 2 or not self.samples.shape[1]:
+            raise BadInput("A sound needs samples of shape (number, channels).")
+        if self.rate <= 0 or not math.isfinite(self.stamp):
+            raise BadInput("A sound needs a positive sample rate and a finite time.")
+
+    @property
+    def duration(self) -> float:
+        """[s]."""
+        return len(self.samples) / self.rate
+
+    @property
+    def channels(self) -> int:
+        """How many."""
+        return self.samples.shape[1]
+
+    def part(self, begin: float, end: float) -> Sound:
+        """The sound between two times [s] of its own clock, as far as it reaches."""
+        first = min(max(round((begin - self.stamp) * self.rate), 0), len(self.samples))
+        last = min(max(round((end - self.stamp) * self.rate), first), len(self.samples))
+        return Sound(stamp=self.stamp + first / self.rate, rate=self.rate, samples=self.samples[first:last])
+
+
+@message
+class MicrophoneArray:
+    """Microphones in the array frame (x forward, y left, z up; azimuth counter-clockwise from +x), and its mounting."""
+
+    positions: Array  # (M, 3) [m] in the array frame
+    channels: tuple[int, ...] = ()  # which channel of the sound each microphone is; none given: in order
+    name: str = "microphones"
+    rate: int | None = None  # [Hz] that the board delivers; None: any
+    speed: float = 343.0  # [m/s] of sound
+    position_sd: float = 0.0005  # [m] how well the positions are known, per axis
+    mounting: Pose = Pose()  # robot_from_microphones
+    height: float = 0.25  # [m] above the floor
+
+    def __post_init__(self) -> None:
+        shape = self.positions.shape
+        if len(shape) != 2 or shape[1] != 3 or not FEWEST <= shape[0] <= MOST:
+            raise BadInput(f"positions_m needs {FEWEST} to {MOST} rows of three numbers [x, y, z] in metres.")
+        if not np.isfinite(self.positions).all() or np.abs(self.positions).max() > FARTHEST:
+            raise BadInput(f"Microphone positions must be finite and within {FARTHEST:g} m; are they in metres?")
+        if not self.channels:
+            object.__setattr__(self, "channels", tuple(range(shape[0])))
+        if len(self.channels) != shape[0]:
+            raise BadInput(f"There are {shape[0]} positions but {len(self.channels)} channels; each needs the other.")
+        if len(set(self.channels)) != shape[0] or min(self.channels) < 0 or max(self.channels) > 1023:
+            raise BadInput("channels must name a different channel, counted from 0, for every microphone.")
+        if self.rate is not None and not 4_000 <= self.rate <= 192_000:
+            raise BadInput("sample_rate_hz must lie between 4,000 and 192,000.")
+        if not 250 <= self.speed <= 2_000 or not 0 <= self.position_sd <= 0.1:
+            raise BadInput("The speed of sound must lie between 250 and 2,000 m/s, position_sd_m between 0 and 0.1.")
+
+    @property
+    def pairs(self) -> Array:
+        """Microphones i < j of every pair, (P, 2)."""
+        return np.column_stack(np.triu_indices(len(self.positions), 1))
+
+    @property
+    def baselines(self) -> Array:
+        """Position of j minus position of i for every pair, (P, 3) [m]."""
+        pairs = self.pairs
+        return self.positions[pairs[:, 1]] - self.positions[pairs[:, 0]]
+
+    @property
+    def axes(self) -> tuple[Array, Array]:
+        """Main directions (3, 3), one a row, widest first, and the array's extent (3,) [m] along each."""
+        extent, axes = np.linalg.svd(self.positions - self.positions.mean(0), full_matrices=True)[1:]
+        return axes, np.pad(extent, (0, 3 - len(extent)))
+
+    @property
+    def dimensions(self) -> int:
+        """0 one point, 1 a line, 2 a plane, 3 a volume."""
+        extent = self.axes[1]
+        return int(np.count_nonzero(extent > max(FLAT * float(extent[0]), 1e-4)))
+
+    @property
+    def normal(self) -> Array:
+        """(3,): at right angles to a flat array, on the side of z up where that says anything."""
+        normal = self.axes[0][2]
+        return normal * math.copysign(1.0, normal @ np.array([1e-6, 1e-3, 1.0]))
+
+    def heard(self, sound: Sound) -> Array:
+        """The sound's samples (N, M) in the order of `positions`. Raises BadInput where they do not fit."""
+        if max(self.channels) >= sound.channels:
+            raise BadInput(
+                f"The sound has {sound.channels} channel{'s' * (sound.channels > 1)}, but the array {self.name} "
+                f"wants channel {max(self.channels)} (counted from 0); choose another array profile."
+            )
+        if self.rate is not None and self.rate != sound.rate:
+            raise BadInput(
+                f"The sound has {sound.rate} Hz, but the array {self.name} delivers {self.rate} Hz; is it its sound?"
+            )
+        return sound.samples[:, list(self.channels)]
+
+
+def lags_of(array: MicrophoneArray, towards: Array) -> Array:
+    """Directions (N, 3) towards far sources → by how much [s] each pair's j hears before i, (N, P) (eq. 40)."""
+    return towards @ array.baselines.T / array.speed
+
+
+def ring(name: str, radius: float, first: float, step: float, count: int) -> MicrophoneArray:
+    """`count` microphones on a level circle, from azimuth `first` in steps of `step` [rad]."""
+    angles = first + step * np.arange(count)
+    return MicrophoneArray(
+        name=name, positions=np.column_stack((radius * np.cos(angles), radius * np.sin(angles), 0 * angles))
+    )
+
+
+def tetrahedron(radius: float = 0.05) -> MicrophoneArray:
+    """Four microphones at the corners of a regular tetrahedron."""
+    corners = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    return MicrophoneArray(name="tetrahedron", positions=corners * radius / math.sqrt(3))
+
+
+RESPEAKER_ODAS = MicrophoneArray(
+    name="ReSpeaker 4-mic square, frame of ODAS",
+    positions=np.array([[-0.032, 0, 0], [0, -0.032, 0], [0.032, 0, 0], [0, 0.032, 0]]),
+)
+RESPEAKER_BOARD = MicrophoneArray(
+    name="ReSpeaker 4-mic square, frame of the board's drawing",
+    positions=np.array([[1.0, 1, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0]]) * 0.02285,
+)
+ARRAYS = {
+    "respeaker-odas": RESPEAKER_ODAS,
+    "respeaker-board": RESPEAKER_BOARD,
+    "tetrahedron": tetrahedron(),
+    "ring-6": ring("six on a circle", 0.0463, 0.0, math.pi / 3, 6),
+}
+"""Profiles that need no file. The two frames of the ReSpeaker are the same board, 45° apart."""
+
+
+def load_array(path: str | Path) -> MicrophoneArray:
+    """An array profile: one of ARRAYS by name, or a TOML file. Raises BadInput with a sentence."""
+    if str(path) in ARRAYS:
+        return ARRAYS[str(path)]
+    file = Path(path)
+    try:
+        if file.stat().st_size > LARGEST:
+            raise BadInput(f"{file.name} is too large for an array profile; a few lines are expected.")
+        told = tomllib.loads(file.read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError as trouble:
+        raise BadInput(f"{file.name} is not valid TOML: {trouble}.") from None
+    except (OSError, ValueError):
+        raise BadInput(
+            f"The array profile {file.name[:60]} cannot be read; give a TOML file or one of {', '.join(ARRAYS)}."
+        ) from None
+    return array_of(told, file.stem)
+
+
+def array_of(told: dict[str, Any], name: str = "microphones") -> MicrophoneArray:
+    """The keys of a profile (`positions_m`, `channels`, …) → the array. Raises BadInput."""
+    unknown = [key for key in told if key not in KEYS]
+    if unknown:
+        raise BadInput(f"The array profile has an unknown key {unknown[0][:40]!r}; known are {', '.join(KEYS)}.")
+    if "positions_m" not in told:
+        raise BadInput("The array profile needs positions_m = [[x, y, z], …] in metres.")
+    return MicrophoneArray(
+        positions=_positions(told["positions_m"]),
+        channels=_channels(told.get("channels", [])),
+        name=_text(told.get("name", name)),
+        rate=None if "sample_rate_hz" not in told else _whole(told["sample_rate_hz"]),
+        speed=_number(told.get("speed_of_sound_m_s", 343.0), "speed_of_sound_m_s"),
+        position_sd=_number(told.get("position_sd_m", 0.0005), "position_sd_m"),
+    )
+
+
+def _positions(value: Any) -> Array:
+    rows: list[Any] = value if isinstance(value, list) else []
+    if not rows or any(not isinstance(row, list) or len(row) != 3 for row in rows):
+        raise BadInput("positions_m needs rows of three numbers [x, y, z] in metres.")
+    return np.array([[_number(number, "positions_m") for number in row] for row in rows])
+
+
+def _channels(value: Any) -> tuple[int, ...]:
+    if not isinstance(value, list):
+        raise BadInput("channels must be a list of whole numbers, counted from 0.")
+    return tuple(_whole(number) for number in value)
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str) or not value.isprintable() or len(value) > 200:
+        raise BadInput("The array's name must be a short text.")
+    return value
+
+
+def _whole(value: Any) -> int:
+    if type(value) is not int or abs(value) > 10**9:
+        raise BadInput("channels and sample_rate_hz must be whole numbers.")
+    return value
+
+
+def _number(value: Any, key: str) -> float:
+    if type(value) not in (int, float) or not math.isfinite(value):
+        raise BadInput(f"{key} must hold finite numbers only.")
+    return float(value)
