@@ -70,10 +70,14 @@ function beat(now) {
 session.on("heard", (view) => hands.show(view));
 requestAnimationFrame(beat);
 
-const token = new URLSearchParams(location.hash.slice(1)).get("t");
-if (token) {
+/** The token of the printed link: used at once, and wiped from the address before anything else can see it. */
+function enterByLink() {
+  const token = new URLSearchParams(location.hash.slice(1)).get("t");
+  if (!token) return false;
   history.replaceState(null, "", location.pathname + location.search);
   void /** @type {import("./panels/login-view.js").LoginView} */ (part("login-view")).enter(token);
-} else {
-  void session.begin();
+  return true;
 }
+
+addEventListener("hashchange", enterByLink);
+if (!enterByLink()) void session.begin();

@@ -23,12 +23,11 @@ export function placed(target, size, space, keepFree) {
     { side: "left", left: target.left - GAP - size.width, top: y - size.height / 2 },
   ];
   const aside = ways.flatMap((way) => [
-    way,
     { ...way, left: keepFree.left - GAP - size.width },
     { ...way, top: keepFree.top - GAP - size.height },
     { ...way, top: keepFree.bottom + GAP },
   ]);
-  const inside = aside.map((way) => ({
+  const inside = [...ways, ...aside].map((way) => ({
     ...way,
     left: clamp(way.left, EDGE, space.width - size.width - EDGE),
     top: clamp(way.top, EDGE, space.height - size.height - EDGE),

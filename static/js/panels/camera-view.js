@@ -37,8 +37,7 @@ class CameraView extends Panel {
     this.append(
       make("div", { class: "card-head" }, make("h2", { class: "card-title" }, "Camera"), this.#age, make("span", { class: "spring" }),
         this.#edges, this.#laser),
-      make("div", { class: "picture-box" }, this.#canvas, this.#empty),
-      this.#scale,
+      make("div", { class: "picture-box" }, this.#canvas, this.#empty, this.#scale),
     );
     this.session.on("picture", (picture) => void this.#take(picture));
     this.session.on("hello", () => (this.#bornAt = performance.now()));

@@ -1,6 +1,6 @@
 // Hold to drive: a stick for the thumb or the mouse, keys that light, five speeds, and what the gate says.
 
-import { PRESETS } from "../drive.js";
+import { PRESETS, SLOW } from "../drive.js";
 import { icon, make, mark, write } from "../element.js";
 import { speed, turnRate } from "../format.js";
 import { Panel } from "../panel.js";
@@ -19,7 +19,8 @@ export class DrivePad extends Panel {
     ...PRESETS.map((_, index) => make("button", { type: "button", class: "preset", "data-preset": String(index + 1) }, String(index + 1))));
   #less = make("button", { type: "button", class: "button", "aria-label": "Slower" }, "−");
   #more = make("button", { type: "button", class: "button", "aria-label": "Faster" }, "+");
-  #top = make("span", { class: "top-speed" });
+  #preset = make("span");
+  #top = make("span");
   #moving = make("span", { class: "moving" });
   #why = make("p", { class: "drive-why" });
   /** @type {Hands | null} */
@@ -38,7 +39,7 @@ export class DrivePad extends Panel {
         make("div", { class: "drive-figures" }, make("span", { class: "card-title" }, "Drive"), this.#moving),
         this.#presets,
         make("div", { class: "stepper" }, this.#less, this.#more),
-        this.#top, this.#why));
+        make("span", { class: "top-speed" }, this.#preset, this.#top), this.#why));
   }
 
   /** @param {Hands} hands */
@@ -87,7 +88,8 @@ export class DrivePad extends Panel {
       mark(button, "aria-pressed", String(Number(button.dataset["preset"]) === drive.preset));
     }
     const top = (PRESETS[drive.preset - 1] ?? 0) * hello.robot.max_speed_m_s;
-    write(this.#top, drive.slow ? `Slow (Shift)` : `Speed ${drive.preset}: ${speed(top)}`);
+    write(this.#preset, drive.slow ? "Slow" : `Speed ${drive.preset}`);
+    write(this.#top, speed(drive.slow ? SLOW * top : top));
     this.#less.disabled = drive.preset === 1;
     this.#more.disabled = drive.preset === PRESETS.length;
     write(this.#moving, `${speed(state.velocity.v_m_s)}, ${turnRate(state.velocity.w_rad_s)}`);

@@ -29,6 +29,7 @@ export class SceneView extends Panel {
       make("li", { title: says }, make("span", { class: "swatch", "data-layer": layer }), name))));
   #tab = "";
   #goes = false;
+  #byKeys = false;
   /** @type {(inner: Window) => void} */
   #then = () => undefined;
 
@@ -40,6 +41,8 @@ export class SceneView extends Panel {
     this.#frame.addEventListener("load", () => this.#loaded());
     this.addEventListener("pointerenter", () => this.#hint.classList.toggle("is-shown", this.#goes));
     this.addEventListener("pointerleave", () => this.#hint.classList.remove("is-shown"));
+    addEventListener("keydown", (event) => (this.#byKeys = event.key === "Tab"), true);
+    addEventListener("pointerdown", () => (this.#byKeys = false), true);
     onTheme(() => this.#load());
     this.session.on("hello", ({ tab }) => {
       this.#tab = tab;
@@ -72,7 +75,10 @@ export class SceneView extends Panel {
 
   #loaded() {
     const inner = this.#frame.contentWindow;
-    if (this.#frame.src && inner) this.#then(inner);
+    if (!this.#frame.src || !inner) return;
+    inner.addEventListener("focus", () => this.classList.toggle("is-focused", this.#byKeys));
+    inner.addEventListener("blur", () => this.classList.remove("is-focused"));
+    this.#then(inner);
   }
 }
 
