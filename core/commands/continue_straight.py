@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from core.commands.command import Action, Command, Number, Progress
+from core.gate import ZERO, Twist
 from core.navigation.obstacle import why_no_headway
-from core.navigation.steering import Headway, Settled, hold_line
+from core.navigation.steering import Arrival, Headway, hold_line
 from core.navigation.surroundings import Surroundings
 
 
@@ -35,7 +36,7 @@ class Continuing:
         """`distance` [m]."""
         self._distance = distance
         self._start = here.pose
-        self._settled = Settled(here.steering.settle)
+        self._arrival = Arrival(here.steering.distance_tolerance, here.steering)
         self._headway = Headway(0.02, here.steering.stalled_after)
         self._deadline = here.stamp + 2 * distance / here.body.cruise + 2.0
 
@@ -43,15 +44,19 @@ class Continuing:
         """One frame further."""
         done = (self._start.inverse() @ here.pose).x
         left = self._distance - done
-        twist = hold_line(here.pose, self._start, left, here.body.cruise, here.body.turn, here.steering)
-        if self._settled.after(not twist.moves, here.stamp):
+        there = self._arrival.reached(left, here.stamp)
+        if self._arrival.settled(here.stamp):
             return Progress(finished="done", fraction=1.0)
+        twist = ZERO if there else self._hold_line(left, here)
         far = f" {max(done, 0):.2f} of {self._distance:g} m are done."
         if twist.moves and self._headway.lost(left, here.stamp):
             return Progress(finished="failed", remark=why_no_headway(here.scan_points, here.body.radius) + far)
         if here.stamp > self._deadline:
             return Progress(finished="failed", remark="The way took too long; the robot stopped." + far)
         return Progress(twist=twist, fraction=min(1.0, max(0.0, done / self._distance)))
+
+    def _hold_line(self, left: float, here: Surroundings) -> Twist:
+        return hold_line(here.pose, self._start, left, here.body.cruise, here.body.turn, here.steering)
 
 
 CONTINUE = Continue()

@@ -9,9 +9,10 @@ import numpy as np
 
 from core.commands.command import Action, Command, Number, Progress
 from core.errors import Refused
+from core.gate import ZERO
 from core.navigation.obstacle import free_space, why_no_headway
 from core.navigation.planner import is_free, plan
-from core.navigation.steering import Headway, Pursuit, Settled
+from core.navigation.steering import Arrival, Headway, Pursuit
 from core.navigation.surroundings import Surroundings
 from core.navigation.terrain import survey
 
@@ -53,7 +54,7 @@ class Going:
         """`goal` (x, y) [m], world. Raises Refused."""
         self._goal = goal
         self._whole = max(here.pose.distance_to(*goal), 1e-6)
-        self._settled = Settled(here.steering.settle)
+        self._arrival = Arrival(here.steering.goal_tolerance, here.steering)
         self._deadline = self._looked = here.stamp
         self._shut = ""  # why there is no way at the moment
         self._shut_since = here.stamp
@@ -69,10 +70,11 @@ class Going:
             return Progress(finished="failed" if waited else "", remark=self._shut, fraction=fraction, goal=goal)
         if here.stamp > self._deadline:
             return Progress(finished="failed", remark=f"The way took too long; the goal is {left:.2f} m away.")
-        space = free_space(here.scan_points, here.body.radius)
-        twist = self._pursuit.steer(here.pose, here.body.cruise, here.body.turn, space)
-        if self._settled.after(not twist.moves, here.stamp):
+        there = self._arrival.reached(left, here.stamp)
+        if self._arrival.settled(here.stamp):
             return Progress(finished="done", fraction=1.0, goal=goal)
+        space = free_space(here.scan_points, here.body.radius)
+        twist = ZERO if there else self._pursuit.steer(here.pose, here.body.cruise, here.body.turn, space)
         if twist.moves and self._headway.lost(self._pursuit.effort(here.pose), here.stamp):
             return Progress(finished="failed", remark=why_no_headway(here.scan_points, here.body.radius))
         return Progress(twist=twist, fraction=fraction, path=self._pursuit.rest, goal=goal)

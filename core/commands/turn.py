@@ -9,7 +9,7 @@ from core.commands.command import Action, Command, Number, Progress
 from core.gate import Twist
 from core.geometry import wrap
 from core.navigation.obstacle import why_no_headway
-from core.navigation.steering import Headway, Settled, spin
+from core.navigation.steering import Arrival, Headway, spin
 from core.navigation.surroundings import Surroundings
 
 
@@ -44,7 +44,7 @@ class Turning:
         self._angle = angle
         self._left = angle
         self._heading = here.pose.heading
-        self._settled = Settled(here.steering.settle)
+        self._arrival = Arrival(here.steering.heading_tolerance, here.steering)
         self._headway = Headway(0.05, here.steering.stalled_after)
         self._deadline = here.stamp + 2 * abs(angle) / here.body.turn + 2.0 + here.steering.settle
 
@@ -52,9 +52,11 @@ class Turning:
         """One frame further."""
         self._left -= wrap(here.pose.heading - self._heading)
         self._heading = here.pose.heading
-        rate = spin(self._left, here.body.turn, here.steering)
-        if self._settled.after(rate == 0.0, here.stamp):
+        soon = self._left - here.turn_rate * here.steering.turn_lead
+        there = self._arrival.reached(min(abs(soon), abs(self._left)), here.stamp)
+        if self._arrival.settled(here.stamp):
             return Progress(finished="done", fraction=1.0)
+        rate = 0.0 if there else spin(soon, here.body.turn, here.steering)
         if rate and self._headway.lost(abs(self._left), here.stamp):
             return Progress(finished="failed", remark=why_no_headway(here.scan_points, here.body.radius))
         if here.stamp > self._deadline:

@@ -18,7 +18,8 @@ class SteeringSettings:
     """Gains and tolerances of everything that steers."""
 
     turn_gain: float = 3.0  # [1/s] turn rate per heading error; a third of what a delay of 0.1 s would bear
-    turn_floor: float = 0.06  # [rad/s] the least turn rate that is asked for, so that no turn starves near its end
+    turn_lead: float = 0.1  # [s] by which a turn looks ahead, for what is on its way to the wheels
+    turn_floor: float = 0.04  # [rad/s] the least turn rate that is asked for, so that no turn starves near its end
     turn_deceleration: float = 1.5  # [rad/s²]
     approach_gain: float = 1.5  # [1/s] speed per distance left
     approach_floor: float = 0.02  # [m/s]
@@ -28,9 +29,10 @@ class SteeringSettings:
     pivot_below: float = 0.12  # [rad] … until it lies so nearly ahead
     slow_within: float = 0.25  # [m] free space around the body under which it slows
     slowest: float = 0.4  # share of the cruising speed in the tightest place
-    heading_tolerance: float = 0.006  # [rad]
+    heading_tolerance: float = 0.006  # [rad] at the end of a turn
     distance_tolerance: float = 0.004  # [m] at the end of a straight line
     goal_tolerance: float = 0.012  # [m] around a goal
+    again_beyond: float = 3.5  # times the tolerance, from which a robot that has arrived sets out once more
     settle: float = 0.3  # [s] at rest within the tolerance before a command is done
     stalled_after: float = 4.0  # [s] without headway until a command gives up
 
@@ -42,10 +44,11 @@ class SteeringSettings:
 
 BOUNDS = {
     "turn_gain": (0.2, 10.0),
-    "turn_floor": (0.0, 0.3),
+    "turn_floor": (0.01, 0.3),
+    "turn_lead": (0.0, 0.5),
     "turn_deceleration": (0.1, 6.0),
     "approach_gain": (0.2, 10.0),
-    "approach_floor": (0.0, 0.1),
+    "approach_floor": (0.005, 0.1),
     "side_gain": (0.0, 10.0),
     "lookahead": (0.05, 1.0),
     "pivot_above": (0.2, 1.5),
@@ -55,6 +58,7 @@ BOUNDS = {
     "heading_tolerance": (0.001, 0.2),
     "distance_tolerance": (0.001, 0.1),
     "goal_tolerance": (0.005, 0.2),
+    "again_beyond": (1.0, 10.0),
     "settle": (0.0, 5.0),
     "stalled_after": (1.0, 60.0),
 }
@@ -63,16 +67,12 @@ BOUNDS = {
 def spin(error: float, fastest: float, settings: SteeringSettings) -> float:
     """Heading error [rad], the fastest turn rate [rad/s] → the turn rate [rad/s] that closes it and slows in time."""
     size = abs(error)
-    if size < settings.heading_tolerance:
-        return 0.0
     rate = min(fastest, settings.turn_gain * size, math.sqrt(2 * settings.turn_deceleration * size))
     return math.copysign(max(rate, settings.turn_floor), error)
 
 
 def approach(left: float, cruise: float, settings: SteeringSettings) -> float:
-    """Distance left [m], cruising speed [m/s] → the speed [m/s] that arrives slowly; zero once there."""
-    if left < settings.distance_tolerance:
-        return 0.0
+    """Distance left [m], cruising speed [m/s] → the speed [m/s] that arrives slowly."""
     return min(cruise, max(settings.approach_gain * left, settings.approach_floor))
 
 
@@ -80,12 +80,9 @@ def hold_line(
     pose: Pose, start: Pose, left: float, cruise: float, fastest: float, settings: SteeringSettings
 ) -> Twist:
     """Drive along the line through `start` in its heading, `left` [m] before its end."""
-    speed = approach(left, cruise, settings)
-    if speed == 0.0:
-        return Twist()
     aside = (start.inverse() @ pose).y
     aim = wrap(start.heading - math.atan(settings.side_gain * aside) - pose.heading)
-    return Twist(speed, max(-fastest, min(fastest, settings.turn_gain * aim)))
+    return Twist(approach(left, cruise, settings), max(-fastest, min(fastest, settings.turn_gain * aim)))
 
 
 class Pursuit:
@@ -115,8 +112,6 @@ class Pursuit:
         """Pose, cruising speed [m/s], turn rate [rad/s], free space [m] around the body → what the wheels do."""
         settings = self._settings
         left = self.left(pose)
-        if left < settings.goal_tolerance:
-            return Twist()
         x, y = self._carrot()
         bearing = pose.bearing_to(x, y)
         self._pivoting = abs(bearing) > (settings.pivot_below if self._pivoting else settings.pivot_above)
@@ -146,22 +141,27 @@ class Pursuit:
         return float(x), float(y)
 
 
-class Settled:
-    """Whether something has stayed true for a while."""
+class Arrival:
+    """Has come near enough, and stays: where the estimate trembles or orders lag, it does not set out again."""
 
-    def __init__(self, hold: float) -> None:
-        """`hold` [s]: how long."""
-        self._hold = hold
-        self._since: float | None = None
+    def __init__(self, tolerance: float, settings: SteeringSettings) -> None:
+        """`tolerance`: what is left when it has arrived, in any unit."""
+        self._near, self._far = tolerance, settings.again_beyond * tolerance
+        self._hold = settings.settle
+        self._there = False
+        self._since = 0.0
 
-    def after(self, true: bool, stamp: float) -> bool:
-        """Take in one frame; whether it has been true without a break for that long."""
-        if not true:
-            self._since = None
-            return False
-        if self._since is None:
+    def reached(self, left: float, stamp: float) -> bool:
+        """Take in one frame; whether to stand still."""
+        was = self._there
+        self._there = left < (self._far if was else self._near)
+        if self._there and not was:
             self._since = stamp
-        return stamp - self._since >= self._hold
+        return self._there
+
+    def settled(self, stamp: float) -> bool:
+        """Whether it has stood there long enough to be done."""
+        return self._there and stamp - self._since >= self._hold
 
 
 class Headway:

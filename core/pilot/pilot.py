@@ -88,6 +88,8 @@ class Pilot:
 
     def _decide(self, frame: SensorFrame, pose: Pose) -> Twist:
         """What to ask of the gate."""
+        if self._obedience.undertaking is None:
+            return ZERO
         wait_for = LOOKING_AROUND if self._slam.looking_around else ""
         return self._obedience.drive(self._surroundings(frame, pose), wait_for)
 
