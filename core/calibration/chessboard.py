@@ -20,6 +20,7 @@ class ChessboardSettings:
     """How the board is looked for."""
 
     glance: int = 320  # [pixel] width of the copy on which a live picture is glanced at first
+    small: int = 400  # [pixel] pictures up to this width are searched at twice their size: many more boards are found
     patient: int = (
         800  # [pixel] longest side up to which the search goes without the quick check; noise takes seconds
     )
@@ -42,31 +43,43 @@ class BoardView:
 def find_board(grey: Array, board: Board, settings: ChessboardSettings | None = None) -> BoardView | None:
     """Grey picture (H, W) uint8 → the board in it, or None. For pictures that may take their time."""
     settings = settings or ChessboardSettings()
-    longest = max(grey.shape)
-    found = _search_at(grey, board, settings.patient, FLAGS, settings) if longest <= settings.patient else None
-    if found is None and longest > settings.patient:
-        found = _search_at(grey, board, settings.search, QUICK, settings)
+    own, longest = working_scale(grey, settings), max(grey.shape)
+    if longest <= settings.patient:
+        found = _search_at(grey, board, own, FLAGS, settings)
+    else:
+        found = _search_at(grey, board, min(1.0, settings.search / longest), QUICK, settings)
         if found is None:
-            found = _search_at(grey, board, settings.patient, FLAGS, settings)
+            found = _search_at(grey, board, settings.patient / longest, FLAGS, settings)
     return None if found is None else _view(grey, found, board, settings)
 
 
 def glimpse(
-    grey: Array, board: Board, last: Array | None = None, settings: ChessboardSettings | None = None
+    grey: Array,
+    board: Board,
+    last: Array | None = None,
+    *,
+    thorough: bool = True,
+    settings: ChessboardSettings | None = None,
 ) -> BoardView | None:
     """The same for a live picture: where the board was a moment ago, else after a glance at a small copy.
 
-    `last`: corners (N, 2) [pixel] in the picture before. A board too far for the glance is found while followed.
+    `last`: corners (N, 2) [pixel] in the picture before. `thorough`: look at the whole picture when the glance, which
+    misses far boards, sees nothing; ask for it now and then only, as it is slow where there is no board.
     """
     settings = settings or ChessboardSettings()
     found = None if last is None else _search_around(grey, board, last, settings)
     if found is None:
         scale = min(1.0, settings.glance / grey.shape[1])
-        if scale == 1.0:
-            found = search(grey, board, QUICK)
-        elif search(_shrunk(grey, scale), board, QUICK) is not None:
-            found = _search_at(grey, board, settings.patient, FLAGS, settings)
+        if scale < 1 and search(_scaled(grey, scale), board, QUICK) is not None:
+            found = _search_at(grey, board, min(1.0, settings.patient / max(grey.shape)), FLAGS, settings)
+        elif thorough:
+            found = _search_at(grey, board, working_scale(grey, settings), QUICK, settings)
     return None if found is None else _view(grey, found, board, settings)
+
+
+def working_scale(grey: Array, settings: ChessboardSettings) -> float:
+    """The scale at which boards in such a picture are found best."""
+    return 2.0 if grey.shape[1] <= settings.small else min(1.0, settings.patient / max(grey.shape))
 
 
 def search(grey: Array, board: Board, flags: int) -> Array | None:
@@ -128,14 +141,13 @@ def _refined(grey: Array, found: Array, board: Board, settings: ChessboardSettin
     return refined.reshape(-1, 2).astype(float), window
 
 
-def _search_at(grey: Array, board: Board, longest: int, flags: int, settings: ChessboardSettings) -> Array | None:
-    """Search in a copy whose longest side is at most `longest`; corners in the pixels of the original."""
-    scale = min(1.0, longest / max(grey.shape))
+def _search_at(grey: Array, board: Board, scale: float, flags: int, settings: ChessboardSettings) -> Array | None:
+    """Search in a scaled copy; corners in the pixels of the original."""
     if scale == 1.0:
         return search(grey, board, flags)
-    small = _shrunk(grey, scale)
-    found = search(small, board, flags)
-    return None if found is None else (_refined(small, found, board, settings)[0] + 0.5) / scale - 0.5
+    copy = _scaled(grey, scale)
+    found = search(copy, board, flags)
+    return None if found is None else (_refined(copy, found, board, settings)[0] + 0.5) / scale - 0.5
 
 
 def _search_around(grey: Array, board: Board, last: Array, settings: ChessboardSettings) -> Array | None:
@@ -144,9 +156,11 @@ def _search_around(grey: Array, board: Board, last: Array, settings: ChessboardS
     height, width = grey.shape
     left, top = np.maximum(low - reach, 0).astype(int)
     right, bottom = np.minimum(high + reach, (width, height)).astype(int)
-    found = search(np.ascontiguousarray(grey[top:bottom, left:right]), board, QUICK)
+    part = np.ascontiguousarray(grey[top:bottom, left:right])
+    found = _search_at(part, board, working_scale(grey, settings), QUICK, settings)
     return None if found is None else found + np.array([left, top])
 
 
-def _shrunk(grey: Array, scale: float) -> Array:
-    return cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+def _scaled(grey: Array, scale: float) -> Array:
+    how = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+    return cv2.resize(grey, None, fx=scale, fy=scale, interpolation=how)

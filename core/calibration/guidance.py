@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from core.calibration import homography
 from core.calibration.board import Board
 from core.calibration.intrinsics import Calibration
 from core.calibration.practice import Holding, held
@@ -13,6 +14,8 @@ from core.calibration.projection import PAPER, Poses, project, vector_of
 from core.calibration.uncertainty import Sensitivity, map_of, sensitivity, told_by
 from core.message import Array, message
 from core.optics import CameraModel
+
+LEAST_NOISE = 0.02  # [pixel]: no corner is believed better than this
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,7 @@ class GuidanceSettings:
     roll: float = np.deg2rad(25)
     noise: float = 0.2  # [pixel] of a corner's coordinate, until it has been measured
     clear_tilt: float = np.deg2rad(12)  # tilts below this are called straight
+    spacing: float = 9.0  # [pixel] between neighbouring corners at least: nearer together they are hard to find
     margin: float = 0.03  # share of the picture's width that corners keep from the rim, so that a hand can miss
 
 
@@ -38,41 +42,44 @@ class Advice:
     corners: Array  # (N, 2) [pixel]
     rotation: Array  # (3, 3), camera_from_board
     translation: Array  # (3,) [m]
-    p95: float  # [pixel] predicted after this view
+    left: float  # predicted after this view: p95 [pixel] for the camera, share of the mount's doubt for the laser
 
 
 def advise(
     board: Board,
     size: tuple[int, int],
     calibration: Calibration | None = None,
+    taken: Array | None = None,
     settings: GuidanceSettings | None = None,
 ) -> Advice:
     """What is known so far → the most useful next view.
 
     Among random poses, the one that makes the mean variance of the projection over the picture smallest. Without a
-    calibration a usual camera is assumed and little is taken for granted.
+    calibration a usual camera is assumed, and the views `taken` so far, corners (M, N, 2), count as seen by it.
     """
     settings = settings or GuidanceSettings()
     model = usual_camera(size) if calibration is None else calibration.model
     camera = vector_of(model)
     poses = candidates(model, board, settings)
-    known, noise = prior(model), settings.noise
+    known, noise, around = prior(model), settings.noise, None
     if calibration is not None:
-        noise = max(calibration.noise, 0.02)
-        known = known + told_by(camera, calibration.poses.take(calibration.used), board.points, PAPER, noise).sum(
-            axis=0
-        )
-    around = None if calibration is None else calibration.corners.pixels[calibration.corners.used]
+        seen, noise = calibration.poses.take(calibration.used), max(calibration.noise, LEAST_NOISE)
+        around = calibration.corners.pixels[calibration.corners.used]
+        known = known + told_by(camera, seen, board.points, PAPER, noise).sum(axis=0)
+    elif taken is not None and len(taken):
+        seen, around = homography.board_poses(board.points, taken, camera), taken.reshape(-1, 2)
+        known = known + told_by(camera, seen, board.points, PAPER, noise).sum(axis=0)
     told = told_by(camera, poses, board.points, PAPER, noise)
-    best, covariance = choose(sensitivity(model, PAPER, around), known, told)
+    grid = sensitivity(model, PAPER, around)
+    best, covariance = choose(grid, known, told)
     pose = poses.take(slice(best, best + 1))
     return Advice(
         words=describe(model, pose, board, settings),
-        outline=project(camera, pose, _rim(board))[0],
+        outline=project(camera, pose, outline_of(board))[0],
         corners=project(camera, pose, board.points)[0],
         rotation=pose.rotations[0],
         translation=pose.translations[0],
-        p95=map_of(sensitivity(model, PAPER, around), covariance).p95,
+        left=map_of(grid, covariance).p95,
     )
 
 
@@ -96,7 +103,16 @@ def candidates(model: CameraModel, board: Board, settings: GuidanceSettings) -> 
         roll=settings.roll,
         margin=settings.margin * model.width,
     )
-    return held(np.random.default_rng(settings.seed), settings.candidates, model, board, how)
+    poses = held(np.random.default_rng(settings.seed), settings.candidates, model, board, how)
+    good = clear(model, poses, board, settings.spacing)
+    return poses.take(good) if np.count_nonzero(good) else poses
+
+
+def clear(model: CameraModel, poses: Poses, board: Board, spacing: float) -> Array:
+    """(M,) bool: poses in which neighbouring corners are at least `spacing` [pixel] apart."""
+    grid = project(vector_of(model), poses, board.points).reshape(-1, board.rows, board.columns, 2)
+    gaps = [np.linalg.norm(np.diff(grid, axis=axis), axis=3).min(axis=(1, 2)) for axis in (1, 2)]
+    return np.minimum(*gaps) >= spacing
 
 
 def prior(model: CameraModel) -> Array:
@@ -142,7 +158,7 @@ def tilt_words(rotation: Array, clear: float) -> str:
     return f"tilt the {' '.join(edges)} {kind} away by about {angle} degrees"
 
 
-def _rim(board: Board) -> Array:
+def outline_of(board: Board) -> Array:
     """The panel's rim (48, 3) [m] in pieces short enough to bend with the distortion."""
     outline = board.outline
     sides = [np.linspace(outline[side], outline[(side + 1) % 4], 12, endpoint=False) for side in range(4)]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from core.calibration.board import Board
+from core.calibration.laser_guidance import beams_on_panel
 from core.calibration.practice import Holding, held, seen
 from core.calibration.projection import Poses, exponential
 from core.calibration.range_lines import unit_rays
@@ -114,13 +115,10 @@ class PracticeRoom:
 
     def _board(self, laser_from_board: Transform) -> Array:
         """Ranges (B,) [m] to the panel; inf where the beam misses it."""
-        normal = laser_from_board.rotation[:, 2]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ranges = (normal @ laser_from_board.translation) / (self.rays @ normal)
-            places = laser_from_board.inverse().apply(self.rays * ranges[:, None])
-        half = np.array(self.board.half_size)
-        hit = (ranges > 0) & np.all(np.abs(places[:, :2] - self.board.centre[:2]) <= half, axis=1)
-        return np.where(hit, ranges, np.inf)
+        beams, hit = beams_on_panel(self.rays, laser_from_board, self.board)
+        ranges = np.full(len(self.rays), np.inf)
+        ranges[beams] = hit
+        return ranges
 
     def _assistant(self, laser_from_board: Transform) -> Array:
         """Ranges (B,) [m] to the one who holds the board: a body behind and beside it, a hand at its rim."""

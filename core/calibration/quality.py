@@ -13,6 +13,9 @@ from core.calibration.homography import homographies
 from core.calibration.levenberg import minimise
 from core.message import Array, message
 
+MISCOUNTS = ((-1, -1), (-1, 0), (0, -1), (1, 0), (0, 1), (1, 1))
+"""How people miscount, the likeliest first: squares instead of inner corners."""
+
 
 @dataclass(frozen=True)
 class QualitySettings:
@@ -74,23 +77,38 @@ def judge(grey: Array, view: BoardView, board: Board, settings: QualitySettings 
 
 def why_none(grey: Array, board: Board) -> str:
     """A grey picture in which the board was not found → the likely reason, and what to do."""
-    scale = min(1.0, 640 / max(grey.shape))
-    small = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1 else grey
-    for columns, rows in ((-1, -1), (-1, 0), (0, -1), (1, 0), (0, 1), (1, 1)):
-        size = (board.columns + columns, board.rows + rows)
-        if min(size) < 3:
-            continue
-        other = Board(columns=size[0], rows=size[1], square=board.square)
-        corners = search(small, other, QUICK)
-        if corners is not None and not continues(small, corners, other, QualitySettings.saddle):
-            what = (
-                "squares instead of inner corners" if (columns, rows) == (-1, -1) else "the wrong number of corners"
-            )
-            return (
-                f"I see a board with {other.name} inner corners, not {board.name}: you may have counted {what}. "
-                "Count the points where four squares meet."
-            )
-    dark, light = np.quantile(small, (0.05, 0.95))
+    return next(
+        filter(None, (miscounted(grey, board, which, 640) for which in range(len(MISCOUNTS)))), None
+    ) or unseen(grey, board)
+
+
+def miscounted(grey: Array, board: Board, which: int, longest: int) -> str:
+    """'' or a sentence, if a board shows up when corners are counted differently, by number `which` of MISCOUNTS.
+
+    Looks at a copy whose longest side is `longest` [pixel].
+    """
+    columns, rows = MISCOUNTS[which % len(MISCOUNTS)]
+    size = (board.columns + columns, board.rows + rows)
+    if min(size) < 3 or max(size) > 40:
+        return ""
+    scale = min(2.0, longest / max(grey.shape))
+    small = cv2.resize(
+        grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+    )
+    other = Board(columns=size[0], rows=size[1], square=board.square)
+    corners = search(small, other, QUICK)
+    if corners is None or continues(small, corners, other, QualitySettings.saddle):
+        return ""
+    what = "squares instead of inner corners" if (columns, rows) == (-1, -1) else "the wrong number of corners"
+    return (
+        f"I see a board with {other.name} inner corners, not {board.name}: you may have counted {what}. "
+        "Count the points where four squares meet."
+    )
+
+
+def unseen(grey: Array, board: Board) -> str:
+    """A grey picture without a board → words about its light."""
+    dark, light = np.quantile(grey[::4, ::4], (0.05, 0.95))
     if light < 60:
         return "The picture is too dark to see a board; add light."
     if light - dark < 30:

@@ -15,7 +15,6 @@ from core.message import Array, message
 from core.optics import CameraModel
 
 COLUMNS, ROWS = 15, 11  # of the map
-COVER = (8, 6)  # cells of the coverage map
 AHEAD = Poses(np.eye(3)[None], np.zeros((1, 3)))
 
 
@@ -87,14 +86,6 @@ def map_pixels(model: CameraModel) -> Array:
     """The map's pixels (G, 2), row by row, from rim to rim."""
     u, v = np.linspace(0, model.width - 1, COLUMNS), np.linspace(0, model.height - 1, ROWS)
     return np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
-
-
-def coverage(corners: Corners, size: tuple[int, int]) -> Array:
-    """How many used corners fell into each cell of the picture: (6, 8) counts."""
-    pixels = corners.pixels[corners.used]
-    return np.histogram2d(pixels[:, 1], pixels[:, 0], bins=(COVER[1], COVER[0]), range=((0, size[1]), (0, size[0])))[
-        0
-    ].astype(int)
 
 
 def told_by(camera: Array, poses: Poses, points: Array, free: tuple[int, ...], noise: float) -> Array:

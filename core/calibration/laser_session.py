@@ -1,0 +1,274 @@
+"""The laser's wizard without a screen: the empty room first, then still poses of the board that both sensors see."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from core.calibration.board import Board
+from core.calibration.board_line import average, find_lines, foreground
+from core.calibration.extrinsics import NAMES, Mount
+from core.calibration.guidance import Advice
+from core.calibration.laser_guidance import advise_pose
+from core.calibration.laser_solve import LaserCalibration, LaserPose, LaserSettings, calibrate_laser
+from core.calibration.laser_words import landing_words, landings, weak_words
+from core.calibration.planes import BoardPose, board_pose
+from core.calibration.projection import Poses
+from core.calibration.quality import judge, unseen
+from core.calibration.range_lines import unit_rays
+from core.calibration.watcher import Watcher
+from core.errors import BadInput, Refused
+from core.message import Array, message
+from core.optics import CameraModel
+from core.sensors.laser import Scan
+
+Kind = Literal["background", "nothing", "refused", "moving", "gathering", "same", "counted"]
+
+RANGE_SD = 0.007  # [m] of an averaged range, until it has been measured
+
+
+@dataclass(frozen=True)
+class LaserSessionSettings:
+    """When a pose is taken by itself."""
+
+    background: int = 30  # scans of the empty room
+    scans: int = 20  # of every still pose
+    still: float = 0.7  # [pixel] mean motion of the corners between pictures, per 640 pixels of width
+    drift: float = 2.0  # [pixel] that the corners may wander in all while scans are gathered, per 640 pixels of width
+    blind: int = 5  # scans that may come without a picture that shows the board still
+    turned: float = np.deg2rad(8)  # a pose is new when its board is turned by so much …
+    moved: float = 0.08  # … or by this share of its distance nearer or farther
+    least_poses: int = 10
+    solve_from: int = 4
+    landing: float = 3.0  # [pixel] within which a laser point at 1 m has to land (95 %)
+    solve: LaserSettings = field(default_factory=LaserSettings)
+
+
+@message
+class LaserVerdict:
+    """What became of one picture or scan."""
+
+    kind: Kind
+    words: str
+    name: str = ""
+    corners: Array | None = None  # (N, 2) [pixel], to be drawn
+    beams: Array | None = None  # (K,) numbers of the beams taken for the board, to be highlighted
+
+
+class LaserProgress(NamedTuple):
+    """How far the wizard is."""
+
+    poses: int
+    gains: dict[str, float]  # per direction: share by which the data have shrunk the mount's doubt, 0..1
+    weak: tuple[str, ...]  # sentences
+    landing: str  # a sentence; empty before the first solution
+    ready: bool
+    words: str
+
+
+@dataclass
+class TakenPose:
+    """A pose in the session."""
+
+    pose: LaserPose
+    dropped: bool = False
+
+
+class LaserSession:
+    """One calibration of the laser against a calibrated camera. Owned by one thread."""
+
+    def __init__(
+        self,
+        board: Board,
+        model: CameraModel,
+        mount: Mount | None = None,
+        settings: LaserSessionSettings | None = None,
+    ) -> None:
+        self.board, self.model, self.mount = board, model, mount or Mount()
+        self.settings = settings or LaserSessionSettings()
+        self.taken: list[TakenPose] = []
+        self.calibration: LaserCalibration | None = None
+        self.background: Array | None = None  # (B,) [m]
+        self._scans: list[Array] = []
+        self._rays = np.empty((0, 3))
+        self._watcher = Watcher(board)
+        self._seen: BoardPose | None = None
+        self._start: Array | None = None  # (N, 2) [pixel] corners when gathering began
+        self._blind = 0  # scans since the last picture
+        self._solved: tuple[str, ...] = ()
+
+    def sweep(self, scan: Scan) -> LaserVerdict | None:
+        """One scan → a verdict where it completes something: first the background, then every still pose."""
+        ranges = np.where(scan.valid, scan.ranges, np.nan)
+        if len(self._rays) not in (0, len(ranges)):
+            raise BadInput("The laser's scans have changed their number of beams; start the session anew.")
+        self._rays = unit_rays(scan.angles)
+        if self.background is None:
+            self._scans.append(ranges)
+            return self._empty_room()
+        if self._seen is None:
+            return None
+        self._blind += 1
+        if self._blind > self.settings.blind:
+            self._forget()
+            return LaserVerdict(kind="nothing", words="No pictures arrive; is the camera running?")
+        self._scans.append(ranges)
+        if len(self._scans) < self.settings.scans:
+            words = f"Hold still: {len(self._scans)} of {self.settings.scans} scans."
+            return LaserVerdict(kind="gathering", words=words, corners=self._watcher.corners)
+        return self._take()
+
+    def look(self, grey: Array) -> LaserVerdict:
+        """One picture (H, W) uint8 → its verdict. The board has to be still while scans are gathered."""
+        if self.background is None:
+            words = (
+                f"Looking at the empty room: keep out of it. {len(self._scans)} of {self.settings.background} scans."
+            )
+            return LaserVerdict(kind="background", words=words)
+        view = self._watcher.look(grey)
+        self._blind = 0
+        if view is None:
+            self._forget()
+            return LaserVerdict(kind="nothing", words=unseen(grey, self.board))
+        wandered = self._watcher.apart(view.corners, self._start, grey.shape[1]) > self.settings.drift
+        if self._watcher.moved > self.settings.still or (self._seen is not None and wandered):
+            self._seen, self._scans = None, []
+            return LaserVerdict(kind="moving", words="Hold the board still.", corners=view.corners)
+        if self._seen is not None:
+            words = f"Hold still: {len(self._scans)} of {self.settings.scans} scans."
+            return LaserVerdict(kind="gathering", words=words, corners=view.corners)
+        refusals = judge(grey, view, self.board).refusals
+        if refusals:
+            return LaserVerdict(kind="refused", words=refusals[0], corners=view.corners)
+        pose = board_pose(self.model, self.board, view.corners)
+        same = self._same(pose)
+        if same:
+            words = f"Same as {same}; tilt or move the board."
+            return LaserVerdict(kind="same", words=words, corners=view.corners)
+        self._seen, self._start, self._scans = pose, view.corners, []
+        return LaserVerdict(kind="gathering", words="Hold still …", corners=view.corners)
+
+    def drop(self, name: str) -> None:
+        """Leave a pose out of the next solution. Raises BadInput when there is none of that name."""
+        self._named(name).dropped = True
+
+    def restore(self, name: str) -> None:
+        """Take a pose back in. Raises BadInput when there is none of that name."""
+        self._named(name).dropped = False
+
+    @property
+    def poses(self) -> tuple[LaserPose, ...]:
+        """The poses that take part."""
+        return tuple(each.pose for each in self.taken if not each.dropped)
+
+    @property
+    def stale(self) -> bool:
+        """Whether the solution does not cover the present poses."""
+        return len(self.poses) >= self.settings.solve_from and self._solved != tuple(pose.name for pose in self.poses)
+
+    def solve(self) -> LaserCalibration:
+        """Solve here and now. Raises BadInput with too few poses."""
+        poses = self.poses
+        found = calibrate_laser(poses, self.board, self.background, self.mount, settings=self.settings.solve)
+        return self.adopt(found, poses)
+
+    def adopt(self, calibration: LaserCalibration, poses: tuple[LaserPose, ...]) -> LaserCalibration:
+        """Take over a solution that was made of these poses, perhaps in another process."""
+        self.calibration, self._solved = calibration, tuple(pose.name for pose in poses)
+        return calibration
+
+    def accept(self) -> LaserCalibration:
+        """The calibration, if it is good enough to be used. Raises Refused with the reason."""
+        progress = self.progress()
+        if self.calibration is None or not progress.ready:
+            raise Refused(progress.words)
+        return self.calibration
+
+    def advice(self) -> Advice | None:
+        """The most useful next pose; None before the first scan, or where none is in view of both sensors."""
+        if not len(self._rays):
+            return None
+        known = self.calibration
+        found, sd = (None, RANGE_SD) if known is None else (known.extrinsics, known.range_sd)
+        boards = [pose.board for pose in self.poses]
+        taken = Poses(
+            np.array([board.rotation for board in boards]).reshape(-1, 3, 3),
+            np.array([board.translation for board in boards]).reshape(-1, 3),
+        )
+        return advise_pose(self.board, self.model, self._rays, sd, self.mount, taken if found is None else found)
+
+    def progress(self) -> LaserProgress:
+        """How far we are, and what is missing."""
+        if self.background is None:
+            return LaserProgress(0, {}, (), "", False, "First the empty room: step out of the laser's view.")
+        missing = self.settings.least_poses - len(self.poses)
+        if self.calibration is None:
+            words = f"{missing} more poses of the board at least."
+            return LaserProgress(len(self.poses), {}, (), "", False, words)
+        found = self.calibration.extrinsics
+        told = landings(found, self.model)
+        open_directions = [name for name in found.weak if not self._witnessed(name)]
+        near = max(told[1].sideways, told[1].up_down) <= self.settings.landing
+        if missing > 0:
+            words = f"{missing} more pose{'s' * (missing > 1)} at least."
+        elif self.stale:
+            words = "Not solved yet."
+        elif open_directions:
+            words = weak_words(found)[found.weak.index(open_directions[0])]
+        elif not near:
+            words = f"Not yet exact: {landing_words(told)}"
+        else:
+            words = f"Done: {landing_words(told)}"
+        ready = missing <= 0 and not self.stale and not open_directions and near
+        gains = {name: float(gain) for name, gain in zip(NAMES, found.gain, strict=True)}
+        return LaserProgress(len(self.poses), gains, weak_words(found), landing_words(told), ready, words)
+
+    def _witnessed(self, name: str) -> bool:
+        """Whether a direction was measured by ruler or level, as for upright boards."""
+        number = NAMES.index(name)
+        return self.mount.sds[number] < (np.deg2rad(1) if number < 3 else 0.01)
+
+    def _empty_room(self) -> LaserVerdict:
+        count, wanted = len(self._scans), self.settings.background
+        if count < wanted:
+            words = f"Looking at the empty room: keep out of it. {count} of {wanted} scans."
+            return LaserVerdict(kind="background", words=words)
+        self.background, self._scans = average(np.array(self._scans), self._rays).ranges, []
+        return LaserVerdict(kind="background", words="The empty room is known. Now show the board.")
+
+    def _take(self) -> LaserVerdict:
+        """Enough scans of a still board: find it among the beams that end before the empty room."""
+        scan = average(np.array(self._scans), self._rays)
+        pose, corners = self._seen, self._watcher.corners
+        self._scans = []
+        lines = find_lines(scan, foreground(scan, self.background, self.settings.solve.line), self.board)
+        if pose is None or not lines:
+            words = "The laser does not meet the board: hold it at the laser's height, nearer, away from walls."
+            self._seen = None
+            return LaserVerdict(kind="refused", words=words, corners=corners)
+        name = f"pose {len(self.taken) + 1}"
+        self.taken.append(TakenPose(LaserPose(name=name, board=pose, scan=scan)))
+        self._seen = None
+        words = f"Counted as {name}: {len(lines[0].beams)} beams on the board."
+        return LaserVerdict(kind="counted", words=words, name=name, corners=corners, beams=lines[0].beams)
+
+    def _same(self, pose: BoardPose) -> str:
+        """The name of the pose that this one repeats, or ''."""
+        for each in self.taken:
+            plane = each.pose.board.plane
+            angle = float(np.arccos(np.clip(plane.normal @ pose.plane.normal, -1, 1)))
+            nearer = abs(plane.distance - pose.plane.distance) / plane.distance
+            if not each.dropped and angle < self.settings.turned and nearer < self.settings.moved:
+                return each.pose.name
+        return ""
+
+    def _forget(self) -> None:
+        self._seen, self._scans = None, []
+
+    def _named(self, name: str) -> TakenPose:
+        for each in self.taken:
+            if each.pose.name == name:
+                return each
+        raise BadInput("There is no pose of that name in this session.")
