@@ -28,6 +28,7 @@ from core.robots.simulated import SimulationSettings
 from core.slam.ekf import EkfSettings
 from core.slam.motion import MotionSettings
 from core.slam.occupancy import OccupancySettings
+from core.slam.scan_odometry import ScanOdometrySettings
 
 LARGEST = 1_000_000  # bytes of a settings file
 
@@ -40,6 +41,7 @@ class Settings:
     edges: EdgeSettings = field(default_factory=EdgeSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     ekf: EkfSettings = field(default_factory=EkfSettings)
+    scan_odometry: ScanOdometrySettings = field(default_factory=ScanOdometrySettings)
     occupancy: OccupancySettings = field(default_factory=OccupancySettings)
     planner: PlannerSettings = field(default_factory=PlannerSettings)
     steering: SteeringSettings = field(default_factory=SteeringSettings)

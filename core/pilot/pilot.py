@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 from core.commands.command import Command
 from core.errors import Refused
 from core.gate import ZERO, Twist
 from core.geometry import Pose
 from core.navigation.surroundings import Body, Surroundings
 from core.pilot.eyes import Eyes, Look
+from core.pilot.feet import Feet
 from core.pilot.notices import Notices
 from core.pilot.obedience import Obedience
 from core.pilot.trail import NO_POINTS, Trail, frozen
@@ -39,12 +42,13 @@ class Pilot:
         )
         self._obedience = Obedience()
         self._notices = Notices()
-        self._wake(0.0)
+        self._wake(math.inf)
 
     def _wake(self, stamp: float) -> None:
-        """Know nothing yet: at the start, and after a jump back in a recording."""
+        """Know nothing yet: before the first frame, and after a jump back in a recording."""
         settings = self._settings
         self._stamp = self._scan_stamp = stamp
+        self._feet = Feet(self._profile.laser, settings.scan_odometry)
         self._eyes = Eyes(self._profile, settings)
         self._slam = EkfSlam(settings.ekf, settings.motion, self._profile.laser)
         self._dead_reckoning = DeadReckoning(settings.motion)
@@ -68,9 +72,10 @@ class Pilot:
         if frame.stamp < self._stamp - 1e-6:
             self._wake(frame.stamp)
         self._obedience.open_inbox(frame.stamp)
+        frame, move = self._feet.feel(frame)
         look = self._eyes.look(frame)
-        estimate = self._slam.update(frame, look.sightings)
-        dead_reckoning = self._dead_reckoning.update(frame, look.sightings)
+        estimate = self._slam.update(frame, look.sightings, move)
+        dead_reckoning = self._dead_reckoning.update(frame, look.sightings, move)
         self._draw_map(estimate.pose, look)
         self._watch(frame)
         twist = self._decide(frame, estimate.pose)
@@ -115,7 +120,8 @@ class Pilot:
         self._contact = frame.contact
         if frame.scan is not None:
             self._scan_stamp = frame.stamp
-        blind = self._profile.laser is not None and frame.stamp - self._scan_stamp > SCAN_LOST_AFTER
+        overdue = frame.stamp - self._scan_stamp > SCAN_LOST_AFTER
+        blind = overdue and self._profile.drives and self._profile.laser is not None
         self._notices.watch(frame.stamp, "laser", NO_SCAN if blind else "", "error", "The laser is back.")
         self._notices.watch(frame.stamp, "camera", self._eyes.trouble, "warning")
         if frame.note:
