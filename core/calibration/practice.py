@@ -103,12 +103,19 @@ def _any(rng: np.random.Generator, count: int, model: CameraModel, board: Board,
 
 def _box(model: CameraModel, poses: Poses, board: Board) -> tuple[int, int, int, int]:
     """Left, top, right, bottom [pixel] of what the panel can cover."""
-    outline = board.outline
+    x, y = _paper(board)
+    outline = board.centre + np.array([[-x, -y, 0.0], [x, -y, 0.0], [x, y, 0.0], [-x, y, 0.0]])
     sides = [np.linspace(outline[i], outline[(i + 1) % 4], 12) for i in range(4)]
     pixels = project(vector_of(model), poses.take(slice(0, 1)), np.concatenate(sides))[0]
     low = np.clip(np.floor(pixels.min(axis=0)) - 2, 0, (model.width, model.height)).astype(int)
     high = np.clip(np.ceil(pixels.max(axis=0)) + 3, 0, (model.width, model.height)).astype(int)
     return int(low[0]), int(low[1]), int(high[0]), int(high[1])
+
+
+def _paper(board: Board) -> tuple[float, float]:
+    """[m] from the board's centre to the rim of the white around the print."""
+    blank = 0.0 if board.panel else board.square / 2
+    return board.half_size[0] + blank, board.half_size[1] + blank
 
 
 def _shades(places: Array, depth: Array, board: Board) -> Array:
@@ -117,8 +124,7 @@ def _shades(places: Array, depth: Array, board: Board) -> Array:
     square = board.square
     dark = (np.floor(x / square) + np.floor(y / square)) % 2 == 0
     printed = (x > -square) & (x < board.width + square) & (y > -square) & (y < board.height + square)
-    half_width, half_height = board.half_size
-    margin = 0.0 if board.panel else square / 2
+    half_width, half_height = _paper(board)
     panel = (np.abs(x - board.width / 2) < half_width + margin) & (
         np.abs(y - board.height / 2) < half_height + margin
     )

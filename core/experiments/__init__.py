@@ -19,4 +19,4 @@ def _in(module: str) -> Experiment:
     return run
 
 
-EXPERIMENTS: dict[str, Experiment] = {"tour": _in("tour")}
+EXPERIMENTS: dict[str, Experiment] = {"camera-table": _in("camera_table"), "tour": _in("tour")}
