@@ -125,9 +125,7 @@ def _shades(places: Array, depth: Array, board: Board) -> Array:
     dark = (np.floor(x / square) + np.floor(y / square)) % 2 == 0
     printed = (x > -square) & (x < board.width + square) & (y > -square) & (y < board.height + square)
     half_width, half_height = _paper(board)
-    panel = (np.abs(x - board.width / 2) < half_width + margin) & (
-        np.abs(y - board.height / 2) < half_height + margin
-    )
+    panel = (np.abs(x - board.width / 2) < half_width) & (np.abs(y - board.height / 2) < half_height)
     grey = np.where(printed & dark, DARK, LIGHT)
     grey = np.where(panel & (depth > 0), grey, WALL)
     rows, columns = grey.shape
