@@ -97,7 +97,8 @@ export class Session {
   /** STOP, by both ways at once: whichever is quicker. */
   stop() {
     const left = this.link.send({ kind: "stop" });
-    if (this.state && !this.hello?.robot.drives) void this.playback("pause");
+    const { robot, you } = this.hello ?? {};
+    if (robot?.drives === false && you?.role !== "viewer") void this.playback("pause");
     this.#tell("stopped", null);
     api.stop().catch((refusal) => {
       if (!left) this.#tell("trouble", `Stop could not be sent: ${refusal.message} The robot stops by itself when the link is gone.`);

@@ -8,7 +8,7 @@ import { exampleNumbers, filled, holes } from "../suggest.js";
 /** @typedef {import("../suggest.js").Kind} Kind */
 /** @typedef {import("../suggest.js").NumberRow} NumberRow */
 
-const DRAWN = new Set(["turn_left", "turn_right", "continue", "stop_at", "stop_moving", "follow_wall", "come_here", "follow_me"]);
+const DRAWN = new Set(["turn_left", "turn_right", "continue", "stop_at", "stop_moving", "start", "follow_wall", "come_here", "follow_me"]);
 
 class CommandChips extends Panel {
   #chips = make("div", { class: "chips", role: "group", "aria-label": "Commands" });

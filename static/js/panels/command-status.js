@@ -16,8 +16,9 @@ import { Panel } from "../panel.js";
  * @property {readonly string[]} meant
  */
 
+const POINT = matchMedia("(pointer: coarse)").matches ? "tap" : "click";
 /** @type {Shown} */
-const READY = { icon: "command", words: "Ready", remark: "Type, press a button below, or click the floor.", state: "", meant: [] };
+const READY = { icon: "command", words: "Ready", remark: `Type, press a button below, or ${POINT} the floor.`, state: "", meant: [] };
 
 class CommandStatus extends Panel {
   #icon = icon("command");

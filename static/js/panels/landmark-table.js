@@ -1,12 +1,12 @@
 // The paper's table L as the operator may read it: every landmark, how sure it is, how often it was met and missed.
 
 import { make, write } from "../element.js";
-import { fixed, largestSigma, spread } from "../format.js";
+import { fixed, largestSigma } from "../format.js";
 
 /** @typedef {import("../wire.js").LandmarkRow} LandmarkRow */
 
 const EVERY_MS = 400;
-const COLUMNS = ["No.", "x", "y", "±", "Hits", "Missed"];
+const COLUMNS = ["No.", "x m", "y m", "± cm", "Hits", "Missed"];
 
 export class LandmarkTable extends HTMLElement {
   #body = make("tbody");
@@ -37,8 +37,8 @@ export class LandmarkTable extends HTMLElement {
 
 /** @param {LandmarkRow} landmark */
 function rowOf({ id, x_m: x, y_m: y, cov_m2: covariance, hits, misses }) {
-  const unsure = spread(largestSigma(covariance)).replace("± ", "");
-  return [String(id), fixed(x, 2), fixed(y, 2), unsure, String(hits), String(misses)];
+  const unsure = 100 * largestSigma(covariance);
+  return [String(id), fixed(x, 2), fixed(y, 2), fixed(unsure, 1), String(hits), String(misses)];
 }
 
 customElements.define("landmark-table", LandmarkTable);

@@ -41,7 +41,7 @@ class RecordCard extends Panel {
     this.session.on("history", (rows) => this.#list(rows));
     this.session.on("hello", ({ robot }) => {
       this.#tabs.history.hidden = !robot.drives;
-      if (!robot.drives && this.#open === "history") this.#turnTo("landmarks");
+      if (!robot.drives && this.#open === "history") this.#turnTo(innerWidth < 1024 ? "notices" : "landmarks");
     });
     this.#turnTo("history");
   }

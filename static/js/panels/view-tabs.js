@@ -1,7 +1,9 @@
 // On a narrow screen: which instrument stands above the hands. A swipe over the tabs or the instruments walks on.
 
-import { icon, make, mark } from "../element.js";
+import { icon, make, mark, write } from "../element.js";
 import { Panel } from "../panel.js";
+
+/** @typedef {import("../session.js").View} View */
 
 const VIEWS = /** @type {const} */ ([
   ["map", "Map"],
@@ -30,6 +32,21 @@ class ViewTabs extends Panel {
     }
   }
 
+  /**
+   * A recording may have no pictures, and it has no history of commands.
+   * @override
+   * @param {View} view
+   */
+  show({ hello }) {
+    const blind = this.#place.querySelector("camera-view")?.hasAttribute("hidden") === true;
+    if (blind && this.#place.dataset["view"] === "camera") this.open("map");
+    for (const button of this.querySelectorAll("button")) {
+      if (button.dataset["to"] === "camera") button.hidden = blind;
+      const words = button.lastElementChild;
+      if (button.dataset["to"] === "record" && words) write(words, hello?.robot.drives === false ? "Notices" : "History");
+    }
+  }
+
   /** @param {string} view */
   open(view) {
     this.#place.dataset["view"] = view;
@@ -48,9 +65,9 @@ class ViewTabs extends Panel {
     const across = (touch?.clientX ?? this.#startX) - this.#startX;
     const down = (touch?.clientY ?? this.#startY) - this.#startY;
     if (Math.abs(across) < SWIPE_PX || Math.abs(across) < 2 * Math.abs(down)) return;
-    const present = VIEWS.findIndex(([view]) => view === this.#place.dataset["view"]);
-    const next = VIEWS[present + (across < 0 ? 1 : -1)];
-    if (next) this.open(next[0]);
+    const shown = [...this.querySelectorAll("button")].filter((button) => !button.hidden);
+    const present = shown.findIndex((button) => button.dataset["to"] === this.#place.dataset["view"]);
+    shown[present + (across < 0 ? 1 : -1)]?.click();
   }
 }
 
