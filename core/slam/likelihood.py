@@ -1,0 +1,95 @@
+"""How well laser points lie on what was seen before: a likelihood field, and the pose that fits it best."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from core.geometry import Pose, rotation, wrap
+from core.message import Array
+
+CELL = 0.05  # [m]
+SMEAR = 1.2  # [cells] off a wall at which the fit has dropped to 0.6
+RIM = 16  # [cells] around everything, so that shifting never leaves the field
+LARGEST = 1200  # [cells] of a side
+ROUNDS = 8  # of the refinement, at most
+STRIDE = 0.05  # [m] of one round, at most
+
+
+@dataclass(frozen=True)
+class Match:
+    """Where points fit a field."""
+
+    pose: Pose
+    score: float  # 0..1, mean field value at the points
+
+
+class LikelihoodField:
+    """Values 0..1 on a grid, high where points (K, 2) [m] have been."""
+
+    def __init__(self, points: Array) -> None:
+        low, high = points.min(axis=0), points.max(axis=0)
+        self.origin = np.floor(low / CELL) * CELL - RIM * CELL
+        size = np.minimum(np.ceil((high - self.origin) / CELL).astype(int) + RIM + 1, LARGEST)
+        cells = ((points - self.origin) / CELL).astype(int)
+        cells = cells[(cells < size - RIM).all(axis=1)]
+        counts = np.bincount(cells[:, 1] * size[0] + cells[:, 0], minlength=size[0] * size[1])
+        counts = counts.reshape(size[1], size[0])
+        twice, once = counts >= 2, counts >= 1
+        occupied = twice if 2 * np.count_nonzero(twice) > np.count_nonzero(once) else once  # strays count once
+        distance = cv2.distanceTransform((~occupied).astype(np.uint8), cv2.DIST_L2, 5)
+        self.values = np.exp(-0.5 * (distance / SMEAR) ** 2)
+        self._flat = self.values.ravel()
+        self._width, self._height = int(size[0]), int(size[1])
+
+    def search(self, points: Array, guess: Pose, reach: float, angle: float, step: float, turn: float) -> Pose:
+        """The best pose on a lattice: ±`reach` [m] by `step`, ±`angle` [rad] by `turn` around the guess."""
+        shift = np.arange(-round(reach / step), round(reach / step) + 1) * round(step / CELL)
+        shift = np.clip(shift, 1 - RIM, RIM - 1)
+        offsets = (shift[:, None] * self._width + shift[None, :]).ravel()
+        best, found = -1.0, guess
+        count = round(angle / turn)
+        for turned in guess.heading + turn * np.arange(-count, count + 1):
+            cells = ((points @ rotation(turned).T + (guess.x, guess.y) - self.origin) / CELL).astype(int)
+            cells = np.clip(cells, RIM, (self._width - RIM - 1, self._height - RIM - 1))
+            flat = cells[:, 1] * self._width + cells[:, 0]
+            scores = self._flat[flat[None, :] + offsets[:, None]].mean(axis=1)
+            at = int(scores.argmax())
+            if scores[at] > best:
+                best = float(scores[at])
+                row, column = divmod(at, len(shift))
+                found = Pose(guess.x + CELL * shift[column], guess.y + CELL * shift[row], wrap(float(turned)))
+        return found
+
+    def refine(self, points: Array, guess: Pose) -> Match:
+        """Gauss-Newton on the bilinear field from a guess nearby."""
+        x, y, heading = guess.x, guess.y, guess.heading
+        for _ in range(ROUNDS):
+            values, jacobian = self._slopes(points, x, y, heading)
+            curvature = jacobian.T @ jacobian + np.eye(3)
+            move = np.linalg.solve(curvature, jacobian.T @ (1.0 - values))
+            move *= min(1.0, STRIDE / max(math.hypot(move[0], move[1]), 1e-9))
+            x, y, heading = x + float(move[0]), y + float(move[1]), heading + float(move[2])
+            if math.hypot(move[0], move[1]) < 2e-4 and abs(move[2]) < 1e-4:
+                break
+        values, _ = self._slopes(points, x, y, heading)
+        return Match(Pose(x, y, wrap(heading)), float(values.mean()))
+
+    def _slopes(self, points: Array, x: float, y: float, heading: float) -> tuple[Array, Array]:
+        """Points (M, 2) at a pose → field values (M,) and their change with x, y, heading (M, 3)."""
+        turned = points @ rotation(heading).T
+        place = (turned - (self.origin - np.array([x, y]))) / CELL - 0.5
+        inside = ((place >= 0) & (place < (self._width - 1, self._height - 1))).all(axis=1)
+        place = np.where(inside[:, None], place, 0.0)
+        cell = place.astype(int)
+        u, v = (place - cell).T
+        flat = cell[:, 1] * self._width + cell[:, 0]
+        a, b = self._flat[flat], self._flat[flat + 1]
+        c, d = self._flat[flat + self._width], self._flat[flat + self._width + 1]
+        values = np.where(inside, (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d), 0.0)
+        along = np.where(inside, ((1 - v) * (b - a) + v * (d - c)) / CELL, 0.0)
+        across = np.where(inside, ((1 - u) * (c - a) + u * (d - b)) / CELL, 0.0)
+        return values, np.column_stack((along, across, across * turned[:, 0] - along * turned[:, 1]))

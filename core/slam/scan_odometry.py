@@ -1,0 +1,152 @@
+"""Odometry from the laser alone, for robots and recordings without wheels."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.geometry import Pose, wrap
+from core.message import Array
+from core.perception.deskew import deskew
+from core.sensors import Laser, Scan, Wheels
+from core.slam.likelihood import LikelihoodField, Match
+from core.slam.motion import Increment
+
+
+@dataclass(frozen=True)
+class ScanOdometrySettings:
+    """How scans are laid on each other."""
+
+    reach: float = 0.2  # [m] around the predicted place that is searched
+    angle: float = math.radians(10)  # [rad] around the predicted heading
+    points: int = 180  # of a scan that the search looks at
+    score: float = 0.35  # a match is at least as good
+    keyframes: int = 20  # of which the local map is made
+    distance: float = 0.15  # [m] between keyframes …
+    turn: float = math.radians(8)  # [rad] … or this
+    coast: float = 0.5  # of the former motion that is expected to go on where a match fails
+    still_distance: float = 0.004  # [m] under which, and
+    still_turn: float = math.radians(0.15)  # [rad] under which nothing has moved
+    place_sd: float = 0.003  # [m] of a matched increment, at least
+    heading_sd: float = math.radians(0.1)  # [rad]
+    point_sd: float = 0.15  # [m] of a point across its wall, their dependence on each other taken in
+    wall: float = 0.3  # [m] between next neighbours on one wall, at most
+    blind_speed: float = 0.3  # [m/s] sd of the motion where a match fails
+    blind_turn: float = math.radians(30)  # [rad/s]
+
+
+FEWEST = 20  # points of a scan that can be matched
+
+
+class ScanOdometry:
+    """Lays every scan on a local map of the scans before it."""
+
+    def __init__(self, laser: Laser, settings: ScanOdometrySettings | None = None) -> None:
+        self.settings = settings or ScanOdometrySettings()
+        self.pose = Pose()
+        self.score: float | None = None  # of the newest match; None: there was none
+        self._laser = laser
+        self._matched = Pose()
+        self._motion = Pose()  # per second
+        self._stamp: float | None = None
+        self._frames: list[tuple[Pose, Array]] = []
+        self._field: LikelihoodField | None = None
+
+    @property
+    def wheels(self) -> Wheels:
+        """What wheels would have said: for de-skewing, dead reckoning and the operator."""
+        return Wheels(odometry=self.pose, speed=self._motion.x, turn_rate=self._motion.heading)
+
+    def update(self, scan: Scan, at: float) -> Increment:
+        """A scan, seen from the robot frame at time `at` [s] → the move since the scan before."""
+        elapsed = 0.0 if self._stamp is None else at - self._stamp
+        self._stamp = at
+        if elapsed < 0.0:
+            self._forget()
+        points, _ = deskew(scan, self._laser, self.wheels, at)
+        if self._field is None or len(points) < FEWEST or elapsed <= 0.0:
+            return self._begin(points)
+        match = self._search(points, self._matched @ _scaled(self._motion, elapsed))
+        self.score = match.score
+        if match.score < self.settings.score:
+            return self._coast(points, elapsed)
+        self._motion = _scaled(self._matched.inverse() @ match.pose, 1 / elapsed)
+        points, _ = deskew(scan, self._laser, self.wheels, at)  # by the motion as it was, not as it was before
+        match = self._field.refine(points, match.pose)
+        move = self._matched.inverse() @ match.pose
+        self._motion, self._matched = _scaled(move, 1 / elapsed), match.pose
+        self._keep(points)
+        return self._report(self._spread(points))
+
+    def _search(self, points: Array, expected: Pose) -> Match:
+        """Search on a lattice, coarse then fine, and refine by Gauss-Newton."""
+        field, settings = self._field, self.settings
+        assert field is not None
+        thinned = points[:: max(1, len(points) // settings.points)]
+        coarse = field.search(thinned, expected, settings.reach, settings.angle, 0.1, math.radians(1))
+        fine = field.search(thinned, coarse, 0.05, math.radians(0.5), 0.05, math.radians(0.25))
+        return field.refine(points, fine)
+
+    def _spread(self, points: Array) -> Array:
+        """Covariance (3, 3) of a matched move: what the walls' directions in the scan can tell, and a floor.
+
+        The field's own curvature says little: it is flat where a scan fits perfectly.
+        """
+        settings = self.settings
+        along = points[2:] - points[:-2]
+        reach = np.hypot(along[:, 0], along[:, 1])
+        wall = (reach > 1e-6) & (reach < settings.wall)
+        normals = np.column_stack((-along[wall, 1], along[wall, 0])) / reach[wall, None]
+        middle = points[1:-1][wall]
+        turning = middle[:, 0] * normals[:, 1] - middle[:, 1] * normals[:, 0]
+        told = np.column_stack((normals, turning)) / settings.point_sd
+        unknown = np.diag([1 / settings.reach**2, 1 / settings.reach**2, 1 / settings.angle**2])
+        floor = np.diag([settings.place_sd**2, settings.place_sd**2, settings.heading_sd**2])
+        return np.linalg.inv(told.T @ told + unknown) + floor
+
+    def _report(self, covariance: Array) -> Increment:
+        """The move since the last pose told; what is no more than the match's own trembling is none."""
+        step = self.pose.inverse() @ self._matched
+        settings = self.settings
+        if math.hypot(step.x, step.y) < settings.still_distance and abs(step.heading) < settings.still_turn:
+            return Increment()
+        self.pose = self._matched
+        return Increment(step, covariance)
+
+    def _coast(self, points: Array, elapsed: float) -> Increment:
+        """No match: expect the motion to die down, be unsure, and begin a new local map."""
+        settings = self.settings
+        self._motion = _scaled(self._motion, settings.coast)
+        self._matched = self._matched @ _scaled(self._motion, elapsed)
+        self._frames.clear()
+        self._keep(points)
+        sd = np.array([settings.blind_speed, settings.blind_speed, settings.blind_turn]) * max(elapsed, 0.1)
+        return self._report(np.diag(sd**2))
+
+    def _begin(self, points: Array) -> Increment:
+        if len(points):
+            self._keep(points)
+        return Increment()
+
+    def _forget(self) -> None:
+        """Time went backwards (a seek): the local map is of no use."""
+        self._frames.clear()
+        self._field, self._motion = None, Pose()
+
+    def _keep(self, points: Array) -> None:
+        """Make a keyframe of the scan if the last one is far enough away."""
+        if self._frames:
+            last = self._frames[-1][0]
+            near = last.distance_to(self._matched.x, self._matched.y) < self.settings.distance
+            if near and abs(wrap(self._matched.heading - last.heading)) < self.settings.turn:
+                return
+        self._frames.append((self._matched, self._matched.apply(points)))
+        del self._frames[: -self.settings.keyframes]
+        self._field = LikelihoodField(np.vstack([kept for _, kept in self._frames]))
+
+
+def _scaled(motion: Pose, share: float) -> Pose:
+    """A share of a small motion."""
+    return Pose(motion.x * share, motion.y * share, wrap(motion.heading * share))
