@@ -53,7 +53,7 @@ class Sound:
 
 @message
 class MicrophoneArray:
-    """Microphones in the array frame (x forward, y left, z up; azimuth counter-clockwise from +x), and its mounting."""
+    """Microphones in the array frame: x forward, y left, z up; azimuth counter-clockwise from +x."""
 
     positions: Array  # (M, 3) [m] in the array frame
     channels: tuple[int, ...] = ()  # which channel of the sound each microphone is; none given: in order

@@ -33,3 +33,10 @@ class HearingSettings:
     glimpse_strength: float = 0.6  # below it a glimpse holds two voices or an echo, and is not counted
     apart: float = 0.35  # between the unit vectors of two talkers
     share: float = 0.12  # of all glimpses that a further talker must own
+    active_share: float = 0.06  # of the bins above the noise, from which a frame holds a voice
+    onset_frames: int = 3  # of the last five, that begin an utterance
+    hangover: float = 0.5  # [s] of silence that end an utterance
+    early: float = 0.35  # [s] of an utterance after which its direction is told first
+    renewal: float = 0.5  # [s] between later directions of the same utterance
+    noise_memory: float = 1.0  # [s] over which the noise is averaged
+    longest: float = 8.0  # [s] of sound without a pause, after which it is taken for noise

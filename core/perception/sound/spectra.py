@@ -50,13 +50,19 @@ def frame_size(rate: int, settings: HearingSettings) -> int:
 def spectra(samples: Array, rate: int, settings: HearingSettings) -> Spectra:
     """Samples (N, M) → spectra within the band. Raises BadInput when the sound is shorter than two frames."""
     size = frame_size(rate, settings)
-    hop = size // settings.steps
     if len(samples) < 2 * size:
         raise BadInput(
             f"{len(samples) / rate:.3f} s are too short for a direction; at least {2 * size / rate:.2f} s."
         )
+    return framed(samples, rate, settings)
+
+
+def framed(samples: Array, rate: int, settings: HearingSettings) -> Spectra:
+    """As `spectra`, from one frame's length on. Raises BadInput for samples that are no numbers."""
     if not np.isfinite(samples).all():
         raise BadInput("The sound holds samples that are no numbers.")
+    size = frame_size(rate, settings)
+    hop = size // settings.steps
     frequencies = np.fft.rfftfreq(size, 1 / rate)
     band = (frequencies >= settings.lowest) & (frequencies <= min(settings.highest, 0.47 * rate))
     window = np.sin(np.pi * (np.arange(size) + 0.5) / size) ** 2

@@ -1,0 +1,160 @@
+"""Voices followed on the sphere of the world: a talker who walks, falls silent, and is joined by another.
+
+Bearings are kept in a frame that does not turn with the robot, so a robot that turns keeps them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from core.geometry import rotation, wrap
+from core.message import Array, message
+from core.perception.sound.direction import Direction, tangents
+
+
+@dataclass(frozen=True)
+class TrackingSettings:
+    """Birth, gate and death."""
+
+    walk: float = 0.35  # [rad/√s] by which a talker's direction wanders: 1 m/s at 2 m
+    gate: float = 11.8  # chi-square, 2 degrees of freedom, 99.7 %
+    births: int = 2  # hits until a voice is told
+    sure_sd: float = 0.10  # [rad] a first hit this sure is told at once
+    patience: float = 3.0  # [s] without a hit until a voice is dropped
+    apart: float = 0.25  # [rad] nearer tracks are one
+    widest_sd: float = 1.0  # [rad] directions less sure are not used
+
+
+@message
+class Voice:
+    """One talker in the world's directions."""
+
+    id: int
+    towards: Array  # (3,) in the frame that does not turn
+    covariance: Array  # (2, 2) [rad²] along (counter-clockwise, up)
+    born: float  # [s]
+    heard: float  # [s] of the last hit
+    hits: int
+
+    @property
+    def bearing(self) -> float:
+        """Azimuth [rad] in the frame that does not turn."""
+        return math.atan2(self.towards[1], self.towards[0])
+
+    @property
+    def bearing_sd(self) -> float:
+        """[rad]."""
+        level = max(math.hypot(self.towards[0], self.towards[1]), 1e-6)
+        return min(math.pi / math.sqrt(3), math.sqrt(self.covariance[0, 0]) / level)
+
+    def seen_at(self, heading: float) -> float:
+        """Azimuth [rad] for a robot with this heading."""
+        return wrap(self.bearing - heading)
+
+
+class Tracker:
+    """Keeps the voices."""
+
+    def __init__(self, settings: TrackingSettings | None = None) -> None:
+        self.settings = settings or TrackingSettings()
+        self._voices: list[Voice] = []
+        self._now = -math.inf
+        self._next = 1
+
+    @property
+    def voices(self) -> tuple[Voice, ...]:
+        """Those that are told, most recently heard first."""
+        settings = self.settings
+        told = [
+            one
+            for one in self._voices
+            if one.hits >= settings.births or math.sqrt(one.covariance[0, 0]) <= settings.sure_sd
+        ]
+        return tuple(sorted(told, key=lambda one: (-one.heard, -one.hits)))
+
+    def update(self, directions: Sequence[Direction], now: float, heading: float = 0.0) -> tuple[Voice, ...]:
+        """Directions heard at one time [s] by a robot with this heading [rad] → the voices.
+
+        Call it without directions to let time pass. Time that runs backwards begins anew.
+        """
+        if now < self._now:
+            self._voices = []
+        passed = now - self._now if math.isfinite(self._now) and now >= self._now else 0.0
+        self._now = now
+        spread = self.settings.walk**2 * passed * np.eye(2)
+        kept = [one for one in self._voices if now - one.heard <= self.settings.patience]
+        self._voices = [replace(one, covariance=one.covariance + spread) for one in kept]
+        heard = [_turned(one, heading) for one in directions if one.azimuth_sd <= self.settings.widest_sd]
+        self._meet(heard, now)
+        self._join()
+        return self.voices
+
+    def _meet(self, heard: list[Direction], now: float) -> None:
+        """Give every direction to at most one voice within the gate; what is left is born."""
+        costs = np.array([[_distance(voice, one) for one in heard] for voice in self._voices])
+        taken: set[int] = set()
+        if costs.size:
+            for row, column in zip(*linear_sum_assignment(np.minimum(costs, 1e3)), strict=True):
+                if costs[row, column] <= self.settings.gate:
+                    self._voices[row] = _corrected(self._voices[row], heard[column], now)
+                    taken.add(int(column))
+        for number, one in enumerate(heard):
+            if number not in taken:
+                self._voices.append(
+                    Voice(id=self._next, towards=one.towards, covariance=one.covariance, born=now, heard=now, hits=1)
+                )
+                self._next += 1
+
+    def _join(self) -> None:
+        """Two voices that came together are one: the older."""
+        kept: list[Voice] = []
+        for voice in sorted(self._voices, key=lambda one: (-one.hits, one.id)):
+            if all(voice.towards @ other.towards < math.cos(self.settings.apart) for other in kept):
+                kept.append(voice)
+        self._voices = kept
+
+
+def _turned(direction: Direction, heading: float) -> Direction:
+    """A direction from the robot's frame into the one that does not turn."""
+    turn = np.eye(3)
+    turn[:2, :2] = rotation(heading)
+    return Direction(
+        stamp=direction.stamp,
+        towards=turn @ direction.towards,
+        covariance=direction.covariance,
+        strength=direction.strength,
+    )
+
+
+def _offset(voice: Voice, towards: Array) -> Array:
+    """How far a direction lies from the voice's, (2,) [rad] along (counter-clockwise, up)."""
+    sides = tangents(voice.towards) @ towards
+    along = float(voice.towards @ towards)
+    length = float(np.linalg.norm(sides))
+    return sides * (math.atan2(length, along) / length if length > 1e-12 else 1.0)
+
+
+def _distance(voice: Voice, direction: Direction) -> float:
+    """Squared Mahalanobis distance."""
+    offset = _offset(voice, direction.towards)
+    return float(offset @ np.linalg.solve(voice.covariance + direction.covariance, offset))
+
+
+def _corrected(voice: Voice, direction: Direction, now: float) -> Voice:
+    """Kalman's correction in the tangent plane."""
+    gain = voice.covariance @ np.linalg.inv(voice.covariance + direction.covariance)
+    step = gain @ _offset(voice, direction.towards)
+    length = float(np.linalg.norm(step))
+    towards = voice.towards
+    if length > 1e-12:
+        towards = math.cos(length) * towards + math.sin(length) / length * step @ tangents(towards)
+    rest = np.eye(2) - gain
+    covariance = rest @ voice.covariance @ rest.T + gain @ direction.covariance @ gain.T
+    return replace(
+        voice, towards=towards / np.linalg.norm(towards), covariance=covariance, heard=now, hits=voice.hits + 1
+    )
