@@ -4,3 +4,7 @@ import os
 
 # OpenCV reads this once, at its first import: a picture that claims more pixels is refused instead of decoded.
 os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(2**25))
+
+# One thread for the algebra: the filter's small matrices lose more to waiting threads than they win from them.
+for library in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(library, "1")
