@@ -258,8 +258,7 @@ class Gate:
             return over
         if source == "jog":
             self._presses.end("goal")
-        twist = Twist(setpoint.v, setpoint.w).clamped(self.limits.max_speed, self.limits.max_turn_rate)
-        self._order = Order(twist, source, press, now, age)
+        self._order = Order(Twist(setpoint.v, setpoint.w), source, press, now, age)
         self._reason = ""
         return ""
 

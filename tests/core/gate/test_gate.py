@@ -264,6 +264,20 @@ def test_a_hand_beats_a_goal_and_the_goal_does_not_resume(bench: Bench) -> None:
     assert bench.goal(0.2, press=5) == ""
 
 
+def test_a_touch_of_the_keys_ends_a_goal_for_good(bench: Bench) -> None:
+    bench.hold("goal", 0.2, press=3, seconds=0.3)
+    assert bench.jog(-0.1, press=8) == ""
+    assert bench.jog(0.0, press=8) == ""
+    assert bench.goal(0.2, press=3).startswith("This command was stopped")
+
+
+def test_a_ticket_expires_also_while_the_gate_is_frozen(bench: Bench) -> None:
+    order = bench.order("jog", 0.2, 0.0, 1)
+    bench.now += 0.41
+    bench.gate.heartbeat(bench.now)
+    assert bench.gate.accept(order, bench.now).startswith("Old")
+
+
 def test_a_refused_hand_does_not_disturb_a_goal(bench: Bench) -> None:
     bench.gate.stop(bench.now)
     bench.tick()

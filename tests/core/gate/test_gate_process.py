@@ -134,27 +134,61 @@ def test_it_drives_and_says_so_at_twenty_hertz_or_more(gate: Played) -> None:
     assert tickets == sorted(tickets)
 
 
-def test_stop_is_handled_between_ticks(tmp_path: Path) -> None:
-    """Without any tick: the zero is on its way to the driver as soon as the stop has been read."""
-    (ours, console), (body, driver) = packet_pair(), packet_pair()
-    with ours, console, body, driver:
-        gate = Gate(Limits())
-        loop = GateLoop(gate, Latch(tmp_path), console, driver)
+class Still:
+    """A gate's loop that drives and whose clock does not run: what it does now, it does without a tick."""
+
+    def __init__(self, home: Path) -> None:
+        (self.ours, self.console), (self.body, self.driver) = packet_pair(), packet_pair()
+        self.gate = Gate(Limits())
+        self.loop = GateLoop(self.gate, Latch(home), self.console, self.driver)
         now = time.monotonic()
-        gate.tick(now)
-        gate.see([], now)
-        gate.heartbeat(now)
-        gate.arm(1, "ann", now)
-        order = {"epoch": 1, "seq": 1, "source": "goal", "press": 1, "v": 0.2, "w": 0.0, "nonce": gate.status().nonce}
-        send_packet(ours, {"kind": "set", **order})
-        loop._hear_console()  # pyright: ignore[reportPrivateUsage]
-        loop._tick(time.monotonic() + 0.02)  # pyright: ignore[reportPrivateUsage]
-        assert gate.twist.moves
-        take_packets(body)
-        send_packet(ours, {"kind": "stop"})
-        loop._hear_console()  # pyright: ignore[reportPrivateUsage]
-        assert [(twist["v"], twist["w"]) for twist in take_packets(body)[0]] == [(0.0, 0.0)]
-        assert take_packets(ours)[0][-1]["reason"] == "stopped"
+        self.gate.tick(now)
+        self.gate.see([], now)
+        self.gate.heartbeat(now)
+        self.gate.arm(1, "ann", now)
+        order = {"epoch": 1, "seq": 1, "source": "goal", "press": 1, "v": 0.2, "w": 0.0}
+        send_packet(self.ours, {"kind": "set", "nonce": self.gate.status().nonce, **order})
+        self.hear()
+        self.loop._tick(time.monotonic() + 0.02)  # pyright: ignore[reportPrivateUsage]
+        assert self.gate.twist.moves
+        take_packets(self.body)
+
+    def hear(self) -> None:
+        self.loop._hear_console()  # pyright: ignore[reportPrivateUsage]
+        self.loop._hear_driver()  # pyright: ignore[reportPrivateUsage]
+
+    def close(self) -> None:
+        for end in (self.ours, self.console, self.body, self.driver):
+            end.close()
+
+
+@pytest.fixture
+def still(tmp_path: Path) -> Iterator[Still]:
+    still = Still(tmp_path)
+    yield still
+    still.close()
+
+
+@pytest.mark.parametrize("kind", ["stop", "halt", "disarm", "leave"])
+def test_to_stand_is_told_to_the_driver_between_ticks(still: Still, kind: str) -> None:
+    send_packet(still.ours, {"kind": kind})
+    still.hear()
+    told = [(twist["v"], twist["w"]) for twist in take_packets(still.body)[0]]
+    assert told and set(told) == {(0.0, 0.0)}
+    assert take_packets(still.ours)[0][-1]["v"] == 0.0
+
+
+def test_a_console_that_is_gone_is_answered_between_ticks(still: Still) -> None:
+    still.ours.close()
+    still.hear()
+    assert still.gate.status().reason == "the console is gone"
+    assert [twist["v"] for twist in take_packets(still.body)[0]] == [0.0]
+
+
+def test_a_bump_is_answered_between_ticks(still: Still) -> None:
+    send_packet(still.body, {"contact": True})
+    still.hear()
+    assert [twist["v"] for twist in take_packets(still.body)[0]] == [0.0]
 
 
 def test_a_tick_is_due_when_an_order_expires() -> None:

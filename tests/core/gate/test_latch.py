@@ -47,6 +47,15 @@ def test_it_is_set_until_it_is_cleared(tmp_path: Path) -> None:
     latch.clear()
 
 
+def test_file_and_folder_are_on_disk_before_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    synced: list[str] = []
+    monkeypatch.setattr(os, "fsync", lambda number: synced.append(os.readlink(f"/proc/self/fd/{number}")))
+    Latch(tmp_path).set()
+    assert synced == [str(tmp_path / "halt.new"), str(tmp_path)]
+    Latch(tmp_path).clear()
+    assert synced[2:] == [str(tmp_path)]
+
+
 def test_whatever_the_file_says_it_is_a_halt(tmp_path: Path) -> None:
     (tmp_path / NAME).write_bytes(b"\xff\x00 {not json")
     assert Latch(tmp_path).is_set
