@@ -117,13 +117,14 @@ def run(
     out: Path | None = None,
     tell: Callable[[str], None] | None = None,
     settings: Settings | None = None,
+    minutes: float = MINUTES,
 ) -> dict[str, Any]:
     """`runs` tours (1) with seeds from `seed` on; `tell` hears of the progress, `out` receives tour.json."""
     tours: list[dict[str, Any]] = []
     for number in range(seed, seed + (runs or 1)):
         if tell is not None:
-            tell(f"Tour of the laboratory with seed {number}: {MINUTES:g} minutes of the robot's time…")
-        tours.append(tour(number, settings=settings))
+            tell(f"Tour of the laboratory with seed {number}: {minutes:g} minutes of the robot's time…")
+        tours.append(tour(number, minutes, settings))
     both = {
         name: {
             "mean_error_m": float(np.mean([one["estimators"][name]["mean_error_m"] for one in tours])),
