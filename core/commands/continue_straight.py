@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from core.commands.command import Action, Command, Number, Progress
 from core.gate import ZERO, Twist
+from core.geometry import Pose
 from core.navigation.obstacle import why_no_headway
 from core.navigation.steering import Arrival, Headway, hold_line
 from core.navigation.surroundings import Surroundings
@@ -36,6 +39,8 @@ class Continuing:
         """`distance` [m]."""
         self._distance = distance
         self._start = here.pose
+        end = here.pose @ Pose(distance, 0.0, 0.0)
+        self._end = np.array([end.x, end.y])
         self._arrival = Arrival(here.steering.distance_tolerance, here.steering)
         self._headway = Headway(0.02, here.steering.stalled_after)
         self._deadline = here.stamp + 2 * distance / here.body.cruise + 2.0
@@ -53,7 +58,12 @@ class Continuing:
             return Progress(finished="failed", remark=why_no_headway(here.scan_points, here.body.radius) + far)
         if here.stamp > self._deadline:
             return Progress(finished="failed", remark="The way took too long; the robot stopped." + far)
-        return Progress(twist=twist, fraction=min(1.0, max(0.0, done / self._distance)))
+        return Progress(
+            twist=twist,
+            fraction=min(1.0, max(0.0, done / self._distance)),
+            path=np.array([[here.pose.x, here.pose.y], self._end]),
+            goal=self._end,
+        )
 
     def _hold_line(self, left: float, here: Surroundings) -> Twist:
         return hold_line(here.pose, self._start, left, here.body.cruise, here.body.turn, here.steering)

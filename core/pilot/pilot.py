@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from core.commands.command import Command
 from core.errors import Refused
@@ -34,12 +35,15 @@ class Pilot:
     def __init__(self, profile: Profile, settings: Settings | None = None) -> None:
         self._profile = profile
         self._settings = settings or Settings()
+        limits, planner = self._settings.limits, self._settings.planner
         self._body = Body(
             radius=profile.radius,
-            cruise=profile.cruise,
+            cruise=min(profile.cruise, profile.max_speed, limits.max_speed),
+            turn=min(Body().turn, profile.max_turn_rate, limits.max_turn_rate),
             max_speed=profile.max_speed,
             max_turn_rate=profile.max_turn_rate,
         )
+        self._planner = replace(planner, guard=max(planner.guard, limits.margin + 0.005))
         self._obedience = Obedience()
         self._notices = Notices()
         self._wake(math.inf)
@@ -108,7 +112,7 @@ class Pilot:
             body=self._body,
             grid=self._map.grid(),
             scan_points=frozen(pose.inverse().apply(self._scan_points)),
-            planner=self._settings.planner,
+            planner=self._planner,
             steering=self._settings.steering,
         )
 

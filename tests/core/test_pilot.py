@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,8 @@ import pytest
 
 from core.commands.command import Command
 from core.errors import Refused
+from core.gate import Twist
+from core.geometry import Pose
 from core.pilot import Pilot
 from core.pilot.notices import Notices
 from core.pilot.trail import Trail
@@ -87,6 +90,34 @@ def test_the_plan_and_the_goal_are_shown_while_they_hold() -> None:
     assert [(ended.state, ended.remark) for ended in snapshot.endings] == [("cancelled", "Stopped by anna.")]
     assert not snapshot.setpoint.moves
     assert snapshot.setpoint_press == 0
+
+
+def test_a_straight_line_shows_its_end() -> None:
+    lab = robot()
+    pilot = started(lab)
+    pilot.tell(1, command("continue 1 meters"), "typed", "anna")
+    snapshot = pilot.step(lab.read())
+    assert snapshot.goal == pytest.approx([1.0, 0.0], abs=0.01)
+    assert snapshot.path[-1] == pytest.approx(snapshot.goal)
+
+
+def test_any_thread_may_tell() -> None:
+    lab = robot()
+    pilot = started(lab)
+    turn = command("turn left")
+    tellers = [
+        threading.Thread(target=lambda start=start: [pilot.tell(start + i, turn, "rest", "anna") for i in range(200)])
+        for start in (1000, 2000, 3000)
+    ]
+    for teller in tellers:
+        teller.start()
+    endings = [ended for _ in range(40) for ended in pilot.step(lab.read()).endings]
+    for teller in tellers:
+        teller.join()
+    endings += pilot.step(lab.read()).endings
+    pilot.cancel("cancelled", "Enough.")
+    endings += pilot.step(lab.read()).endings
+    assert sorted(ended.id for ended in endings) == [start + i for start in (1000, 2000, 3000) for i in range(200)]
 
 
 def test_a_cancel_ends_only_what_was_told_before_it() -> None:
@@ -177,20 +208,17 @@ def test_scans_alone_are_enough_to_find_the_way() -> None:
     """A hand-held laser: no wheels in any frame."""
     lab = robot()
     pilot = Pilot(replace(lab.profile, drives=False))
-    lab_heading = 0.0
+    truth = Pose()
     snapshot: Snapshot | None = None
-    from core.gate import Twist
-
     for count in range(400):
         lab.drive(Twist(0.1, 0.2 if count > 200 else 0.0) if count > 60 else Twist())
         frame = lab.read()
         snapshot = pilot.step(replace(frame, wheels=None, truth=None))
         assert frame.truth is not None
-        lab_heading = frame.truth.heading
         truth = frame.truth
     assert snapshot is not None
     assert snapshot.estimate.pose.distance_to(truth.x, truth.y) < 0.05
-    assert snapshot.estimate.pose.heading == pytest.approx(lab_heading, abs=0.03)
+    assert snapshot.estimate.pose.heading == pytest.approx(truth.heading, abs=0.03)
     assert snapshot.slam.updates > 0
 
 
