@@ -66,6 +66,7 @@ class Live:
         self.server.should_exit = True
         self._thread.join(15)
         assert not self._thread.is_alive(), "the console did not end"
+        assert self.robot.faults() == []
 
     def _run(self) -> None:
         asyncio.run(self._serve())

@@ -1,0 +1,134 @@
+"""What the console does when a part of it fails."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from core.pilot import Pilot
+from core.sensors import SensorFrame
+from core.snapshot import Snapshot
+from tests.console.live import Live, hear
+
+
+class Frail(Pilot):
+    """The real pilot, until it is told to fall."""
+
+    falls = 0
+
+    def step(self, frame: SensorFrame) -> Snapshot:
+        if type(self).falls > 0:
+            type(self).falls -= 1
+            raise ZeroDivisionError("secret detail")
+        return super().step(frame)
+
+
+def make_frail(folder: Path) -> Live:
+    live = Live(folder, make_pilot=lambda: Frail(live.robot.profile))
+    return live
+
+
+def test_a_pilot_that_fails_stops_the_robot_is_told_and_starts_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr("console.runtime.RESTART_PAUSE", 0.5)
+    monkeypatch.setattr(Frail, "falls", 0)
+    with make_frail(tmp_path) as live:
+        live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
+        number = live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator).json["id"]
+        live.until(lambda: live.robot.status().w)
+        Frail.falls = 1
+        live.until(lambda: live.runtime.failure)
+        assert live.robot.status().w == 0
+        health = live.ask("GET", "/api/health")
+        assert health.status == 503 and "pilot" in health.json["reasons"][0]
+        assert "secret" not in health.body.decode()
+        refused = live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator)
+        assert refused.status == 503
+        assert live.ask("POST", "/api/stop", token=live.viewer).status == 200
+        told = live.ask("GET", f"/api/commands/{number}", token=live.viewer).json
+        assert told["state"] == "failed" and "pilot" in told["remark"]
+        live.until(lambda: live.ask("GET", "/api/health").status == 200)
+        with live.open() as line:
+            notices = hear(line, "state")["notices"]
+        assert any("The pilot failed" in notice["text"] for notice in notices)
+    assert "secret detail" in caplog.text
+
+
+def test_a_pilot_that_keeps_failing_stays_off_and_the_console_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("console.runtime.RESTART_PAUSE", 0.02)
+    monkeypatch.setattr(Frail, "falls", 0)
+    with make_frail(tmp_path) as live:
+        Frail.falls = 1000
+        live.until(lambda: "stays off" in live.runtime.failure)
+        assert live.ask("GET", "/api/health").status == 503
+        assert live.ask("POST", "/api/stop", token=live.viewer).status == 200
+        assert live.ask("GET", "/api/state", token=live.viewer).status == 200
+        assert live.robot.status().v == 0
+
+
+def test_without_a_pilot_the_gate_hears_no_heartbeat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("console.runtime.RESTART_PAUSE", 60)
+    monkeypatch.setattr(Frail, "falls", 0)
+    with make_frail(tmp_path) as live:
+        beats: list[int] = []
+        beat = live.robot.beat
+        monkeypatch.setattr(live.robot, "beat", lambda: (beats.append(1), beat()))
+        live.until(lambda: len(beats) > 5)
+        Frail.falls = 1
+        live.until(lambda: live.runtime.failure)
+        live.on_loop(lambda: None)
+        before = len(beats)
+        live.on_loop(lambda: live.runtime._tick(0.0))
+        assert len(beats) == before
+
+
+def test_what_was_done_is_remembered_over_a_restart(tmp_path: Path) -> None:
+    with Live(tmp_path) as live:
+        live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
+        number = live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator).json["id"]
+    with Live(tmp_path) as again:
+        rows = again.ask("GET", "/api/commands/history", token=again.viewer).json["commands"]
+        assert rows[0]["id"] == number and rows[0]["state"] == "failed"
+        assert rows[0]["remark"] == "The console ended before this did."
+        fresh = again.ask("POST", "/api/commands", {"text": "stop"}, token=again.operator).json["id"]
+        assert fresh > number
+
+
+def test_a_data_folder_that_cannot_be_written_does_not_stop_the_console(tmp_path: Path) -> None:
+    in_the_way = tmp_path / "file"
+    in_the_way.write_text("no folder")
+    with Live(in_the_way / "home") as live:
+        assert live.ask("POST", "/api/commands", {"text": "stop"}, token=live.operator).status == 202
+        live.until(lambda: any("cannot be saved" in notice.text for notice in live.runtime.board.shown))
+
+
+def wait_frames(live: Live, seconds: float = 0.3) -> None:
+    """Until the robot's clock has gone on."""
+    stamp = live.runtime.snapshot.stamp
+    live.until(lambda: live.runtime.snapshot.stamp > stamp + seconds)
+
+
+def test_every_picture_is_encoded_once_and_only_when_somebody_looks(
+    live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import console.runtime as module
+
+    encoded: list[str] = []
+    encode = module.cv2.imencode
+    monkeypatch.setattr(module.cv2, "imencode", lambda *given: (encoded.append(given[0]), encode(*given))[1])
+    live.until(lambda: not live.runtime.hub.viewers)
+    wait_frames(live)
+    encoded.clear()
+    wait_frames(live)
+    assert ".jpg" not in encoded
+    with live.open() as one, live.open() as two:
+        number = live.runtime.hub.slots.get("camera", (0, b""))[0]
+        before = encoded.count(".jpg")
+        for line in (one, two):
+            for _ in range(5):
+                next(message for message in line if isinstance(message, bytes))
+        assert encoded.count(".jpg") - before <= live.runtime.hub.slots["camera"][0] - number + 1
