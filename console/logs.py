@@ -15,8 +15,8 @@ class OneLine(logging.Formatter):
     """A sentence; the traceback stays in the file."""
 
     def format(self, record: logging.LogRecord) -> str:
-        """The message alone."""
-        return f"beckon: {record.getMessage()}"
+        """The message alone, its first line."""
+        return f"beckon: {record.getMessage().partition(chr(10))[0]}"
 
 
 def start_logging(path: Path) -> None:
@@ -26,6 +26,7 @@ def start_logging(path: Path) -> None:
     terminal = logging.StreamHandler(sys.stderr)
     terminal.setLevel(logging.ERROR)
     terminal.setFormatter(OneLine())
+    terminal.addFilter(lambda record: not record.name.startswith("uvicorn"))
     root.addHandler(terminal)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,0 +1,152 @@
+"""The console as a person starts and ends it."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+
+import psutil
+import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+from console.serve import Options, check, hosts_of
+from core.errors import BadInput
+
+REPOSITORY = Path(__file__).parents[2]
+
+
+class Started:
+    """`beckon run` and what it says."""
+
+    def __init__(self, folder: Path, *options: str) -> None:
+        self.home = folder / "home"
+        command = [sys.executable, "-m", "console", "run", "--no-browser", "--data", str(self.home), *options]
+        self.said, self.complained = folder / "said", folder / "complained"
+        with self.said.open("w") as said, self.complained.open("w") as complained:
+            self.process = subprocess.Popen(command, cwd=REPOSITORY, stdout=said, stderr=complained)
+
+    def links(self, number: int) -> list[str]:
+        end = time.monotonic() + 60
+        while time.monotonic() < end and self.process.poll() is None:
+            links = re.findall(r"http://\S+", self.said.read_text())
+            if len(links) == number:
+                return links
+            time.sleep(0.05)
+        raise AssertionError(self.said.read_text() + self.complained.read_text())
+
+    def end(self, how: signal.Signals) -> float:
+        """Send a signal → how long the end took [s]."""
+        began = time.monotonic()
+        self.process.send_signal(how)
+        self.process.wait(20)
+        return time.monotonic() - began
+
+
+@pytest.fixture
+def begin(tmp_path: Path):
+    """Start consoles; none outlives the test."""
+    started: list[Started] = []
+
+    def start(*options: str) -> Started:
+        folder = tmp_path / str(len(started))
+        folder.mkdir()
+        started.append(Started(folder, *options))
+        return started[-1]
+
+    yield start
+    for one in started:
+        if one.process.poll() is None:
+            one.process.kill()
+            one.process.wait()
+
+
+def test_it_tells_two_addresses_keeps_its_secrets_and_ends_promptly_with_sockets_open(begin) -> None:
+    console = begin("--port", "0")
+    driving, watching = console.links(2)
+    base, _, token = driving.partition("#t=")
+    assert watching.partition("#t=")[0] == base and len(token) >= 43
+    request = urllib.request.Request(base + "api/me", headers={"Authorization": f"Bearer {token}"})
+    with urllib.request.urlopen(request, timeout=10) as answer:
+        assert json.load(answer)["role"] == "operator"
+    family = psutil.Process(console.process.pid).children(recursive=True)
+    shown = " ".join(" ".join(one.cmdline()) for one in [psutil.Process(console.process.pid), *family])
+    assert token not in shown
+    bearer = {"Authorization": f"Bearer {token}"}
+    lines = [
+        connect(base.replace("http", "ws") + "ws", additional_headers=bearer, proxy=None, compression=None)
+        for _ in range(3)
+    ]
+    for line in lines:
+        assert "hello" in str(line.recv(timeout=10))
+    took = console.end(signal.SIGTERM)
+    assert took < 4, "an idle machine takes less than a second"
+    assert console.process.returncode in (0, -signal.SIGTERM)
+    for line in lines:
+        with pytest.raises(ConnectionClosed) as end:
+            while True:
+                line.recv(timeout=5)
+        assert end.value.rcvd is not None and end.value.rcvd.code == 1012
+    assert not [one for one in family if one.is_running() and one.status() != psutil.STATUS_ZOMBIE]
+    kept = b"".join(path.read_bytes() for path in console.home.rglob("*") if path.is_file())
+    for secret in (token, watching.partition("#t=")[2]):
+        assert secret.encode() not in kept
+    assert console.complained.read_text() == ""
+
+
+def test_ctrl_c_ends_it_without_a_traceback(begin) -> None:
+    console = begin("--port", "0", "--no-auth")
+    (link,) = console.links(1)
+    assert "#" not in link
+    console.end(signal.SIGINT)
+    assert console.process.returncode in (0, 130)
+    assert "Traceback" not in console.complained.read_text()
+
+
+def test_a_port_in_use_is_told_in_one_sentence(begin) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        console = begin("--port", str(port))
+        assert console.process.wait(60) == 1
+    told = console.complained.read_text().strip()
+    assert told.count("\n") == 0 and str(port) in told and "--port 0" in told
+    assert console.said.read_text() == ""
+
+
+@pytest.mark.parametrize("options", [["--robot", "log:/nowhere/at/all.mcap"], ["--robot", "warp:9"]], ids=str)
+def test_a_robot_that_cannot_be_had_is_told_in_a_sentence(begin, options: list[str]) -> None:
+    console = begin("--port", "0", *options)
+    assert console.process.wait(60) == 1
+    told = console.complained.read_text()
+    assert told.startswith("beckon: ") and told.count("\n") == 1
+    assert console.said.read_text() == ""
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        Options(no_auth=True, host="0.0.0.0"),
+        Options(no_auth=True, host="192.168.1.2"),
+        Options(no_auth=True, robot="log:walk.mcap"),
+        Options(no_auth=True, robot="srv1://robot"),
+        Options(port=70000),
+        Options(port=-1),
+    ],
+    ids=lambda options: f"{options.robot} {options.host} {options.port}",
+)
+def test_options_that_would_not_be_safe_are_refused(options: Options) -> None:
+    with pytest.raises(BadInput):
+        check(options)
+
+
+def test_a_console_answers_to_loopback_names_and_its_own() -> None:
+    assert hosts_of("127.0.0.1") == {"127.0.0.1", "localhost", "[::1]"}
+    assert "192.168.1.2" in hosts_of("192.168.1.2")
+    assert "[fe80::1]" in hosts_of("fe80::1")
