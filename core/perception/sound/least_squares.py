@@ -1,7 +1,7 @@
 """A direction from lags (eq. 40), robust against lags that are wrong.
 
 A plain least squares is thrown by one bad lag in 47 to the other side of the sphere. Here the first guess has the
-smallest sum of absolute residuals; then lags count by Tukey's biweight: good ones fully, bad ones not at all.
+smallest sum of absolute residuals; then lags count fully up to four standard deviations, and not at all past eight.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from core.perception.sound.direction import Direction, tangents
 from core.sensors.microphones import MicrophoneArray
 
 ROUNDS = 30
-BIWEIGHT = 4.685  # standard deviations at which a lag counts nothing (95 % efficient on normal errors)
+FULLY, NOT_AT_ALL = 4.0, 8.0  # standard deviations up to which a lag counts, and from which it does not
+LAG_SD = 3e-6  # [s] no lag is better known than this
 
 
 @message
@@ -88,7 +89,7 @@ def _weighted(matrix: Array, ahead: Array, robust: bool) -> tuple[Array, Array]:
             weights = 1 / np.maximum(residuals, 1e-5)
         else:
             scale = max(1.4826 * float(np.median(residuals)), 1e-6)
-            weights = np.maximum(0.0, 1 - (residuals / (BIWEIGHT * scale)) ** 2) ** 2
+            weights = np.clip((NOT_AT_ALL - residuals / scale) / (NOT_AT_ALL - FULLY), 0.0, 1.0)
         root = np.sqrt(weights)
         within = np.linalg.lstsq(matrix * root[:, None], ahead * root, rcond=None)[0]
     return within, weights
@@ -100,7 +101,7 @@ def direction_from_lags(array: MicrophoneArray, pairs: Array, lags: Array, stamp
     axes = axes_of(array)
     baselines = (array.positions[pairs[:, 1]] - array.positions[pairs[:, 0]]) @ axes.T
     weighted = baselines * np.sqrt(fit.weights)[:, None]
-    within = fit.residual_sd**2 * np.linalg.pinv(weighted.T @ weighted)
+    within = (fit.residual_sd**2 + (LAG_SD * array.speed) ** 2) * np.linalg.pinv(weighted.T @ weighted)
     return Direction(
         stamp=stamp,
         towards=fit.towards,

@@ -1,0 +1,218 @@
+"""How well a voice is found in rooms, in noise and beside a fan: ours and the paper's way on the same sounds."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from core.experiments.practice_voice import practice_voice
+from core.experiments.talk_in_rooms import PRE_ROLL, RATE, Scene, make_scene
+from core.geometry import wrap
+from core.message import Array, message
+from core.perception.sound.locate import locate, sure
+from core.perception.sound.paper import locate_as_printed
+from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound, tetrahedron
+
+ARRAYS = {"square": RESPEAKER_ODAS, "tetrahedron": tetrahedron()}
+REVERBERATION = (0.0, 0.2, 0.3, 0.6)  # [s]
+NOISES = (("diffuse", 20.0), ("diffuse", 10.0), ("diffuse", 0.0), ("fan", 10.0), ("fan", 0.0))  # [dB]
+SPEECH = 2.0  # [s] of every utterance
+FIRST = 0.35  # [s] of speech after which the robot tells a direction
+WRONG = math.radians(10)  # beyond, a direction misleads
+LOST = math.pi / 2  # [rad] the mean error of a guess; counted where nothing was found
+UTTERANCES = 240
+
+
+@message
+class Answer:
+    """What an estimator says of one sound."""
+
+    azimuth: float | None  # [rad]
+    sd: float | None = None  # [rad]
+    declared: bool = True
+
+
+Estimator = Callable[[Sound, MicrophoneArray], Answer]
+
+
+def ours(sound: Sound, array: MicrophoneArray) -> Answer:
+    """The default."""
+    found = locate(sound, array, speech_from=PRE_ROLL)
+    if found is None:
+        return Answer(azimuth=None, declared=False)
+    return Answer(azimuth=found.azimuth, sd=found.azimuth_sd, declared=sure(found))
+
+
+def ours_at_once(sound: Sound, array: MicrophoneArray) -> Answer:
+    """The default, with the first 0.35 s of speech only."""
+    return ours(sound.part(0.0, PRE_ROLL + FIRST), array)
+
+
+def printed(sound: Sound, array: MicrophoneArray) -> Answer:
+    """The paper's way."""
+    return Answer(azimuth=locate_as_printed(sound, array).azimuth)
+
+
+ESTIMATORS: dict[str, Estimator] = {"beckon": ours, "beckon_first_0.35_s": ours_at_once, "as_printed": printed}
+
+
+@message
+class Trial:
+    """One sound and one answer."""
+
+    estimator: str
+    array: str
+    rt60: float  # [s]
+    noise: str
+    ratio: float  # [dB]
+    error: float  # [rad]
+    sd: float | None  # [rad]
+    declared: bool
+    took: float  # [s] of the processor for one second of sound
+
+
+def trials(
+    scene: Scene, estimators: Mapping[str, Estimator], noises: Sequence[tuple[str, float]] = NOISES
+) -> list[Trial]:
+    """Every estimator on every array and noise of one scene."""
+    truth = math.atan2(scene.towards[1], scene.towards[0])
+    done: list[Trial] = []
+    for number, (name, array) in enumerate(ARRAYS.items()):
+        for noise, ratio in noises:
+            sound = scene.sound(number, noise, ratio)
+            for estimator, answer in estimators.items():
+                began = time.process_time()
+                said = answer(sound, array)
+                took = (time.process_time() - began) / sound.duration
+                error = LOST if said.azimuth is None else abs(wrap(said.azimuth - truth))
+                done.append(
+                    Trial(
+                        estimator=estimator,
+                        array=name,
+                        rt60=scene.rt60,
+                        noise=noise,
+                        ratio=ratio,
+                        error=error,
+                        sd=said.sd,
+                        declared=said.declared,
+                        took=took,
+                    )
+                )
+    return done
+
+
+def figures(some: Sequence[Trial]) -> dict[str, Any]:
+    """Errors [deg] of some trials, and how many declared ones lie within two standard deviations."""
+    errors = np.degrees([one.error for one in some])
+    result: dict[str, Any] = {
+        "utterances": len(some),
+        "median_deg": float(np.median(errors)),
+        "p95_deg": float(np.percentile(errors, 95)),
+        "beyond_10_deg": float(np.mean(errors > math.degrees(WRONG))),
+        "real_time_factor": float(np.median([one.took for one in some])),
+    }
+    told = [(one.error, one.sd) for one in some if one.declared and one.sd is not None]
+    if told:
+        ratio = np.array([error / sd for error, sd in told])
+        wrong = np.mean([error > WRONG for error, _ in told])
+        result |= {
+            "declared": len(told) / len(some),
+            "declared_beyond_10_deg": float(wrong),
+            "within_1_sd": float(np.mean(ratio < 1)),
+            "within_2_sd": float(np.mean(ratio < 2)),
+            "median_sd_deg": math.degrees(float(np.median([sd for _, sd in told]))),
+        }
+    return result
+
+
+def campaign(
+    utterances: int,
+    seed: int,
+    estimators: Mapping[str, Estimator],
+    voices: Sequence[Array] = (),
+    tell: Callable[[str], None] | None = None,
+) -> list[Trial]:
+    """At least `utterances` sounds: rooms in turn of every reverberation, all arrays and noises in each.
+
+    `voices` (N,) at 16 kHz are used in turn; without any, a voice is made up.
+    """
+    scenes = max(len(REVERBERATION), math.ceil(utterances / (len(ARRAYS) * len(NOISES))))
+    done: list[Trial] = []
+    for number in range(scenes):
+        rng = np.random.default_rng([seed, number])
+        made = practice_voice(rng, SPEECH, RATE)
+        voice = voices[int(rng.integers(len(voices)))][: int(SPEECH * RATE)] if voices else made
+        scene = make_scene(rng, REVERBERATION[number % len(REVERBERATION)], voice, list(ARRAYS.values()))
+        done += trials(scene, estimators)
+        if tell is not None and (number + 1) % 10 == 0:
+            tell(f"{number + 1} of {scenes} rooms…")
+    return done
+
+
+def summary(done: Sequence[Trial]) -> dict[str, Any]:
+    """Figures of every estimator: all, per array, and per cell of the grid."""
+    told: dict[str, Any] = {}
+    for estimator in dict.fromkeys(one.estimator for one in done):
+        own = [one for one in done if one.estimator == estimator]
+        cells = {
+            f"{array} rt60 {rt60:g} s {noise} {ratio:g} dB": figures(some)
+            for array in ARRAYS
+            for rt60 in REVERBERATION
+            for noise, ratio in NOISES
+            if (
+                some := [
+                    one for one in own if (one.array, one.rt60, one.noise, one.ratio) == (array, rt60, noise, ratio)
+                ]
+            )
+        }
+        arrays = {array: figures([one for one in own if one.array == array]) for array in ARRAYS}
+        noises = {
+            f"{noise} {ratio:g} dB": figures([one for one in own if (one.noise, one.ratio) == (noise, ratio)])
+            for noise, ratio in NOISES
+        }
+        told[estimator] = {"all": figures(own), "arrays": arrays, "noises": noises, "cells": cells}
+    return told
+
+
+def run(
+    *,
+    runs: int | None = None,
+    seed: int = 0,
+    out: Path | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> dict[str, Any]:
+    """`runs` utterances (240) in made-up rooms; `out` receives direction.json and direction.csv."""
+    done = campaign(runs or UTTERANCES, seed, ESTIMATORS, tell=tell)
+    told = summary(done)
+    result: dict[str, Any] = {
+        "utterances": told["beckon"]["all"]["utterances"],
+        "seed": seed,
+        "voice": "made up: pulses and hiss through resonances",
+        "estimators": {name: {key: one[key] for key in ("all", "arrays", "noises")} for name, one in told.items()},
+        "files": {},
+    }
+    if out is not None:
+        result["files"] = save(out, result | {"cells": {name: one["cells"] for name, one in told.items()}}, done)
+    return result
+
+
+def save(out: Path, result: dict[str, Any], done: Sequence[Trial]) -> dict[str, str]:
+    """Write the figures and every single trial → what lies where."""
+    out.mkdir(parents=True, exist_ok=True)
+    figures_file, table = out / "direction.json", out / "direction.csv"
+    figures_file.write_text(json.dumps(result, indent=1))
+    with table.open("w", newline="") as file:
+        rows = csv.writer(file)
+        rows.writerow(("estimator", "array", "rt60_s", "noise", "snr_db", "error_deg", "sd_deg", "declared"))
+        for one in done:
+            sd = "" if one.sd is None else f"{math.degrees(one.sd):.4g}"
+            error = f"{math.degrees(one.error):.4g}"
+            rows.writerow((one.estimator, one.array, one.rt60, one.noise, one.ratio, error, sd, int(one.declared)))
+    return {"json": str(figures_file), "csv": str(table)}
