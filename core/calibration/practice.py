@@ -10,7 +10,7 @@ import numpy as np
 
 from core.calibration.board import Board
 from core.calibration.projection import Poses, exponential, project, vector_of
-from core.calibration.undistortion import turning_radius
+from core.calibration.undistortion import all_pixels, turning_radius, undistort
 from core.message import Array
 from core.optics import CameraModel
 
@@ -82,7 +82,8 @@ def picture(
         rays = _rays(model)[top * SAMPLES : bottom * SAMPLES, left * SAMPLES : right * SAMPLES]
         into_board = np.linalg.inv(np.column_stack((rotation[:, :2], translation)))
         ground = rays @ into_board[:, :2].T + into_board[:, 2]
-        grey[top:bottom, left:right] = _shades(ground[..., :2] / ground[..., 2:], ground[..., 2], board)
+        with np.errstate(invalid="ignore", divide="ignore"):  # pixels that no ray reaches stay as the wall
+            grey[top:bottom, left:right] = _shades(ground[..., :2] / ground[..., 2:], ground[..., 2], board)
     grey = cv2.GaussianBlur(grey * shade, (0, 0), max(exposure.blur, 0.01))
     if exposure.motion >= 2:
         grey = cv2.blur(grey, (round(exposure.motion), 1))
@@ -92,7 +93,8 @@ def picture(
 def _any(rng: np.random.Generator, count: int, model: CameraModel, board: Board, how: Holding) -> Poses:
     depth = rng.uniform(how.nearest, how.farthest, count)
     place = np.column_stack((rng.uniform(0, model.width, count), rng.uniform(0, model.height, count)))
-    middle = np.column_stack((model.unproject(place), np.ones(count))) * depth[:, None]
+    ideal = undistort(model, (place - (model.cx, model.cy)) / (model.fx, model.fy))  # NaN where no ray reaches
+    middle = np.column_stack((ideal, np.ones(count))) * depth[:, None]
     about = rng.uniform(0, 2 * np.pi, count)
     tilt = rng.uniform(how.least_tilt, how.most_tilt, count)
     leaning = exponential(np.column_stack((np.cos(about), np.sin(about), np.zeros(count))) * tilt[:, None])
@@ -142,7 +144,5 @@ def _cached_rays(width: int, height: int, key: tuple[float, ...]) -> Array:
     """Ideal normalised coordinates (H·S, W·S, 2) of the rays of every pixel."""
     fx, fy, cx, cy, k1, k2, p1, p2, k3 = key
     model = CameraModel(width=width, height=height, fx=fx, fy=fy, cx=cx, cy=cy, k1=k1, k2=k2, p1=p1, p2=p2, k3=k3)
-    u = (np.arange(width * SAMPLES) + 0.5) / SAMPLES - 0.5
-    v = (np.arange(height * SAMPLES) + 0.5) / SAMPLES - 0.5
-    pixels = np.stack(np.meshgrid(u, v), axis=-1)
-    return model.unproject(pixels.reshape(-1, 2)).reshape(pixels.shape)
+    ideal = undistort(model, all_pixels(model)).reshape(height, width, 2)
+    return cv2.resize(ideal, (width * SAMPLES, height * SAMPLES), interpolation=cv2.INTER_LINEAR)

@@ -119,10 +119,17 @@ def unseen(grey: Array, board: Board) -> str:
 
 
 def edge_width(grey: Array, view: BoardView, board: Board) -> float:
-    """[pixel]: mean width of the edges between squares; 2.5 to 3.5 is sharp."""
+    """[pixel]: mean width of the edges between squares, of those along rows or columns, whichever are wider.
+
+    2.5 to 3.5 is sharp. Motion along the rows leaves the rows' own edges sharp, so both have to be looked at.
+    """
     corners = np.ascontiguousarray(view.corners.reshape(-1, 1, 2), dtype=np.float32)
-    told = np.asarray(cv2.estimateChessboardSharpness(grey, (board.columns, board.rows), corners)[0])
-    return float(told.ravel()[0])
+    size = (board.columns, board.rows)
+    widths = [
+        np.asarray(cv2.estimateChessboardSharpness(grey, size, corners, vertical=vertical)[0]).ravel()[0]
+        for vertical in (False, True)
+    ]
+    return float(max(widths))
 
 
 def off_grid(corners: Array, board: Board, shape: tuple[int, ...], soft: float) -> Array:

@@ -8,6 +8,8 @@ from core.message import Array
 from core.optics import CameraModel
 
 NEWTON = 25  # steps at most
+CLOSE = 1e-13  # normalised error at which a point is done
+FLAT = 1e-9  # determinant of the distortion's slope below which there is no step
 
 
 def undistort(model: CameraModel, distorted: Array) -> Array:
@@ -16,19 +18,23 @@ def undistort(model: CameraModel, distorted: Array) -> Array:
     NaN beyond the radius where the distortion folds back: no ray of this model reaches there.
     """
     limit = turning_radius(model)
-    ideal = distorted.copy()
+    ideal = distorted.astype(float)
+    open_points = np.arange(len(ideal))
     for _ in range(NEWTON):
-        error = model.distort(ideal) - distorted
-        a, b, c = _slopes(model, ideal)
+        place = ideal[open_points]
+        error = model.distort(place) - distorted[open_points]
+        moving = np.abs(error).max(axis=1, initial=0.0) > CLOSE
+        open_points, place, error = open_points[moving], place[moving], error[moving]
+        if not len(open_points):
+            return ideal
+        a, b, c = _slopes(model, place)
         determinant = a * c - b * b
+        determinant = np.where(np.abs(determinant) < FLAT, np.nan, determinant)
         step = np.column_stack((c * error[:, 0] - b * error[:, 1], a * error[:, 1] - b * error[:, 0]))
-        ideal = ideal - step / np.where(np.abs(determinant) < 1e-9, np.nan, determinant)[:, None]
-        radius = np.linalg.norm(ideal, axis=1)
-        ideal = ideal * np.minimum(1.0, 0.999 * limit / np.maximum(radius, 1e-12))[:, None]
-        if np.nanmax(np.abs(error), initial=0.0) < 1e-14:
-            break
-    missed = ~(np.abs(model.distort(ideal) - distorted).max(axis=1) < 1e-9)
-    ideal[missed] = np.nan
+        place = place - step / determinant[:, None]
+        radius = np.maximum(np.linalg.norm(place, axis=1), 1e-12)
+        ideal[open_points] = place * np.minimum(1.0, 0.999 * limit / radius)[:, None]
+    ideal[open_points] = np.nan
     return ideal
 
 

@@ -1,0 +1,161 @@
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from seen_boards import BOARD, some_poses
+
+from core.calibration.board import Board
+from core.calibration.chessboard import find_board, glimpse, half_window, oriented, sample
+from core.calibration.practice import Exposure, Holding, picture
+from core.calibration.projection import Poses, project, vector_of
+from core.calibration.quality import judge, off_grid, why_none
+from core.errors import BadInput
+from core.message import Array
+from core.optics import TABLE_3, CameraModel
+
+FACING = Poses(np.eye(3)[None], np.array([[-0.12, -0.075, 0.42]]))
+WIDE = CameraModel(width=640, height=480, fx=560, fy=560, cx=320, cy=240, k1=-0.25, k2=0.08)
+
+
+def shot(poses: Poses = FACING, board: Board = BOARD, exposure: Exposure | None = None, seed: int = 0) -> Array:
+    return picture(np.random.default_rng(seed), TABLE_3, poses, board, exposure)
+
+
+def true_corners(poses: Poses = FACING) -> Array:
+    return project(vector_of(TABLE_3), poses, BOARD.points)[0]
+
+
+def test_corners_are_found_to_a_tenth_of_a_pixel_in_the_boards_own_order() -> None:
+    poses = some_poses(8, seed=3, how=Holding(nearest=0.3, farthest=0.6, margin=12))
+    found = 0
+    for number in range(8):
+        one = poses.take(slice(number, number + 1))
+        view = find_board(shot(one), BOARD)
+        if view is not None:
+            found += 1
+            assert np.sqrt(np.mean((view.corners - true_corners(one)) ** 2)) < 0.15
+    assert found >= 7
+
+
+def test_the_order_starts_at_the_dark_square_whichever_way_up_the_board_is() -> None:
+    half_turn = Poses(np.diag([-1.0, -1.0, 1.0])[None], np.array([[0.12, 0.075, 0.42]]))
+    for poses in (FACING, half_turn):
+        view = find_board(shot(poses), BOARD)
+        assert view is not None
+        assert np.allclose(view.corners, true_corners(poses), atol=0.5)
+
+
+def test_order_is_restored_from_any_order_of_the_detector() -> None:
+    grey, corners = shot(), true_corners()
+    grid = corners.reshape(6, 9, 2)
+    for told in (grid[::-1, ::-1], grid[:, ::-1], grid[::-1]):
+        assert np.allclose(oriented(grey, told.reshape(-1, 2), BOARD), corners)
+
+
+def test_a_live_picture_shows_the_board_where_it_was_even_when_the_glance_misses_it() -> None:
+    far = Poses(np.eye(3)[None], np.array([[-0.12, -0.075, 1.0]]))
+    grey = picture(np.random.default_rng(0), WIDE, far, BOARD)
+    true = project(vector_of(WIDE), far, BOARD.points)[0]
+    view = glimpse(grey, BOARD, last=true + 3, thorough=False)
+    assert view is not None and np.abs(view.corners - true).max() < 0.5
+
+
+def test_no_board_is_seen_where_there_is_none() -> None:
+    rng = np.random.default_rng(0)
+    clutter = cv2.GaussianBlur(rng.integers(0, 255, (256, 320)).astype(np.uint8), (0, 0), 3)
+    for grey in (clutter, np.full((256, 320), 128, np.uint8), rng.integers(0, 255, (256, 320)).astype(np.uint8)):
+        assert find_board(grey, BOARD) is None
+        assert glimpse(grey, BOARD) is None
+        assert "I see no 9x6 board" in why_none(grey, BOARD) or "contrast" in why_none(grey, BOARD)
+
+
+def test_a_large_picture_is_searched_small_and_refined_at_full_size() -> None:
+    large = CameraModel(width=2560, height=2048, fx=2412, fy=2426, cx=1247, cy=1117, k1=-0.43, k2=0.24)
+    small = picture(np.random.default_rng(0), WIDE, FACING, BOARD)
+    grey = cv2.resize(small, None, fx=4, fy=4, interpolation=cv2.INTER_CUBIC)
+    view = find_board(grey, BOARD)
+    true = (project(vector_of(WIDE), FACING, BOARD.points)[0] + 0.5) * 4 - 0.5
+    assert view is not None and np.abs(view.corners - true).max() < 1.5
+    assert large.width == grey.shape[1]
+
+
+def test_the_window_never_reaches_the_next_corner() -> None:
+    assert [half_window(spacing) for spacing in (3, 6.5, 21.8, 37, 500)] == [2, 2, 7, 10, 10]
+
+
+def test_squares_counted_for_corners_are_noticed() -> None:
+    reason = why_none(shot(), Board(columns=10, rows=7, square=0.03))
+    assert "9x6 inner corners" in reason and "squares instead" in reason
+
+
+@pytest.mark.parametrize("entered", ["8x6", "9x5", "10x6", "9x7"])
+def test_one_corner_too_few_or_too_many_is_noticed(entered: str) -> None:
+    board = Board.parse(entered, 0.03)
+    grey = shot()
+    view = find_board(grey, board)
+    if view is None:
+        assert "9x6 inner corners" in why_none(grey, board)
+    else:
+        assert "more inner corners than entered" in judge(grey, view, board).refusals[0]
+
+
+def test_a_sharp_view_has_nothing_against_it() -> None:
+    view = find_board(shot(), BOARD)
+    assert view is not None
+    quality = judge(shot(), view, BOARD)
+    assert quality.refusals == () and quality.warnings == () and quality.sharpness < 5
+
+
+@pytest.mark.parametrize(
+    "exposure", [Exposure(motion=10), Exposure(blur=3.2)], ids=["moved along the rows", "unfocused"]
+)
+def test_a_blurred_view_is_refused_in_words(exposure: Exposure) -> None:
+    grey = shot(exposure=exposure)
+    view = find_board(grey, BOARD)
+    assert view is not None and "Blurred" in judge(grey, view, BOARD).refusals[0]
+
+
+def test_a_corner_at_the_rim_is_refused_and_the_side_is_named() -> None:
+    left = Poses(np.eye(3)[None], np.array([[-0.236, -0.075, 0.42]]))
+    assert 2 < true_corners(left)[:, 0].min() < 8
+    view = find_board(shot(left), BOARD)
+    assert view is not None and "left rim" in judge(shot(left), view, BOARD).refusals[0]
+
+
+def test_the_smooth_grid_names_the_corner_that_was_moved() -> None:
+    rng = np.random.default_rng(0)
+    named = 0
+    for number in range(20):
+        corners = true_corners() + rng.normal(0, 0.1, (54, 2))
+        wrong = int(rng.integers(54))
+        corners[wrong] += 3 * np.array([np.cos(number), np.sin(number)])
+        named += int(np.argmax(off_grid(corners, BOARD, (256, 320), 0.3)) == wrong)
+    assert named == 20
+
+
+def test_lens_distortion_alone_is_smooth() -> None:
+    assert off_grid(true_corners(), BOARD, (256, 320), 0.3).max() < 0.6
+
+
+def test_darkness_and_flatness_are_told_apart() -> None:
+    assert "too dark" in why_none(np.full((256, 320), 20, np.uint8), BOARD)
+    assert "no contrast" in why_none(np.full((256, 320), 200, np.uint8), BOARD)
+
+
+def test_sampling_interpolates_and_ends_at_the_rim() -> None:
+    grey = np.arange(100, dtype=np.uint8).reshape(10, 10)
+    levels = sample(grey, np.array([[2.5, 3.0], [0.0, 0.0], [-1.0, 2.0]]))
+    assert levels[0] == pytest.approx(32.5, abs=0.51) and levels[1] == 0 and np.isnan(levels[2])
+
+
+@pytest.mark.parametrize("text", ["9", "9x", "x6", "9x6x2", "2x6", "99x99", "a9x6"])
+def test_a_board_that_makes_no_sense_is_refused(text: str) -> None:
+    with pytest.raises(BadInput):
+        Board.parse(text, 0.03)
+
+
+@pytest.mark.parametrize("square", [0.0, -0.03, 30.0, float("nan")])
+def test_a_square_that_makes_no_sense_is_refused(square: float) -> None:
+    with pytest.raises(BadInput):
+        Board.parse("9x6", square)
