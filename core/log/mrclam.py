@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 
 from core.errors import BadInput
-from core.geometry import Pose
+from core.geometry import Pose, wrap
 from core.log.columns import read_columns
 from core.log.recording import LogSettings, SightingRecording
 from core.log.sightings import Ids, Steps, grouped
 from core.log.tally import Tally
 from core.message import Array
-from core.slam.motion import Increment, control_jacobian
+from core.slam.motion import Increment
 
 LAST_ROBOT = 5  # subjects up to this number drive around and are no landmarks
 FORWARD_NOISE = 0.03  # [m/√s] while moving
@@ -64,25 +64,29 @@ def _robot_file(folder: Path, robot: int, what: str, columns: int, settings: Log
 
 def _moves(odometry: Array, times: Array) -> Iterator[Increment]:
     """Odometry (N, 3) in time order → the move up to each of `times` since the one before, or since row 0."""
-    rows: list[list[float]] = odometry.tolist()
-    row, now = 0, rows[0][0]
-    for stamp in times.tolist():
-        moved = Increment()
-        while now < stamp:
-            last = row + 1 >= len(rows)
-            until = stamp if last else min(stamp, rows[row + 1][0])
-            moved = moved.then(_rolled(rows[row][1], rows[row][2], until - now))
-            now = until
-            if not last and now >= rows[row + 1][0]:
-                row += 1
-        yield moved
+    starts = odometry[:, 0]
+    begin = starts[0]
+    for stamp in times:
+        first, last = np.searchsorted(starts, begin, "right") - 1, np.searchsorted(starts, stamp, "left")
+        seconds = np.diff(np.concatenate([[begin], starts[first + 1 : last], [stamp]]))
+        yield _rolled(odometry[first:last, 1], odometry[first:last, 2], seconds) if stamp > begin else Increment()
+        begin = stamp
 
 
-def _rolled(speed: float, turn_rate: float, seconds: float) -> Increment:
-    """A speed and a turn rate held for a while; the heading in the middle of it gives the direction."""
-    if abs(speed) + abs(turn_rate) < STILL:
-        return Increment()
-    way, turn = speed * seconds, turn_rate * seconds
-    gain = control_jacobian(way, turn)
-    noise = np.diag([FORWARD_NOISE**2, TURN_NOISE**2]) * seconds
-    return Increment(Pose(way * math.cos(turn / 2), way * math.sin(turn / 2), turn), gain @ noise @ gain.T)
+def _rolled(speeds: Array, turn_rates: Array, seconds: Array) -> Increment:
+    """Speeds (N,) and turn rates (N,), each held for `seconds` (N,) → the whole move and its covariance.
+
+    The heading in the middle of a step gives its direction. An error of a step's way shifts the end along that
+    direction; an error of its turn swings all that comes after it.
+    """
+    ways, turns = speeds * seconds, turn_rates * seconds
+    headings = np.cumsum(turns)
+    ahead = np.stack([np.cos(headings - turns / 2), np.sin(headings - turns / 2)])
+    places = np.cumsum(ways * ahead, axis=1)
+    x, y = places[:, -1]
+    after = places[:, -1:] - places + ways * ahead / 2
+    by_way = np.vstack([ahead, np.zeros_like(ways)])
+    by_turn = np.vstack([-after[1], after[0], np.ones_like(ways)])
+    moving = seconds * (np.abs(speeds) + np.abs(turn_rates) >= STILL)
+    covariance = FORWARD_NOISE**2 * (by_way * moving) @ by_way.T + TURN_NOISE**2 * (by_turn * moving) @ by_turn.T
+    return Increment(Pose(float(x), float(y), wrap(float(headings[-1]))), covariance)

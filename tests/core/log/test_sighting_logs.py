@@ -10,7 +10,7 @@ import pytest
 from core.errors import BadInput
 from core.geometry import Pose
 from core.log import open_log
-from core.slam.motion import Increment
+from core.slam.motion import Increment, control_jacobian
 
 
 def save(path, **arrays):
@@ -143,6 +143,27 @@ def test_an_mrclam_robot_sees_landmarks_within_its_odometry(folder):
     assert recording.steps[0].increment.covariance[0, 0] == pytest.approx(0.5 * 0.03**2)
     assert recording.steps[2].increment.covariance[2, 2] == pytest.approx(math.radians(2) ** 2)
     assert "1 because its barcode is unknown" in recording.report.warnings[0]
+
+
+def test_a_long_move_has_the_covariance_of_its_steps_composed(folder):
+    """The law behind the closed form: C ← F C Fᵀ + G Q Gᵀ, step by step."""
+    rng = np.random.default_rng(2)
+    rows = np.column_stack(
+        [10 + np.cumsum(rng.uniform(0.01, 0.2, 40)), rng.normal(0.3, 0.2, 40), rng.normal(0, 1, 40)]
+    )
+    (folder / "Robot2_Odometry.dat").write_text("".join(f"{t} {v} {w}\n" for t, v, w in rows.tolist()))
+    end = rows[-1, 0]
+    (folder / "Robot2_Measurement.dat").write_text(f"{end} 70 1 0\n")
+    composed = Increment()
+    for (_, speed, turn_rate), seconds in zip(rows[:-1].tolist(), np.diff(rows[:, 0]).tolist(), strict=True):
+        way, turn = speed * seconds, turn_rate * seconds
+        gain = control_jacobian(way, turn)
+        noise = np.diag([0.03**2, math.radians(2) ** 2]) * seconds
+        step = Pose(way * math.cos(turn / 2), way * math.sin(turn / 2), turn)
+        composed = composed.then(Increment(step, gain @ noise @ gain.T))
+    (step,) = open_log(f"{folder}#2")
+    assert step.increment.pose.vector == pytest.approx(composed.pose.vector)
+    assert step.increment.covariance == pytest.approx(composed.covariance, rel=1e-9)
 
 
 def test_a_robot_that_is_not_there_is_refused_with_those_that_are(folder):
