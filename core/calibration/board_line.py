@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.calibration.board import Board
-from core.calibration.extrinsics import Extrinsics
+from core.calibration.mount import Extrinsics
 from core.calibration.pairs import planes_of, predict
 from core.calibration.planes import BoardPose
 from core.geometry import Transform

@@ -15,43 +15,18 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from core.calibration.levenberg import minimise
+from core.calibration.mount import NAMES, Extrinsics, Mount
 from core.calibration.pairs import UNKNOWNS, Guess, Pair, Stack, behind, chi_squares, residuals_of, stack, whitening
 from core.calibration.projection import cross_matrices
 from core.errors import BadInput
-from core.geometry import OPTICAL, Transform
-from core.message import Array, message
+from core.geometry import Transform
+from core.message import Array
 
-NAMES = ("roll", "pitch", "yaw", "forward", "sideways", "height")
-"""The six unknowns: turns about the laser's x, y, z axes and shifts along them."""
-
-LOOSE_TURN, LOOSE_SHIFT = np.deg2rad(3), 0.05  # [rad], [m]: how well a mount is known by looking at it
-ANOTHER = np.deg2rad(
-    45
-)  # [rad]: a mount turned by more than this is another mount, not a better estimate of this one
+ANOTHER = np.deg2rad(45)  # [rad]: a mount turned by more than this is another one, not a better estimate of this one
 DOUBT = 1000.0  # misfit assumed at first: the mount is believed until the data have shown how well they agree …
 ROUNDS = 5  # … which takes so many turns
 HALF = 0.5  # gain below which a direction is not counted as fitted
 LEAST_LEFT = 4  # poses that stay when others are left out
-FREE_TURN, FREE_SHIFT = np.deg2rad(10), 0.3  # [rad], [m]: as good as nothing
-
-
-@message
-class Mount:
-    """What is known about the mount without calibrating: laser_from_camera and its standard deviations."""
-
-    nominal: Transform = Transform(rotation=OPTICAL, translation=np.zeros(3))
-    spread: tuple[float, ...] = (LOOSE_TURN, LOOSE_TURN, LOOSE_TURN, LOOSE_SHIFT, LOOSE_SHIFT, LOOSE_SHIFT)
-
-    @property
-    def sds(self) -> Array:
-        """(6,) [rad, m] in the order of NAMES."""
-        return np.array(self.spread)
-
-    @staticmethod
-    def measured(height: float, height_sd: float = 0.005, level_sd: float = np.deg2rad(0.5)) -> Mount:
-        """For upright boards: the camera's height above the laser [m] by ruler, level to within `level_sd` [rad]."""
-        nominal = Transform(rotation=OPTICAL, translation=np.array([0.0, 0.0, height]))
-        return Mount(nominal=nominal, spread=(level_sd, level_sd, FREE_TURN, FREE_SHIFT, FREE_SHIFT, height_sd))
 
 
 @dataclass(frozen=True)
@@ -76,35 +51,6 @@ class Freedom:
     def mask(self) -> Array:
         """(8,) bool."""
         return np.array([True] * 6 + [self.offset, self.scale])
-
-
-@message
-class Extrinsics:
-    """The answer, how sure it is, and what the data leave open."""
-
-    transform: Transform  # laser_from_camera
-    covariance: Array  # (6, 6) in the order of NAMES, inflated by the misfit
-    used: Array  # (M,) bool: the pairs that took part
-    chi2: Array  # (M,) of every pair, scaled to two degrees of freedom
-    misfit: float  # chi-square per degree of freedom; 1 where the stated noise explains the residuals
-    gain: Array  # (6,): 1 - sd / sd of the mount alone
-    weak: tuple[str, ...]  # the NAMES that the data leave open; there the mount's nominal value speaks
-    offset: tuple[float, float] | None = None  # [m] range offset and its sd, when asked for
-    scale: tuple[float, float] | None = None  # board size factor and its sd, when asked for
-
-    @property
-    def sds(self) -> Array:
-        """(6,) [rad, m] in the order of NAMES."""
-        return np.sqrt(np.diag(self.covariance))
-
-    @property
-    def guess(self) -> Guess:
-        """As the residuals take it."""
-        offset, scale = (
-            (0.0 if self.offset is None else self.offset[0]),
-            (1.0 if self.scale is None else self.scale[0]),
-        )
-        return Guess(self.transform.rotation, self.transform.translation, offset, scale)
 
 
 class Answer(NamedTuple):
@@ -176,41 +122,43 @@ def solve(
     )
 
 
-def inverse_covariance(transform: Transform, covariance: Array) -> Array:
-    """Covariance (6, 6) of a_from_b → that of b_from_a; both in the axes of the frame they lead to."""
-    back = transform.rotation.T
-    slope = np.zeros((6, 6))
-    slope[:3, :3] = slope[3:, 3:] = -back
-    slope[3:, :3] = -back @ cross_matrices(transform.translation)
-    return slope @ covariance @ slope.T
-
-
 def _search(problem: Problem) -> Transform:
     """The nominal mount, or one of the 24 axis-aligned rotations if that explains the data far better.
 
     A rotation found that way replaces the nominal mount as the witness for what the data leave open.
     """
     nominal = problem.mount.nominal
-    best = _settle(problem, Guess(nominal.rotation, nominal.translation), soft=problem.settings.soft)
-    if np.median(chi_squares(problem.seen(), best.guess)) < problem.settings.outlier:
+    near, _ = _believing(problem, Guess(nominal.rotation, nominal.translation))
+    least, best = float(np.median(chi_squares(problem.seen(), near))), nominal.rotation
+    if least < problem.settings.outlier:
         return nominal
-    least, found = problem.settings.rival * best.cost, nominal
-    for turn in Rotation.create_group("O").as_matrix():
-        other = _settle(problem, Guess(turn, np.zeros(3)), soft=problem.settings.soft)
-        away = Rotation.from_matrix(other.guess.rotation @ nominal.rotation.T).magnitude()
-        if other.cost < least and away > ANOTHER and not behind(problem.seen(), other.guess):
-            least, found = other.cost, Transform(rotation=turn, translation=np.zeros(3))
-    problem.mount = Mount(nominal=found, spread=problem.mount.spread)
-    return found
+    least *= problem.settings.rival
+    turns = Rotation.create_group("O").as_matrix()
+    for turn in turns:
+        other = _settle(problem, Guess(turn, np.zeros(3)), soft=problem.settings.soft).guess
+        middle = float(np.median(chi_squares(problem.seen(), other)))
+        if middle < least and not behind(problem.seen(), other):
+            least, best = middle, other.rotation
+    if Rotation.from_matrix(best @ nominal.rotation.T).magnitude() < ANOTHER:
+        return nominal
+    axes = turns[int(np.argmax(np.trace(turns @ best.T, axis1=1, axis2=2)))]
+    problem.mount = Mount(nominal=Transform(rotation=axes, translation=np.zeros(3)), spread=problem.mount.spread)
+    return problem.mount.nominal
+
+
+def _believing(problem: Problem, guess: Guess) -> tuple[Guess, float]:
+    """Solve with the mount as a witness that is believed until the data have shown how well they agree."""
+    misfit = DOUBT
+    for _ in range(ROUNDS):
+        guess = _settle(problem, guess, soft=problem.settings.soft, misfit=misfit, rounds=1).guess
+        misfit = _typical(chi_squares(problem.seen(), guess))
+    return guess, misfit
 
 
 def _without_outliers(problem: Problem, guess: Guess) -> tuple[Answer, float]:
     """Solve with the mount as a witness, leave out the pose that fits worst, solve again, while there is one."""
     while True:
-        misfit = DOUBT
-        for _ in range(ROUNDS):
-            guess = _settle(problem, guess, soft=problem.settings.soft, misfit=misfit, rounds=1).guess
-            misfit = _typical(chi_squares(problem.seen(), guess))
+        guess, misfit = _believing(problem, guess)
         worst = _worst(problem, guess)
         if worst is None:
             break

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from core.calibration.board import Board
-from core.calibration.extrinsics import Extrinsics, Mount
 from core.calibration.guidance import Advice, GuidanceSettings, clear, describe, outline_of
+from core.calibration.mount import Extrinsics, Mount
 from core.calibration.pairs import Guess, PlanePair, residuals_of, stack, whitening
 from core.calibration.planes import plane_of
 from core.calibration.practice import Holding, held

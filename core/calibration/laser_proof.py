@@ -8,8 +8,8 @@ import numpy as np
 
 from core.calibration.board import Board
 from core.calibration.board_line import BoardLineSettings, select_inside
-from core.calibration.extrinsics import Extrinsics
 from core.calibration.laser_solve import LaserPose, range_residuals
+from core.calibration.mount import Extrinsics
 from core.calibration.range_lines import unit_rays
 from core.errors import BadInput
 from core.geometry import Transform

@@ -9,11 +9,11 @@ import numpy as np
 
 from core.calibration.board import Board
 from core.calibration.board_line import average, find_lines, foreground
-from core.calibration.extrinsics import NAMES, Mount
 from core.calibration.guidance import Advice
 from core.calibration.laser_guidance import advise_pose
 from core.calibration.laser_solve import LaserCalibration, LaserPose, LaserSettings, calibrate_laser
 from core.calibration.laser_words import landing_words, landings, weak_words
+from core.calibration.mount import NAMES, Mount
 from core.calibration.planes import BoardPose, board_pose
 from core.calibration.projection import Poses
 from core.calibration.quality import judge, unseen

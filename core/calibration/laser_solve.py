@@ -9,7 +9,8 @@ import numpy as np
 
 from core.calibration.board import Board
 from core.calibration.board_line import BoardLineSettings, MeanScan, find_lines, foreground, select_inside
-from core.calibration.extrinsics import NAMES, Extrinsics, ExtrinsicsSettings, Freedom, Mount, solve
+from core.calibration.extrinsics import ExtrinsicsSettings, Freedom, solve
+from core.calibration.mount import NAMES, Extrinsics, Mount
 from core.calibration.pairs import Guess, PlanePair, disagreement
 from core.calibration.planes import BoardPose
 from core.calibration.range_lines import fit_ranges

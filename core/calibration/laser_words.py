@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from core.calibration.board import Board
-from core.calibration.extrinsics import NAMES, Extrinsics
 from core.calibration.laser_solve import LaserCalibration
+from core.calibration.mount import NAMES, Extrinsics
 from core.calibration.projection import Poses, cross_matrices, linearise, vector_of
 from core.message import Array
 from core.optics import CameraModel

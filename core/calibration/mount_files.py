@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from core.calibration.camera_files import number
-from core.calibration.extrinsics import Extrinsics, inverse_covariance
+from core.calibration.mount import Extrinsics, inverse_covariance
 from core.errors import BadInput
 from core.geometry import Transform
 from core.message import Array

@@ -16,9 +16,9 @@ from core.calibration.board_line import average
 from core.calibration.camera_files import kalibr_yaml, opencv_yaml, plain_name, read_camera, read_json, ros_yaml
 from core.calibration.chessboard import find_board
 from core.calibration.correction import exact_map, straighten, table_1_map
-from core.calibration.extrinsics import Mount
 from core.calibration.intrinsics import Calibration, View, calibrate
 from core.calibration.laser_solve import LaserPose
+from core.calibration.mount import Mount
 from core.calibration.mount_files import static_transform, urdf_joint
 from core.calibration.pictures import read_colour, read_grey
 from core.calibration.planes import board_pose

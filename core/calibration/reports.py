@@ -11,7 +11,6 @@ import numpy as np
 from core.calibration.board import Board
 from core.calibration.camera_files import camera_entry
 from core.calibration.correction import errors
-from core.calibration.extrinsics import NAMES
 from core.calibration.intrinsics import Calibration
 from core.calibration.laser_solve import LaserCalibration
 from core.calibration.laser_words import (
@@ -22,6 +21,7 @@ from core.calibration.laser_words import (
     warnings,
     weak_words,
 )
+from core.calibration.mount import NAMES
 from core.calibration.mount_files import mount_entry, static_transform
 from core.calibration.uncertainty import uncertainty_map
 from core.optics import CameraModel

@@ -1,0 +1,73 @@
+"""Where the camera sits on the laser: what is known before and after calibrating."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.calibration.pairs import Guess
+from core.calibration.projection import cross_matrices
+from core.geometry import OPTICAL, Transform
+from core.message import Array, message
+
+NAMES = ("roll", "pitch", "yaw", "forward", "sideways", "height")
+"""The six unknowns: turns about the laser's x, y, z axes and shifts along them."""
+
+LOOSE_TURN, LOOSE_SHIFT = np.deg2rad(3), 0.05  # [rad], [m]: how well a mount is known by looking at it
+FREE_TURN, FREE_SHIFT = np.deg2rad(10), 0.3  # [rad], [m]: as good as nothing
+
+
+@message
+class Mount:
+    """What is known about the mount without calibrating: laser_from_camera and its standard deviations."""
+
+    nominal: Transform = Transform(rotation=OPTICAL, translation=np.zeros(3))
+    spread: tuple[float, ...] = (LOOSE_TURN, LOOSE_TURN, LOOSE_TURN, LOOSE_SHIFT, LOOSE_SHIFT, LOOSE_SHIFT)
+
+    @property
+    def sds(self) -> Array:
+        """(6,) [rad, m] in the order of NAMES."""
+        return np.array(self.spread)
+
+    @staticmethod
+    def measured(height: float, height_sd: float = 0.005, level_sd: float = np.deg2rad(0.5)) -> Mount:
+        """For upright boards: the camera's height above the laser [m] by ruler, level to within `level_sd` [rad]."""
+        nominal = Transform(rotation=OPTICAL, translation=np.array([0.0, 0.0, height]))
+        return Mount(nominal=nominal, spread=(level_sd, level_sd, FREE_TURN, FREE_SHIFT, FREE_SHIFT, height_sd))
+
+
+@message
+class Extrinsics:
+    """The answer, how sure it is, and what the data leave open."""
+
+    transform: Transform  # laser_from_camera
+    covariance: Array  # (6, 6) in the order of NAMES, inflated by the misfit
+    used: Array  # (M,) bool: the pairs that took part
+    chi2: Array  # (M,) of every pair, scaled to two degrees of freedom
+    misfit: float  # chi-square per degree of freedom; 1 where the stated noise explains the residuals
+    gain: Array  # (6,): 1 - sd / sd of the mount alone
+    weak: tuple[str, ...]  # the NAMES that the data leave open; there the mount's nominal value speaks
+    offset: tuple[float, float] | None = None  # [m] range offset and its sd, when asked for
+    scale: tuple[float, float] | None = None  # board size factor and its sd, when asked for
+
+    @property
+    def sds(self) -> Array:
+        """(6,) [rad, m] in the order of NAMES."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def guess(self) -> Guess:
+        """As the residuals take it."""
+        offset, scale = (
+            (0.0 if self.offset is None else self.offset[0]),
+            (1.0 if self.scale is None else self.scale[0]),
+        )
+        return Guess(self.transform.rotation, self.transform.translation, offset, scale)
+
+
+def inverse_covariance(transform: Transform, covariance: Array) -> Array:
+    """Covariance (6, 6) of a_from_b → that of b_from_a; both in the axes of the frame they lead to."""
+    back = transform.rotation.T
+    slope = np.zeros((6, 6))
+    slope[:3, :3] = slope[3:, 3:] = -back
+    slope[3:, :3] = -back @ cross_matrices(transform.translation)
+    return slope @ covariance @ slope.T
