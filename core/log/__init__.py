@@ -121,10 +121,14 @@ def _archive(path: Path, number: int | None, ids: Ids, still: bool, settings: Lo
 
 
 def _text(path: Path, ids: Ids, settings: LogSettings) -> Recording:
-    """Text forms are told apart by their first line that is no comment."""
+    """Text forms are told apart by the first line that begins as one of them does; JSON begins at once."""
+    begun = False
     for number, line in TextLog(path, settings.largest_file):
-        if line.startswith("{"):
+        if "\0" in line:
+            break
+        if line.startswith("{") and not begun:
             return json_lines.read(path, settings)
+        begun = begun or bool(line)
         if line.startswith(("ODOMETRY ", "LANDMARK ")):
             return victoria_park.read(path, ids, settings)
         if line.split(" ", 1)[0] in carmen.KNOWN:

@@ -261,6 +261,7 @@ def test_a_database_that_would_never_end_is_stopped(tmp_path):
         ("text.db3", b"hello", "no SQLite database"),
         ("text.npz", b"hello", "not a NumPy archive"),
         ("text.log", b"hello\n", "no known form of log"),
+        ("sound.wav", b"RIFF\0\0\n{\n{\n", "no known form of log"),
         ("bare.mcap", MAGIC, "no laser scans"),
         ("line.jsonl", b"{" + b" " * 10_000_000, "no scans"),
         ("deep.jsonl", b'{"ranges":' + b"[" * 100_000, "no scans"),
