@@ -26,7 +26,7 @@ MOST = 6  # channels, of which all orders are tried
 UNSURE = math.radians(8)  # [rad] by which a person stands beside the direction that they were asked for
 ELEVATIONS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)  # [rad] of a mouth above the array
 CLEAR = 1.005  # by which the best order must beat the next
-PLAUSIBLE = 1.25  # by which another order must beat the given one, to doubt it without known directions
+PLAUSIBLE = 1.1  # by which another order must beat the given one, to doubt it without known directions
 
 
 @message

@@ -40,8 +40,9 @@ def locate(
     """Where the sound's one talker is; None when nothing fresh was heard.
 
     What precedes `speech_from` [s, the sound's clock] is taken for noise, unless `noise` is given; with neither, the
-    quietest frames are. Raises BadInput when the sound does not fit the array.
+    quietest frames are. Raises BadInput when the sound does not fit the array, or its microphones lie in a line.
     """
+    axes_of(array)
     seen = spectra(array.heard(sound), sound.rate, settings)
     if noise is None:
         begin = None if speech_from is None else speech_from - sound.stamp

@@ -40,6 +40,7 @@ class Voice:
     born: float  # [s]
     heard: float  # [s] of the last hit
     hits: int
+    told: bool  # heard often enough, or surely enough, to be shown
 
     @property
     def bearing(self) -> float:
@@ -69,12 +70,7 @@ class Tracker:
     @property
     def voices(self) -> tuple[Voice, ...]:
         """Those that are told, most recently heard first."""
-        settings = self.settings
-        told = [
-            one
-            for one in self._voices
-            if one.hits >= settings.births or math.sqrt(one.covariance[0, 0]) <= settings.sure_sd
-        ]
+        told = [one for one in self._voices if one.told]
         return tuple(sorted(told, key=lambda one: (-one.heard, -one.hits)))
 
     def update(self, directions: Sequence[Direction], now: float, heading: float = 0.0) -> tuple[Voice, ...]:
@@ -101,14 +97,25 @@ class Tracker:
         if costs.size:
             for row, column in zip(*linear_sum_assignment(np.minimum(costs, 1e3)), strict=True):
                 if costs[row, column] <= self.settings.gate:
-                    self._voices[row] = _corrected(self._voices[row], heard[column], now)
+                    hit = _corrected(self._voices[row], heard[column], now)
+                    self._voices[row] = replace(hit, told=hit.told or hit.hits >= self.settings.births)
                     taken.add(int(column))
         for number, one in enumerate(heard):
             if number not in taken:
-                self._voices.append(
-                    Voice(id=self._next, towards=one.towards, covariance=one.covariance, born=now, heard=now, hits=1)
-                )
+                self._voices.append(self._born(one, now))
                 self._next += 1
+
+    def _born(self, direction: Direction, now: float) -> Voice:
+        """A new voice."""
+        return Voice(
+            id=self._next,
+            towards=direction.towards,
+            covariance=direction.covariance,
+            born=now,
+            heard=now,
+            hits=1,
+            told=self.settings.births <= 1 or math.sqrt(direction.covariance[0, 0]) <= self.settings.sure_sd,
+        )
 
     def _join(self) -> None:
         """Two voices that came together are one: the older."""

@@ -1,0 +1,45 @@
+"""The experiment of directions: seeded, written down, and ours before the paper's."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from core.experiments.direction_of_arrival import run
+from core.experiments.practice_voice import practice_voice
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory):
+    told: list[str] = []
+    return run(runs=40, seed=3, out=tmp_path_factory.mktemp("direction"), tell=told.append)
+
+
+def test_ours_is_better_than_as_printed_on_the_same_sounds(result):
+    ours, printed = (result["estimators"][name]["all"] for name in ("beckon", "as_printed"))
+    assert result["utterances"] == ours["utterances"] == printed["utterances"] == 40
+    assert ours["median_deg"] < 2 and ours["beyond_10_deg"] <= 0.1
+    assert printed["median_deg"] > 3 * ours["median_deg"]
+    assert ours["within_2_sd"] >= 0.85 and ours["declared"] > 0.9
+
+
+def test_every_cell_and_every_trial_is_written_down(result):
+    with open(result["files"]["csv"], newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 3 * 40 and {row["array"] for row in rows} == {"square", "tetrahedron"}
+    with open(result["files"]["json"]) as file:
+        whole = json.load(file)
+    assert len(whole["cells"]["beckon"]) == 40
+    errors = [float(row["error_deg"]) for row in rows if row["estimator"] == "beckon"]
+    assert np.median(errors) == pytest.approx(whole["estimators"]["beckon"]["all"]["median_deg"], rel=1e-3)
+
+
+def test_the_made_up_voice_is_seeded_and_holds_speech_like_power():
+    one, same = (practice_voice(np.random.default_rng(2), 2.0, 16000) for _ in range(2))
+    assert np.array_equal(one, same) and len(one) == 32000 and np.isfinite(one).all()
+    power = np.abs(np.fft.rfft(one)) ** 2
+    hertz = np.fft.rfftfreq(len(one), 1 / 16000)
+    assert power[(hertz > 100) & (hertz < 4000)].sum() > 0.8 * power.sum()

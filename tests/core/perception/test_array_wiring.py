@@ -1,0 +1,131 @@
+"""The array's self-check, the order of its channels, and how it is turned."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.acoustics import Room
+from core.errors import BadInput
+from core.geometry import wrap
+from core.perception.array_check import Fault, check
+from core.perception.array_orientation import Orientation, OrientationWizard
+from core.perception.channel_order import find_order
+from core.perception.sound.direction import Direction, unit
+from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound, ring, tetrahedron
+from tests.core.perception.voices import far_voice, voice_in_room
+
+ARRAYS = [RESPEAKER_ODAS, tetrahedron()]
+
+
+def faults_of(samples: np.ndarray, array: MicrophoneArray = RESPEAKER_ODAS) -> dict[str, Fault]:
+    return {one.kind: one for one in check(Sound(stamp=0.0, rate=16000, samples=samples), array)}
+
+
+@pytest.fixture
+def samples() -> np.ndarray:
+    return far_voice(RESPEAKER_ODAS, 0.6, 0.2).samples.copy()
+
+
+def test_a_sound_array_has_nothing_but_its_limits(samples):
+    assert set(faults_of(samples)) == {"flat"} and not faults_of(samples)["flat"].serious
+    assert check(far_voice(tetrahedron(), 0.6, 0.2), tetrahedron()) == ()
+
+
+def test_identical_channels_are_named_counted_from_one(samples):
+    samples[:, 3] = 0.7 * samples[:, 2]
+    assert "Channels 3 and 4 are identical" in faults_of(samples)["identical"].sentence
+
+
+def test_a_dead_a_faint_and_a_clipped_channel_are_named(samples):
+    samples[:, 1] = 0
+    assert faults_of(samples)["dead"].channels == (1,)
+    samples = far_voice(RESPEAKER_ODAS, 0.6).samples.copy()
+    samples[:, 1] *= 0.01
+    assert "100 times fainter" in faults_of(samples)["faint"].sentence
+    samples = far_voice(RESPEAKER_ODAS, 0.6).samples.copy()
+    samples[:, 0] = np.clip(samples[:, 0], -0.06, 0.06)
+    assert faults_of(samples)["clipped"].channels == (0,)
+
+
+def test_a_foreign_an_inverted_and_two_exchanged_channels_are_named(samples):
+    other = far_voice(RESPEAKER_ODAS, -2.0, seed=9).samples[:, 0]
+    assert faults_of(np.column_stack((samples[:, :3], other)))["foreign"].channels == (3,)
+    inverted = samples * [1, 1, -1, 1]
+    assert faults_of(inverted)["inverted"].channels == (2,)
+    assert "exchanged" in faults_of(samples[:, [1, 0, 2, 3]])["swapped"].sentence
+
+
+def test_a_profile_with_two_microphones_in_one_place_and_one_in_a_line_are_told():
+    positions = np.array([[-0.05, -0.05, 0], [-0.05, 0.05, 0], [0.05, 0.05, 0], [0.05, 0.05, 0]])
+    array = MicrophoneArray(positions=positions)
+    assert "microphones 3 and 4" in faults_of(far_voice(array, 1.0).samples, array)["same place"].sentence
+    line = MicrophoneArray(positions=np.array([[0.0, 0, 0], [0.05, 0, 0], [0.1, 0, 0]]))
+    assert faults_of(np.random.default_rng(0).normal(size=(8000, 3)), line)["line"].serious
+
+
+def test_channels_are_those_of_the_sound_not_of_the_profile(samples):
+    shifted = replace(RESPEAKER_ODAS, channels=(2, 3, 4, 5))
+    six = np.column_stack((np.zeros((len(samples), 2)), samples))
+    six[:, 4] = 0
+    assert faults_of(six, shifted)["dead"].channels == (4,)
+
+
+@pytest.mark.parametrize("array", ARRAYS, ids=lambda a: a.name)
+def test_two_utterances_from_known_sides_give_all_24_orders(array):
+    room, centre = Room((6, 5, 2.7), 0.3), np.array([3.0, 2.5, 0.5])
+    mouths = {0.0: centre + np.array([2.0, 0.2, 0.9]), math.pi / 2: centre + np.array([-0.15, 1.8, 1.0])}
+    sounds = {azimuth: voice_in_room(array, room, centre, mouth) for azimuth, mouth in mouths.items()}
+    for order in itertools.permutations(range(4)):
+        mixed = [
+            (Sound(stamp=0.0, rate=one.rate, samples=one.samples[:, order]), azimuth)
+            for azimuth, one in sounds.items()
+        ]
+        found = find_order(mixed, array)
+        assert found.channels == tuple(order.index(number) for number in range(4)) and found.certain
+
+
+def test_one_utterance_leaves_doubt_and_none_or_too_many_channels_are_refused():
+    sound = far_voice(RESPEAKER_ODAS, 0.0)
+    assert not find_order([(sound, 0.0)], RESPEAKER_ODAS).certain
+    with pytest.raises(BadInput, match="two are best"):
+        find_order([], RESPEAKER_ODAS)
+    many = ring("seven", 0.05, 0.0, 2 * math.pi / 7, 7)
+    with pytest.raises(BadInput, match="at most 6"):
+        find_order([(far_voice(many, 0.0), 0.0)], many)
+
+
+def clap(azimuth: float, sd: float = 0.03) -> Direction:
+    return Direction(stamp=0.0, towards=unit(azimuth, 0.2), covariance=sd**2 * np.eye(2), strength=0.9)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_claps_from_known_sides_give_the_arrays_turn(mirrored):
+    rng = np.random.default_rng(0)
+    inside = []
+    for _ in range(60):
+        yaw, wizard = rng.uniform(-3, 3), OrientationWizard()
+        for asked in wizard.asked:
+            stood = asked + rng.normal(scale=math.radians(3))
+            wizard.add(asked, clap(wrap((-1 if mirrored else 1) * (stood - yaw)) + rng.normal(scale=0.03)))
+        told = wizard.solve()
+        assert isinstance(told, Orientation) and told.mirrored is mirrored
+        inside.append(abs(wrap(told.yaw - yaw)) < 2 * told.yaw_sd)
+    assert np.mean(inside) > 0.88
+
+
+def test_the_wizard_says_what_to_do_and_what_is_wrong():
+    wizard = OrientationWizard()
+    assert "at 0°" in wizard.advice and "claps are needed" in str(wizard.solve())
+    assert "clap again" in wizard.add(0.0, clap(0.0, sd=1.0))
+    for number in range(3):
+        assert wizard.add(0.1 * number, clap(0.1 * number)) == ""
+    assert "one side" in str(wizard.solve())
+    wizard.drop(2)
+    wizard.add(math.pi, clap(1.0))
+    wizard.add(-math.pi / 2, clap(2.0))
+    assert "do not agree" in str(wizard.solve()) and "enough" in wizard.advice
