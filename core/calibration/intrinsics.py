@@ -249,7 +249,8 @@ def _verdicts(
         out = np.flatnonzero(~corners.used[number])
         used = len(out) < board.count
         if len(out):
-            reason = accuse(view.corners, number, solution, board, typical)
+            without = f"used without {len(out)} of its corners: " if used else ""
+            reason = without + accuse(view.corners, number, solution, board, typical)
         else:
             reason = odd_line(errors[number].reshape(board.rows, board.columns, 2), typical)
         verdicts.append(ViewVerdict(name=view.name, used=used, rms=float(rms[number]), reason=reason, left_out=out))

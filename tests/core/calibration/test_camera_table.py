@@ -1,0 +1,32 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import pytest
+
+from core.experiments.camera_table import PRINTED, run
+from core.optics import TABLE_3
+
+
+def test_table_3_comes_out_again_with_its_figures(tmp_path: Path) -> None:
+    told = run(runs=3, seed=1, out=tmp_path)
+    rows = told["table"]
+    assert [row["paper_value"] for row in rows][:2] == [TABLE_3.fx, TABLE_3.fy]
+    for row, printed in zip(rows, PRINTED, strict=True):
+        assert abs(row["value"] - row["paper_value"]) < 2 * printed
+        assert row["standard_dev"] < 1.5 * printed
+    assert told["within_two_sds_pooled"] > 0.75
+    assert "f_u (pixels)" in told["text"]
+    for name in ("figure_13", "figure_14", "figure_15"):
+        image = cv2.imread(told["files"][name])
+        assert image is not None and image.std() > 10
+
+
+@pytest.mark.campaign
+def test_forty_calibrations_stay_within_the_papers_column() -> None:
+    told = run(runs=40)
+    assert told["within_two_sds_pooled"] >= 0.90
+    assert told["f_u_within_printed_share"] >= 0.95
+    names = list(told["mean_three_sds"].values())
+    assert all(mean <= printed for mean, printed in zip(names, PRINTED, strict=True))

@@ -1,0 +1,139 @@
+from __future__ import annotations
+
+import struct
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from core.calibration.pictures import decode, look, read_colour, read_grey
+from core.calibration.scan_files import read_scans
+from core.errors import BadInput
+
+SHAPES = np.add.outer(np.arange(120) * 2, np.arange(160)).astype(np.uint8)
+
+
+def encoded(form: str, picture: np.ndarray = SHAPES) -> bytes:
+    return cv2.imencode(form, picture)[1].tobytes()
+
+
+def turned(orientation: int) -> bytes:
+    """A JPEG with an EXIF orientation."""
+    plain = encoded(".jpg")
+    tiff = b"II*\0" + struct.pack("<IHHHIHHI", 8, 1, 0x0112, 3, 1, orientation, 0, 0)
+    block = b"Exif\0\0" + tiff
+    return plain[:2] + b"\xff\xe1" + struct.pack(">H", len(block) + 2) + block + plain[2:]
+
+
+@pytest.mark.parametrize("form", [".jpg", ".png", ".bmp", ".webp", ".pgm"])
+def test_common_pictures_are_read(form: str) -> None:
+    content = encoded(form)
+    header = look(content)
+    assert header is not None and (header.width, header.height, header.complete) == (160, 120, True)
+    pixels, remark = decode(content, cv2.IMREAD_GRAYSCALE)
+    assert pixels.shape == (120, 160) and remark == ""
+
+
+@pytest.mark.parametrize("form", [".jpg", ".png", ".bmp", ".webp", ".pgm"])
+@pytest.mark.parametrize("share", [0.0, 0.02, 0.4, 0.9])
+def test_a_picture_that_is_cut_off_is_refused(form: str, share: float) -> None:
+    content = encoded(form)
+    with pytest.raises(BadInput):
+        decode(content[: int(len(content) * share)], cv2.IMREAD_GRAYSCALE)
+
+
+def test_a_lying_header_is_refused_before_decoding() -> None:
+    content = bytearray(encoded(".jpg"))
+    place = content.index(b"\xff\xc0") + 5
+    content[place : place + 4] = struct.pack(">HH", 20000, 20000)
+    begun = time.process_time()
+    with pytest.raises(BadInput, match="20000x20000"):
+        decode(bytes(content), cv2.IMREAD_GRAYSCALE)
+    assert time.process_time() - begun < 0.1
+
+
+def test_the_sensors_own_orientation_is_kept_and_told() -> None:
+    pixels, remark = decode(turned(6), cv2.IMREAD_GRAYSCALE)
+    assert pixels.shape == (120, 160) and "turned" in remark
+    assert decode(turned(1), cv2.IMREAD_GRAYSCALE)[1] == ""
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"text", b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"BM", b"RIFF....WEBP", b"P5 x y"]
+)
+def test_what_is_no_picture_is_refused(content: bytes) -> None:
+    with pytest.raises(BadInput):
+        decode(content, cv2.IMREAD_COLOR)
+
+
+def test_noise_never_comes_through_as_an_error_of_another_kind() -> None:
+    rng = np.random.default_rng(0)
+    heads = [encoded(form)[:30] for form in (".jpg", ".png", ".bmp", ".webp", ".pgm")] + [turned(3)[:60]]
+    for number in range(150):
+        content = heads[number % len(heads)] + rng.integers(0, 256, 200, dtype=np.uint8).tobytes()
+        with pytest.raises(BadInput):
+            decode(content, cv2.IMREAD_GRAYSCALE)
+
+
+def test_tiny_and_missing_pictures_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="only 32x32"):
+        decode(encoded(".png", SHAPES[:32, :32]), cv2.IMREAD_GRAYSCALE)
+    with pytest.raises(BadInput, match="no such file"):
+        read_grey(tmp_path / "none.png")
+    with pytest.raises(BadInput, match="no such file"):
+        read_colour(tmp_path)
+
+
+def write(path: Path, text: str) -> Path:
+    path.write_text(text)
+    return path
+
+
+def test_several_scans_in_one_csv_are_told_apart(tmp_path: Path) -> None:
+    rows = "".join(f"{angle},{2 + scan}\n" for scan in range(3) for angle in (-0.2, 0.0, 0.2, 0.4))
+    bearings, ranges = read_scans(write(tmp_path / "scan.csv", "angle_rad,range_m\n" + rows))
+    assert np.allclose(bearings, (-0.2, 0, 0.2, 0.4)) and ranges.shape == (3, 4)
+    assert np.allclose(ranges[:, 0], (2, 3, 4))
+
+
+def test_points_become_bearings_and_ranges_without_a_heading(tmp_path: Path) -> None:
+    bearings, ranges = read_scans(write(tmp_path / "scan.csv", "x,y\n1,1\n2,0\n1,-1\n"))
+    assert np.allclose(bearings, (-np.pi / 4, 0, np.pi / 4)) and np.allclose(ranges[0, 1], 2)
+    bearings, ranges = read_scans(write(tmp_path / "bare.csv", "0.0,1.5\n0.1,1.6\n0.2,nan\n0.3,1.7\n0.4,0\n"))
+    assert np.allclose(bearings, (0, 0.1, 0.3)) and np.allclose(ranges[0], (1.5, 1.6, 1.7))
+
+
+def test_pcd_in_both_spellings_says_the_same(tmp_path: Path) -> None:
+    points = np.array([[1.0, 0.2, 0.0], [1.1, 0.0, 0.0], [1.2, -0.3, 0.0]], np.float32)
+    head = (
+        "# .PCD\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\nHEIGHT 1\nPOINTS 3\nDATA "
+    )
+    ascii_rows = "\n".join(" ".join(map(str, point)) for point in points)
+    (tmp_path / "a.pcd").write_text(head + "ascii\n" + ascii_rows)
+    (tmp_path / "b.pcd").write_bytes((head + "binary\n").encode() + points.tobytes())
+    one, other = read_scans(tmp_path / "a.pcd"), read_scans(tmp_path / "b.pcd")
+    assert np.allclose(one[0], other[0]) and np.allclose(one[1], other[1])
+    (tmp_path / "c.pcd").write_bytes((head + "binary\n").encode() + points.tobytes()[:20])
+    with pytest.raises(BadInput, match="cut off"):
+        read_scans(tmp_path / "c.pcd")
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.csv", ""),
+        ("b.csv", "left,right\n1,2\n3,4\n5,6\n"),
+        ("c.csv", "angle,range\nx,y\n"),
+        ("d.pcd", "hello"),
+        ("e.pcd", "FIELDS x y\nPOINTS 99999999999\nDATA ascii\n1 2\n"),
+        ("f.pcd", "FIELDS x\nPOINTS 1\nDATA ascii\n1\n"),
+        ("g.pcd", "FIELDS x y\nSIZE 4 4\nTYPE F F\nPOINTS 2\nDATA binary_compressed\n"),
+        ("h.csv", "angle,range\n0,1\n0.1,1\n"),
+        ("i.pcd", "FIELDS x y\nSIZE 4\nTYPE F F\nPOINTS 3\nDATA binary\n" + "a" * 60),
+    ],
+)
+def test_what_is_no_scan_is_refused_in_words(tmp_path: Path, name: str, text: str) -> None:
+    with pytest.raises(BadInput):
+        read_scans(write(tmp_path / name, text))
