@@ -112,7 +112,8 @@ def test_yaml_agrees_with_the_common_reader() -> None:
     for text in (
         ros_yaml(TABLE_3),
         kalibr_yaml(TABLE_3),
-        "a: 1\nb:\n  - 1.5\n  - -2.0e-3\nc: {x: 1, y: [1,2, 3], z: 'q'}\nd:\n- [1,2]\n- [3,\n   4]\ne: \"a # b\" # c\n",
+        "a: 1\nb:\n  - 1.5\n  - -2.0e-3\nc: {x: 1, y: [1,2, 3], z: 'q'}\nd:\n- [1,2]\n- [3,\n   4]\n",
+        'e: "a # b" # c\n',
         "top:\n  inner:\n    deep: [1.0, -2.5e+3]\n  other: text with spaces\nlast: ~\n",
     ):
         assert read_yaml(text) == yaml.safe_load(text)
@@ -160,7 +161,7 @@ def test_a_camera_file_that_makes_no_sense_is_refused_in_words(change: dict[str,
     [
         '{"image_size":[640,480],"K":[[NaN,0,320],[0,500,240],[0,0,1]]}',
         '{"image_size":[640,480],"K":[[Infinity,0,320],[0,500,240],[0,0,1]]}',
-        "image_width: 640\nimage_height: 480\ncamera_matrix: {rows: 3, cols: 3, data: [.nan, 0, 1, 0, 1, 1, 0, 0, 1]}",
+        "image_width: 640\nimage_height: 480\ncamera_matrix: {data: [.nan, 0, 1, 0, 1, 1, 0, 0, 1]}",
         "a: &a [1, 1]\nb: [*a, *a]",
         "<<: {a: 1}",
         "a: 1\na: 2",
