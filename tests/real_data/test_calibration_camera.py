@@ -1,0 +1,142 @@
+"""The thirteen pictures of OpenCV's left camera: what a good calibrator finds, and what bad corners may not spoil."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from core.calibration.board import Board
+from core.calibration.camera_files import read_camera
+from core.calibration.chessboard import CRITERIA, FLAGS, search
+from core.calibration.intrinsics import Calibration, View, calibrate
+from core.calibration.offline import calibrate_camera
+from core.calibration.pictures import read_grey
+from core.errors import BadInput
+from core.message import Array
+
+pytestmark = pytest.mark.real_data
+BOARD = Board(columns=9, rows=6, square=0.025)
+SIZE = (640, 480)
+GRID = (6, 9, 2)
+
+
+@pytest.fixture(scope="module")
+def pictures(shared_data: Path) -> list[Path]:
+    return sorted((shared_data / "chessboard-opencv-left").glob("left*.jpg"))
+
+
+def corners_of(pictures: list[Path], window: int) -> list[View]:
+    views: list[View] = []
+    for path in pictures:
+        grey, _ = read_grey(path)
+        found = search(grey, BOARD, FLAGS)
+        assert found is not None
+        start = np.ascontiguousarray(found.reshape(-1, 1, 2), dtype=np.float32)
+        refined = cv2.cornerSubPix(grey, start, (window, window), (-1, -1), CRITERIA)
+        views.append(View(name=path.name, corners=refined.reshape(-1, 2).astype(float)))
+    return views
+
+
+def opencv_focal(views: list[View]) -> float:
+    shown = [BOARD.points.astype(np.float32)] * len(views)
+    told = [view.corners.astype(np.float32) for view in views]
+    return float(cv2.calibrateCamera(shown, told, SIZE, None, None, flags=cv2.CALIB_FIX_K3)[1][0, 0])
+
+
+def test_the_camera_is_found_as_good_calibrators_find_it(pictures: list[Path]) -> None:
+    told = calibrate_camera(pictures, BOARD)
+    assert told["views_used"] == 13 and told["views_refused"] == []
+    assert abs(told["fx"] - 533.1) < 1 and abs(told["fy"] - 533.1) < 1
+    assert abs(told["cx"] - 342.5) < 1 and abs(told["cy"] - 233.9) < 1
+    assert told["rms_px"] <= 0.21 and "k3" not in told
+    assert 0.35 <= told["sd"]["fx"] <= 0.5
+    assert told["correction"]["table_1"]["max_px"] < 0.42 and told["correction"]["exact"]["max_px"] < 1e-3
+
+
+@pytest.fixture(scope="module")
+def clean(pictures: list[Path]) -> Calibration:
+    return calibrate(corners_of(pictures, 5), BOARD, SIZE)
+
+
+def test_corners_that_a_large_window_pulled_away_do_not_spoil_it(pictures: list[Path]) -> None:
+    views = corners_of(pictures, 11)
+    told = calibrate(views, BOARD, SIZE)
+    assert abs(told.model.fx - 533.1) < 1.5
+    assert next(verdict for verdict in told.verdicts if verdict.name == "left02.jpg").reason
+    assert opencv_focal(views) > 535.5
+
+
+def rolled(corners: Array) -> Array:
+    return np.roll(corners.reshape(GRID), 1, axis=1).reshape(-1, 2)
+
+
+def rolled_by_one_corner(corners: Array) -> Array:
+    return np.roll(corners, 1, axis=0)
+
+
+def shifted_and_continued(corners: Array) -> Array:
+    """Every corner moved on by one square, the last row guessed from the two before."""
+    grid = corners.reshape(GRID)
+    return np.concatenate((grid[1:], 2 * grid[-1:] - grid[-2:-1])).reshape(-1, 2)
+
+
+def misclicked(corners: Array) -> Array:
+    """One clicked extreme corner 10 px off, and the grid warped with it."""
+    extremes = corners[[0, 8, 45, 53]].astype(np.float32)
+    moved = extremes.copy()
+    moved[1] += (7, 7)
+    warp = cv2.getPerspectiveTransform(extremes, moved)
+    return cv2.perspectiveTransform(corners[None].astype(np.float32), warp)[0].astype(float)
+
+
+def noisy(corners: Array) -> Array:
+    return corners + np.random.default_rng(1).normal(0, 3, corners.shape)
+
+
+def swapped(corners: Array) -> Array:
+    grid = corners.reshape(GRID).copy()
+    grid[[1, 2]] = grid[[2, 1]]
+    return grid.reshape(-1, 2)
+
+
+@pytest.mark.parametrize("fault", [rolled, rolled_by_one_corner, shifted_and_continued, misclicked, noisy, swapped])
+def test_each_view_in_turn_may_be_poisoned(
+    pictures: list[Path], clean: Calibration, fault: Callable[[Array], Array]
+) -> None:
+    views = corners_of(pictures, 5)
+    for culprit in range(13):
+        poisoned = list(views)
+        poisoned[culprit] = View(name=views[culprit].name, corners=fault(views[culprit].corners))
+        told = calibrate(poisoned, BOARD, SIZE)
+        assert told.verdicts[culprit].reason, f"{views[culprit].name} was not named"
+        assert abs(told.model.fx - clean.model.fx) < 1.5 and abs(told.model.fy - clean.model.fy) < 1.5
+
+
+def test_k3_is_not_taken(clean: Calibration) -> None:
+    assert clean.free[-1] == "p2" and clean.model.k3 == 0
+
+
+def test_the_published_file_is_read_to_the_digit(shared_data: Path) -> None:
+    model = read_camera(shared_data / "chessboard-opencv-left" / "left_intrinsics.yml")
+    assert model.fx == 5.3591573396163199e02 and model.cy == 2.3557082909788173e02
+    assert model.k1 == -2.6637260909660682e-01 and model.k3 == 2.3839153080878486e-01
+
+
+@pytest.mark.parametrize("name", ["calib_missing_keys.json", "calib_nan.json", "alias_bomb.yaml"])
+def test_malformed_cameras_are_refused_in_words(shared_data: Path, name: str) -> None:
+    with pytest.raises(BadInput, match=name):
+        read_camera(shared_data / "malformed" / name)
+
+
+def test_malformed_pictures_are_refused_and_good_ones_read(shared_data: Path) -> None:
+    for path in sorted((shared_data / "malformed").iterdir()):
+        if path.suffix in (".jpg", ".png"):
+            if path.name.startswith("ok_"):
+                assert read_grey(path)[0].shape == (120, 160)
+            else:
+                with pytest.raises(BadInput):
+                    read_grey(path)

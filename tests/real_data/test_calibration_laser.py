@@ -1,0 +1,57 @@
+"""Five upright boards before a robot's camera and laser: the tool has to say what they cannot tell."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from core.calibration.board import Board
+from core.calibration.offline import calibrate_laser
+from core.geometry import OPTICAL
+
+pytestmark = pytest.mark.real_data
+CAMERA = {
+    "image_size": [640, 480],
+    "K": [[519.26845842, 0, 331.11197675], [0, 518.89359517, 229.43433605], [0, 0, 1]],
+    "dist": [0.11418155, 0.19343114, -0.00268067, 0.00371577, -1.09539701],
+}
+
+
+def told(shared_data: Path, tmp_path: Path, square: float, height: float | None = None) -> dict[str, Any]:
+    camera = tmp_path / "camera.json"
+    camera.write_text(json.dumps(CAMERA))
+    board = Board(columns=11, rows=8, square=square)
+    return calibrate_laser(shared_data / "camera-lidar2d-acfr", camera, board, height=height)
+
+
+def test_height_roll_and_pitch_are_said_to_be_unknown(shared_data: Path, tmp_path: Path) -> None:
+    found = told(shared_data, tmp_path, 0.019)
+    assert found["poses_used"] == 5 and set(found["not_known"]) == {"roll", "pitch", "height"}
+    words = " ".join(found["weak_directions"])
+    assert "height" in words and "roll" in words and "pitch" in words and "tilt the board forward and back" in words
+    assert found["residual_rms_m"] < 0.006
+    yaw = np.array(found["rotation"]) @ OPTICAL.T
+    assert np.degrees(np.arctan2(yaw[1, 0], yaw[0, 0])) == pytest.approx(1.15, abs=0.4)
+    assert found["translation_m"][0] == pytest.approx(0.0858, abs=0.006)
+
+
+@pytest.mark.parametrize("square", [0.019, 0.020])
+def test_the_laser_says_which_squares_it_believes(shared_data: Path, tmp_path: Path, square: float) -> None:
+    found = told(shared_data, tmp_path, square)
+    assert found["square_m"]["by_laser"] == pytest.approx(0.0189, abs=0.0002)
+    assert "squares are 18.9" in found["square_words"]
+    doubted = [words for words in found["warnings"] if "Measure five squares" in words]
+    assert len(doubted) == (1 if square == 0.020 else 0)
+    assert {"roll", "pitch", "height"} <= set(found["not_known"])
+
+
+def test_a_measured_height_leaves_yaw_and_the_floor_offsets_to_the_data(shared_data: Path, tmp_path: Path) -> None:
+    found = told(shared_data, tmp_path, 0.019, height=0.05)
+    assert found["translation_m"][2] == pytest.approx(0.05, abs=0.005)
+    assert found["translation_m"][0] == pytest.approx(0.0858, abs=0.004)
+    yaw = np.array(found["rotation"]) @ OPTICAL.T
+    assert np.degrees(np.arctan2(yaw[1, 0], yaw[0, 0])) == pytest.approx(1.15, abs=0.1)
