@@ -78,8 +78,9 @@ def _outline(level: Array, view: LevelView, settings: EdgeSettings) -> tuple[Arr
 def _uprights(outline: Array, steepness: Array, settings: EdgeSettings) -> list[tuple[float, float, float]]:
     """Outline → upright edges as (top row, bottom row, column); segments of nearly one column are one edge."""
     shortest = settings.length * outline.shape[0]
+    broad = cv2.dilate(outline, np.ones((1, 3), np.uint8))  # an edge between two columns must not fall to pieces
     found = cv2.HoughLinesP(
-        outline, 1.0, math.pi / 360, int(0.5 * shortest), minLineLength=0.6 * shortest, maxLineGap=settings.gap
+        broad, 1.0, math.pi / 360, int(0.5 * shortest), minLineLength=0.6 * shortest, maxLineGap=settings.gap
     )
     if found is None:
         return []

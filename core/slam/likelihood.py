@@ -12,7 +12,9 @@ from core.geometry import Pose, rotation, wrap
 from core.message import Array
 
 CELL = 0.05  # [m]
-SMEAR = 1.2  # [cells] off a wall at which the fit has dropped to 0.6
+SMEAR = 1.2  # [cells] sd of the blur that draws points together into walls
+AROUND = 7  # [cells] of the neighbourhood whose highest point counts as a wall's middle
+FAINT = 0.15  # points to a cell after the blur: less is no wall
 RIM = 16  # [cells] around everything, so that shifting never leaves the field
 LARGEST = 1200  # [cells] of a side
 ROUNDS = 8  # of the refinement, at most
@@ -28,22 +30,29 @@ class Match:
 
 
 class LikelihoodField:
-    """Values 0..1 on a grid, high where points (K, 2) [m] have been."""
+    """Values 0..1 on a grid: ridges where points (K, 2) [m] lie, all equally high, be they near and dense or far."""
 
     def __init__(self, points: Array) -> None:
         low, high = points.min(axis=0), points.max(axis=0)
         self.origin = np.floor(low / CELL) * CELL - RIM * CELL
         size = np.minimum(np.ceil((high - self.origin) / CELL).astype(int) + RIM + 1, LARGEST)
-        cells = ((points - self.origin) / CELL).astype(int)
-        cells = cells[(cells < size - RIM).all(axis=1)]
-        counts = np.bincount(cells[:, 1] * size[0] + cells[:, 0], minlength=size[0] * size[1])
-        counts = counts.reshape(size[1], size[0])
-        twice, once = counts >= 2, counts >= 1
-        occupied = twice if 2 * np.count_nonzero(twice) > np.count_nonzero(once) else once  # strays count once
-        distance = cv2.distanceTransform((~occupied).astype(np.uint8), cv2.DIST_L2, 5)
-        self.values = np.exp(-0.5 * (distance / SMEAR) ** 2)
+        density = cv2.GaussianBlur(self._counts(points, size), (0, 0), SMEAR)
+        ridge = np.maximum(cv2.dilate(density, np.ones((AROUND, AROUND), np.uint8)), FAINT)
+        self.values = density / ridge
         self._flat = self.values.ravel()
         self._width, self._height = int(size[0]), int(size[1])
+
+    def _counts(self, points: Array, size: Array) -> Array:
+        """Points (K, 2) → how many fall on each cell (rows, columns), each shared among the four cells around it."""
+        place = (points - self.origin) / CELL - 0.5
+        place = place[((place >= 0) & (place < size - RIM)).all(axis=1)]
+        cell = place.astype(int)
+        u, v = (place - cell).T
+        first, count = cell[:, 1] * size[0] + cell[:, 0], size[0] * size[1]
+        counts = np.zeros(count)
+        for step, share in ((0, (1 - u) * (1 - v)), (1, u * (1 - v)), (size[0], (1 - u) * v), (size[0] + 1, u * v)):
+            counts += np.bincount(first + step, share, count)
+        return counts.reshape(size[1], size[0]).astype(np.float32)
 
     def search(self, points: Array, guess: Pose, reach: float, angle: float, step: float, turn: float) -> Pose:
         """The best pose on a lattice: ±`reach` [m] by `step`, ±`angle` [rad] by `turn` around the guess."""

@@ -27,11 +27,11 @@ class ScanOdometrySettings:
     distance: float = 0.15  # [m] between keyframes …
     turn: float = math.radians(8)  # [rad] … or this
     coast: float = 0.5  # of the former motion that is expected to go on where a match fails
-    still_distance: float = 0.004  # [m] under which, and
-    still_turn: float = math.radians(0.15)  # [rad] under which nothing has moved
+    still_distance: float = 0.008  # [m] under which, and
+    still_turn: float = math.radians(0.2)  # [rad] under which nothing has moved
     place_sd: float = 0.003  # [m] of a matched increment, at least
     heading_sd: float = math.radians(0.1)  # [rad]
-    point_sd: float = 0.15  # [m] of a point across its wall, their dependence on each other taken in
+    point_sd: float = 0.1  # [m] of a point across its wall, their dependence on each other taken in
     wall: float = 0.3  # [m] between next neighbours on one wall, at most
     blind_speed: float = 0.3  # [m/s] sd of the motion where a match fails
     blind_turn: float = math.radians(30)  # [rad/s]
@@ -66,34 +66,35 @@ class ScanOdometry:
         if elapsed < 0.0:
             self._forget()
         points, _ = deskew(scan, self._laser, self.wheels, at)
-        if self._field is None or len(points) < FEWEST or elapsed <= 0.0:
+        if self._field is None:
             return self._begin(points)
-        match = self._search(points, self._matched @ _scaled(self._motion, elapsed))
-        self.score = match.score
-        if match.score < self.settings.score:
+        if elapsed <= 0.0:
+            return Increment()
+        match = self._search(self._field, points, elapsed)
+        self.score = match.score if match else None
+        if match is None:
             return self._coast(points, elapsed)
         self._motion = _scaled(self._matched.inverse() @ match.pose, 1 / elapsed)
-        points, _ = deskew(scan, self._laser, self.wheels, at)  # by the motion as it was, not as it was before
-        match = self._field.refine(points, match.pose)
-        move = self._matched.inverse() @ match.pose
-        self._motion, self._matched = _scaled(move, 1 / elapsed), match.pose
+        points, _ = deskew(scan, self._laser, self.wheels, at)  # by this motion, not by the one before
+        pose = self._field.refine(points, match.pose).pose
+        self._motion, self._matched = _scaled(self._matched.inverse() @ pose, 1 / elapsed), pose
         self._keep(points)
         return self._report(self._spread(points))
 
-    def _search(self, points: Array, expected: Pose) -> Match:
-        """Search on a lattice, coarse then fine, and refine by Gauss-Newton."""
-        field, settings = self._field, self.settings
-        assert field is not None
+    def _search(self, field: LikelihoodField, points: Array, elapsed: float) -> Match | None:
+        """Search around where the motion leads, coarse then fine, and refine; None where nothing fits."""
+        settings = self.settings
+        if len(points) < FEWEST:
+            return None
+        expected = self._matched @ _scaled(self._motion, elapsed)
         thinned = points[:: max(1, len(points) // settings.points)]
         coarse = field.search(thinned, expected, settings.reach, settings.angle, 0.1, math.radians(1))
         fine = field.search(thinned, coarse, 0.05, math.radians(0.5), 0.05, math.radians(0.25))
-        return field.refine(points, fine)
+        match = field.refine(points, fine)
+        return match if match.score >= settings.score else None
 
     def _spread(self, points: Array) -> Array:
-        """Covariance (3, 3) of a matched move: what the walls' directions in the scan can tell, and a floor.
-
-        The field's own curvature says little: it is flat where a scan fits perfectly.
-        """
+        """Covariance (3, 3) of a matched move: what the directions of the walls in the scan can tell, and a floor."""
         settings = self.settings
         along = points[2:] - points[:-2]
         reach = np.hypot(along[:, 0], along[:, 1])
@@ -111,6 +112,7 @@ class ScanOdometry:
         step = self.pose.inverse() @ self._matched
         settings = self.settings
         if math.hypot(step.x, step.y) < settings.still_distance and abs(step.heading) < settings.still_turn:
+            self._motion = Pose()
             return Increment()
         self.pose = self._matched
         return Increment(step, covariance)
@@ -120,13 +122,16 @@ class ScanOdometry:
         settings = self.settings
         self._motion = _scaled(self._motion, settings.coast)
         self._matched = self._matched @ _scaled(self._motion, elapsed)
-        self._frames.clear()
-        self._keep(points)
+        if len(points) >= FEWEST:
+            self._frames.clear()
+            self._keep(points)
+        self.pose, before = self._matched, self.pose
         sd = np.array([settings.blind_speed, settings.blind_speed, settings.blind_turn]) * max(elapsed, 0.1)
-        return self._report(np.diag(sd**2))
+        return Increment(before.inverse() @ self.pose, np.diag(sd**2))
 
     def _begin(self, points: Array) -> Increment:
-        if len(points):
+        """The first scan with enough in it begins the local map."""
+        if len(points) >= FEWEST:
             self._keep(points)
         return Increment()
 

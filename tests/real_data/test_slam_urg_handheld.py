@@ -1,0 +1,61 @@
+"""A real URG-04LX carried by hand through a room: no wheels, no truth."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from core.geometry import Pose, wrap
+from core.log import ScanRecording, open_log
+from core.perception.corners import find_corners
+from core.perception.deskew import deskew
+from core.perception.landmarks import sight
+from core.sensors import SensorFrame
+from core.slam.ekf import EkfSlam
+from core.slam.scan_odometry import ScanOdometry
+
+pytestmark = pytest.mark.real_data
+
+
+@pytest.fixture(scope="module")
+def recording(shared_data: Path) -> ScanRecording:
+    log = open_log(shared_data / "urg04lx_handheld" / "urg04lx_handheld.mcap")
+    assert isinstance(log, ScanRecording)
+    return log
+
+
+def test_every_scan_finds_its_place_on_the_scans_before_it(recording: ScanRecording) -> None:
+    odometry, poses, scores, spent = ScanOdometry(recording.laser), [Pose()], [], []
+    for frame in recording:
+        assert frame.scan is not None
+        began = time.process_time()
+        odometry.update(frame.scan, frame.stamp)
+        spent.append(time.process_time() - began)
+        poses.append(odometry.pose)
+        scores.append(odometry.score)
+    steps = [b.distance_to(a.x, a.y) for a, b in itertools.pairwise(poses)]
+    turns = [abs(wrap(b.heading - a.heading)) for a, b in itertools.pairwise(poses)]
+    assert min(score for score in scores if score is not None) > 0.7
+    assert max(steps) < 0.08
+    assert max(turns) < 0.15
+    assert 2.0 < sum(steps) < 8.0
+    assert np.median(spent) < 0.010
+
+
+def test_the_filter_holds_a_small_map_of_the_real_room(recording: ScanRecording) -> None:
+    odometry, slam, apart = ScanOdometry(recording.laser), EkfSlam(laser=recording.laser), []
+    for frame in recording:
+        assert frame.scan is not None
+        step = odometry.update(frame.scan, frame.stamp)
+        points, beams = deskew(frame.scan, recording.laser, odometry.wheels, frame.stamp)
+        sightings, _ = sight(find_corners(frame.scan, recording.laser, points, beams), stamp=frame.stamp)
+        told = SensorFrame(stamp=frame.stamp, scan=frame.scan)
+        estimate = slam.update(told, sightings, step)
+        apart.append(estimate.pose.distance_to(odometry.pose.x, odometry.pose.y))
+    assert max(apart) < 0.15
+    assert 4 <= len(slam.landmarks) <= 30
+    assert np.sqrt(np.diag(slam.estimate.covariance)).max() < 0.05
