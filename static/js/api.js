@@ -6,11 +6,12 @@
  * @typedef {object} HistoryRow how a command went
  * @property {number} id
  * @property {number} at_s Unix time
- * @property {number | null} ended_s Unix time
+ * @property {number | null} duration_s null while it runs
  * @property {string} source typed, chip, click, rest
  * @property {string} words as they arrived
  * @property {string} heard_as as they were understood, "" when they were not
- * @property {{name: string, [number: string]: string | number} | null} command
+ * @property {string} name of the command, "" when the words were not understood
+ * @property {Record<string, number>} numbers
  * @property {string} who
  * @property {string} state running, done, refused, cancelled, pre-empted, failed
  * @property {string} remark

@@ -195,6 +195,7 @@ export class Drive {
       if (this.#asking !== -Infinity) return;
       this.#asking = now;
       this.ask();
+      this.#frame(0, 0); // a gate that was started anew learns from it who drives
     } else {
       this.#engage(now);
     }

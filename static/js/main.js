@@ -27,7 +27,7 @@ import { Hands } from "./hands.js";
 import { Panel } from "./panel.js";
 import { Session } from "./session.js";
 
-const SHOW_MS = 200; // ages grow without news
+const SHOW_MS = 200; // ages grow without news, and a browser that draws slowly must not keep quiet about it
 
 /**
  * @template {HTMLElement} T
@@ -56,19 +56,21 @@ session.on("hello", ({ robot }) => document.body.classList.toggle("is-recording"
 let shown = -1;
 let shownAt = -Infinity;
 
-/** @param {number} now */
-function beat(now) {
-  requestAnimationFrame(beat);
-  const seq = session.state?.seq ?? 0;
-  if (seq === shown && now - shownAt < SHOW_MS) return;
-  [shown, shownAt] = [seq, now];
+function show() {
+  [shown, shownAt] = [session.state?.seq ?? 0, performance.now()];
   const { view } = session;
   document.body.classList.toggle("is-lost", !view.up);
   for (const panel of panels) panel.show(view);
 }
 
+function beat() {
+  requestAnimationFrame(beat);
+  if ((session.state?.seq ?? 0) !== shown) show();
+}
+
 session.on("heard", (view) => hands.show(view));
 requestAnimationFrame(beat);
+setInterval(() => performance.now() - shownAt >= SHOW_MS && show(), SHOW_MS);
 
 /** The token of the printed link: used at once, and wiped from the address before anything else can see it. */
 function enterByLink() {

@@ -23,7 +23,7 @@ export class Panel extends HTMLElement {
   build() {}
 
   /**
-   * Called at most once per animation frame.
+   * Called at most once per animation frame, and at least five times a second.
    * @param {View} _view
    */
   show(_view) {}

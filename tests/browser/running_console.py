@@ -65,7 +65,7 @@ class Running:
 
     def newest(self) -> dict[str, Any]:
         """The newest command of the history."""
-        return self.ask("api/commands/history")["commands"][0]
+        return next(iter(self.ask("api/commands/history")["commands"]), {"id": 0, "state": "done", "remark": ""})
 
     def _links(self) -> tuple[str, str]:
         until = time.monotonic() + START_TIME

@@ -6,12 +6,17 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from playwright.sync_api import Browser, ConsoleMessage, Locator, expect
+from playwright.sync_api import Browser, ConsoleMessage, Locator, Route, expect
 from running_console import Running
 
 DESK, PHONE = (1440, 900), (390, 844)
 HARMLESS = ("Software WebGL", "GPU stall", "GL Driver Message", "401 (Unauthorized)", "THREE.Clock")
 PATIENCE = 10.0  # [s]; the machine may be busy
+
+
+def empty(route: Route) -> None:
+    """Instead of the 3-D map."""
+    route.fulfill(body="<!doctype html>", content_type="text/html")
 
 
 class Visit:
@@ -25,11 +30,10 @@ class Visit:
         size: tuple[int, int] = DESK,
         theme: str = "dark",
         hints: bool = False,
-        scene: bool = False,
         watching: bool = False,
         before: Callable[[Any], None] | None = None,
     ) -> None:
-        """`hints`: as on a first visit; `scene`: with the 3-D map; `before`: done to the page before it opens."""
+        """`hints`: as on a first visit; `before`: done to the page before it opens."""
         phone = size[0] < 600
         self.console = console
         self.context = browser.new_context(
@@ -46,14 +50,17 @@ class Visit:
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
         if not hints:
             self.context.add_init_script("localStorage.setItem('beckon.hints', 'seen')")
-        if not scene:
-            self.page.route(
-                "**/scene/**", lambda route: route.fulfill(body="<!doctype html>", content_type="text/html")
-            )
+        self.page.route("**/scene/**", empty)
         if before is not None:
             before(self.page)
         self.page.goto(console.watching if watching else console.driving)
         expect(self.page.locator("link-chip")).to_contain_text("Hz", timeout=PATIENCE * 1000)
+
+    def show_scene(self) -> None:
+        """Load the 3-D map that was left out until now: a processor that draws it does little else."""
+        self.page.unroute("**/scene/**", empty)
+        self.page.evaluate("const frame = document.querySelector('#scene'); frame.src = frame.src")
+        expect(self.page.frame_locator("#scene").locator("canvas").first).to_be_visible(timeout=20000)
 
     def close(self) -> None:
         """Leave."""
@@ -102,6 +109,25 @@ class Visit:
                 self.wait(0.1)
                 press()
             self.wait(0.05)
+
+    def told(self, act: Callable[[], Any], end: str, *, then: Callable[[], Any] | None = None) -> dict[str, Any]:
+        """Tell the robot something, do `then` while it runs → how it ended, which must be `end`.
+
+        The gate of a busy machine stops the robot now and then; then it is told again, as a person would.
+        """
+        row: dict[str, Any] = {}
+        for _ in range(8):
+            before = self.console.newest()["id"]
+            act()
+            self.until(lambda before=before: self.console.newest()["id"] > before, "it was heard")
+            if then is not None:
+                then()
+            self.until(lambda: self.console.newest()["state"] != "running", "it ended", 2 * PATIENCE)
+            row = self.console.newest()
+            if row["state"] != "failed" or end == "failed":
+                break
+        assert row["state"] == end, row
+        return row
 
     def still(self) -> None:
         """Wait until the robot stands."""

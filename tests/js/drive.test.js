@@ -182,7 +182,7 @@ test("when nobody drives, the press asks for the wheel once and drives when it h
   p.hear();
   p.keys(FORWARD);
   p.wait(300);
-  assert.deepEqual([p.asked, p.sent.length], [1, 0]);
+  assert.deepEqual([p.asked, p.sent.length, p.moving().length], [1, 1, 0]);
   p.permission = YES;
   p.gate.epoch += 1;
   p.wait(200);
@@ -198,7 +198,7 @@ test("a wheel that comes too late moves nothing", () => {
   p.wait(ASK_MS + 100);
   p.permission = YES;
   p.wait(500);
-  assert.equal(p.sent.length, 0);
+  assert.equal(p.moving().length, 0);
   assert.ok(p.drive.mustLetGo);
 });
 

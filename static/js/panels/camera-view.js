@@ -52,7 +52,8 @@ class CameraView extends Panel {
     const now = performance.now();
     const seen = this.#picture !== null;
     this.hidden = !seen && !hello?.robot.drives && now - this.#bornAt > GIVE_UP_S * 1000;
-    this.session.want(!this.hidden && document.visibilityState === "visible" && this.offsetParent !== null);
+    const looked = this.hidden || this.offsetParent !== null; // while hidden for want of pictures, one is still hoped for
+    this.session.want(looked && document.visibilityState === "visible");
     this.#empty.hidden = seen;
     const paused = state?.robot.running === false && up;
     const old = seen && !paused ? (now - this.#pictureAt) / 1000 : 0;

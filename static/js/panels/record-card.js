@@ -96,9 +96,8 @@ class RecordCard extends Panel {
   #row(row) {
     const source = row.source in SOURCES ? SOURCES[/** @type {keyof typeof SOURCES} */ (row.source)] : row.source;
     const words = wordsOf(row);
-    const { name: _, ...numbers } = row.command ?? { name: "" };
-    const amounts = quantities(/** @type {Record<string, number>} */ (numbers));
-    const took = row.ended_s !== null && row.state !== "refused" ? age(row.ended_s - row.at_s) : "";
+    const amounts = quantities(row.numbers);
+    const took = row.duration_s !== null && row.state !== "refused" ? age(row.duration_s) : "";
     const again = make("button", { type: "button", class: "icon-button small", "aria-label": `Again: ${words}`, title: "Again" }, icon("again"));
     again.addEventListener("click", () => void this.session.say(words, "chip"));
     return make("li", { class: "record", "data-state": row.state },
