@@ -40,7 +40,7 @@ def run(chosen: argparse.Namespace) -> int:
 
     began = time.perf_counter()
     result = slam_log(chosen.log, load(chosen.settings), chosen.ids, chosen.still, chosen.out)
-    told = result.json() | {"processing_s": round(time.perf_counter() - began, 3)}
+    told: dict[str, Any] = result.json() | {"processing_s": round(time.perf_counter() - began, 3)}
     if chosen.json:
         for warning in told["warnings"]:
             tell(warning)
