@@ -9,6 +9,7 @@ from core.optics import CameraModel
 
 NEWTON = 25  # steps at most
 CLOSE = 1e-13  # normalised error at which a point is done
+NOTHING = 1e-12  # coefficients below this bend nothing anywhere
 FLAT = 1e-9  # determinant of the distortion's slope below which there is no step
 
 
@@ -40,8 +41,8 @@ def undistort(model: CameraModel, distorted: Array) -> Array:
 
 def turning_radius(model: CameraModel) -> float:
     """Radius in ideal normalised coordinates beyond which the distortion folds back; inf where it never does."""
-    k1, k2, k3 = model.k1, model.k2, model.k3
-    roots = np.roots([7 * k3, 5 * k2, 3 * k1, 1.0]) if k3 or k2 or k1 else np.array([])
+    slope = np.array([7 * model.k3, 5 * model.k2, 3 * model.k1, 1.0])  # of the distorted radius, by powers of r²
+    roots = np.roots(np.where(np.abs(slope) < NOTHING, 0.0, slope))
     squares = [root.real for root in roots if abs(root.imag) < 1e-9 and root.real > 0]
     return float(np.sqrt(min(squares))) if squares else float("inf")
 
