@@ -93,12 +93,24 @@ def _uprights(outline: Array, steepness: Array, settings: EdgeSettings) -> list[
     groups = np.split(segments, np.flatnonzero(np.diff(middle) > settings.together) + 1)
     edges: list[tuple[float, float, float]] = []
     for group in groups:
-        if len(group):
-            top, bottom = group[:, 1::2].min(), group[:, 1::2].max()
-            column = _column(steepness, int(top), int(bottom), 0.5 * (group[:, 0] + group[:, 2]), settings)
-            if bottom - top >= shortest:
-                edges.append((float(top), float(bottom), column))
+        piece = _longest(group, settings.gap)
+        if len(piece) and piece[:, 1::2].max() - piece[:, 1::2].min() >= shortest:
+            top, bottom = float(piece[:, 1::2].min()), float(piece[:, 1::2].max())
+            columns = 0.5 * (piece[:, 0] + piece[:, 2])
+            edges.append((top, bottom, _column(steepness, int(top), int(bottom), columns, settings)))
     return edges
+
+
+def _longest(group: Array, gap: float) -> Array:
+    """Segments (K, 4) of one column → those of its longest piece without a larger gap."""
+    if not len(group):
+        return group
+    tops, bottoms = group[:, 1::2].min(axis=1), group[:, 1::2].max(axis=1)
+    order = np.argsort(tops)
+    reached = np.maximum.accumulate(bottoms[order])
+    breaks = np.flatnonzero(tops[order][1:] > reached[:-1] + gap) + 1
+    pieces = np.split(order, breaks)
+    return group[max(pieces, key=lambda piece: bottoms[piece].max() - tops[piece].min())]
 
 
 def _column(steepness: Array, top: int, bottom: int, columns: Array, settings: EdgeSettings) -> float:

@@ -92,6 +92,6 @@ def test_moving_at_once_costs_what_the_paper_paid(draws: dict[str, np.ndarray], 
 
 
 def test_unknown_identities_cost_nothing_here(draws: dict[str, np.ndarray]) -> None:
-    given = np.array([run(draws, number, "invariant", still=True) for number in range(0, RUNS, 4)])
-    hidden = np.array([run(draws, number, "invariant", still=True, given=False) for number in range(0, RUNS, 4)])
+    given = np.array([run(draws, number, "invariant", still=True) for number in range(0, RUNS, 8)])
+    hidden = np.array([run(draws, number, "invariant", still=True, given=False) for number in range(0, RUNS, 8)])
     assert hidden[:, 0].max() < 1.1 * given[:, 0].max()

@@ -42,14 +42,16 @@ class Outcome:
     landmarks: int = 0
 
 
-def drive(settings: SimulationSettings, seed: int, motion: MotionSettings | None = None) -> Outcome:
-    """The loop in the laboratory, driven by the clock."""
+def drive(
+    settings: SimulationSettings, seed: int, motion: MotionSettings | None = None, legs: int | None = None
+) -> Outcome:
+    """The loop in the laboratory, driven by the clock, or its first legs."""
     robot = SimulatedRobot("lab", seed=seed, settings=settings)
     laser, camera = robot.profile.laser, robot.profile.camera
     assert laser is not None
     slam, reckoning = EkfSlam(motion=motion, laser=laser), DeadReckoning(motion)
     edges, edges_stamp, outcome = (), 0.0, Outcome()
-    for seconds, v, w in LOOP:
+    for seconds, v, w in LOOP[:legs]:
         for _ in range(round(40 * seconds)):
             robot.drive(Twist(v, w))
             frame, sightings = robot.read(), None
@@ -97,7 +99,7 @@ def test_with_the_paper_s_wheel_noise_the_loop_is_held_too() -> None:
 
 
 def test_vertical_edges_in_real_pictures_confirm_corners_and_harm_nothing() -> None:
-    run = drive(SimulationSettings(camera=True), 1)
-    assert run.confirmed > 200
+    run = drive(SimulationSettings(camera=True), 1, legs=5)
+    assert run.confirmed > 100
     assert max(run.errors) < 0.03
     assert 1.0 < np.nanmean(run.nees) < 6.0
