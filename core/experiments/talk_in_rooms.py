@@ -13,6 +13,7 @@ from core.sensors.microphones import MicrophoneArray, Sound
 
 RATE = 16_000  # [Hz]
 PRE_ROLL = 0.5  # [s] of noise before the first word
+ASKED_SD = math.radians(5)  # [rad] by which a person misses the azimuth where they were asked to stand
 FAN_APART = math.radians(25)  # a fan stands at least this far beside the talker
 
 
@@ -37,13 +38,20 @@ class Scene:
         return Sound(stamp=0.0, rate=RATE, samples=0.05 * samples[:end])
 
 
-def make_scene(rng: np.random.Generator, rt60: float, voice: Array, arrays: Sequence[MicrophoneArray]) -> Scene:
+def make_scene(
+    rng: np.random.Generator,
+    rt60: float,
+    voice: Array,
+    arrays: Sequence[MicrophoneArray],
+    asked: float | None = None,
+) -> Scene:
     """A room of 5-9 x 4-7 x 2.5-3.2 m, a talker 1-4 m away at 1.2-1.8 m height, arrays at 0.25-1 m.
 
-    Every microphone stands where its profile says give or take the profile's `position_sd`.
+    Every microphone stands where its profile says give or take the profile's `position_sd`. A talker who was `asked`
+    to stand at an azimuth [rad] does so to a few degrees, 1.5-2.5 m away.
     """
     room = Room((rng.uniform(5, 9), rng.uniform(4, 7), rng.uniform(2.5, 3.2)), rt60)
-    centre, mouth = _places(rng, room)
+    centre, mouth = _places(rng, room, asked)
     places = np.vstack(
         [one.positions + rng.normal(scale=one.position_sd, size=one.positions.shape) for one in arrays]
     )
@@ -64,12 +72,14 @@ def make_scene(rng: np.random.Generator, rt60: float, voice: Array, arrays: Sequ
     )
 
 
-def _places(rng: np.random.Generator, room: Room) -> tuple[Array, Array]:
+def _places(rng: np.random.Generator, room: Room, asked: float | None) -> tuple[Array, Array]:
     """Where the arrays (3,) and the mouth (3,) are, both well inside."""
     while True:
         x, y, _ = room.size
         centre = np.array([rng.uniform(0.8, x - 0.8), rng.uniform(0.8, y - 0.8), rng.uniform(0.25, 1.0)])
         distance, azimuth = rng.uniform(1, 4), rng.uniform(-math.pi, math.pi)
+        if asked is not None:
+            distance, azimuth = rng.uniform(1.5, 2.5), asked + rng.normal(scale=ASKED_SD)
         aside = distance * np.array([math.cos(azimuth), math.sin(azimuth)])
         mouth = np.append(centre[:2] + aside, rng.uniform(1.2, 1.8))
         if 0.3 < mouth[0] < x - 0.3 and 0.3 < mouth[1] < y - 0.3:

@@ -13,8 +13,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from core.errors import BadInput
+from core.geometry import wrap_all
 from core.message import Array, message
-from core.perception.sound.direction import sphere, unit
+from core.perception.sound.direction import sphere
 from core.perception.sound.least_squares import axes_of
 from core.perception.sound.locate import DEFAULT, whitened
 from core.perception.sound.settings import HearingSettings
@@ -23,9 +24,11 @@ from core.perception.sound.steered import FINER, Correlation
 from core.sensors.microphones import MicrophoneArray, Sound
 
 MOST = 6  # channels, of which all orders are tried
-UNSURE = math.radians(8)  # [rad] by which a person stands beside the direction that they were asked for
-ELEVATIONS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)  # [rad] of a mouth above the array
-CLEAR = 1.005  # by which the best order must beat the next
+STANDS = math.radians(6)  # [rad] how far beside the asked direction a person stands, as a standard deviation
+MOUTH, MOUTH_SD = 0.3, 0.35  # [rad] elevation of a mouth above the array
+WEIGHT = 60.0  # of the share of sound that an order explains, against misses of the known directions
+CLEAR = 3.0  # by which the best order's score must exceed the next
+GRID = 1500  # directions over the sphere
 PLAUSIBLE = 1.1  # by which another order must beat the given one, to doubt it without known directions
 
 
@@ -34,7 +37,7 @@ class Order:
     """The channels in the order of the array's positions."""
 
     channels: tuple[int, ...]
-    margin: float  # of the best order over the next best; 1: as good
+    margin: float  # score of the best order above the next; as a difference of log-likelihoods
     certain: bool
     sentence: str
 
@@ -51,18 +54,16 @@ def find_order(
     axes_of(array)
     orders = np.array(list(itertools.permutations(range(count))))
     scores = np.zeros(len(orders))
+    grid = _directions(array, GRID)
+    bearing, up = np.arctan2(grid[:, 1], grid[:, 0]), np.arcsin(np.clip(grid[:, 2], -1, 1))
     for sound, azimuth in utterances:
-        towards = np.array(
-            [
-                unit(azimuth + aside, up)
-                for aside in (-UNSURE, -UNSURE / 2, 0, UNSURE / 2, UNSURE)
-                for up in ELEVATIONS
-            ]
-        )
         correlation = correlation_of(sound, array, settings)
-        scores += _agreements(correlation, array, orders, towards).max(1) / max(correlation.total, 1e-300)
+        share = _agreements(correlation, array, orders, grid) / max(correlation.total, 1e-300)
+        top = share.argmax(1)
+        missed = (wrap_all(bearing[top] - azimuth) / STANDS) ** 2 + ((up[top] - MOUTH) / MOUTH_SD) ** 2
+        scores += WEIGHT * share.max(1) - missed / 2
     ranking = np.argsort(-scores)
-    best, margin = orders[ranking[0]], float(scores[ranking[0]] / max(scores[ranking[1]], 1e-300))
+    best, margin = orders[ranking[0]], float(scores[ranking[0]] - scores[ranking[1]])
     channels = tuple(array.channels[number] for number in best)
     certain = margin > CLEAR and len(utterances) > 1
     words = f"The channels are {', '.join(str(channel + 1) for channel in channels)}, counted from 1."
@@ -97,6 +98,12 @@ def _agreements(correlation: Correlation, array: MicrophoneArray, orders: Array,
     return power
 
 
+def _directions(array: MicrophoneArray, count: int) -> Array:
+    """Directions (G, 3) over the sphere; of a flat array's, the half above its plane."""
+    grid = sphere(count)
+    return grid if array.dimensions == 3 else grid[grid @ array.normal >= 0]
+
+
 def better_order(correlation: Correlation, array: MicrophoneArray, lags: Array) -> tuple[int, ...] | None:
     """An order that fits one talker anywhere much better than the given one; None when the given one is plausible.
 
@@ -105,10 +112,8 @@ def better_order(correlation: Correlation, array: MicrophoneArray, lags: Array) 
     count = len(array.positions)
     if not 4 <= count <= MOST or not np.any(lags):
         return None
-    grid = sphere(300)
-    grid = grid if array.dimensions == 3 else grid[grid @ array.normal >= 0]
     orders = np.array(list(itertools.permutations(range(count))))
-    scores = _agreements(correlation, array, orders, grid).max(1)
+    scores = _agreements(correlation, array, orders, _directions(array, 300)).max(1)
     best = int(np.argmax(scores))
     if scores[best] < PLAUSIBLE * max(float(scores[0]), 1e-300):
         return None
