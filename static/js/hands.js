@@ -75,6 +75,8 @@ export class Hands {
     if (event.metaKey || event.ctrlKey || event.altKey) this.letGo(); // their combinations swallow the keyup
     const intention = intentionOf(event, { typing, singleKeys: this.singleKeys });
     if (!intention) return;
+    const hand = intention.does === "drive" || intention.does === "slow" || intention.does === "preset";
+    if (hand && this.#session.hello?.robot.drives === false) return; // a recording: the arrows belong to its slider
     if (intention.does === "slow") {
       this.drive.slow = true;
       return;

@@ -148,6 +148,9 @@ def test_a_recording_is_played_and_cannot_be_driven(
             assert not here.find(absent).is_visible(), absent
         here.button("Pause").click()
         expect(here.button("Play")).to_be_visible()
+        before = here.find(".seek").input_value()
+        here.find(".seek").press("ArrowRight")
+        assert here.find(".seek").input_value() > before
         here.find(".seek").fill("500")
         here.until(lambda: abs(playing.ask("api/state")["robot"]["progress"] - 0.5) < 0.1, "half way")
         here.button("2×").click()

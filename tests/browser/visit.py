@@ -62,6 +62,16 @@ class Visit:
         self.page.evaluate("const frame = document.querySelector('#scene'); frame.src = frame.src")
         expect(self.page.frame_locator("#scene").locator("canvas").first).to_be_visible(timeout=20000)
 
+    def fresh(self, patience: float = 40.0) -> None:
+        """Wait until the page shows what is now, for a second on end."""
+        until = time.monotonic() + patience
+        calm = 0
+        while calm < 5:
+            assert time.monotonic() < until, self.find("banner-stack").inner_text()
+            self.wait(0.2)
+            stale = self.find("link-chip [data-tone], .camera-empty:visible, camera-view.is-old").count()
+            calm = 0 if stale else calm + 1
+
     def close(self) -> None:
         """Leave."""
         self.context.close()

@@ -96,7 +96,7 @@ class RecordCard extends Panel {
   #row(row) {
     const source = row.source in SOURCES ? SOURCES[/** @type {keyof typeof SOURCES} */ (row.source)] : row.source;
     const words = wordsOf(row);
-    const amounts = quantities(row.numbers);
+    const amounts = /\d/.test(words) ? "" : quantities(row.numbers); // "turn left" does not say how far
     const took = row.duration_s !== null && row.state !== "refused" ? age(row.duration_s) : "";
     const again = make("button", { type: "button", class: "icon-button small", "aria-label": `Again: ${words}`, title: "Again" }, icon("again"));
     again.addEventListener("click", () => void this.session.say(words, "chip"));
