@@ -39,6 +39,7 @@ class CommandChips extends Panel {
 
   #able() {
     for (const button of this.#chips.querySelectorAll("button")) button.disabled = this.#off;
+    mark(this.#chips, "tabindex", this.#off ? "0" : null); // what scrolls must be reached by keys, also when nothing in it can
   }
 
   /** @param {Kind} kind */

@@ -15,6 +15,9 @@ export class LandmarkTable extends HTMLElement {
 
   connectedCallback() {
     if (this.children.length) return;
+    this.tabIndex = 0; // so that Page Up and Page Down reach it
+    this.setAttribute("role", "region");
+    this.setAttribute("aria-label", "Landmarks");
     const head = make("tr", {}, ...COLUMNS.map((name) => make("th", { scope: "col" }, name)));
     this.append(make("table", { class: "landmarks" }, make("caption", { class: "visually-hidden" }, "Landmarks"), make("thead", {}, head), this.#body),
       this.#empty);

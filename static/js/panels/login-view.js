@@ -13,6 +13,8 @@ export class LoginView extends Panel {
 
   /** @override */
   build() {
+    this.setAttribute("role", "dialog");
+    this.setAttribute("aria-label", "Sign in");
     const form = make("form", { class: "card login" },
       icon("mark"),
       make("h2", {}, "Sign in to Beckon"),

@@ -15,8 +15,8 @@ const TABS = /** @type {const} */ (["history", "notices", "landmarks"]);
 const SOURCES = { typed: "typed", chip: "button", click: "map", rest: "HTTP" };
 
 class RecordCard extends Panel {
-  #history = make("ol", { class: "record-list", "aria-label": "History, newest first" });
-  #notices = make("ol", { class: "record-list", "aria-label": "Notices, newest first", hidden: true });
+  #history = make("ol", { class: "record-list", tabindex: "0", "aria-label": "History, newest first" });
+  #notices = make("ol", { class: "record-list", tabindex: "0", "aria-label": "Notices, newest first", hidden: true });
   #landmarks = new LandmarkTable();
   #count = make("span", { class: "count", hidden: true });
   #tabs = {
