@@ -85,8 +85,10 @@ def refine(corners: Corners, start: Solution, free: tuple[int, ...], *, soft: fl
     return solution
 
 
-def refine_poses(corners: Corners, start: Solution, *, soft: float | None = None, steps: int = 12) -> Poses:
-    """Refine every pose by itself with the camera held; each view has its own damping."""
+def refine_poses(
+    corners: Corners, start: Solution, *, soft: float | None = None, steps: int = 12, close: float = 1e-9
+) -> Poses:
+    """Refine every pose by itself with the camera held, until none gains more than the share `close` of its cost."""
     poses, damping = start.poses, np.full(len(start.poses.rotations), 1e-3)
     gram, costs = _pose_gram(corners, start.camera, poses, soft)
     for _ in range(steps):
@@ -101,7 +103,7 @@ def refine_poses(corners: Corners, start: Solution, *, soft: float | None = None
         gram = (np.where(keep, new_gram[0], gram[0]), np.where(better[:, None], new_gram[1], gram[1]))
         costs = np.where(better, new_costs, costs)
         damping = np.where(better, np.maximum(damping / 10, 1e-9), damping * 10)
-        if np.all((gain <= 1e-9 * costs) & (better | (damping > 1e6))):
+        if np.all((gain <= close * costs) & (better | (damping > 1e6))):
             break
     return poses
 
@@ -123,7 +125,7 @@ def rescue(
 ) -> tuple[Solution, Array]:
     """Turn boards over where the mirrored pose fits better by `ratio`; also (M,) bool: which were turned."""
     other = mirrored(solution.poses, corners.points.mean(axis=0))
-    other = refine_poses(corners, Solution(solution.camera, other), soft=soft, steps=8)
+    other = refine_poses(corners, Solution(solution.camera, other), soft=soft, steps=8, close=0.01)
     turned = _losses(corners, Solution(solution.camera, other), soft) < ratio**2 * _losses(corners, solution, soft)
     poses = Poses(
         np.where(turned[:, None, None], other.rotations, solution.poses.rotations),

@@ -138,7 +138,9 @@ def _solve_robustly(
     for _ in range(settings.rounds):
         kept = np.count_nonzero(used, axis=1) > 0
         some = Corners(everything.points, everything.pixels[kept], used[kept])
-        part, focal_known = _from_scratch(some, size, None, Solution(solution.camera, solution.poses.take(kept)))
+        part = bundle.refine(some, Solution(solution.camera, solution.poses.take(kept)), PAPER)
+        if not used.all():
+            part = _upright(some, part, None)
         solution = Solution(part.camera, _all_poses(everything, part, kept, solution.poses, settings.soft))
         again = _fitting(everything, solution, settings)
         if np.array_equal(again, used):
@@ -157,22 +159,23 @@ def _flat(everything: Corners, settings: IntrinsicsSettings) -> Array:
     return flat if np.count_nonzero(flat) >= 3 else np.ones(len(error), bool)
 
 
-def _from_scratch(
-    corners: Corners, size: tuple[int, int], soft: float | None, known: Solution | None = None
-) -> tuple[Solution, bool]:
-    """Homographies, both poses of every board, Levenberg-Marquardt, boards turned over where that fits better."""
+def _from_scratch(corners: Corners, size: tuple[int, int], soft: float) -> tuple[Solution, bool]:
+    """Homographies, both poses of every board, Levenberg-Marquardt; also whether the views tell the focal length."""
     first = homography.start(corners.points, corners.pixels, size)
-    solution = known or Solution(first.camera, first.poses)
-    if known is None:
-        solution = Solution(solution.camera, bundle.refine_poses(corners, solution, soft=soft, steps=6))
-        solution, _ = bundle.rescue(corners, solution, soft=soft, ratio=1.0)
-    solution = bundle.refine(corners, solution, PAPER, soft=soft)
+    solution = Solution(first.camera, first.poses)
+    solution = Solution(solution.camera, bundle.refine_poses(corners, solution, soft=soft, steps=6))
+    solution, _ = bundle.rescue(corners, solution, soft=soft, ratio=1.0)
+    return _upright(corners, bundle.refine(corners, solution, PAPER, soft=soft), soft), first.focal_known
+
+
+def _upright(corners: Corners, solution: Solution, soft: float | None) -> Solution:
+    """Turn boards over where that fits better, and solve again, until none is left."""
     for _ in range(3):
         solution, turned = bundle.rescue(corners, solution, soft=soft)
         if not turned.any():
             break
         solution = bundle.refine(corners, solution, PAPER, soft=soft)
-    return solution, first.focal_known
+    return solution
 
 
 def _all_poses(everything: Corners, part: Solution, kept: Array, poses: Poses, soft: float) -> Poses:

@@ -104,19 +104,41 @@ def calibrate_laser(
     for picture, scans in pairs:
         say(f"{picture.name}: looking for the board")
         try:
-            poses.append(_laser_pose(picture, scans, board, model))
+            poses.append(laser_pose(picture.name, read_grey(picture)[0], *read_scans(scans), board, model))
         except BadInput as wrong:
             refused.append({"image": picture.name, "reason": str(wrong)})
+    empty = None if background is None or not poses else _background(background, poses)
+    mount = None if height is None else Mount.measured(height)
+    return mount_from(poses, refused, board, model, empty, mount=mount, with_offset=with_offset, out=out)
+
+
+def laser_pose(name: str, grey: Array, bearings: Array, ranges: Array, board: Board, model: CameraModel) -> LaserPose:
+    """A picture (H, W) and scans (K, B) [m] at bearings (B,) [rad] of one still board. Raises BadInput."""
+    if grey.shape != (model.height, model.width):
+        raise BadInput(f"it is {_size_words(grey)}, the camera file is for {model.width}x{model.height}")
+    corners, _ = _corners(grey, board)
+    return LaserPose(name=name, board=board_pose(model, board, corners), scan=average(ranges, unit_rays(bearings)))
+
+
+def mount_from(
+    poses: Sequence[LaserPose],
+    refused: Sequence[Refused],
+    board: Board,
+    model: CameraModel,
+    background: Array | None = None,
+    *,
+    mount: Mount | None = None,
+    with_offset: bool = False,
+    out: Path | None = None,
+) -> dict[str, Any]:
+    """Poses from wherever they come, the pairs refused so far, the empty room (B,) [m] → JSON keys and files."""
     if len(poses) < 3:
         reasons = "; ".join(f"{each['image']}: {each['reason']}" for each in refused[:3])
-        raise BadInput(
-            f"Only {len(poses)} of {len(pairs)} pairs can be used; at least 3 are needed. {reasons}".strip()
-        )
-    empty = None if background is None else _background(background, poses)
-    mount = None if height is None else Mount.measured(height)
-    found = laser_solve.calibrate_laser(poses, board, empty, mount, with_offset=with_offset)
+        count = len(poses) + len(refused)
+        raise BadInput(f"Only {len(poses)} of {count} pairs can be used; at least 3 are needed. {reasons}".strip())
+    found = laser_solve.calibrate_laser(poses, board, background, mount, with_offset=with_offset)
     report = laser_report(found, [pose.name for pose in poses], board, model)
-    report["poses_refused"] = refused + report["poses_refused"]
+    report["poses_refused"] = [*refused, *report["poses_refused"]]
     report["files"] = {}
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
@@ -218,16 +240,6 @@ def _corners(grey: Array, board: Board) -> tuple[Array, tuple[str, ...]]:
     if quality.refusals:
         raise BadInput(quality.refusals[0])
     return view.corners, quality.warnings
-
-
-def _laser_pose(picture: Path, scans: Path, board: Board, model: CameraModel) -> LaserPose:
-    grey, _ = read_grey(picture)
-    if grey.shape != (model.height, model.width):
-        raise BadInput(f"it is {_size_words(grey)}, the camera file is for {model.width}x{model.height}")
-    corners, _ = _corners(grey, board)
-    bearings, ranges = read_scans(scans)
-    pose = board_pose(model, board, corners)
-    return LaserPose(name=picture.name, board=pose, scan=average(ranges, unit_rays(bearings)))
 
 
 def _pairs(folder: Path) -> tuple[list[tuple[Path, Path]], Path | None]:

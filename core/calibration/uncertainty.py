@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from core.calibration import bundle
 from core.calibration.bundle import Corners, Solution
@@ -82,6 +83,20 @@ def sensitivity(model: CameraModel, free: tuple[int, ...], around: Array | None 
     return Sensitivity(grid, by_camera - by_turn @ turn)
 
 
+def difference(one: CameraModel, other: CameraModel) -> Array:
+    """How far two cameras of one picture size put the same distant points apart (ROWS, COLUMNS) [pixel].
+
+    The cameras may be turned against each other as a whole; NaN where either reaches no ray. For comparing a new
+    calibration with the one in use.
+    """
+    rays = [np.column_stack((_ideal(model, map_pixels(one)), np.ones(ROWS * COLUMNS))) for model in (one, other)]
+    known = np.isfinite(rays[0]).all(axis=1) & np.isfinite(rays[1]).all(axis=1)
+    units = [each[known] / np.linalg.norm(each[known], axis=1, keepdims=True) for each in rays]
+    turned = Rotation.align_vectors(units[0], units[1])[0].inv().apply(rays[0])
+    placed = other.distort(turned[:, :2] / turned[:, 2:]) * (other.fx, other.fy) + (other.cx, other.cy)
+    return np.linalg.norm(placed - map_pixels(one), axis=1).reshape(ROWS, COLUMNS)
+
+
 def map_pixels(model: CameraModel) -> Array:
     """The map's pixels (G, 2), row by row, from rim to rim."""
     u, v = np.linspace(0, model.width - 1, COLUMNS), np.linspace(0, model.height - 1, ROWS)
@@ -98,10 +113,14 @@ def told_by(camera: Array, poses: Poses, points: Array, free: tuple[int, ...], n
 
 def _derivatives(model: CameraModel, pixels: Array, free: tuple[int, ...]) -> tuple[Array, Array]:
     """Pixels (K, 2) → their derivatives by the free parameters (K, 2, P) and by a turn of the camera (K, 2, 3)."""
-    ideal = undistort(model, (pixels - (model.cx, model.cy)) / (model.fx, model.fy))
-    rays = np.column_stack((ideal, np.ones(len(ideal))))
+    rays = np.column_stack((_ideal(model, pixels), np.ones(len(pixels))))
     linear = linearise(vector_of(model), AHEAD, rays)
     return (
         linear.by_camera[0].reshape(-1, 2, len(PARAMETERS))[:, :, list(free)],
         linear.by_pose[0].reshape(-1, 2, 6)[:, :, :3],
     )
+
+
+def _ideal(model: CameraModel, pixels: Array) -> Array:
+    """Pixels (K, 2) → ideal normalised coordinates (K, 2)."""
+    return undistort(model, (pixels - (model.cx, model.cy)) / (model.fx, model.fy))
