@@ -25,7 +25,9 @@ export function banners(view) {
   if (!state || !hello) return [];
   /** @type {Array<Banner | null>} */
   const told = [
-    link.age_s > STALE_S ? calmly("quiet", "stale", "unlinked", `No news from the console for ${age(link.age_s)}.`) : null,
+    link.age_s > STALE_S
+      ? calmly("quiet", "stale", "unlinked", `No news from the console for ${age(link.age_s)}.`)
+      : null,
     robotLink(state),
     state.gate.state === "halted" ? halted(view) : null,
     hello.robot.drives ? (state.robot.contact ? contact() : guard(state)) : null,
@@ -49,7 +51,8 @@ function robotLink({ robot }) {
   const since = robot.age_s === null ? "" : ` for ${age(robot.age_s)}`;
   if (robot.link === "connecting") return calmly("waking", "calm", "antenna", "The robot is waking up…");
   if (robot.link === "stale") return calmly("robot", "stale", "unlinked", `The robot has been silent${since}.`);
-  if (robot.link === "lost") return calmly("robot", "stale", "unlinked", `The robot does not answer${since}. It stands still.`);
+  if (robot.link === "lost")
+    return calmly("robot", "stale", "unlinked", `The robot does not answer${since}. It stands still.`);
   return null;
 }
 

@@ -66,7 +66,11 @@ export class Hands {
   show({ state, permission }) {
     const gate = state?.gate;
     if (!gate) return;
-    this.drive.hear({ nonce: gate.nonce, epoch: gate.epoch, needNeutral: gate.need_neutral }, permission, performance.now());
+    this.drive.hear(
+      { nonce: gate.nonce, epoch: gate.epoch, needNeutral: gate.need_neutral },
+      permission,
+      performance.now(),
+    );
   }
 
   /** @param {KeyboardEvent} event */

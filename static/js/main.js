@@ -42,11 +42,15 @@ const panels = [...document.querySelectorAll("*")].filter((element) => element i
 for (const panel of panels) panel.join(session);
 
 /** @type {import("./panels/drive-pad.js").DrivePad} */ (part("drive-pad")).hold(hands);
-/** @type {import("./panels/scene-view.js").SceneView} */ (part("scene-view")).whenLoaded((inner) => hands.listenTo(inner));
+/** @type {import("./panels/scene-view.js").SceneView} */ (part("scene-view")).whenLoaded((inner) =>
+  hands.listenTo(inner),
+);
 hands.toWords = () => /** @type {import("./panels/command-line.js").CommandLine} */ (part("command-line")).take();
 hands.toHelp = () => /** @type {import("./panels/key-sheet.js").KeySheet} */ (part("key-sheet")).toggle();
 addEventListener("show-keys", () => hands.toHelp());
-addEventListener("show-hints", () => /** @type {import("./panels/coach-marks.js").CoachMarks} */ (part("coach-marks")).begin());
+addEventListener("show-hints", () =>
+  /** @type {import("./panels/coach-marks.js").CoachMarks} */ (part("coach-marks")).begin(),
+);
 addEventListener("single-keys", (event) => {
   hands.singleKeys = /** @type {CustomEvent<boolean>} */ (event).detail;
 });
@@ -77,7 +81,7 @@ function enterByLink() {
   const token = new URLSearchParams(location.hash.slice(1)).get("t");
   if (!token) return false;
   history.replaceState(null, "", location.pathname + location.search);
-  void /** @type {import("./panels/login-view.js").LoginView} */ (part("login-view")).enter(token);
+  void (/** @type {import("./panels/login-view.js").LoginView} */ (part("login-view")).enter(token));
   return true;
 }
 

@@ -14,7 +14,7 @@ export function permission({ hello, state, up }) {
   if (!up || !hello || !state) return no("The link to the console is lost.");
   if (!hello.robot.drives) return no("A recording cannot be driven.");
   if (hello.you.role === "viewer") return no("You are watching. Only an operator can drive.");
-  if (state.gate.state === "halted") return no("Halted. Reset the halt first; the reset does not move the robot.");
+  if (state.gate.state === "halted") return no("Halted. Reset the halt first.");
   if (state.robot.link === "lost") return no("The robot does not answer.");
   if (state.robot.link === "connecting") return no("The robot is still waking up.");
   const mine = state.lease.holder_id === hello.you.id;

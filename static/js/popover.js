@@ -28,11 +28,15 @@ export function popover(button, panel, { opened } = {}) {
   addEventListener("pointerdown", (event) => outside(event.target) && set(false), true);
   addEventListener("blur", () => document.activeElement?.localName === "iframe" && set(false));
   panel.addEventListener("focusout", (event) => event.relatedTarget && outside(event.relatedTarget) && set(false));
-  addEventListener("keydown", (event) => {
-    if (event.key !== "Escape" || panel.hidden) return;
-    if (panel.contains(document.activeElement)) button.focus();
-    set(false);
-  }, true);
+  addEventListener(
+    "keydown",
+    (event) => {
+      if (event.key !== "Escape" || panel.hidden) return;
+      if (panel.contains(document.activeElement)) button.focus();
+      set(false);
+    },
+    true,
+  );
   return { close: () => set(false) };
 }
 

@@ -101,7 +101,11 @@ export class Session {
     if (robot?.drives === false && you?.role !== "viewer") void this.playback("pause");
     this.#tell("stopped", null);
     api.stop().catch((refusal) => {
-      if (!left) this.#tell("trouble", `Stop could not be sent: ${refusal.message} The robot stops by itself when the link is gone.`);
+      if (!left)
+        this.#tell(
+          "trouble",
+          `Stop could not be sent: ${refusal.message} The robot stops by itself when the link is gone.`,
+        );
     });
   }
 
@@ -180,7 +184,8 @@ export class Session {
   }
 
   #lose() {
-    for (const [ref, answer] of this.#waiting) answer({ kind: "answer", ref, ok: false, status: 0, detail: "The link was lost." });
+    for (const [ref, answer] of this.#waiting)
+      answer({ kind: "answer", ref, ok: false, status: 0, detail: "The link was lost." });
     this.#waiting.clear();
     this.#tell("lost", null);
     api.me().catch((refusal) => {

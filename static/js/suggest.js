@@ -23,7 +23,10 @@ const tokens = (text) => text.toLowerCase().trim().split(/\s+/).filter(Boolean);
  * @param {Kind} kind
  */
 export function readable(pattern, kind) {
-  return pattern.replace(/\{(\w+)\}/g, (_, name) => kind.numbers.find((number) => number.name === name)?.says ?? name);
+  return pattern.replace(
+    /\{(\w+)\}/g,
+    (_, name) => kind.numbers.find((number) => number.name === name)?.says ?? name,
+  );
 }
 
 /**
@@ -90,7 +93,10 @@ export class Recall {
 
   /** @param {string} text */
   add(text) {
-    this.#said = this.#said.filter((other) => other !== text).concat(text).slice(-50);
+    this.#said = this.#said
+      .filter((other) => other !== text)
+      .concat(text)
+      .slice(-50);
     this.#at = this.#said.length;
     this.#draft = "";
   }
@@ -128,7 +134,9 @@ export class Recall {
  * @returns {NumberRow[]}
  */
 export function holes(pattern, kind) {
-  return [...pattern.matchAll(/\{(\w+)\}/g)].flatMap(([, name]) => kind.numbers.filter((number) => number.name === name));
+  return [...pattern.matchAll(/\{(\w+)\}/g)].flatMap(([, name]) =>
+    kind.numbers.filter((number) => number.name === name),
+  );
 }
 
 /**
@@ -140,12 +148,15 @@ export function exampleNumbers(kind) {
   const said = tokens(kind.example ?? "");
   for (const pattern of kind.words) {
     const wanted = pattern.split(" ");
-    const fits = wanted.length === said.length && wanted.every((word, index) => HOLE.test(word) || word === said[index]);
+    const fits =
+      wanted.length === said.length && wanted.every((word, index) => HOLE.test(word) || word === said[index]);
     if (!fits) continue;
-    return Object.fromEntries(wanted.flatMap((word, index) => {
-      const name = HOLE.exec(word)?.[1];
-      return name ? [[name, Number(said[index])]] : [];
-    }));
+    return Object.fromEntries(
+      wanted.flatMap((word, index) => {
+        const name = HOLE.exec(word)?.[1];
+        return name ? [[name, Number(said[index])]] : [];
+      }),
+    );
   }
   return {};
 }

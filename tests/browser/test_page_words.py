@@ -25,6 +25,7 @@ def test_typed_words_run_and_stand_in_the_history_with_their_end(visit: Open, co
 
     assert here.told(type_it, "done")["source"] == "typed"
     row = here.find(".record").first
+    expect(row).to_be_visible()
     expect(row).to_contain_text("turn left")
     expect(row.locator(".outcome")).to_have_text("done")
     expect(row).to_contain_text("typed")

@@ -15,14 +15,21 @@ test("when all is well nothing is in the way", () => {
 });
 
 test("a lost link is told whatever else there is, and alone", () => {
-  const [banner, ...others] = told({ ...changed("gate", { state: "halted" }), link: { ...VIEW.link, is: "down", again_s: 2.4 } });
+  const [banner, ...others] = told({
+    ...changed("gate", { state: "halted" }),
+    link: { ...VIEW.link, is: "down", again_s: 2.4 },
+  });
   assert.equal(banner?.id, "lost");
   assert.match(banner?.text ?? "", /stops by itself.*3 s/);
   assert.deepEqual(others, []);
 });
 
 test("the console's own reason for hanging up is passed on", () => {
-  const link = { ...VIEW.link, is: /** @type {const} */ ("down"), why: "Too many people watch now; try again later." };
+  const link = {
+    ...VIEW.link,
+    is: /** @type {const} */ ("down"),
+    why: "Too many people watch now; try again later.",
+  };
   assert.match(told({ link })[0]?.text ?? "", /Too many people watch now/);
 });
 
@@ -47,7 +54,10 @@ test("what blocks is told in the robot's own directions, wherever it stands", ()
     const pose = { ...STATE.pose, x_m: 3, y_m: -1, heading_rad: heading };
     const ahead = { x_m: 3 + 0.2 * Math.cos(heading), y_m: -1 + 0.2 * Math.sin(heading) };
     const gate = { ...STATE.gate, limit_v_m_s: 0, blocked_by: ahead };
-    assert.deepEqual(told({ state: { ...STATE, pose, gate } }).map(({ text }) => text), ["Blocked at 0.2 m ahead."]);
+    assert.deepEqual(
+      told({ state: { ...STATE, pose, gate } }).map(({ text }) => text),
+      ["Blocked at 0.2 m ahead."],
+    );
   }
 });
 

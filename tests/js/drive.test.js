@@ -43,7 +43,7 @@ function page() {
     },
     /** @param {number} ms */
     wait(ms) {
-      for (const end = now + ms; now < end; ) {
+      for (const end = now + ms; now < end;) {
         now += PERIOD_MS;
         self.hear();
         drive.tick(now);
@@ -160,7 +160,10 @@ test("when the gate wants neutral, a new press begins with a zero", () => {
   p.gate.needNeutral = true;
   p.hear();
   p.keys(FORWARD);
-  assert.deepEqual(p.sent.map(({ v }) => v), [0]);
+  assert.deepEqual(
+    p.sent.map(({ v }) => v),
+    [0],
+  );
   p.gate.needNeutral = false;
   p.wait(200);
   assert.ok(p.moving().length > 2);

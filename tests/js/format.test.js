@@ -42,7 +42,11 @@ test("a number's key says its unit", () => {
 test("a direction in words is mirrored left to right", () => {
   assert.equal(format.whereabouts(1, 0), "ahead");
   assert.equal(format.whereabouts(-1, 0), "behind");
-  for (const [x, y] of [[1, 1], [0, 1], [-1, 1]]) {
+  for (const [x, y] of [
+    [1, 1],
+    [0, 1],
+    [-1, 1],
+  ]) {
     const [left, right] = [format.whereabouts(x ?? 0, y ?? 0), format.whereabouts(x ?? 0, -(y ?? 0))];
     assert.match(left, /left$/);
     assert.equal(right, left.replace("left", "right"));
@@ -50,14 +54,21 @@ test("a direction in words is mirrored left to right", () => {
 });
 
 test("sigmas are the roots of the diagonal and never imaginary", () => {
-  const sigma = format.sigmas([[4, 0, 0], [0, 9, 0], [0, 0, -1e-12]]);
+  const sigma = format.sigmas([
+    [4, 0, 0],
+    [0, 9, 0],
+    [0, 0, -1e-12],
+  ]);
   assert.deepEqual(sigma, { x: 2, y: 3, heading: 0 });
 });
 
 test("an ellipse's longer half axis does not depend on how it is turned", () => {
   for (const turned of [0, 0.4, 1.2]) {
     const [c, s] = [Math.cos(turned), Math.sin(turned)];
-    const covariance = [[9 * c * c + s * s, 8 * c * s], [8 * c * s, 9 * s * s + c * c]];
+    const covariance = [
+      [9 * c * c + s * s, 8 * c * s],
+      [8 * c * s, 9 * s * s + c * c],
+    ];
     assert.ok(Math.abs(format.largestSigma(covariance) - 3) < 1e-12);
   }
 });

@@ -12,7 +12,9 @@ const press = (code, key = code) => ({ ...plain, code, key });
 test("Escape stops everywhere, also while typing, with any modifier and with single keys switched off", () => {
   for (const where of [idle, typing, { typing: false, singleKeys: false }]) {
     assert.deepEqual(intentionOf(press("Escape"), where), { does: "stop" });
-    assert.deepEqual(intentionOf({ ...press("Escape"), ctrlKey: true, metaKey: true, altKey: true }, where), { does: "stop" });
+    assert.deepEqual(intentionOf({ ...press("Escape"), ctrlKey: true, metaKey: true, altKey: true }, where), {
+      does: "stop",
+    });
   }
 });
 
@@ -26,7 +28,8 @@ test("no key drives while typing, with a modifier, or when single keys are off",
     assert.notEqual(intentionOf(press(code), idle), null);
     assert.equal(intentionOf(press(code), typing), null);
     assert.equal(intentionOf(press(code), { typing: false, singleKeys: false }), null);
-    for (const modifier of ["ctrlKey", "altKey", "metaKey"]) assert.equal(intentionOf({ ...press(code), [modifier]: true }, idle), null);
+    for (const modifier of ["ctrlKey", "altKey", "metaKey"])
+      assert.equal(intentionOf({ ...press(code), [modifier]: true }, idle), null);
   }
 });
 
@@ -62,7 +65,13 @@ test("opposite keys cancel, and what is let go is forgotten", () => {
 test("letters go into text boxes and editable text, not into buttons and sliders", () => {
   /** @param {object} element */
   const takes = (element) => takesText(/** @type {any} */ (element));
-  assert.ok(takes({ tagName: "INPUT", type: "text" }) && takes({ tagName: "TEXTAREA" }) && takes({ tagName: "DIV", isContentEditable: true }));
-  assert.ok(!takes({ tagName: "INPUT", type: "range" }) && !takes({ tagName: "BUTTON" }) && !takes({ tagName: "CANVAS" }));
+  assert.ok(
+    takes({ tagName: "INPUT", type: "text" }) &&
+      takes({ tagName: "TEXTAREA" }) &&
+      takes({ tagName: "DIV", isContentEditable: true }),
+  );
+  assert.ok(
+    !takes({ tagName: "INPUT", type: "range" }) && !takes({ tagName: "BUTTON" }) && !takes({ tagName: "CANVAS" }),
+  );
   assert.ok(!takesText(null));
 });

@@ -52,7 +52,12 @@ function linked() {
   /** @type {string[]} */
   const heard = [];
   let lost = 0;
-  const link = new Link({ url: "ws://robot/ws", hear: ({ kind }) => heard.push(kind), see: () => heard.push("picture"), lose: () => (lost += 1) });
+  const link = new Link({
+    url: "ws://robot/ws",
+    hear: ({ kind }) => heard.push(kind),
+    see: () => heard.push("picture"),
+    lose: () => (lost += 1),
+  });
   link.open();
   return { link, heard, lost: () => lost };
 }
@@ -111,7 +116,10 @@ test("attempts that fail come further and further apart, and a success begins an
     while (FakeSocket.all.length === count) pass(50);
     gaps.push(now - from);
   }
-  assert.ok(gaps.every((gap, index) => index === 0 || gap > 1.1 * (gaps[index - 1] ?? 0)), String(gaps));
+  assert.ok(
+    gaps.every((gap, index) => index === 0 || gap > 1.1 * (gaps[index - 1] ?? 0)),
+    String(gaps),
+  );
   newest().tell({ kind: "hello" });
   newest().gone();
   const count = FakeSocket.all.length;
@@ -162,7 +170,9 @@ test("the round trip is measured with the number that comes back", () => {
   const { link, heard } = linked();
   newest().tell({ kind: "hello" });
   pass(1200);
-  const echo = newest().sent.map((text) => JSON.parse(text)).find(({ kind }) => kind === "echo");
+  const echo = newest()
+    .sent.map((text) => JSON.parse(text))
+    .find(({ kind }) => kind === "echo");
   now = echo.t + 42;
   newest().tell(echo);
   assert.equal(link.health.round_trip_ms, 42);

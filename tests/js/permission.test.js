@@ -10,7 +10,10 @@ import { HELLO, STATE } from "./view.js";
  * @param {object} [you]
  */
 function asked(change, you = {}) {
-  const merged = Object.entries(change).map(([key, value]) => [key, { .../** @type {any} */ (STATE)[key], ...value }]);
+  const merged = Object.entries(change).map(([key, value]) => [
+    key,
+    { .../** @type {any} */ (STATE)[key], ...value },
+  ]);
   const state = /** @type {State} */ ({ ...STATE, ...Object.fromEntries(merged) });
   return permission({ hello: { ...HELLO, you: { ...HELLO.you, ...you } }, state, up: true });
 }
@@ -36,7 +39,11 @@ test("who may not drive learns why", () => {
     "does not answer": asked({ robot: { link: "lost" } }),
     "waking up": asked({ robot: { link: "connecting" } }),
     "link to the console is lost": permission({ hello: HELLO, state: STATE, up: false }),
-    "recording cannot be driven": permission({ hello: { ...HELLO, robot: { ...HELLO.robot, drives: false } }, state: STATE, up: true }),
+    "recording cannot be driven": permission({
+      hello: { ...HELLO, robot: { ...HELLO.robot, drives: false } },
+      state: STATE,
+      up: true,
+    }),
   };
   for (const [words, { may, why }] of Object.entries(told)) {
     assert.equal(may, "no", words);

@@ -17,7 +17,9 @@ for (const [name, space, stop] of /** @type {const} */ ([
       for (let y = 0; y <= space.height - 40; y += 30) {
         const at = placed({ left: x, top: y, right: x + 60, bottom: y + 40 }, HINT, space, stop);
         assert.equal(overlap(box(at), stop), 0, `${x} ${y}`);
-        assert.ok(at.left >= 0 && at.top >= 0 && at.left + HINT.width <= space.width && at.top + HINT.height <= space.height);
+        assert.ok(
+          at.left >= 0 && at.top >= 0 && at.left + HINT.width <= space.width && at.top + HINT.height <= space.height,
+        );
       }
     }
   });
@@ -32,7 +34,8 @@ test("a hint stands beside its target where there is room", () => {
 test("near is bright, far is dark, and the ramp ends where it ends", () => {
   /** @param {number} range */
   const light = (range) => (rangeColour(range).match(/\d+/g) ?? []).reduce((sum, part) => sum + Number(part), 0);
-  for (let range = 0; range < FARTHEST - 0.5; range += 0.5) assert.ok(light(range) > light(range + 0.5), String(range));
+  for (let range = 0; range < FARTHEST - 0.5; range += 0.5)
+    assert.ok(light(range) > light(range + 0.5), String(range));
   assert.equal(rangeColour(-1), rangeColour(0));
   assert.equal(rangeColour(99), rangeColour(FARTHEST));
 });

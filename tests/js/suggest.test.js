@@ -11,8 +11,20 @@ const metres = (name, says) => ({ name, says, unit: "m", low: -20, high: 20, def
 const KINDS = [
   { name: "turn_left", words: ["turn left"], numbers: [], example: "turn left", summary: "Turns left." },
   { name: "turn_right", words: ["turn right"], numbers: [], example: "turn right", summary: "Turns right." },
-  { name: "continue", words: ["continue {distance_m} meters"], numbers: [metres("distance_m", "x")], example: "continue 1.5 meters", summary: "Straight on." },
-  { name: "stop_at", words: ["stop at {x_m} and {y_m}", "go to {x_m} and {y_m}"], numbers: [metres("x_m", "x"), metres("y_m", "y")], example: "stop at 2 and 1", summary: "Goes there." },
+  {
+    name: "continue",
+    words: ["continue {distance_m} meters"],
+    numbers: [metres("distance_m", "x")],
+    example: "continue 1.5 meters",
+    summary: "Straight on.",
+  },
+  {
+    name: "stop_at",
+    words: ["stop at {x_m} and {y_m}", "go to {x_m} and {y_m}"],
+    numbers: [metres("x_m", "x"), metres("y_m", "y")],
+    example: "stop at 2 and 1",
+    summary: "Goes there.",
+  },
   { name: "stop_moving", words: ["stop moving", "stop"], numbers: [], example: "stop moving", summary: "Stops." },
 ];
 /** @param {string} text */
@@ -37,7 +49,8 @@ test("words stop at the number that is missing, and go on behind the one that is
 });
 
 test("what is no beginning of anything offers nothing", () => {
-  for (const text of ["fly", "turn up", "continue much", "turn left now", "stop at and"]) assert.deepEqual(texts(text), []);
+  for (const text of ["fly", "turn up", "continue much", "turn left now", "stop at and"])
+    assert.deepEqual(texts(text), []);
 });
 
 test("every pattern filled with numbers is its own completion", () => {
@@ -52,7 +65,10 @@ test("every pattern filled with numbers is its own completion", () => {
 test("a form asks for the holes of its pattern and begins with the example's numbers", () => {
   const [, , forward, at] = KINDS;
   assert.ok(forward && at);
-  assert.deepEqual(holes(at.words[0] ?? "", at).map(({ name }) => name), ["x_m", "y_m"]);
+  assert.deepEqual(
+    holes(at.words[0] ?? "", at).map(({ name }) => name),
+    ["x_m", "y_m"],
+  );
   assert.deepEqual(exampleNumbers(at), { x_m: 2, y_m: 1 });
   assert.deepEqual(exampleNumbers(forward), { distance_m: 1.5 });
   assert.equal(readable(at.words[0] ?? "", at), "stop at x and y");

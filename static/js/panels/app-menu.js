@@ -8,19 +8,44 @@ import { popover } from "../popover.js";
 /** @typedef {import("../session.js").View} View */
 
 class AppMenu extends Panel {
-  #button = make("button", { type: "button", class: "icon-button", "aria-label": "Menu", title: "Menu" }, icon("menu"));
+  #button = make(
+    "button",
+    { type: "button", class: "icon-button", "aria-label": "Menu", title: "Menu" },
+    icon("menu"),
+  );
   #halt = item("halt", "Halt", "Stops the robot and keeps it stopped, also over a restart, until it is reset.");
   #keys = item("keys", "Keys", "Every key of this page.");
   #hints = item("hints", "Show the first hints again", "");
   #single = make("input", { type: "checkbox", class: "switch", role: "switch" });
-  #switch = make("label", { class: "menu-item" }, icon("typed"),
-    make("span", { class: "menu-words" }, make("span", {}, "Single-key shortcuts"),
-      make("span", { class: "note" }, "W A S D, Space, digits and /. Esc always stops.")), this.#single);
-  #docs = make("a", { class: "menu-item", href: "docs", target: "_blank", rel: "noopener" }, icon("book"),
-    make("span", { class: "menu-words" }, "HTTP interface"));
+  #switch = make(
+    "label",
+    { class: "menu-item" },
+    icon("typed"),
+    make(
+      "span",
+      { class: "menu-words" },
+      make("span", {}, "Single-key shortcuts"),
+      make("span", { class: "note" }, "W A S D, Space, digits and /. Esc always stops."),
+    ),
+    this.#single,
+  );
+  #docs = make(
+    "a",
+    { class: "menu-item", href: "docs", target: "_blank", rel: "noopener" },
+    icon("book"),
+    make("span", { class: "menu-words" }, "HTTP interface"),
+  );
   #leave = item("leave", "Sign out", "");
-  #panel = make("div", { class: "menu", role: "group", "aria-label": "Menu" },
-    this.#halt, this.#keys, this.#hints, this.#switch, this.#docs, this.#leave);
+  #panel = make(
+    "div",
+    { class: "menu", role: "group", "aria-label": "Menu" },
+    this.#halt,
+    this.#keys,
+    this.#hints,
+    this.#switch,
+    this.#docs,
+    this.#leave,
+  );
 
   /** @override */
   build() {
@@ -69,8 +94,12 @@ class AppMenu extends Panel {
  * @param {string} says
  */
 function item(drawing, name, says) {
-  const words = make("span", { class: "menu-words" }, make("span", { class: "menu-name" }, name),
-    says && make("span", { class: "note" }, says));
+  const words = make(
+    "span",
+    { class: "menu-words" },
+    make("span", { class: "menu-name" }, name),
+    says && make("span", { class: "note" }, says),
+  );
   return make("button", { type: "button", class: "menu-item" }, icon(drawing), words);
 }
 

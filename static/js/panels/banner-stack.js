@@ -32,8 +32,13 @@ class BannerStack extends Panel {
   #raise(banner) {
     const reset = banner.offers === "reset" && make("button", { type: "button", class: "button" }, "Reset the halt");
     if (reset) reset.addEventListener("click", () => void this.session.resetHalt());
-    const row = make("div", { class: "banner", "data-tone": banner.tone, "data-banner": banner.id },
-      icon(banner.icon), make("p", { class: "banner-text" }), reset);
+    const row = make(
+      "div",
+      { class: "banner", "data-tone": banner.tone, "data-banner": banner.id },
+      icon(banner.icon),
+      make("p", { class: "banner-text" }),
+      reset,
+    );
     this.#shown.set(key(banner), row);
     this.append(row);
     this.session.announce(banner.text);

@@ -20,7 +20,13 @@ class CameraView extends Panel {
   #empty = make("p", { class: "camera-empty" }, icon("camera"), "Waiting for the first picture…");
   #edges = toggle("edges", "Edges", "Vertical edges; bright ones belong to a corner of the laser");
   #laser = toggle("laser", "Laser", "Where the laser's points fall in the picture, coloured by distance");
-  #scale = make("p", { class: "ramp" }, make("span", {}, "0 m"), make("span", { class: "ramp-bar" }), make("span", {}, `${FARTHEST} m`));
+  #scale = make(
+    "p",
+    { class: "ramp" },
+    make("span", {}, "0 m"),
+    make("span", { class: "ramp-bar" }),
+    make("span", {}, `${FARTHEST} m`),
+  );
   /** @type {ImageBitmap | null} */
   #picture = null;
   #pictureStamp = 0;
@@ -35,8 +41,15 @@ class CameraView extends Panel {
     this.setAttribute("role", "region");
     this.setAttribute("aria-label", "Camera");
     this.append(
-      make("div", { class: "card-head" }, make("h2", { class: "card-title" }, "Camera"), this.#age, make("span", { class: "spring" }),
-        this.#edges, this.#laser),
+      make(
+        "div",
+        { class: "card-head" },
+        make("h2", { class: "card-title" }, "Camera"),
+        this.#age,
+        make("span", { class: "spring" }),
+        this.#edges,
+        this.#laser,
+      ),
       make("div", { class: "picture-box" }, this.#canvas, this.#empty, this.#scale),
     );
     this.session.on("picture", (picture) => void this.#take(picture));

@@ -28,7 +28,9 @@ const HINTS = [
   {
     at: ".stick",
     title: "Hold to drive",
-    text: touch ? "Push the stick with your thumb. Let go and the robot stops." : "Hold W, or drag the stick. Let go and the robot stops.",
+    text: touch
+      ? "Push the stick with your thumb. Let go and the robot stops."
+      : "Hold W, or drag the stick. Let go and the robot stops.",
     done: ({ state, mine }) => mine && state?.gate.source === "jog" && Math.abs(state.velocity.v_m_s) > 0.02,
   },
   {
@@ -40,7 +42,9 @@ const HINTS = [
   {
     at: ".stop",
     title: "Stop, at any time",
-    text: touch ? "Press STOP: everything is cancelled and the robot stands." : "Press STOP, or Esc anywhere: everything is cancelled and the robot stands.",
+    text: touch
+      ? "Press STOP: everything is cancelled and the robot stands."
+      : "Press STOP, or Esc anywhere: everything is cancelled and the robot stands.",
     done: () => false, // the session says when
   },
 ];
@@ -51,12 +55,19 @@ export class CoachMarks extends Panel {
   #text = make("p");
   #count = make("span", { class: "note" });
   #next = make("button", { type: "button", class: "button" }, "Skip");
-  #shut = make("button", { type: "button", class: "icon-button small", "aria-label": "Close the hints" }, icon("close"));
-  #card = make("div", { class: "coach card", role: "region", "aria-label": "First steps", hidden: true },
+  #shut = make(
+    "button",
+    { type: "button", class: "icon-button small", "aria-label": "Close the hints" },
+    icon("close"),
+  );
+  #card = make(
+    "div",
+    { class: "coach card", role: "region", "aria-label": "First steps", hidden: true },
     make("div", { class: "coach-head" }, this.#title, make("span", { class: "spring" }), this.#shut),
     this.#text,
     make("div", { class: "coach-foot" }, this.#count, make("span", { class: "spring" }), this.#next),
-    make("span", { class: "coach-tip" }));
+    make("span", { class: "coach-tip" }),
+  );
   #asked = false;
   #placedFor = "";
 
@@ -81,7 +92,8 @@ export class CoachMarks extends Panel {
   show(view) {
     const { hello, state, permission, up } = view;
     const first = !this.#asked && remembered("hints", "") === "";
-    if (first && up && hello?.robot.kind === "SIM" && permission.may !== "no" && state && !state.slam.looking_around) this.begin();
+    if (first && up && hello?.robot.kind === "SIM" && permission.may !== "no" && state && !state.slam.looking_around)
+      this.begin();
     const hint = HINTS[this.#step];
     if (hint?.done(view)) this.#go(this.#step + 1);
     if (!this.#card.hidden) this.#place();
@@ -99,7 +111,11 @@ export class CoachMarks extends Panel {
     this.#card.hidden = false;
     this.#card.dataset["step"] = String(step + 1);
     write(this.#title, hint?.title ?? "That is all");
-    write(this.#text, hint?.text ?? (touch ? "The menu shows these hints again." : "Press ? for every key. The menu shows these hints again."));
+    write(
+      this.#text,
+      hint?.text ??
+        (touch ? "The menu shows these hints again." : "Press ? for every key. The menu shows these hints again."),
+    );
     write(this.#count, hint ? `${step + 1} of ${HINTS.length}` : "");
     write(this.#next, hint ? "Skip" : "Done");
     this.session.announce(`${this.#title.textContent}. ${this.#text.textContent}`);
@@ -123,11 +139,16 @@ export class CoachMarks extends Panel {
     const { width, height } = this.#card.getBoundingClientRect();
     const space = { width: innerWidth, height: innerHeight };
     const beside = placed(target, { width, height }, space, stop.getBoundingClientRect());
-    const { left, top, side } = inMap ? { left: (target.left + target.right - width) / 2, top: target.top + EDGE, side: "" } : beside;
+    const { left, top, side } = inMap
+      ? { left: (target.left + target.right - width) / 2, top: target.top + EDGE, side: "" }
+      : beside;
     this.#card.style.left = `${left}px`;
     this.#card.style.top = `${top}px`;
     this.#card.dataset["side"] = overlap(this.#card.getBoundingClientRect(), target) > 0 ? "" : side;
-    const along = side === "above" || side === "below" ? (target.left + target.right) / 2 - left : (target.top + target.bottom) / 2 - top;
+    const along =
+      side === "above" || side === "below"
+        ? (target.left + target.right) / 2 - left
+        : (target.top + target.bottom) / 2 - top;
     this.#card.style.setProperty("--tip", `${along}px`);
   }
 }

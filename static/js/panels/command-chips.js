@@ -8,7 +8,17 @@ import { exampleNumbers, filled, holes } from "../suggest.js";
 /** @typedef {import("../suggest.js").Kind} Kind */
 /** @typedef {import("../suggest.js").NumberRow} NumberRow */
 
-const DRAWN = new Set(["turn_left", "turn_right", "continue", "stop_at", "stop_moving", "start", "follow_wall", "come_here", "follow_me"]);
+const DRAWN = new Set([
+  "turn_left",
+  "turn_right",
+  "continue",
+  "stop_at",
+  "stop_moving",
+  "start",
+  "follow_wall",
+  "come_here",
+  "follow_me",
+]);
 
 class CommandChips extends Panel {
   #chips = make("div", { class: "chips", role: "group", "aria-label": "Commands" });
@@ -47,8 +57,12 @@ class CommandChips extends Panel {
     const pattern = kind.words[0] ?? kind.name;
     const asks = holes(pattern, kind).length > 0;
     const label = asks ? `${pattern.split(" {")[0]}…` : pattern;
-    const chip = make("button", { type: "button", class: "chip", title: kind.summary, "data-command": kind.name },
-      icon(DRAWN.has(kind.name) ? kind.name : "command"), label);
+    const chip = make(
+      "button",
+      { type: "button", class: "chip", title: kind.summary, "data-command": kind.name },
+      icon(DRAWN.has(kind.name) ? kind.name : "command"),
+      label,
+    );
     chip.addEventListener("click", () => (asks ? this.#ask(kind, pattern) : void this.session.say(pattern, "chip")));
     return chip;
   }
@@ -65,20 +79,42 @@ class CommandChips extends Panel {
     const boxes = new Map();
     for (const number of wanted) {
       const value = usual[number.name] ?? number.default ?? "";
-      boxes.set(number.name, make("input", {
-        class: "number", type: "text", inputmode: number.low < 0 ? "text" : "decimal", size: "5", autocomplete: "off", value: String(value),
-        "aria-label": `${number.says}, ${number.low} to ${number.high} ${number.unit}`,
-      }));
+      boxes.set(
+        number.name,
+        make("input", {
+          class: "number",
+          type: "text",
+          inputmode: number.low < 0 ? "text" : "decimal",
+          size: "5",
+          autocomplete: "off",
+          value: String(value),
+          "aria-label": `${number.says}, ${number.low} to ${number.high} ${number.unit}`,
+        }),
+      );
     }
-    const parts = pattern.split(/(\{\w+\})/).filter((part) => part.trim()).map((part) => {
-      const box = boxes.get(part.slice(1, -1));
-      return box ?? make("span", {}, part.trim());
-    });
+    const parts = pattern
+      .split(/(\{\w+\})/)
+      .filter((part) => part.trim())
+      .map((part) => {
+        const box = boxes.get(part.slice(1, -1));
+        return box ?? make("span", {}, part.trim());
+      });
     const unit = /met(er|re)s/.test(pattern) ? null : make("span", { class: "note" }, wanted[0]?.unit ?? "");
-    const back = make("button", { type: "button", class: "icon-button", "aria-label": "Back to the commands" }, icon("close"));
-    const form = make("form", { class: "chip-form", "aria-label": kind.summary, novalidate: true },
-      icon(DRAWN.has(kind.name) ? kind.name : "command"), ...parts, unit,
-      make("button", { type: "submit", class: "button primary" }, "Go"), back, says);
+    const back = make(
+      "button",
+      { type: "button", class: "icon-button", "aria-label": "Back to the commands" },
+      icon("close"),
+    );
+    const form = make(
+      "form",
+      { class: "chip-form", "aria-label": kind.summary, novalidate: true },
+      icon(DRAWN.has(kind.name) ? kind.name : "command"),
+      ...parts,
+      unit,
+      make("button", { type: "submit", class: "button primary" }, "Go"),
+      back,
+      says,
+    );
     back.addEventListener("click", () => this.#back(true));
     form.addEventListener("keydown", (event) => event.key === "Escape" && this.#back(true));
     form.addEventListener("submit", (event) => {
@@ -104,7 +140,8 @@ class CommandChips extends Panel {
     this.#form = null;
     delete this.dataset["asks"];
     this.#chips.hidden = false;
-    if (focus && asked) this.#chips.querySelector(/** @type {"button"} */ (`[data-command="${CSS.escape(asked)}"]`))?.focus();
+    if (focus && asked)
+      this.#chips.querySelector(/** @type {"button"} */ (`[data-command="${CSS.escape(asked)}"]`))?.focus();
   }
 }
 

@@ -10,12 +10,30 @@ import { Recall, suggest } from "../suggest.js";
 
 export class CommandLine extends Panel {
   #box = make("input", {
-    id: "words", class: "words", type: "text", maxlength: "200", autocomplete: "off", autocapitalize: "off", spellcheck: "false",
-    enterkeyhint: "send", placeholder: "Tell the robot what to do", "aria-label": "Tell the robot what to do",
-    role: "combobox", "aria-autocomplete": "list", "aria-expanded": "false", "aria-controls": "suggestions", "aria-keyshortcuts": "/",
+    id: "words",
+    class: "words",
+    type: "text",
+    maxlength: "200",
+    autocomplete: "off",
+    autocapitalize: "off",
+    spellcheck: "false",
+    enterkeyhint: "send",
+    placeholder: "Tell the robot what to do",
+    "aria-label": "Tell the robot what to do",
+    role: "combobox",
+    "aria-autocomplete": "list",
+    "aria-expanded": "false",
+    "aria-controls": "suggestions",
+    "aria-keyshortcuts": "/",
   });
   #send = make("button", { type: "submit", class: "button primary send", "aria-label": "Send" }, icon("send"));
-  #list = make("ul", { id: "suggestions", class: "suggestions", role: "listbox", "aria-label": "Suggestions", hidden: true });
+  #list = make("ul", {
+    id: "suggestions",
+    class: "suggestions",
+    role: "listbox",
+    "aria-label": "Suggestions",
+    hidden: true,
+  });
   #recall = new Recall();
   /** @type {Suggestion[]} */
   #offered = [];
@@ -24,7 +42,13 @@ export class CommandLine extends Panel {
 
   /** @override */
   build() {
-    const form = make("form", { class: "line" }, this.#box, make("kbd", { class: "slash", "aria-hidden": "true" }, "/"), this.#send);
+    const form = make(
+      "form",
+      { class: "line" },
+      this.#box,
+      make("kbd", { class: "slash", "aria-hidden": "true" }, "/"),
+      this.#send,
+    );
     this.append(this.#list, form);
     form.addEventListener("submit", (event) => {
       event.preventDefault();
@@ -99,17 +123,22 @@ export class CommandLine extends Panel {
     const offered = text.trim() || evenIfEmpty ? suggest(text, this.session.kinds) : [];
     this.#offered = offered.filter((suggestion) => suggestion.text !== text.trim());
     this.#chosen = -1;
-    this.#list.replaceChildren(...this.#offered.map((suggestion, index) => {
-      const row = make("li", { id: `suggestion-${index}`, role: "option", class: "suggestion", "aria-selected": "false" },
-        make("span", { class: "suggestion-words" }, suggestion.complete ? suggestion.text : suggestion.shows),
-        make("span", { class: "note" }, suggestion.summary));
-      row.addEventListener("pointerdown", (event) => {
-        event.preventDefault();
-        this.#accept(suggestion);
-        if (suggestion.complete) void this.#say();
-      });
-      return row;
-    }));
+    this.#list.replaceChildren(
+      ...this.#offered.map((suggestion, index) => {
+        const row = make(
+          "li",
+          { id: `suggestion-${index}`, role: "option", class: "suggestion", "aria-selected": "false" },
+          make("span", { class: "suggestion-words" }, suggestion.complete ? suggestion.text : suggestion.shows),
+          make("span", { class: "note" }, suggestion.summary),
+        );
+        row.addEventListener("pointerdown", (event) => {
+          event.preventDefault();
+          this.#accept(suggestion);
+          if (suggestion.complete) void this.#say();
+        });
+        return row;
+      }),
+    );
     this.#list.hidden = this.#offered.length === 0;
     mark(this.#box, "aria-expanded", String(!this.#list.hidden));
     mark(this.#box, "aria-activedescendant", null);

@@ -18,7 +18,13 @@ import { Panel } from "../panel.js";
 
 const POINT = matchMedia("(pointer: coarse)").matches ? "tap" : "click";
 /** @type {Shown} */
-const READY = { icon: "command", words: "Ready", remark: `Type, press a button below, or ${POINT} the floor.`, state: "", meant: [] };
+const READY = {
+  icon: "command",
+  words: "Ready",
+  remark: `Type, press a button below, or ${POINT} the floor.`,
+  state: "",
+  meant: [],
+};
 
 class CommandStatus extends Panel {
   #icon = icon("command");
@@ -26,7 +32,17 @@ class CommandStatus extends Panel {
   #remark = make("span", { class: "status-remark" });
   #meant = make("div", { class: "meant", role: "group", "aria-label": "Did you mean" });
   #bar = make("div", { class: "bar-fill" });
-  #progress = make("div", { class: "progress", role: "progressbar", "aria-label": "Progress", "aria-valuemin": "0", "aria-valuemax": "100" }, this.#bar);
+  #progress = make(
+    "div",
+    {
+      class: "progress",
+      role: "progressbar",
+      "aria-label": "Progress",
+      "aria-valuemin": "0",
+      "aria-valuemax": "100",
+    },
+    this.#bar,
+  );
   #cancel = make("button", { type: "button", class: "button" }, icon("close"), "Cancel");
   #running = 0;
   /** @type {number | null} the newest row when the page was opened: old news */
@@ -36,7 +52,13 @@ class CommandStatus extends Panel {
 
   /** @override */
   build() {
-    this.append(this.#icon, make("p", { class: "status-text" }, this.#words, this.#remark), this.#meant, this.#progress, this.#cancel);
+    this.append(
+      this.#icon,
+      make("p", { class: "status-text" }, this.#words, this.#remark),
+      this.#meant,
+      this.#progress,
+      this.#cancel,
+    );
     this.#cancel.addEventListener("click", () => this.session.stop());
     this.session.on("said", (said) => this.#answered(said));
     this.session.on("history", (rows) => this.#ended(rows));
@@ -64,7 +86,8 @@ class CommandStatus extends Panel {
       this.#running = 0;
       if (this.#last.state === "sent") this.#last = READY;
     }
-    const idle = this.#last === READY && permission.may === "no" ? { ...READY, words: "", remark: permission.why } : this.#last;
+    const idle =
+      this.#last === READY && permission.may === "no" ? { ...READY, words: "", remark: permission.why } : this.#last;
     this.#show(idle);
   }
 
@@ -90,14 +113,20 @@ class CommandStatus extends Panel {
   #show(shown) {
     redraw(this.#icon, shown.icon);
     write(this.#words, shown.words);
-    const said = shown.state && shown.state !== "running" && shown.state !== "sent" ? `${shown.state}${shown.remark ? ". " : ""}` : "";
+    const said =
+      shown.state && shown.state !== "running" && shown.state !== "sent"
+        ? `${shown.state}${shown.remark ? ". " : ""}`
+        : "";
     write(this.#remark, said + shown.remark);
     mark(this, "data-state", shown.state || null);
     const meant = shown.meant.slice(0, 3);
     this.#meant.hidden = meant.length === 0;
     if (this.#meant.dataset["meant"] === meant.join("|")) return;
     this.#meant.dataset["meant"] = meant.join("|");
-    this.#meant.replaceChildren(make("span", { class: "note" }, "Did you mean"), ...meant.map((text) => this.#offer(text)));
+    this.#meant.replaceChildren(
+      make("span", { class: "note" }, "Did you mean"),
+      ...meant.map((text) => this.#offer(text)),
+    );
   }
 
   /** @param {string} text */

@@ -12,11 +12,26 @@ const DEAD = 0.12; // of the radius: a resting thumb is no wish
 
 export class DrivePad extends Panel {
   #knob = make("span", { class: "knob" });
-  #stick = make("div", { class: "stick", role: "application", tabindex: "0", "aria-label": "Drive stick: hold W A S D or the arrow keys to drive, let go to stop" },
-    ...["up", "left", "down", "right"].map((way, index) => make("span", { class: "way", "data-way": way }, icon("arrow"), make("kbd", {}, "WASD".charAt(index)))),
-    this.#knob);
-  #presets = make("div", { class: "presets", role: "group", "aria-label": "Speed" },
-    ...PRESETS.map((_, index) => make("button", { type: "button", class: "preset", "data-preset": String(index + 1) }, String(index + 1))));
+  #stick = make(
+    "div",
+    {
+      class: "stick",
+      role: "application",
+      tabindex: "0",
+      "aria-label": "Drive stick: hold W A S D or the arrow keys to drive, let go to stop",
+    },
+    ...["up", "left", "down", "right"].map((way, index) =>
+      make("span", { class: "way", "data-way": way }, icon("arrow"), make("kbd", {}, "WASD".charAt(index))),
+    ),
+    this.#knob,
+  );
+  #presets = make(
+    "div",
+    { class: "presets", role: "group", "aria-label": "Speed" },
+    ...PRESETS.map((_, index) =>
+      make("button", { type: "button", class: "preset", "data-preset": String(index + 1) }, String(index + 1)),
+    ),
+  );
   #less = make("button", { type: "button", class: "button", "aria-label": "Slower" }, "−");
   #more = make("button", { type: "button", class: "button", "aria-label": "Faster" }, "+");
   #preset = make("span");
@@ -34,12 +49,18 @@ export class DrivePad extends Panel {
     this.classList.add("card");
     this.setAttribute("role", "region");
     this.setAttribute("aria-label", "Drive");
-    this.append(this.#stick,
-      make("div", { class: "drive-side" },
+    this.append(
+      this.#stick,
+      make(
+        "div",
+        { class: "drive-side" },
         make("div", { class: "drive-figures" }, make("span", { class: "card-title" }, "Drive"), this.#moving),
         this.#presets,
         make("div", { class: "stepper" }, this.#less, this.#more),
-        make("span", { class: "top-speed" }, this.#preset, this.#top), this.#why));
+        make("span", { class: "top-speed" }, this.#preset, this.#top),
+        this.#why,
+      ),
+    );
   }
 
   /** @param {Hands} hands */
@@ -63,7 +84,10 @@ export class DrivePad extends Panel {
     });
     stick.addEventListener("pointermove", (event) => event.pointerId === this.#pointer && this.#follow(event));
     for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
-      stick.addEventListener(end, (event) => event instanceof PointerEvent && event.pointerId === this.#pointer && this.#release());
+      stick.addEventListener(
+        end,
+        (event) => event instanceof PointerEvent && event.pointerId === this.#pointer && this.#release(),
+      );
     }
     stick.addEventListener("contextmenu", (event) => event.preventDefault());
   }

@@ -17,7 +17,10 @@ class EstimateCard extends Panel {
   #table = new LandmarkTable();
   #facts = {
     landmarks: fact("Landmarks", "Corners in the map; on trial: seen fewer than three times"),
-    nis: fact("Surprise (NIS)", "How far the last sightings lay from what was expected, measured in its own uncertainty. 1 is ideal; far above, the robot is surer than it should be."),
+    nis: fact(
+      "Surprise (NIS)",
+      "How far the last sightings lay from what was expected, measured in its own uncertainty. 1 is ideal; far above, the robot is surer than it should be.",
+    ),
     wheels: fact("Wheels alone", "How far dead reckoning lies from the estimate"),
     truth: fact("True error", "Simulator only: the distance to where the robot really is"),
   };
@@ -29,8 +32,13 @@ class EstimateCard extends Panel {
     this.setAttribute("aria-label", "Estimate");
     const { x, y, heading } = this.#figures;
     this.append(
-      make("div", { class: "card-head" }, make("h2", { class: "card-title" }, "Where it believes it is"),
-        make("span", { class: "spring" }), this.#mode),
+      make(
+        "div",
+        { class: "card-head" },
+        make("h2", { class: "card-title" }, "Where it believes it is"),
+        make("span", { class: "spring" }),
+        this.#mode,
+      ),
       make("dl", { class: "figures" }, x.row, y.row, heading.row),
       make("dl", { class: "facts" }, ...Object.values(this.#facts).map(({ row }) => row)),
       this.#table,

@@ -24,13 +24,32 @@ export class KeySheet extends Panel {
   build() {
     this.setAttribute("role", "dialog");
     this.setAttribute("aria-label", "Keys");
-    this.append(make("div", { class: "card sheet" },
-      make("div", { class: "card-head" }, make("h2", { class: "card-title" }, "Keys"), make("span", { class: "spring" }), this.#close),
-      make("dl", { class: "keys" }, ...KEYS.flatMap(([keys, says]) => [
-        make("dt", {}, .../** @type {string[]} */ (keys).map((key) => (key === "…" ? "…" : make("kbd", {}, key)))),
-        make("dd", {}, String(says)),
-      ])),
-      make("p", { class: "note" }, "Stop is a software stop. It is no emergency stop.")));
+    this.append(
+      make(
+        "div",
+        { class: "card sheet" },
+        make(
+          "div",
+          { class: "card-head" },
+          make("h2", { class: "card-title" }, "Keys"),
+          make("span", { class: "spring" }),
+          this.#close,
+        ),
+        make(
+          "dl",
+          { class: "keys" },
+          ...KEYS.flatMap(([keys, says]) => [
+            make(
+              "dt",
+              {},
+              .../** @type {string[]} */ (keys).map((key) => (key === "…" ? "…" : make("kbd", {}, key))),
+            ),
+            make("dd", {}, String(says)),
+          ]),
+        ),
+        make("p", { class: "note" }, "Stop is a software stop. It is no emergency stop."),
+      ),
+    );
     this.#close.addEventListener("click", () => this.shut());
     this.addEventListener("click", (event) => event.target === this && this.shut());
     addEventListener("keydown", (event) => event.key === "Escape" && this.shut());

@@ -19,8 +19,16 @@ export class LandmarkTable extends HTMLElement {
     this.setAttribute("role", "region");
     this.setAttribute("aria-label", "Landmarks");
     const head = make("tr", {}, ...COLUMNS.map((name) => make("th", { scope: "col" }, name)));
-    this.append(make("table", { class: "landmarks" }, make("caption", { class: "visually-hidden" }, "Landmarks"), make("thead", {}, head), this.#body),
-      this.#empty);
+    this.append(
+      make(
+        "table",
+        { class: "landmarks" },
+        make("caption", { class: "visually-hidden" }, "Landmarks"),
+        make("thead", {}, head),
+        this.#body,
+      ),
+      this.#empty,
+    );
   }
 
   /** @param {readonly LandmarkRow[]} landmarks */
@@ -30,7 +38,8 @@ export class LandmarkTable extends HTMLElement {
     this.#shownAt = now;
     this.#empty.hidden = landmarks.length > 0;
     while (this.#body.rows.length > landmarks.length) this.#body.deleteRow(-1);
-    while (this.#body.rows.length < landmarks.length) this.#body.append(make("tr", {}, ...COLUMNS.map(() => make("td"))));
+    while (this.#body.rows.length < landmarks.length)
+      this.#body.append(make("tr", {}, ...COLUMNS.map(() => make("td"))));
     for (const [index, landmark] of landmarks.entries()) {
       const cells = this.#body.rows[index]?.cells ?? [];
       rowOf(landmark).forEach((text, column) => write(/** @type {Element} */ (cells[column]), text));

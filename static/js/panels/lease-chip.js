@@ -13,8 +13,13 @@ class LeaseChip extends Panel {
   #button = make("button", { type: "button", class: "bar-chip" }, this.#icon, this.#text);
   #sentence = make("p", { class: "note" });
   #act = make("button", { type: "button", class: "button primary wide" });
-  #panel = make("div", { role: "group", "aria-label": "Who drives" },
-    make("h2", { class: "card-title" }, "Who drives"), this.#sentence, this.#act);
+  #panel = make(
+    "div",
+    { role: "group", "aria-label": "Who drives" },
+    make("h2", { class: "card-title" }, "Who drives"),
+    this.#sentence,
+    this.#act,
+  );
   /** @type {Wish} */
   #wish = "acquire";
 

@@ -15,7 +15,12 @@ class LinkChip extends Panel {
   #viewers = make("span", { class: "viewers" });
   #button = make("button", { type: "button", class: "bar-chip", "aria-label": "Link" }, this.#icon, this.#text);
   #rows = make("dl", { class: "pairs" });
-  #panel = make("div", { role: "group", "aria-label": "Link in detail" }, make("h2", { class: "card-title" }, "Link"), this.#rows);
+  #panel = make(
+    "div",
+    { role: "group", "aria-label": "Link in detail" },
+    make("h2", { class: "card-title" }, "Link"),
+    this.#rows,
+  );
 
   /** @override */
   build() {
@@ -31,7 +36,8 @@ class LinkChip extends Panel {
     const { link, state } = view;
     const old = link.is === "up" && link.age_s > 0.5;
     const trip = link.round_trip_ms === null ? "" : `${fixed(link.round_trip_ms, 0)} ms · `;
-    const text = link.is !== "up" ? "no link" : old ? `${age(link.age_s)} old` : `${trip}${fixed(link.rate_hz, 0)} Hz`;
+    const text =
+      link.is !== "up" ? "no link" : old ? `${age(link.age_s)} old` : `${trip}${fixed(link.rate_hz, 0)} Hz`;
     write(this.#text, text);
     redraw(this.#icon, link.is === "up" ? "link" : "unlinked");
     mark(this.#button, "data-tone", link.is !== "up" || old ? "stale" : null);

@@ -6,7 +6,14 @@ import { Panel } from "../panel.js";
 
 export class LoginView extends Panel {
   #box = make("input", {
-    id: "token", class: "words", type: "password", autocomplete: "off", spellcheck: "false", autocapitalize: "off", required: true, maxlength: "400",
+    id: "token",
+    class: "words",
+    type: "password",
+    autocomplete: "off",
+    spellcheck: "false",
+    autocapitalize: "off",
+    required: true,
+    maxlength: "400",
   });
   #enter = make("button", { type: "submit", class: "button primary" }, "Sign in");
   #says = make("p", { class: "login-says", role: "alert" });
@@ -15,11 +22,17 @@ export class LoginView extends Panel {
   build() {
     this.setAttribute("role", "dialog");
     this.setAttribute("aria-label", "Sign in");
-    const form = make("form", { class: "card login" },
+    const form = make(
+      "form",
+      { class: "card login" },
       icon("mark"),
       make("h2", {}, "Sign in to Beckon"),
       make("p", {}, "Beckon printed a link where it was started. Open that link, or paste its token here."),
-      make("label", { for: "token" }, "Token"), this.#box, this.#enter, this.#says);
+      make("label", { for: "token" }, "Token"),
+      this.#box,
+      this.#enter,
+      this.#says,
+    );
     this.append(form);
     form.addEventListener("submit", (event) => {
       event.preventDefault();

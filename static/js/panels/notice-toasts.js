@@ -39,8 +39,18 @@ class NoticeToasts extends Panel {
    */
   #raise(level, text) {
     if (this.lastElementChild?.textContent === text) return;
-    const away = make("button", { type: "button", class: "icon-button small", "aria-label": "Put away" }, icon("close"));
-    const toast = make("div", { class: "toast", "data-level": level }, icon(level === "info" ? "info" : "warning"), make("p", {}, text), away);
+    const away = make(
+      "button",
+      { type: "button", class: "icon-button small", "aria-label": "Put away" },
+      icon("close"),
+    );
+    const toast = make(
+      "div",
+      { class: "toast", "data-level": level },
+      icon(level === "info" ? "info" : "warning"),
+      make("p", {}, text),
+      away,
+    );
     away.addEventListener("click", () => toast.remove());
     if (STAYS_MS[level] < Infinity) setTimeout(() => toast.remove(), STAYS_MS[level]);
     this.append(toast);

@@ -13,10 +13,23 @@ const SETTLE_MS = 600; // after a seek the slider waits for the recording to arr
 class PlaybackBar extends Panel {
   #icon = icon("pause");
   #play = make("button", { type: "button", class: "button primary play", "aria-label": "Pause" }, this.#icon);
-  #seek = make("input", { type: "range", class: "seek", min: "0", max: String(STEPS), step: "1", value: "0", "aria-label": "Place in the recording" });
+  #seek = make("input", {
+    type: "range",
+    class: "seek",
+    min: "0",
+    max: String(STEPS),
+    step: "1",
+    value: "0",
+    "aria-label": "Place in the recording",
+  });
   #time = make("span", { class: "playback-time" });
-  #speeds = make("div", { class: "presets", role: "group", "aria-label": "Playback speed" },
-    ...SPEEDS.map((times) => make("button", { type: "button", class: "preset", "data-speed": String(times) }, `${times}×`)));
+  #speeds = make(
+    "div",
+    { class: "presets", role: "group", "aria-label": "Playback speed" },
+    ...SPEEDS.map((times) =>
+      make("button", { type: "button", class: "preset", "data-speed": String(times) }, `${times}×`),
+    ),
+  );
   #movedAt = -Infinity;
   #length = 0;
 

@@ -35,8 +35,13 @@ class RecordCard extends Panel {
     this.classList.add("card");
     this.setAttribute("role", "region");
     this.setAttribute("aria-label", "History and notices");
-    this.append(make("div", { class: "card-head tabs" }, ...Object.values(this.#tabs)),
-      this.#history, this.#notices, this.#landmarks, this.#empty);
+    this.append(
+      make("div", { class: "card-head tabs" }, ...Object.values(this.#tabs)),
+      this.#history,
+      this.#notices,
+      this.#landmarks,
+      this.#empty,
+    );
     for (const tab of TABS) this.#tabs[tab].addEventListener("click", () => this.#turnTo(tab));
     this.session.on("history", (rows) => this.#list(rows));
     this.session.on("hello", ({ robot }) => {
@@ -89,7 +94,10 @@ class RecordCard extends Panel {
   #explain() {
     const list = this.#open === "history" ? this.#history : this.#notices;
     this.#empty.hidden = this.#open === "landmarks" || list.children.length > 0;
-    write(this.#empty, list === this.#history ? "What you tell the robot appears here, with how it ended." : "Nothing to report.");
+    write(
+      this.#empty,
+      list === this.#history ? "What you tell the robot appears here, with how it ended." : "Nothing to report.",
+    );
   }
 
   /** @param {HistoryRow} row */
@@ -98,16 +106,40 @@ class RecordCard extends Panel {
     const words = wordsOf(row);
     const amounts = /\d/.test(words) ? "" : quantities(row.numbers); // "turn left" does not say how far
     const took = row.duration_s !== null && row.state !== "refused" ? age(row.duration_s) : "";
-    const again = make("button", { type: "button", class: "icon-button small", "aria-label": `Again: ${words}`, title: "Again" }, icon("again"));
+    const again = make(
+      "button",
+      { type: "button", class: "icon-button small", "aria-label": `Again: ${words}`, title: "Again" },
+      icon("again"),
+    );
     again.addEventListener("click", () => void this.session.say(words, "chip"));
-    return make("li", { class: "record", "data-state": row.state },
+    return make(
+      "li",
+      { class: "record", "data-state": row.state },
       make("span", { class: "outcome-icon" }, icon(row.state)),
-      make("div", { class: "record-body" },
-        make("p", { class: "record-line" }, make("span", { class: "record-words" }, words), make("span", { class: "outcome" }, row.state)),
+      make(
+        "div",
+        { class: "record-body" },
+        make(
+          "p",
+          { class: "record-line" },
+          make("span", { class: "record-words" }, words),
+          make("span", { class: "outcome" }, row.state),
+        ),
         row.remark ? make("p", { class: "record-remark" }, row.remark) : null,
-        make("p", { class: "note record-meta" }, timeOfDay(row.at_s), dot(), icon(row.source in SOURCES ? row.source : "rest"), source, dot(), row.who,
-          ...[amounts, took].filter(Boolean).flatMap((text) => [dot(), text]))),
-      again);
+        make(
+          "p",
+          { class: "note record-meta" },
+          timeOfDay(row.at_s),
+          dot(),
+          icon(row.source in SOURCES ? row.source : "rest"),
+          source,
+          dot(),
+          row.who,
+          ...[amounts, took].filter(Boolean).flatMap((text) => [dot(), text]),
+        ),
+      ),
+      again,
+    );
   }
 }
 
@@ -116,10 +148,17 @@ const dot = () => make("span", { class: "dot", "aria-hidden": "true" }, "·");
 /** @param {NoticeLine} notice */
 function noticeRow(notice) {
   const drawing = notice.level === "info" ? "info" : "warning";
-  return make("li", { class: "record", "data-level": notice.level },
+  return make(
+    "li",
+    { class: "record", "data-level": notice.level },
     make("span", { class: "outcome-icon" }, icon(drawing)),
-    make("div", { class: "record-body" }, make("p", {}, notice.text),
-      make("p", { class: "note" }, `${notice.level}, at ${age(notice.stamp_s)} of the robot's clock`)));
+    make(
+      "div",
+      { class: "record-body" },
+      make("p", {}, notice.text),
+      make("p", { class: "note" }, `${notice.level}, at ${age(notice.stamp_s)} of the robot's clock`),
+    ),
+  );
 }
 
 customElements.define("record-card", RecordCard);

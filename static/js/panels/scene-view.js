@@ -13,7 +13,11 @@ const LAYERS = [
   ["pose", "Robot", "Where the robot believes it is; the ellipse is two standard deviations"],
   ["ghost", "Wheels alone", "Where the robot would believe it is by its wheels alone"],
   ["convex", "Outer corner", "A landmark; the ellipse is two standard deviations, the post grows with what is known"],
-  ["concave", "Inner corner", "A landmark; the ellipse is two standard deviations, the post grows with what is known"],
+  [
+    "concave",
+    "Inner corner",
+    "A landmark; the ellipse is two standard deviations, the post grows with what is known",
+  ],
   ["scan", "Laser", "The newest sweep"],
   ["plan", "Way and goal", "Where the robot is going"],
   ["wall", "Wall", "Seen occupied"],
@@ -22,11 +26,24 @@ const LAYERS = [
 
 export class SceneView extends Panel {
   #frame = make("iframe", { title: "3-D map", class: "scene", id: "scene" });
-  #hint = make("p", { class: "scene-hint", "aria-hidden": "true" }, icon("click"), `${TOUCH ? "Tap" : "Click"} the floor to go there`);
-  #legend = make("details", { class: "legend" },
+  #hint = make(
+    "p",
+    { class: "scene-hint", "aria-hidden": "true" },
+    icon("click"),
+    `${TOUCH ? "Tap" : "Click"} the floor to go there`,
+  );
+  #legend = make(
+    "details",
+    { class: "legend" },
     make("summary", {}, make("span", {}, "Legend"), icon("chevron")),
-    make("ul", {}, ...LAYERS.map(([layer, name, says]) =>
-      make("li", { title: says }, make("span", { class: "swatch", "data-layer": layer }), name))));
+    make(
+      "ul",
+      {},
+      ...LAYERS.map(([layer, name, says]) =>
+        make("li", { title: says }, make("span", { class: "swatch", "data-layer": layer }), name),
+      ),
+    ),
+  );
   #tab = "";
   #goes = false;
   #byKeys = false;

@@ -7,12 +7,18 @@ const SHOWN_MS = 700;
 const TOUCH_MS = 600; // the click that follows a touch is the same press
 
 class StopButton extends Panel {
-  #button = make("button", {
-    type: "button",
-    class: "stop",
-    "aria-keyshortcuts": "Escape Space",
-    title: "Stops the robot and cancels what it was doing. A software stop: it is no emergency stop.",
-  }, icon("stop"), make("span", { class: "stop-word" }, "STOP"), make("kbd", { "aria-hidden": "true" }, "Esc"));
+  #button = make(
+    "button",
+    {
+      type: "button",
+      class: "stop",
+      "aria-keyshortcuts": "Escape Space",
+      title: "Stops the robot and cancels what it was doing. A software stop: it is no emergency stop.",
+    },
+    icon("stop"),
+    make("span", { class: "stop-word" }, "STOP"),
+    make("kbd", { "aria-hidden": "true" }, "Esc"),
+  );
   #touchedAt = -Infinity;
   #timer = 0;
 

@@ -20,14 +20,27 @@ class ViewTabs extends Panel {
 
   /** @override */
   build() {
-    this.append(make("div", { class: "view-tabs", role: "group", "aria-label": "Views" }, ...VIEWS.map(([view, name]) => {
-      const button = make("button", { type: "button", class: "view-tab", "data-to": view }, icon(view), make("span", {}, name));
-      button.addEventListener("click", () => this.open(view));
-      return button;
-    })));
+    this.append(
+      make(
+        "div",
+        { class: "view-tabs", role: "group", "aria-label": "Views" },
+        ...VIEWS.map(([view, name]) => {
+          const button = make(
+            "button",
+            { type: "button", class: "view-tab", "data-to": view },
+            icon(view),
+            make("span", {}, name),
+          );
+          button.addEventListener("click", () => this.open(view));
+          return button;
+        }),
+      ),
+    );
     this.open("map");
     for (const swiped of [this, ...this.#place.querySelectorAll(".side > *")]) {
-      swiped.addEventListener("touchstart", (event) => this.#begin(/** @type {TouchEvent} */ (event)), { passive: true });
+      swiped.addEventListener("touchstart", (event) => this.#begin(/** @type {TouchEvent} */ (event)), {
+        passive: true,
+      });
       swiped.addEventListener("touchend", (event) => this.#end(/** @type {TouchEvent} */ (event)), { passive: true });
     }
   }
@@ -43,14 +56,16 @@ class ViewTabs extends Panel {
     for (const button of this.querySelectorAll("button")) {
       if (button.dataset["to"] === "camera") button.hidden = blind;
       const words = button.lastElementChild;
-      if (button.dataset["to"] === "record" && words) write(words, hello?.robot.drives === false ? "Notices" : "History");
+      if (button.dataset["to"] === "record" && words)
+        write(words, hello?.robot.drives === false ? "Notices" : "History");
     }
   }
 
   /** @param {string} view */
   open(view) {
     this.#place.dataset["view"] = view;
-    for (const button of this.querySelectorAll("button")) mark(button, "aria-pressed", String(button.dataset["to"] === view));
+    for (const button of this.querySelectorAll("button"))
+      mark(button, "aria-pressed", String(button.dataset["to"] === view));
   }
 
   /** @param {TouchEvent} event */
