@@ -1,4 +1,4 @@
-"""An ideal robot on a drawn floor: perfect pose, perfect map, a laser that sees the walls, a base that obeys at once."""
+"""An ideal robot on a drawn floor: perfect pose and map, a laser that sees the walls, a base that obeys at once."""
 
 from __future__ import annotations
 
