@@ -25,7 +25,7 @@ class BoardLineSettings:
     nearer: float = 0.06  # [m] that a beam must be shorter than the empty room …
     nearer_sds: float = 4.0  # … and in standard deviations of a range
     least_beams: int = 10
-    draws: int = 300
+    draws: int = 600
     seed: int = 11
     reach: int = 120  # beams between the two drawn ones at most
     least_chord: float = 0.08  # [m] between the two drawn beams' ends
@@ -39,7 +39,7 @@ class BoardLineSettings:
     slack: float = 0.02  # [m] about the predicted rectangle, besides twice the mount's uncertainty …
     aside_most: float = 0.03  # [m] … but at most so much to the sides
     above_most: float = 0.05  # [m] … and so much above and below
-    candidates: int = 5  # lines kept per pose when there is no background
+    candidates: int = 8  # lines kept per pose when there is no background
 
 
 @message
@@ -157,7 +157,10 @@ def _longest(
         off = np.abs(scan.ranges - 1 / (q @ scan.rays[:, :2].T))
     on = (off < max(settings.band_sds * scan.sd, settings.band)) & candidates
     best: Line | None = None
-    for number in np.argsort(-on.sum(axis=1))[:25]:
+    counts = on.sum(axis=1)
+    for number in np.argsort(-counts):
+        if counts[number] < settings.least_beams or (best is not None and counts[number] <= len(best.beams)):
+            break  # none of the rest can be longer
         run = longest_run(np.flatnonzero(on[number]), settings.gap)
         length = float(np.linalg.norm(points[run[-1]] - points[run[0]])) if len(run) else 0.0
         if len(run) >= settings.least_beams and length <= longest and (best is None or len(run) > len(best.beams)):

@@ -15,6 +15,7 @@ from core.calibration.projection import Poses, exponential, linearise, project
 from core.message import Array
 
 STEPS = 60
+RIDGE = 1e-13  # of the scaled information
 
 
 class Corners(NamedTuple):
@@ -141,6 +142,16 @@ def information(corners: Corners, solution: Solution, free: tuple[int, ...]) -> 
         gram.pose, np.zeros(len(gram.pose))
     )  # a view without corners tells nothing, and divides by nothing
     return gram.camera - gram.mixed @ _solve(pose, np.swapaxes(gram.mixed, 1, 2))
+
+
+def covariance(told: Array, spread: float) -> Array:
+    """Information (P, P) [1/pixel²] and the corners' noise [pixel] → covariance (P, P).
+
+    Directions that nothing is told about get a huge variance; a pseudo-inverse would give them none.
+    """
+    scale = 1 / np.sqrt(np.maximum(np.diag(told), 1e-300))
+    level = told * np.outer(scale, scale) + RIDGE * np.eye(len(told))
+    return spread**2 * np.linalg.inv(level) * np.outer(scale, scale)
 
 
 def noise(corners: Corners, solution: Solution, free: tuple[int, ...]) -> float:

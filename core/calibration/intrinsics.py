@@ -71,7 +71,9 @@ class Calibration:
     @property
     def sds(self) -> dict[str, float]:
         """Standard deviation of every free parameter, by name."""
-        return {name: float(sd) for name, sd in zip(self.free, np.sqrt(np.diag(self.covariance)), strict=True)}
+        return {
+            name: float(sd) for name, sd in zip(self.free, np.sqrt(np.abs(np.diag(self.covariance))), strict=True)
+        }
 
     @property
     def solution(self) -> Solution:
@@ -110,7 +112,7 @@ def calibrate(
         solution = bundle.refine(corners, solution, free)
     verdicts = _verdicts(views, corners, everything, solution, board)
     noise = bundle.noise(corners, solution, free)
-    covariance = noise**2 * np.linalg.pinv(bundle.information(corners, solution, free).sum(axis=0), hermitian=True)
+    covariance = bundle.covariance(bundle.information(corners, solution, free).sum(axis=0), noise)
     squares = np.sum(bundle.errors(corners, solution) ** 2, axis=2)[corners.used]
     return Calibration(
         model=model_of(solution.camera, size),
@@ -216,7 +218,7 @@ def _deserves_k3(corners: Corners, solution: Solution, settings: IntrinsicsSetti
     more = (*PAPER, PARAMETERS.index("k3"))
     longer = bundle.refine(some, paper, more)
     told = bundle.information(some, longer, more).sum(axis=0)
-    sd = bundle.noise(some, longer, more) * float(np.sqrt(np.linalg.pinv(told, hermitian=True)[-1, -1]))
+    sd = float(np.sqrt(bundle.covariance(told, bundle.noise(some, longer, more))[-1, -1]))
     if abs(longer.camera[8]) < settings.extra_sds * sd:
         return False
     without, with_k3 = (

@@ -83,12 +83,12 @@ def calibrate_laser(
     beams = [_first_beams(pose, board, background, mount, settings) for pose in poses]
     found = _solve(poses, beams, mount, freedom, settings)
     for _ in range(settings.rounds):
-        before = beams
-        beams = [
+        again = [
             _enough(select_inside(pose.scan, pose.board, board, found, settings.line), settings) for pose in poses
         ]
-        if all(np.array_equal(one, other) for one, other in zip(before, beams, strict=True)):
-            break
+        if _seen(again) < max(3, _seen(beams) / 2) or _same(again, beams):
+            break  # settled; or a first solution so poor that it misses its own boards
+        beams = again
         found = _solve(poses, beams, mount, freedom, settings, found.transform)
     scaled = _solve(
         poses, beams, _held(mount, found), Freedom(offset=with_offset, scale=True), settings, found.transform
@@ -170,6 +170,15 @@ def _range_sd(poses: Sequence[LaserPose], beams: Sequence[Array]) -> float:
         if len(each) > 2
     ]
     return max(float(np.sqrt(np.median(spreads))), RANGE_FLOOR)
+
+
+def _same(beams: Sequence[Array], others: Sequence[Array]) -> bool:
+    return all(np.array_equal(one, other) for one, other in zip(beams, others, strict=True))
+
+
+def _seen(beams: Sequence[Array]) -> int:
+    """Poses in which any beam was taken for the board."""
+    return sum(len(each) > 0 for each in beams)
 
 
 def _enough(beams: Array, settings: LaserSettings) -> Array:
