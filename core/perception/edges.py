@@ -39,8 +39,8 @@ class EdgeSettings:
     shift_share: float = 0.1  # sd of the turn between picture and scan, as a share of it
     gate: float = 3.0  # sd between an edge and the corner it confirms
     inflation: float = 2.0  # of a corner's covariance in a sighting: a wall can hide steps within the laser's noise
-    range_floor: float = 0.01  # [m] sd of a sighting that no averaging takes away
-    bearing_floor: float = math.radians(0.2)  # [rad]
+    range_floor: float = 0.007  # [m] sd of a sighting that no averaging takes away
+    bearing_floor: float = math.radians(0.15)  # [rad]
     edge_required: bool = False  # the paper's rule: a corner without an edge is no landmark
 
 

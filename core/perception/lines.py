@@ -25,6 +25,7 @@ class LineSettings:
     split: float = 3.0  # sd off the chord that split a line
     merge_rms: float = 1.15  # sd: joint residual of neighbours that are one line
     merge_max: float = 4.0  # sd: their worst point
+    fit: float = 1.3  # sd: residual of a wall's final fit, beyond what few samples excuse
     points: int = 6  # of a line, at least
     length: float = 0.25  # [m] of a line, at least
 
@@ -117,24 +118,36 @@ class Sweep:
     def fit_ranges(self, first: int, last: int) -> tuple[Array, Array] | None:
         """Samples `first` to `last` → the line q·p = 1 they lie on, as q (2,) [1/m], and its covariance (2, 2).
 
+        None if they are too few, or no line: a wall that hides a step tells the wrong corner with great certainty.
+
         Least squares on 1/range = q·direction. The laser errs along its beams and hardly across them: so the
         regressors are exact and, unlike with total least squares, noise neither tilts the line nor flatters it.
         """
         if last - first + 1 < self.settings.points:
             return None
         stretch = slice(first, last + 1)
-        rough, _ = self._solve(stretch, self.ranges[stretch], np.zeros(last + 1 - first))
+        rough, _, _ = self._solve(stretch, self.ranges[stretch], np.zeros(last + 1 - first))
         directions = self.directions[stretch]
         ranges = 1.0 / np.maximum(directions @ rough, 1e-3)
-        return self._solve(stretch, ranges, directions[:, 0] * rough[1] - directions[:, 1] * rough[0])
+        line, covariance, residual = self._solve(
+            stretch, ranges, directions[:, 0] * rough[1] - directions[:, 1] * rough[0]
+        )
+        freedom = last - first - 1
+        return (line, covariance) if residual < self.settings.fit**2 + 3 * math.sqrt(2 / freedom) else None
 
-    def _solve(self, stretch: slice, ranges: Array, slope: Array) -> tuple[Array, Array]:
-        """Weighted least squares, the weights by the expected ranges and the change of 1/range per radian."""
+    def _solve(self, stretch: slice, ranges: Array, slope: Array) -> tuple[Array, Array, float]:
+        """Weighted least squares, the weights by the expected ranges and the change of 1/range per radian.
+
+        → the line, its covariance, and the mean squared residual in units of its variance.
+        """
         sd = self._range_sd(ranges) / ranges**2
-        directions = self.directions[stretch]
-        weighted = directions / (sd**2 + (self.settings.beam_sd * slope) ** 2)[:, None]
+        directions, inverse = self.directions[stretch], 1.0 / self.ranges[stretch]
+        weights = 1.0 / (sd**2 + (self.settings.beam_sd * slope) ** 2)
+        weighted = directions * weights[:, None]
         covariance = np.linalg.inv(weighted.T @ directions)
-        return covariance @ (weighted.T @ (1.0 / self.ranges[stretch])), covariance
+        line = covariance @ (weighted.T @ inverse)
+        residual = float((weights * (inverse - directions @ line) ** 2).sum()) / (len(inverse) - 2)
+        return line, covariance, residual
 
     def _range_sd(self, ranges: Array) -> Array:
         return np.maximum(self.settings.noise_floor, self.settings.noise_ratio * ranges)
