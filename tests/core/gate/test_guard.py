@@ -19,7 +19,7 @@ near = st.floats(-1.5, 1.5)
 def along(twist: Twist, way: float) -> tuple[float, float]:
     """Where the centre is after `way` [m] of the twist's arc."""
     turned = way * twist.w / abs(twist.v)
-    chord = way if turned == 0 else way * math.sin(turned / 2) / (turned / 2)
+    chord = way if abs(turned) < 1e-9 else way * math.sin(turned / 2) / (turned / 2)
     forward = chord * math.copysign(1.0, twist.v)
     return forward * math.cos(turned / 2), forward * math.sin(turned / 2)
 
