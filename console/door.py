@@ -199,6 +199,9 @@ class Door:
     # steps of the above
 
     def _hand_to_pilot(self, deed: Deed, heard: Command, who: Person) -> None:
+        if not self._robot.profile.drives:
+            self._history.end(deed.id, "done", "A recording drives nothing; there is nothing to stop.")
+            return
         if self.pilot is None or self._robot.link()[0] not in REACHED:
             self._history.end(deed.id, "done", "The robot was told to stand; nothing tells whether it does.")
             return

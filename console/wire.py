@@ -7,17 +7,28 @@ from __future__ import annotations
 
 import struct
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import msgspec
 
+from console.wire_up import Count as Count
+from console.wire_up import Drive as Drive
+from console.wire_up import Echo as Echo
+from console.wire_up import Halt as Halt
+from console.wire_up import HaltReset as HaltReset
+from console.wire_up import Inward as Inward
+from console.wire_up import LeaseWish as LeaseWish
+from console.wire_up import Playback as Playback
+from console.wire_up import Say as Say
+from console.wire_up import Short as Short
+from console.wire_up import Source as Source
+from console.wire_up import Stop as Stop
+from console.wire_up import Up as Up
+from console.wire_up import Want as Want
 from core.robots import Kind
 from core.snapshot import Ending, Level
 
 Struct = msgspec.Struct
-Source = Literal["typed", "chip", "click"]
-Short = Annotated[str, msgspec.Meta(max_length=2000)]
-Count = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
 
 CAMERA_HEADER = struct.Struct("<BxxxId")  # kind = 1, sequence number, stamp [s]; the JPEG follows
 
@@ -232,71 +243,6 @@ class EchoBack(Struct, tag_field="kind", tag="echo"):
     t: float
 
 
-class Inward(Struct, tag_field="kind", forbid_unknown_fields=True):
-    """Base of what a browser may say."""
-
-
-class Drive(Inward, tag="drive"):
-    """Hold to drive: sent at 20 Hz while a key or the pad is held. `press` is drawn anew with every press."""
-
-    v: float
-    w: float
-    press: Count
-    seq: Count
-    nonce: Count
-    epoch: Count
-
-
-class Stop(Inward, tag="stop"):
-    """Everything cancelled, zero speed."""
-
-
-class Say(Inward, tag="command"):
-    """Words for the robot."""
-
-    text: Short
-    source: Source
-    ref: Count
-
-
-class LeaseWish(Inward, tag="lease"):
-    """Take the wheel, take it over, give it back."""
-
-    do: Literal["acquire", "take", "release"]
-    ref: Count
-
-
-class Halt(Inward, tag="halt"):
-    """Latch a stop."""
-
-
-class HaltReset(Inward, tag="halt_reset"):
-    """Undo the latch; never moves."""
-
-    ref: Count
-
-
-class Playback(Inward, tag="playback"):
-    """Steer a recording: `value` is the speed (times real time) or the place to seek (0..1)."""
-
-    do: Literal["play", "pause", "speed", "seek"]
-    ref: Count
-    value: float | None = None
-
-
-class Want(Inward, tag="want"):
-    """Whether this socket wants the camera."""
-
-    camera: bool
-
-
-class Echo(Inward, tag="echo"):
-    """Comes back as it is."""
-
-    t: float
-
-
-Up = Drive | Stop | Say | LeaseWish | Halt | HaltReset | Playback | Want | Echo
 Down = Hello | State | Answer | EchoBack
 
 encode = msgspec.json.Encoder().encode

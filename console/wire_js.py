@@ -30,7 +30,11 @@ def generate_wire_js() -> str:
 def shapes() -> Iterator[type[msgspec.Struct]]:
     """Every message and its parts, in the order of console/wire.py."""
     for shape in vars(wire).values():
-        ours = isinstance(shape, type) and issubclass(shape, msgspec.Struct) and shape.__module__ == wire.__name__
+        ours = (
+            isinstance(shape, type)
+            and issubclass(shape, msgspec.Struct)
+            and shape.__module__.startswith(wire.__name__)
+        )
         if ours and shape is not wire.Inward:
             yield shape
 

@@ -17,14 +17,17 @@ PAGE = """<!doctype html>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>Beckon: HTTP interface</title>
+<link rel="stylesheet" href="static/css/tokens.css">
 <link rel="stylesheet" href="static/css/docs.css">
 </head>
 <body>
 <main>
+<header>
 <h1>HTTP interface</h1>
 <p>JSON in and out. Errors are <code>application/problem+json</code> with a sentence in <code>detail</code>.
 Sign in by cookie (<code>POST api/login</code>) or send <code>Authorization: Bearer TOKEN</code>.
-The whole description: <a href="openapi.json">openapi.json</a>.</p>
+The whole description is in <a href="openapi.json">openapi.json</a>; back to <a href="./">the console</a>.</p>
+</header>
 {sections}
 </main>
 </body>
@@ -43,22 +46,33 @@ async def openapi(request: Request) -> dict[str, Any]:
 @needs("viewer")
 async def page(request: Request) -> Response:
     """The same to read."""
-    sections = [
-        section(path, method, operation)
-        for path, operations in request.app.openapi()["paths"].items()
-        for method, operation in operations.items()
-    ]
+    told = request.app.openapi()
+    topics: dict[str, list[str]] = {}
+    for path, operations in told["paths"].items():
+        for method, operation in operations.items():
+            topics.setdefault(operation["tags"][0], []).append(entry(path, method, operation, told["components"]))
+    sections = [f"<section><h2>{html.escape(topic)}</h2>{''.join(rows)}</section>" for topic, rows in topics.items()]
     return Response(PAGE.format(sections="\n".join(sections)), media_type="text/html")
 
 
-def section(path: str, method: str, operation: dict[str, Any]) -> str:
-    """One operation."""
+def entry(path: str, method: str, operation: dict[str, Any], components: dict[str, Any]) -> str:
+    """One operation: what it is called by, what it does, what it takes."""
     told = html.escape(operation.get("description") or operation.get("summary") or "")
-    answers = ", ".join(html.escape(status) for status in operation["responses"])
     body = operation.get("requestBody", {}).get("content", {}).get("application/json", {}).get("schema", {})
-    name = html.escape(body.get("$ref", "").rpartition("/")[2])
-    takes = f"<p>Takes <code>{name}</code>.</p>" if name else ""
-    return (
-        f"<section><h2><code>{method.upper()} {html.escape(path)}</code></h2>"
-        f"<p>{told}</p>{takes}<p>Answers {answers}.</p></section>"
+    shape = components["schemas"].get(body.get("$ref", "").rpartition("/")[2], {})
+    rows = "".join(
+        field(name, what, name in shape.get("required", ())) for name, what in shape.get("properties", {}).items()
     )
+    takes = f"<dl>{rows}</dl>" if rows else ""
+    return (
+        f'<article><h3><span class="{method}">{method.upper()}</span> <code>{html.escape(path)}</code></h3>'
+        f"<p>{told}</p>{takes}</article>"
+    )
+
+
+def field(name: str, shape: dict[str, Any], required: bool) -> str:
+    """One key of a body."""
+    kinds = [part.get("type", "") for part in shape.get("anyOf", [shape])]
+    words = ", ".join(f"“{value}”" for value in shape.get("enum", ())) or " or ".join(filter(None, kinds))
+    optional = "" if required else ", may be left out"
+    return f"<dt><code>{html.escape(name)}</code></dt><dd>{html.escape(words)}{optional}</dd>"

@@ -77,6 +77,7 @@ class Scene:
         self._inside: NoSocketServer | None = None
         self._sockets = Sockets()
         self._newest: Snapshot | None = None
+        self._watchers = 0
         self._news = threading.Event()
         self._over = threading.Event()
         self._painter: threading.Thread | None = None
@@ -104,9 +105,10 @@ class Scene:
             await asyncio.to_thread(close_viser, self._server)
 
     def show(self, snapshot: Snapshot) -> None:
-        """From any thread: this is the newest."""
+        """From any thread: this is the newest. Nothing is drawn while nobody looks."""
         self._newest = snapshot
-        self._news.set()
+        if self._watchers:
+            self._news.set()
 
     async def talk(self, socket: WebSocket, person: Person, tab: str) -> None:
         """One browser's scene, from the handshake to the end."""
@@ -118,7 +120,12 @@ class Scene:
         client = socket.client
         try:
             with self._sockets.room_for(person, client.host if client else "", bridge.close):
-                await bridge.run()
+                self._watchers += 1
+                self._news.set()
+                try:
+                    await bridge.run()
+                finally:
+                    self._watchers -= 1
         except TooMany as crowded:
             await socket.accept()
             await socket.close(1013, str(crowded))

@@ -7,6 +7,77 @@
 export const CAMERA_HEADER_BYTES = 16;
 
 /**
+ * Hold to drive: sent at 20 Hz while a key or the pad is held. `press` is drawn anew with every press.
+ * @typedef {object} Drive
+ * @property {'drive'} kind
+ * @property {number} v
+ * @property {number} w
+ * @property {number} press
+ * @property {number} seq
+ * @property {number} nonce
+ * @property {number} epoch
+ */
+
+/**
+ * Comes back as it is.
+ * @typedef {object} Echo
+ * @property {'echo'} kind
+ * @property {number} t
+ */
+
+/**
+ * Latch a stop.
+ * @typedef {object} Halt
+ * @property {'halt'} kind
+ */
+
+/**
+ * Undo the latch; never moves.
+ * @typedef {object} HaltReset
+ * @property {'halt_reset'} kind
+ * @property {number} ref
+ */
+
+/**
+ * Take the wheel, take it over, give it back.
+ * @typedef {object} LeaseWish
+ * @property {'lease'} kind
+ * @property {'acquire' | 'take' | 'release'} do
+ * @property {number} ref
+ */
+
+/**
+ * Steer a recording: `value` is the speed (times real time) or the place to seek (0..1).
+ * @typedef {object} Playback
+ * @property {'playback'} kind
+ * @property {'play' | 'pause' | 'speed' | 'seek'} do
+ * @property {number} ref
+ * @property {number | null} [value]
+ */
+
+/**
+ * Words for the robot.
+ * @typedef {object} Say
+ * @property {'command'} kind
+ * @property {string} text
+ * @property {'typed' | 'chip' | 'click'} source
+ * @property {number} ref
+ */
+
+/**
+ * Everything cancelled, zero speed.
+ * @typedef {object} Stop
+ * @property {'stop'} kind
+ */
+
+/**
+ * Whether this socket wants the camera.
+ * @typedef {object} Want
+ * @property {'want'} kind
+ * @property {boolean} camera
+ */
+
+/**
  * A point of the world frame.
  * @typedef {object} Place
  * @property {number} x_m
@@ -216,77 +287,6 @@ export const CAMERA_HEADER_BYTES = 16;
 /**
  * The same number back: measures the link.
  * @typedef {object} EchoBack
- * @property {'echo'} kind
- * @property {number} t
- */
-
-/**
- * Hold to drive: sent at 20 Hz while a key or the pad is held. `press` is drawn anew with every press.
- * @typedef {object} Drive
- * @property {'drive'} kind
- * @property {number} v
- * @property {number} w
- * @property {number} press
- * @property {number} seq
- * @property {number} nonce
- * @property {number} epoch
- */
-
-/**
- * Everything cancelled, zero speed.
- * @typedef {object} Stop
- * @property {'stop'} kind
- */
-
-/**
- * Words for the robot.
- * @typedef {object} Say
- * @property {'command'} kind
- * @property {string} text
- * @property {'typed' | 'chip' | 'click'} source
- * @property {number} ref
- */
-
-/**
- * Take the wheel, take it over, give it back.
- * @typedef {object} LeaseWish
- * @property {'lease'} kind
- * @property {'acquire' | 'take' | 'release'} do
- * @property {number} ref
- */
-
-/**
- * Latch a stop.
- * @typedef {object} Halt
- * @property {'halt'} kind
- */
-
-/**
- * Undo the latch; never moves.
- * @typedef {object} HaltReset
- * @property {'halt_reset'} kind
- * @property {number} ref
- */
-
-/**
- * Steer a recording: `value` is the speed (times real time) or the place to seek (0..1).
- * @typedef {object} Playback
- * @property {'playback'} kind
- * @property {'play' | 'pause' | 'speed' | 'seek'} do
- * @property {number} ref
- * @property {number | null} [value]
- */
-
-/**
- * Whether this socket wants the camera.
- * @typedef {object} Want
- * @property {'want'} kind
- * @property {boolean} camera
- */
-
-/**
- * Comes back as it is.
- * @typedef {object} Echo
  * @property {'echo'} kind
  * @property {number} t
  */

@@ -1,0 +1,79 @@
+"""What a browser may say over the socket."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+
+Struct = msgspec.Struct
+Source = Literal["typed", "chip", "click"]
+Short = Annotated[str, msgspec.Meta(max_length=2000)]
+Count = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
+
+
+class Inward(Struct, tag_field="kind", forbid_unknown_fields=True):
+    """Base of what a browser may say."""
+
+
+class Drive(Inward, tag="drive"):
+    """Hold to drive: sent at 20 Hz while a key or the pad is held. `press` is drawn anew with every press."""
+
+    v: float
+    w: float
+    press: Count
+    seq: Count
+    nonce: Count
+    epoch: Count
+
+
+class Stop(Inward, tag="stop"):
+    """Everything cancelled, zero speed."""
+
+
+class Say(Inward, tag="command"):
+    """Words for the robot."""
+
+    text: Short
+    source: Source
+    ref: Count
+
+
+class LeaseWish(Inward, tag="lease"):
+    """Take the wheel, take it over, give it back."""
+
+    do: Literal["acquire", "take", "release"]
+    ref: Count
+
+
+class Halt(Inward, tag="halt"):
+    """Latch a stop."""
+
+
+class HaltReset(Inward, tag="halt_reset"):
+    """Undo the latch; never moves."""
+
+    ref: Count
+
+
+class Playback(Inward, tag="playback"):
+    """Steer a recording: `value` is the speed (times real time) or the place to seek (0..1)."""
+
+    do: Literal["play", "pause", "speed", "seek"]
+    ref: Count
+    value: float | None = None
+
+
+class Want(Inward, tag="want"):
+    """Whether this socket wants the camera."""
+
+    camera: bool
+
+
+class Echo(Inward, tag="echo"):
+    """Comes back as it is."""
+
+    t: float
+
+
+Up = Drive | Stop | Say | LeaseWish | Halt | HaltReset | Playback | Want | Echo
