@@ -68,7 +68,7 @@ class EkfSlam:
         self.settings = ekf or EkfSettings()
         self.filter = FORMS[self.settings.mode]()
         self.table = LandmarkTable(self.settings)
-        self.landmarks: tuple[Landmark, ...] = ()
+        self._landmarks: tuple[Landmark, ...] | None = ()
         self.associations: tuple[Association, ...] = ()
         self._track = WheelTrack(motion)
         self._laser = laser
@@ -125,6 +125,25 @@ class EkfSlam:
     def estimate(self) -> Estimate:
         """The pose and its covariance in the world's axes."""
         return Estimate(pose=self.filter.pose, covariance=self.filter.pose_covariance())
+
+    @property
+    def landmarks(self) -> tuple[Landmark, ...]:
+        """The landmarks past their probation, as of the newest sightings."""
+        if self._landmarks is None:
+            spreads = self.filter.place_covariances()
+            self._landmarks = tuple(
+                Landmark(
+                    id=row.id,
+                    position=self.filter.places[index],
+                    covariance=spreads[index],
+                    hits=row.hits,
+                    misses=row.misses,
+                    kind=row.kind,
+                )
+                for index, row in enumerate(self.table.rows)
+                if not row.tentative
+            )
+        return self._landmarks
 
     @property
     def health(self) -> SlamHealth:
@@ -252,19 +271,7 @@ class EkfSlam:
 
     def _publish(self, look: Look) -> None:
         """What the newest update has made of everything."""
-        spreads = self.filter.place_covariances()
-        self.landmarks = tuple(
-            Landmark(
-                id=row.id,
-                position=self.filter.places[index],
-                covariance=spreads[index],
-                hits=row.hits,
-                misses=row.misses,
-                kind=row.kind,
-            )
-            for index, row in enumerate(self.table.rows)
-            if not row.tentative
-        )
+        self._landmarks = None
         self.associations = tuple(
             Association(
                 position=place_of(self.filter.pose, np.array([sighting.range, sighting.bearing]))[0],
