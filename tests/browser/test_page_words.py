@@ -85,7 +85,7 @@ def test_a_click_on_the_floor_goes_there_and_keys_reach_the_page_through_the_sce
     visit: Open, console: Running
 ) -> None:
     here = visit(size=SMALL_DESK)
-    here.show_scene()
+    here.show_scene(coarse=True)
     here.wait(1.5)
     before = console.newest()["id"]
     box = here.find("#scene").bounding_box()

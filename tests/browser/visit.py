@@ -56,21 +56,20 @@ class Visit:
         self.page.goto(console.watching if watching else console.driving)
         expect(self.page.locator("link-chip")).to_contain_text("Hz", timeout=PATIENCE * 1000)
 
-    def show_scene(self) -> None:
-        """Load the 3-D map that was left out until now: a processor that draws it does little else."""
+    def show_scene(self, *, coarse: bool = False) -> None:
+        """Load the 3-D map that was left out until now: a processor that draws it does little else.
+
+        `coarse`: with few picture elements, where only what is behind them matters.
+        """
         self.page.unroute("**/scene/**", empty)
-        self.page.evaluate("const frame = document.querySelector('#scene'); frame.src = frame.src")
+        more = "&fixedDpr=0.25" if coarse else ""
+        self.page.evaluate("more => { const frame = document.querySelector('#scene'); frame.src += more }", more)
         expect(self.page.frame_locator("#scene").locator("canvas").first).to_be_visible(timeout=20000)
 
-    def fresh(self, patience: float = 40.0) -> None:
-        """Wait until the page shows what is now, for a second on end."""
-        until = time.monotonic() + patience
-        calm = 0
-        while calm < 5:
-            assert time.monotonic() < until, self.find("banner-stack").inner_text()
-            self.wait(0.2)
-            stale = self.find("link-chip [data-tone], .camera-empty:visible, camera-view.is-old").count()
-            calm = 0 if stale else calm + 1
+    def fresh(self) -> None:
+        """Wait until the page shows what is now."""
+        stale = self.find("link-chip [data-tone], .camera-empty:visible, camera-view.is-old")
+        self.until(lambda: stale.count() == 0, "the page is up to date", 4 * PATIENCE)
 
     def close(self) -> None:
         """Leave."""
