@@ -140,7 +140,7 @@ class Visit:
 
     def still(self) -> None:
         """Wait until the robot stands."""
-        self.until(lambda: abs(self.console.speed()) < 0.005, "the robot stands")
+        self.until(lambda: max(abs(self.console.speed()), abs(self.console.turning())) < 0.01, "the robot stands")
 
     def _note(self, message: ConsoleMessage) -> None:
         if message.type in ("error", "warning") and not any(part in message.text for part in HARMLESS):
