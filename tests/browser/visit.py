@@ -64,7 +64,9 @@ class Visit:
         self.page.unroute("**/scene/**", empty)
         more = "&fixedDpr=0.25" if coarse else ""
         self.page.evaluate("more => { const frame = document.querySelector('#scene'); frame.src += more }", more)
-        expect(self.page.frame_locator("#scene").locator("canvas").first).to_be_visible(timeout=20000)
+        canvas = self.page.frame_locator("#scene").locator("canvas").first
+        expect(canvas).to_be_visible(timeout=20000)
+        expect(canvas).to_have_css("opacity", "1", timeout=20000)  # it fades in
 
     def fresh(self) -> None:
         """Wait until the page shows what is now."""

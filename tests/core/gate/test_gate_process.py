@@ -237,6 +237,7 @@ def test_a_console_without_a_heartbeat_means_zero(gate: Played) -> None:
     begun = time.monotonic()
     gate.until(lambda: gate.twists[-1][1]["v"] == 0.0)
     assert time.monotonic() - begun < 0.5
+    gate.until(lambda: gate.status["reason"] != "")
     assert gate.status["reason"] in ("the console is silent", "silence: no order came for too long")
 
 
