@@ -1,0 +1,1 @@
+"""The calibration wizards behind the page."""

@@ -1,0 +1,175 @@
+"""The simulated assistant: holds the board as advised, with a person's aim, until the session has what it needs."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from core.calibration.board import Board
+from core.errors import BadInput
+from core.geometry import Transform
+
+Ask = Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]
+Suggest = Callable[[bool], Awaitable[Transform | None]]
+Phase = Literal["beside", "holding", "done"]
+
+SETTLED = ("counted", "same", "refused")  # verdicts after which holding on is no use
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What the assistant is told about the session."""
+
+    number: int = 0  # of the newest verdict
+    kind: str = ""  # of the newest verdict
+    ready: bool = False  # the calibration can be accepted
+    empty: bool = False  # the laser looks at the empty room: stay out of it
+    busy: bool = False  # a solution is on its way, after which the advice will be better
+
+
+@dataclass(frozen=True)
+class AssistantSettings:
+    """How well and how patiently the board is held."""
+
+    turn: float = np.deg2rad(5)  # [rad] by which the aim misses, standard deviation
+    miss: float = 0.05  # [m] likewise, in space
+    moving: float = 1.2  # [s] from one pose to the next
+    settle: float = 0.15  # [s] after arriving before verdicts are listened to
+    patience: float = 4.0  # [s] that a pose is held while nothing comes of it …
+    lost: float = 1.2  # [s] … while no board is seen …
+    gathering: float = 8.0  # [s] … and while scans are gathered
+    solving: float = 3.0  # [s] waited at most for a solution before the next pose
+    lift: float = 0.03  # [m] higher with every refusal of the room: low poses end at the floor
+    tries: int = 6  # poses asked of the room before another suggestion is asked for
+    care: tuple[float, ...] = (
+        1.0,
+        0.5,
+        0.25,
+    )  # share of the misses in the first and the following tries at an advice
+
+
+class Assistant:
+    """Follows a session's advice in the simulated room. Owned by one task, which calls `step` about ten times a second.
+
+    `ask(request)` awaits the driver's answer (`Runtime.ask`) and raises BadInput where a pose cannot be taken;
+    `advice(another)` awaits the advised pose camera_from_board, a new suggestion when `another` is True, or None
+    while there is none; `board` is what is held, with its panel. Time comes with `step`, chance from `seed`.
+
+        assistant = Assistant(runtime.ask, advice, session.board, seed=1)
+        while not assistant.done:
+            await assistant.step(loop.time(), Sight(number, kind, ready, empty, busy))
+            await asyncio.sleep(0.1)
+        await assistant.leave()                    # also when it is switched off before
+    """
+
+    def __init__(
+        self,
+        ask: Ask,
+        advice: Suggest,
+        board: Board,
+        *,
+        seed: int = 0,
+        settings: AssistantSettings | None = None,
+    ) -> None:
+        self._ask, self._advice, self._board = ask, advice, board
+        self._settings = settings or AssistantSettings()
+        self._rng = np.random.default_rng(seed)
+        self._phase: Phase = "beside"
+        self._shown = False  # the board is in the room
+        self._arrived = self._freed = 0.0  # [s]
+        self._heard = 0  # number of the newest verdict on arrival
+        self._tries = 0  # at the present advice
+        self.held = 0  # poses so far
+
+    @property
+    def done(self) -> bool:
+        """The session has what it needs; the board is gone."""
+        return self._phase == "done"
+
+    async def step(self, now: float, sight: Sight) -> None:
+        """Do what is to be done at `now` [s]: hold on, move on, stay away, or leave."""
+        if sight.ready:
+            await self.leave()
+            self._phase = "done"
+        elif sight.empty:
+            await self.leave()
+            self._freed = now
+        elif self._phase == "beside" or self._through(now, sight):
+            await self._move_on(now, sight)
+
+    async def leave(self) -> None:
+        """Take the board away, if it is there."""
+        if self._shown:
+            self._shown, self._phase = False, "beside"
+            try:
+                await self._ask({"do": "remove", "id": "board"})
+            except BadInput:
+                return  # somebody else was quicker
+
+    def _through(self, now: float, sight: Sight) -> bool:
+        """Whether holding the present pose is over, for better or worse."""
+        settings, held = self._settings, now - self._arrived
+        if held < settings.settle:
+            self._heard = sight.number
+            return False
+        new = sight.number != self._heard
+        waits = {"gathering": settings.gathering, "nothing": settings.lost}
+        if not (new and sight.kind in SETTLED) and held < waits.get(sight.kind, settings.patience):
+            return False
+        self._phase, self._freed = "beside", now
+        self._tries = 0 if new and sight.kind == "counted" else self._tries + 1
+        return True
+
+    async def _move_on(self, now: float, sight: Sight) -> None:
+        """To the advised pose, more carefully the more often that has failed, then to another one."""
+        if sight.busy and now - self._freed < self._settings.solving:
+            return
+        another = self._tries > 0 and self._tries % len(self._settings.care) == 0
+        pose = await self._advice(another)
+        if pose is None or await self._taken(now, pose):
+            return
+        self._tries += len(self._settings.care) - self._tries % len(self._settings.care)
+
+    async def _taken(self, now: float, advised: Transform) -> bool:
+        """Ask the room for the advised pose, missed a little, higher each time it says no → whether it said yes."""
+        settings = self._settings
+        care = settings.care[self._tries % len(settings.care)]
+        for number in range(settings.tries):
+            pose = self._missed(advised, care, number * settings.lift)
+            try:
+                await self._ask(self._request(pose))
+            except BadInput:
+                continue
+            self._arrived = now + (settings.moving if self._shown else 0.0)
+            self._shown, self._phase = True, "holding"
+            self.held += 1
+            return True
+        return False
+
+    def _missed(self, advised: Transform, care: float, lift: float) -> Transform:
+        """The pose as a hand finds it: turned and shifted by chance, lifted by `lift` [m]; camera_from_board."""
+        settings, rng = self._settings, self._rng
+        about = rng.normal(size=3)
+        about *= care * settings.turn * abs(rng.normal()) / np.linalg.norm(about)
+        rotation = Rotation.from_rotvec(about).as_matrix() @ advised.rotation
+        shift = rng.normal(0.0, care * settings.miss / np.sqrt(3), 3) + np.array([0.0, -lift, 0.0])
+        middle = advised.apply(self._board.centre[None])[0] + shift
+        return Transform(rotation=rotation, translation=middle - rotation @ self._board.centre)
+
+    def _request(self, pose: Transform) -> dict[str, Any]:
+        board = self._board
+        return {
+            "do": "place",
+            "what": "board",
+            "columns": board.columns,
+            "rows": board.rows,
+            "square_m": board.square,
+            "panel_m": None if board.panel is None else list(board.panel),
+            "in_camera": {"rotation": pose.rotation.tolist(), "translation_m": pose.translation.tolist()},
+            "seconds": self._settings.moving,
+            "holder": True,
+        }
