@@ -9,9 +9,9 @@ import pytest
 from tests.console.live import Live
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def shared_live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
-    """One console for all; tests take `live`, which finds it calm."""
+    """One console for all of this folder; tests take `live`, which finds it calm."""
     with Live(tmp_path_factory.mktemp("console")) as live:
         yield live
 
@@ -22,7 +22,7 @@ def live(shared_live: Live) -> Live:
     return shared_live
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def open_live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
     """A console that asks nobody to sign in."""
     with Live(tmp_path_factory.mktemp("open"), no_auth=True) as live:
