@@ -106,6 +106,13 @@ class Door:
             self._press(message.press, who, now)
         self.helm.jog(message)
 
+    def abandon(self, press: int) -> None:
+        """The socket of a hand that was driving is gone: zero now, instead of waiting for the deadman."""
+        if self._jog is not None and self._jog.press == press:
+            self.helm.stop()
+            self._history.end(self._jog.deed, "cancelled", "The browser went away while it drove.")
+            self._jog = None
+
     def stop(self, who: Person, source: str) -> None:
         """Everything cancelled, zero speed; anyone signed in."""
         self.helm.stop()

@@ -42,6 +42,7 @@ class Talk:
         self._tab = secrets.token_hex(8)
         self._second = 0.0
         self._heard = 0
+        self._press: int | None = None  # of the key that this socket's hand holds down
 
     async def run(self) -> None:
         """From the handshake to the end."""
@@ -67,6 +68,8 @@ class Talk:
         finally:
             listener.cancel()
             await asyncio.gather(listener, return_exceptions=True)
+            if self._press is not None:
+                runtime.door.abandon(self._press)
             runtime.hub.viewers.discard(self._viewer)
             runtime.scene.tabs.pop(self._tab, None)
             runtime.lease.disconnected(person, time.monotonic())
@@ -148,6 +151,7 @@ class Talk:
         match message:
             case wire.Drive():
                 door.drive(message, person)
+                self._press = message.press if message.v or message.w else None
             case wire.Echo():
                 return wire.EchoBack(message.t)
             case wire.Say():

@@ -6,11 +6,15 @@ python -m tests.benchmarks.operator_hand PORT [PORT OF A LINK TO IT]
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
+import secrets
 import socket
 import sys
+import time
 
 from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosed
 
 
 async def hold(port: int, through: int) -> None:
@@ -21,24 +25,26 @@ async def hold(port: int, through: int) -> None:
         gate: dict[str, int] = {}
 
         async def listen() -> None:
-            async for message in console:
-                if isinstance(message, str):
-                    told = json.loads(message)
-                    if told["kind"] == "state":
-                        gate.update(nonce=told["gate"]["nonce"], epoch=told["gate"]["epoch"])
+            with contextlib.suppress(ConnectionClosed):
+                async for message in console:
+                    if isinstance(message, str):
+                        told = json.loads(message)
+                        if told["kind"] == "state":
+                            gate.update(nonce=told["gate"]["nonce"], epoch=told["gate"]["epoch"])
 
         listening = asyncio.create_task(listen())
         await console.send(json.dumps({"kind": "lease", "do": "take", "ref": 1}))
-        seq = 0
+        press = secrets.randbelow(2**40)  # as on the page: a press is never drawn twice, and frames count on
+        seq = time.time_ns() // 1_000_000
         for _ in range(6):
             await asyncio.sleep(0.05)
             seq += 1
-            await console.send(drive(0.0, seq, 1, gate))
+            await console.send(drive(0.0, seq, press, gate))
         sys.stdout.write("holding\n")
         sys.stdout.flush()
         while not listening.done():
             seq += 1
-            await console.send(drive(0.12, seq, 7, gate))
+            await console.send(drive(0.12, seq, press + 1, gate))
             await asyncio.sleep(0.05)
 
 

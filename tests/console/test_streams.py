@@ -93,6 +93,24 @@ def test_a_held_key_moves_the_robot_and_letting_go_stops_it(live: Live) -> None:
     assert {"drive", "lease"} <= {deed["what"] for deed in acts}
 
 
+def test_a_browser_that_goes_away_while_it_drives_stops_the_robot_at_once(live: Live) -> None:
+    rows = live.robot.writer.rows
+    with live.open() as line:
+        say(line, kind="lease", do="acquire", ref=7)
+        state = hear(line, "state", true=lambda told: told["gate"]["state"] == "armed")
+        for seq in range(1, 60):
+            drive(line, state, 0.0, 0.8 if seq > 3 else 0.0, press=17, seq=seq)
+            state = hear(line, "state")
+            if state["gate"]["w_rad_s"] > 0.5:
+                break
+        line.socket.shutdown(socket.SHUT_RDWR)
+    live.until(lambda: rows[-1].w == 0.0)
+    moved = max(number for number, row in enumerate(rows) if row.w != 0.0)
+    assert rows[moved + 1].event == "stop"
+    deeds = live.ask("GET", "/api/audit", token=live.operator).json["deeds"]
+    assert "The browser went away while it drove." in [deed["remark"] for deed in deeds]
+
+
 def test_a_viewer_does_not_drive_and_is_told(live: Live) -> None:
     with live.open(token=live.viewer) as line:
         drive(line, hear(line, "state"), 0.1, press=1, seq=1)
