@@ -53,7 +53,7 @@ class AssistantSettings:
 
 
 class Assistant:
-    """Follows a session's advice in the simulated room. Owned by one task, which calls `step` about ten times a second.
+    """Follows a session's advice in the simulated room. Owned by one task, which calls `step` ten times a second.
 
     `ask(request)` awaits the driver's answer (`Runtime.ask`) and raises BadInput where a pose cannot be taken;
     `advice(another)` awaits the advised pose camera_from_board, a new suggestion when `another` is True, or None

@@ -9,6 +9,7 @@ from core.errors import BadInput
 from core.geometry import Pose
 from core.world import SIZES, Thing, World
 
+BOARD, HOLDER = "board", "board's holder"  # ids of the chessboard and of who holds it
 MOST = 30  # things that may be placed
 ELBOW_ROOM = 0.02  # [m] between the robot and what is placed beside it
 EDGE = (0.05, 1.5)  # [m] of a box
@@ -35,13 +36,15 @@ def thing_asked_for(request: dict[str, Any], world: World, robot: Pose, radius: 
     """The person or box of a `place` request, where it may stand; BadInput says why it may not."""
     what = request.get("what")
     if not isinstance(what, str) or what not in SIZES:
-        raise BadInput(f"what must be one of {', '.join(SIZES)} or robot.")
+        raise BadInput(f"what must be one of {', '.join(SIZES)}, board or robot.")
     placed = [thing for thing in world.things if not thing.fixed]
     name = request.get("id", _new_name(what, placed))
     if not isinstance(name, str) or not 0 < len(name) <= 40:
         raise BadInput("id must be a text of 1 to 40 characters.")
     if any(thing.id == name and thing.fixed for thing in world.things):
         raise BadInput("That id belongs to a piece of the room; choose another.")
+    if name in (BOARD, HOLDER):
+        raise BadInput("That id belongs to the chessboard; choose another.")
     others = world.without(name) if any(thing.id == name for thing in placed) else world
     if len([thing for thing in placed if thing.id != name]) >= MOST:
         raise BadInput(f"There are {MOST} things already; remove one first.")

@@ -14,7 +14,8 @@ from core.gate import Twist
 from core.geometry import Pose
 from core.robots import Profile
 from core.robots.base import Base
-from core.robots.placing import describe, number, thing_asked_for
+from core.robots.hands import Hands
+from core.robots.placing import BOARD, HOLDER, describe, number, thing_asked_for
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame
 from core.sensors.laser import SimulatedLaser
 from core.sensors.simulated_camera import SimulatedCamera
@@ -111,6 +112,7 @@ class SimulatedRobot:
                 self._profile.camera, self._world, chance[2], light=settings.light, snr=settings.picture_snr
             )
         self._frames = self._scans = self._images = 0
+        self._hands = Hands(self._profile)
         self._heading = 0.0  # [rad], running on without jumps
         self._past: deque[tuple[float, float, float, float]] = deque([(0.0, 0.0, 0.0, 0.0)])
 
@@ -118,6 +120,10 @@ class SimulatedRobot:
     def profile(self) -> Profile:
         """What this robot is."""
         return self._profile
+
+    @property
+    def _stamp(self) -> float:
+        return self._frames / self._profile.rate
 
     def drive(self, twist: Twist) -> None:
         """Set the speed that holds until the next call, for half a second at most."""
@@ -127,10 +133,11 @@ class SimulatedRobot:
         """Live on for one frame and sense."""
         step = 1 / self._profile.rate
         self._frames += 1
-        stamp = self._frames / self._profile.rate
+        stamp = self._stamp
         for move in self._base.advance(step):
             self._wheels.roll(move.forward, move.turn)
             self._heading += move.turn
+        self._change(self._hands.in_world(self._world, stamp))
         pose = self._base.pose
         self._past.append((stamp, pose.x, pose.y, self._heading))
         while self._past[0][0] < stamp - SINCE:
@@ -150,16 +157,28 @@ class SimulatedRobot:
 
         place: `what` person, box or robot (this one: it is carried, its wheels do not notice), `x_m`, `y_m`,
         `heading_rad`?, `id`? (one that exists is moved), `size_m`? (a box's edge, a person's height).
+        place a chessboard: `what` board, `columns`, `rows`, `square_m`, `panel_m`? [width, height]; its middle at
+        `x_m`, `y_m`, `z_m` with `rotation`? (3 rows, world from board; none: upright, facing the robot), or both in
+        the camera's frame: `in_camera` {`rotation`, `translation_m` of the first corner}; `holder`? true: a person
+        stands behind it; `seconds`? of the way from where it is now. Its id is board.
         """
         match request.get("do"):
             case "place" if request.get("what") == "robot":
                 return self._carry(request)
+            case "place" if request.get("what") == "board":
+                told = self._hands.hold(request, self._world, self._base.pose, self._stamp)
+                self._change(self._hands.in_world(self._world, self._stamp))
+                return told
             case "place":
                 thing = thing_asked_for(request, self._world, self._base.pose, self._profile.radius)
                 self._change(self._world.with_thing(thing))
                 return describe(thing)
             case "remove":
                 name = str(request.get("id", ""))
+                if name in (BOARD, HOLDER):
+                    told = self._hands.put_down(name)
+                    self._change(self._hands.in_world(self._world, self._stamp))
+                    return told
                 self._change(self._world.without(name))
                 return {"id": name}
             case "truth":
@@ -170,7 +189,10 @@ class SimulatedRobot:
                     "name": self._world.name,
                     "segments": seen.faces.tolist(),
                     "circles": seen.posts.tolist(),
-                    "things": [describe(thing) for thing in self._world.things],
+                    "things": [
+                        *(describe(thing) for thing in self._world.things),
+                        *self._hands.described(self._stamp),
+                    ],
                 }
             case _:
                 raise BadInput("The simulated robot understands the requests place, remove, truth and plan.")
@@ -190,12 +212,13 @@ class SimulatedRobot:
             )
         self._base.carry(pose)
         self._heading = pose.heading
-        self._past = deque([(self._frames / self._profile.rate, pose.x, pose.y, pose.heading)])
+        self._past = deque([(self._stamp, pose.x, pose.y, pose.heading)])
         return self._truth()
 
     def _change(self, world: World) -> None:
-        self._world = world
-        self._base.enter(world)
+        if world is not self._world:
+            self._world = world
+            self._base.enter(world)
 
     def _truth(self) -> dict[str, Any]:
         pose = self._base.pose
@@ -203,7 +226,7 @@ class SimulatedRobot:
             "x_m": pose.x,
             "y_m": pose.y,
             "heading_rad": pose.heading,
-            "stamp_s": self._frames / self._profile.rate,
+            "stamp_s": self._stamp,
             "clearance_m": self._world.clearance(pose.x, pose.y) - self._profile.radius,
             "contact": self._base.contact,
         }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from core.errors import BadInput
+from core.world.board import HeldBoard
 from core.world.casting import Hits, Surfaces, cast, distances
 from core.world.floor import FLOOR
 from core.world.lab import LAB
@@ -26,6 +27,7 @@ __all__ = [
     "SIZES",
     "WORLDS",
     "Dressing",
+    "HeldBoard",
     "Hits",
     "Rect",
     "Solid",

@@ -9,6 +9,7 @@ import numpy as np
 
 from core.errors import BadInput
 from core.message import Array, message
+from core.world.board import HeldBoard
 from core.world.casting import Surfaces, distances
 from core.world.outline import Rect
 from core.world.things import Solid, Thing
@@ -46,6 +47,7 @@ class World:
     zones: tuple[Zone, ...] = ()  # the last one that fits counts
     dressings: tuple[Dressing, ...] = ()
     things: tuple[Thing, ...] = ()
+    board: HeldBoard | None = None
 
     @cached_property
     def solids(self) -> tuple[Solid, ...]:
@@ -60,12 +62,14 @@ class World:
 
     def surfaces(self, height: float) -> Surfaces:
         """What a ray at `height` [m] can hit."""
-        return _surfaces(self.walls, [solid for solid in self.solids if solid.stands_at(height)])
+        solids = [solid for solid in self.solids if solid.stands_at(height)]
+        return _surfaces(self.walls, solids, None if self.board is None else self.board.cut(height))
 
     @cached_property
     def obstacles(self) -> Surfaces:
         """What the robot's body can run into."""
-        return _surfaces(self.walls, [solid for solid in self.solids if solid.bottom < BODY_HEIGHT])
+        solids = [solid for solid in self.solids if solid.bottom < BODY_HEIGHT]
+        return _surfaces(self.walls, solids, None if self.board is None else self.board.footprint(BODY_HEIGHT))
 
     def distance(self, x: float, y: float) -> float:
         """Distance [m] from (x, y) to the nearest obstacle's surface."""
@@ -85,9 +89,22 @@ class World:
         """Whether a round body of `radius` [m] fits at (x, y)."""
         return self.clearance(x, y) >= radius
 
+    def open_air(self, points: Array) -> bool:
+        """Whether points (K, 3) [m] lie within the walls and in nothing that stands there."""
+        reach = float(np.hypot(*(points[:, :2] - points[0, :2]).T).max())
+        near = [s for s in self.solids if _gap(s, points[0, 0], points[0, 1]) < reach]
+        for x, y, z in points.tolist():
+            if _winding(self.walls, x, y) == 0 or any(s.stands_at(z) and _covers(s, x, y) for s in near):
+                return False
+        return True
+
     def with_thing(self, thing: Thing) -> World:
         """The same world with `thing` in it; one of the same id is moved."""
         return replace(self, things=(*(t for t in self.things if t.id != thing.id), thing))
+
+    def with_board(self, board: HeldBoard | None) -> World:
+        """The same world with this board in it, or with none."""
+        return replace(self, board=board)
 
     def without(self, name: str) -> World:
         """The same world without what was placed as `name`; BadInput when there is no such thing."""
@@ -97,9 +114,11 @@ class World:
         return replace(self, things=tuple(t for t in self.things if t.id != name))
 
 
-def _surfaces(walls: Array, solids: list[Solid]) -> Surfaces:
+def _surfaces(walls: Array, solids: list[Solid], board: Array | None) -> Surfaces:
     posts = [(*solid.centre, solid.radius) for solid in solids if solid.radius > 0]
-    faces = np.vstack([walls, *(solid.faces for solid in solids if solid.radius == 0)])
+    faces = np.vstack(
+        [walls, *(solid.faces for solid in solids if solid.radius == 0), *(() if board is None else (board,))]
+    )
     return Surfaces(faces=faces, posts=np.array(posts).reshape(-1, 3))
 
 
@@ -110,6 +129,12 @@ def _winding(faces: Array, x: float, y: float) -> int:
     up = (y0 <= y) & (y1 > y) & (left > 0)
     down = (y0 > y) & (y1 <= y) & (left < 0)
     return int(up.sum()) - int(down.sum())
+
+
+def _gap(solid: Solid, x: float, y: float) -> float:
+    """Distance [m] from (x, y) to the circle around a solid."""
+    extent = solid.radius or float(np.hypot(*(solid.corners - solid.centre).T).max())
+    return float(np.hypot(*(solid.centre - (x, y)))) - extent
 
 
 def _covers(solid: Solid, x: float, y: float) -> bool:

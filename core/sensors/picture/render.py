@@ -8,11 +8,12 @@ import cv2
 import numpy as np
 
 from core.message import Array
+from core.sensors.picture.chessboard import see
 from core.sensors.picture.figure import SCALE, TALL, VIEWS, WIDTH, figure
 from core.sensors.picture.scenery import LEVELS, Scenery
 from core.sensors.picture.sheet import shade
 from core.sensors.picture.view import Eye, Patch, View, ahead_of, plane
-from core.world import Solid, Surfaces, Thing, World, cast
+from core.world import HeldBoard, Solid, Surfaces, Thing, World, cast
 
 NEAR = 0.03  # [m] nothing is drawn closer to the eye
 
@@ -47,6 +48,8 @@ class Renderer:
             else:
                 for solid in thing.solids:
                     self._draw_solid(solid, eye)
+        if world.board is not None:
+            self._draw_board(world.board, eye)
         self._draw_floor(eye)
         return self._picture
 
@@ -174,6 +177,19 @@ class Renderer:
             return
         along = self._x[columns] * ahead - right + half
         self._paint(Patch(columns, np.full(len(along), ahead), along, 0.0, thing.height, drawing, scale), eye)
+
+    def _draw_board(self, board: HeldBoard, eye: Eye) -> None:
+        seen = see(board, self.view, eye)
+        if seen is None:
+            return
+        area = (seen.rows, seen.columns)
+        cover = seen.cover * (seen.depth < self._depth[area])
+        picture = self._picture[area]
+        panel = cv2.merge([np.round(seen.grey).astype(np.uint8)] * 3)
+        picture[:] = cv2.blendLinear(panel, picture, cover, 1 - cover)
+        shows = cover > 0.5
+        np.copyto(self._depth[area], seen.depth, where=shows)
+        self._below[area][shows] = False
 
     def _draw_underside(self, solid: Solid, eye: Eye, seen: Array) -> None:
         """What a table shows to an eye below it."""

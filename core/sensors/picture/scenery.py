@@ -123,7 +123,8 @@ class Scenery:
             if solid.bottom == 0.0
         ]
         bare = pyramid(paint_floor(*size, scale, [*_walls_plan(world, self.corner), *standing]), FLOOR_LEVELS)
-        self._bare, self.floor = bare, Pyramid(bare, scale)
+        self._bare, self.floor = bare, Pyramid([level.copy() for level in bare], scale)
+        self._shaded: list[tuple[Array, Array]] = []  # parts of the floor, and how they are when bare
         self.ceiling = Pyramid(pyramid(paint_ceiling(*size, 40.0), LEVELS), 40.0)
         self._furniture: dict[tuple[str, float, float], Pyramid] = {}
 
@@ -142,12 +143,25 @@ class Scenery:
 
     def cast_shadows(self, world: World) -> None:
         """Draw the shadows of what was placed in the world on the bare floor."""
+        for part, bare in self._shaded:
+            part[:] = bare
+        self._shaded.clear()
         placed = [solid for thing in world.things if not thing.fixed for solid in thing.solids if solid.bottom == 0.0]
-        images = [level.copy() for level in self._bare] if placed else self._bare
-        for level, image in enumerate(images):
+        for level, (image, bare) in enumerate(zip(self.floor.images, self._bare, strict=True)):
             for solid in placed:
-                _darken(image, _plan(solid) - self.corner, self.floor.scale / 2**level)
-        self.floor = Pyramid(images, self.floor.scale)
+                self._darken(image, bare, _plan(solid) - self.corner, self.floor.scale / 2**level)
+
+    def _darken(self, image: Array, bare: Array, polygon: Array, scale: float) -> None:
+        low = np.maximum(np.floor((polygon.min(axis=0) - 2 * SHADOW) * scale), 0).astype(int)
+        high = np.minimum(np.ceil((polygon.max(axis=0) + 2 * SHADOW) * scale), image.shape[1::-1]).astype(int)
+        if (high - low < 3).any():
+            return
+        mask = np.zeros((high[1] - low[1], high[0] - low[0]), np.float32)
+        cv2.fillPoly(mask, [np.round(polygon * scale - low).astype(np.int32)], 1.0)
+        mask = cv2.GaussianBlur(mask, (0, 0), max(0.5, 0.5 * SHADOW * scale))
+        area = (slice(low[1], high[1]), slice(low[0], high[0]))
+        image[area] = image[area] * (1 - 0.6 * mask)[:, :, None]
+        self._shaded.append((image[area], bare[area]))
 
 
 def _plan(solid: Solid) -> Array:
@@ -166,15 +180,3 @@ def _walls_plan(world: World, corner: tuple[float, float]) -> list[Array]:
         behind = np.array([edge[1], -edge[0]]) / np.hypot(*edge) * 0.06
         strips.append(np.array([wall[:2], wall[2:], wall[2:] + behind, wall[:2] + behind]))
     return strips
-
-
-def _darken(image: Array, polygon: Array, scale: float) -> None:
-    low = np.maximum(np.floor((polygon.min(axis=0) - 2 * SHADOW) * scale), 0).astype(int)
-    high = np.minimum(np.ceil((polygon.max(axis=0) + 2 * SHADOW) * scale), image.shape[1::-1]).astype(int)
-    if (high - low < 3).any():
-        return
-    mask = np.zeros((high[1] - low[1], high[0] - low[0]), np.float32)
-    cv2.fillPoly(mask, [np.round(polygon * scale - low).astype(np.int32)], 1.0)
-    mask = cv2.GaussianBlur(mask, (0, 0), max(0.5, 0.5 * SHADOW * scale))
-    patch = image[low[1] : high[1], low[0] : high[0]]
-    patch[:] = patch * (1 - 0.6 * mask)[:, :, None]

@@ -202,7 +202,7 @@ def test_carrying_the_robot_goes_unnoticed_by_its_wheels() -> None:
     [
         ({}, "understands the requests"),
         ({"do": "fly"}, "understands the requests"),
-        ({"do": "place", "what": "dragon", "x_m": 1, "y_m": 0}, "what must be one of box, person or robot"),
+        ({"do": "place", "what": "dragon", "x_m": 1, "y_m": 0}, "what must be one of box, person, board or robot"),
         ({"do": "place", "what": ["box"], "x_m": 1, "y_m": 0}, "what must be one of"),
         ({"do": "place", "what": "box", "y_m": 0}, "x_m must be a number"),
         ({"do": "place", "what": "box", "x_m": True, "y_m": 0}, "x_m must be a number"),
