@@ -55,6 +55,9 @@ def main(arguments: list[str] | None = None) -> int:
     except BrokenPipeError:
         sys.stderr.close()
         return COULD_NOT
+    except OSError as trouble:
+        sys.stderr.write(f"beckon: The system refuses {trouble.filename or 'this'}: {trouble.strerror or trouble}.\n")
+        return COULD_NOT
     except Exception as fault:
         if os.environ.get("BECKON_DEBUG"):
             raise

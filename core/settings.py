@@ -24,6 +24,7 @@ from core.navigation.planner import PlannerSettings
 from core.navigation.steering import SteeringSettings
 from core.perception.corners import CornerSettings
 from core.perception.edges import EdgeSettings
+from core.perception.sound.settings import HearingSettings
 from core.robots.simulated import SimulationSettings
 from core.slam.ekf import EkfSettings
 from core.slam.motion import MotionSettings
@@ -39,6 +40,7 @@ class Settings:
 
     corners: CornerSettings = field(default_factory=CornerSettings)
     edges: EdgeSettings = field(default_factory=EdgeSettings)
+    hearing: HearingSettings = field(default_factory=HearingSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     ekf: EkfSettings = field(default_factory=EkfSettings)
     scan_odometry: ScanOdometrySettings = field(default_factory=ScanOdometrySettings)

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from console.cli import doctor, experiment, run, slam, understand
+from console.cli import calibrate, correct, doctor, experiment, run, slam, understand
 
-SUBCOMMANDS = (run, slam, understand, experiment, doctor)
+SUBCOMMANDS = (run, calibrate, correct, slam, understand, experiment, doctor)

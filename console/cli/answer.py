@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -44,3 +45,20 @@ def write(text: str) -> None:
 def tell(text: str) -> None:
     """Print progress where it does not disturb an answer."""
     sys.stderr.write(text + "\n")
+
+
+@contextmanager
+def progress() -> Generator[Callable[[str], None]]:
+    """Progress in words: on a terminal one line that changes and goes, elsewhere a line each."""
+    if not sys.stderr.isatty():
+        yield tell
+        return
+
+    def say(text: str) -> None:
+        sys.stderr.write(f"\r\x1b[K{text}")
+        sys.stderr.flush()
+
+    try:
+        yield say
+    finally:
+        say("")

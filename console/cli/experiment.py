@@ -9,13 +9,16 @@ from typing import Any
 from console.cli.answer import add_json, tell, write, write_json
 from core.experiments import EXPERIMENTS
 
+SET_OUT = ("text", "table")  # a result's own layout, and what it lays out
+MOST_RUNS = 100_000
+
 
 def add(places: Any) -> None:
     """Add the subcommand."""
     parser: argparse.ArgumentParser = places.add_parser("experiment", help="compute a figure or a table anew")
     parser.add_argument("name", choices=sorted(EXPERIMENTS), metavar="NAME", help=", ".join(sorted(EXPERIMENTS)))
-    parser.add_argument("--runs", type=int, default=None, help="how often (the experiment's own number)")
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--runs", type=runs, default=None, help="how often (the experiment's own number)")
+    parser.add_argument("--seed", type=seed, default=0, help="the same seed gives the same answer (default 0)")
     parser.add_argument("--out", type=Path, default=None, metavar="DIR", help="where files go")
     add_json(parser)
     parser.set_defaults(run=run)
@@ -27,9 +30,25 @@ def run(chosen: argparse.Namespace) -> int:
     if chosen.json:
         write_json(result)
     else:
-        for line in sentences(result):
+        if "text" in result:
+            write(result["text"] + "\n")
+        for line in sentences({name: value for name, value in result.items() if name not in SET_OUT}):
             write(line)
     return 0
+
+
+def runs(text: str) -> int:
+    """'40' → a number of runs."""
+    if not (text.isascii() and text.isdigit() and len(text) <= 9 and 1 <= int(text) <= MOST_RUNS):
+        raise argparse.ArgumentTypeError(f"Give a whole number of runs between 1 and {MOST_RUNS}.")
+    return int(text)
+
+
+def seed(text: str) -> int:
+    """'7' → a seed."""
+    if not (text.isascii() and text.isdigit() and len(text) <= 18):
+        raise argparse.ArgumentTypeError("A seed is a whole number from 0 on, of at most 18 digits.")
+    return int(text)
 
 
 def sentences(result: dict[str, Any], indent: str = "") -> list[str]:

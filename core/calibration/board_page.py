@@ -14,6 +14,21 @@ TEXT = 12.0  # [mm] below the board for ruler and words
 INCH = 25.4  # [mm]
 
 Page = Literal["A4", "A3", "letter"]
+BY_SIZE: tuple[Page, ...] = ("A4", "letter", "A3")
+
+
+def largest_square(board: Board, page: Page) -> float:
+    """[mm]: the side of the largest squares with which such a board fits a page."""
+    width, height = PAGES[page]
+    return min((width - 2 * RIM) / (board.columns + 1), (height - 2 * RIM - TEXT) / (board.rows + 1))
+
+
+def fitting_page(board: Board) -> Page:
+    """The smallest page that holds a board; A3 also for boards that are too large for it."""
+    for page in BY_SIZE:
+        if board.square * 1e3 <= largest_square(board, page):
+            return page
+    return BY_SIZE[-1]
 
 
 def board_svg(board: Board, page: Page = "A4") -> str:
@@ -21,8 +36,8 @@ def board_svg(board: Board, page: Page = "A4") -> str:
     width, height = PAGES[page]
     side = board.square * 1e3
     across, down = (board.columns + 1) * side, (board.rows + 1) * side
-    if across > width - 2 * RIM or down > height - 2 * RIM - TEXT:
-        largest = min((width - 2 * RIM) / (board.columns + 1), (height - 2 * RIM - TEXT) / (board.rows + 1))
+    largest = largest_square(board, page)
+    if side > largest:
         raise BadInput(
             f"A {board.name} board of {side:g} mm squares does not fit {page}; at most {int(largest)} mm do."
         )

@@ -6,26 +6,24 @@ import json
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, Literal
-
-import cv2
+from typing import Any
 
 from core.calibration import laser_solve
 from core.calibration.board import Board
 from core.calibration.board_line import average
 from core.calibration.camera_files import kalibr_yaml, opencv_yaml, plain_name, read_camera, read_json, ros_yaml
 from core.calibration.chessboard import find_board
-from core.calibration.correction import exact_map, straighten, table_1_map
 from core.calibration.intrinsics import Calibration, View, calibrate
 from core.calibration.laser_solve import LaserPose
 from core.calibration.mount import Mount
 from core.calibration.mount_files import static_transform, urdf_joint
-from core.calibration.pictures import read_colour, read_grey
+from core.calibration.pictures import own_names, read_grey, size_words
 from core.calibration.planes import board_pose
 from core.calibration.quality import judge, why_none
 from core.calibration.range_lines import unit_rays
 from core.calibration.reports import camera_report, correction_report, kept, laser_report
 from core.calibration.scan_files import read_scans
+from core.calibration.written import write_all
 from core.errors import BadInput
 from core.message import Array
 from core.optics import CameraModel
@@ -64,7 +62,6 @@ def calibrate_camera(
 
 def write_camera(calibration: Calibration, report: dict[str, Any], out: Path, name: str = "camera") -> dict[str, str]:
     """A calibration and its report → files in a folder; which is which, by form."""
-    out.mkdir(parents=True, exist_ok=True)
     board, name = calibration.board, plain_name(name)
     document = kept(calibration.model, name, board=board, camera=report)
     texts = {
@@ -77,7 +74,7 @@ def write_camera(calibration: Calibration, report: dict[str, Any], out: Path, na
     }
     if calibration.model.k3 == 0:
         texts["kalibr"] = (f"{name}_kalibr.yaml", kalibr_yaml(calibration.model))
-    return _written(out, texts)
+    return write_all(out, texts)
 
 
 def calibrate_laser(
@@ -115,7 +112,7 @@ def calibrate_laser(
 def laser_pose(name: str, grey: Array, bearings: Array, ranges: Array, board: Board, model: CameraModel) -> LaserPose:
     """A picture (H, W) and scans (K, B) [m] at bearings (B,) [rad] of one still board. Raises BadInput."""
     if grey.shape != (model.height, model.width):
-        raise BadInput(f"it is {_size_words(grey)}, the camera file is for {model.width}x{model.height}")
+        raise BadInput(f"it is {size_words(grey)}, the camera file is for {model.width}x{model.height}")
     corners, _ = _corners(grey, board)
     return LaserPose(name=name, board=board_pose(model, board, corners), scan=average(ranges, unit_rays(bearings)))
 
@@ -141,46 +138,14 @@ def mount_from(
     report["poses_refused"] = [*refused, *report["poses_refused"]]
     report["files"] = {}
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
         transform = found.extrinsics.transform
         texts = {
             "json": ("mount.json", json.dumps(kept(model, "camera", board=board, laser=found), indent=1)),
             "urdf": ("mount.urdf.xml", urdf_joint(transform)),
             "static_transform": ("mount.sh", static_transform(transform) + "\n"),
         }
-        report["files"] = _written(out, texts)
+        report["files"] = write_all(out, texts)
     return report
-
-
-def correct(
-    files: Sequence[Path], camera: Path, out: Path, method: Literal["exact", "table-1"] = "exact"
-) -> dict[str, Any]:
-    """Pictures → straight pictures in `out`, with the errors of Table 1's inverse and of the exact one."""
-    model = read_camera(camera)
-    lookup = exact_map(model) if method == "exact" else table_1_map(model)
-    out.mkdir(parents=True, exist_ok=True)
-    written: list[dict[str, str]] = []
-    refused: list[Refused] = []
-    for path in files:
-        try:
-            picture = read_colour(path)
-            if picture.shape[:2] != (model.height, model.width):
-                raise BadInput(f"it is {_size_words(picture)}, the camera file is for {model.width}x{model.height}")
-        except BadInput as wrong:
-            refused.append({"image": path.name, "reason": str(wrong)})
-            continue
-        straight = out / f"{path.stem}_straight.png"
-        cv2.imwrite(str(straight), straighten(picture, lookup))
-        written.append({"image": path.name, "file": str(straight)})
-    if not written:
-        reasons = "; ".join(f"{each['image']}: {each['reason']}" for each in refused[:3])
-        raise BadInput(f"No picture could be corrected. {reasons}".strip())
-    return {
-        "method": method,
-        "pictures": written,
-        "pictures_refused": refused,
-        "error": correction_report(model),
-    }
 
 
 def board_in(camera: Path) -> Board:
@@ -211,16 +176,20 @@ def _views(
     found: list[tuple[View, tuple[int, int]]] = []
     refused: list[Refused] = []
     warnings: list[str] = []
-    for path in files:
-        say(f"{path.name}: looking for the board")
+    twins: dict[bytes, str] = {}
+    for name, path in zip(own_names(files), files, strict=True):
+        say(f"{name}: looking for the board")
         try:
             grey, remark = read_grey(path)
-            view, remarks = _corners(grey, board)
+            corners, remarks = _corners(grey, board)
+            if (twin := twins.get(corners.tobytes())) is not None:
+                raise BadInput(f"it is the same picture as {twin}; every picture counts once")
+            twins[corners.tobytes()] = name
         except BadInput as wrong:
-            refused.append({"image": path.name, "reason": str(wrong)})
+            refused.append({"image": name, "reason": str(wrong)})
             continue
-        found.append((View(name=path.name, corners=view), (grey.shape[1], grey.shape[0])))
-        warnings += [f"{path.name}: {each}" for each in (remark, *remarks) if each]
+        found.append((View(name=name, corners=corners), (grey.shape[1], grey.shape[0])))
+        warnings += [f"{name}: {each}" for each in (remark, *remarks) if each]
     if not found:
         return [], refused, warnings, (0, 0)
     size = Counter(each for _, each in found).most_common(1)[0][0]
@@ -244,6 +213,8 @@ def _corners(grey: Array, board: Board) -> tuple[Array, tuple[str, ...]]:
 
 def _pairs(folder: Path) -> tuple[list[tuple[Path, Path]], Path | None]:
     """images/ beside scans/ or lasers/ → pairs in sorted order, and a file named background, if there is one."""
+    if not folder.is_dir():
+        raise BadInput(f"There is no folder {folder}.")
     if not (folder / "images").is_dir():
         raise BadInput(f"{folder.name} needs a folder images/ and beside it scans/ or lasers/.")
     pictures = sorted(path for path in (folder / "images").iterdir() if path.suffix.lower() in PICTURES)
@@ -265,18 +236,6 @@ def _background(path: Path, poses: Sequence[LaserPose]) -> Array:
     if any(pose.scan.rays.shape != scan.rays.shape for pose in poses):
         raise BadInput("The background scan has other beams than the scans; record it with the same settings.")
     return scan.ranges
-
-
-def _written(out: Path, texts: dict[str, tuple[str, str]]) -> dict[str, str]:
-    paths: dict[str, str] = {}
-    for form, (name, text) in texts.items():
-        (out / name).write_text(text, encoding="utf-8")
-        paths[form] = str(out / name)
-    return paths
-
-
-def _size_words(picture: Array) -> str:
-    return f"{picture.shape[1]}x{picture.shape[0]}"
 
 
 def _quiet(words: str) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -30,20 +31,23 @@ class Header(NamedTuple):
 
 def read_grey(path: Path) -> tuple[Array, str]:
     """A picture file → grey (H, W) uint8 as the sensor took it, and a remark or ''. Raises BadInput."""
-    if not path.is_file():
-        raise BadInput("there is no such file")
-    if path.stat().st_size > MOST_BYTES:
-        raise BadInput(f"the file is larger than {MOST_BYTES // 2**20} MB")
-    return decode(path.read_bytes(), cv2.IMREAD_GRAYSCALE)
+    return decode(_content(path), cv2.IMREAD_GRAYSCALE)
 
 
 def read_colour(path: Path) -> Array:
     """A picture file → blue-green-red (H, W, 3) uint8 as the sensor took it. Raises BadInput."""
-    if not path.is_file():
-        raise BadInput("there is no such file")
-    if path.stat().st_size > MOST_BYTES:
-        raise BadInput(f"the file is larger than {MOST_BYTES // 2**20} MB")
-    return decode(path.read_bytes(), cv2.IMREAD_COLOR)[0]
+    return decode(_content(path), cv2.IMREAD_COLOR)[0]
+
+
+def own_names(files: Sequence[Path]) -> tuple[str, ...]:
+    """What to call every file: its name, or its whole path where several files have the same name."""
+    counts = Counter(path.name for path in set(files))
+    return tuple(path.name if counts[path.name] == 1 else str(path) for path in files)
+
+
+def size_words(picture: Array) -> str:
+    """A picture (H, W, …) → "640x480"."""
+    return f"{picture.shape[1]}x{picture.shape[0]}"
 
 
 def decode(content: bytes, how: int) -> tuple[Array, str]:
@@ -70,6 +74,19 @@ def decode(content: bytes, how: int) -> tuple[Array, str]:
         raise BadInput("the picture is damaged and cannot be decoded")
     remark = "it asks to be shown turned (EXIF); it is used as the sensor took it" if header.turned else ""
     return pixels, remark
+
+
+def _content(path: Path) -> bytes:
+    try:
+        if path.is_dir():
+            raise BadInput(f"it is a folder; give the pictures in it, as in {path.name}/*.jpg")
+        if not path.is_file():
+            raise BadInput("there is no such file")
+        if path.stat().st_size > MOST_BYTES:
+            raise BadInput(f"the file is larger than {MOST_BYTES // 2**20} MB")
+        return path.read_bytes()
+    except OSError as trouble:
+        raise BadInput(f"it cannot be read: {trouble.strerror or trouble}") from None
 
 
 def look(content: bytes) -> Header | None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import cv2
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from core.calibration.board import Board
 from core.calibration.camera_files import camera_entry
@@ -24,6 +25,7 @@ from core.calibration.laser_words import (
 from core.calibration.mount import NAMES
 from core.calibration.mount_files import mount_entry, static_transform
 from core.calibration.uncertainty import uncertainty_map
+from core.geometry import OPTICAL
 from core.optics import CameraModel
 
 FORMAT, VERSION = "beckon-calibration", 1
@@ -94,9 +96,11 @@ def laser_report(
     covariance = shown_covariance(calibration)
     sds = np.sqrt(np.diag(covariance))
     where = landings(found, model)
+    turn = Rotation.from_matrix(found.transform.rotation @ OPTICAL.T)
     return {
         "rotation": found.transform.rotation.tolist(),
         "translation_m": found.transform.translation.tolist(),
+        "turn_deg": turn.as_euler("xyz", degrees=True).tolist(),  # roll, pitch, yaw away from looking straight ahead
         "sd_rotation_deg": np.degrees(sds[:3]).tolist(),
         "sd_translation_m": sds[3:].tolist(),
         "axes": list(NAMES),

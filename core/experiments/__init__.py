@@ -19,4 +19,8 @@ def _in(module: str) -> Experiment:
     return run
 
 
-EXPERIMENTS: dict[str, Experiment] = {"camera-table": _in("camera_table"), "tour": _in("tour")}
+EXPERIMENTS: dict[str, Experiment] = {
+    "camera-table": _in("camera_table"),
+    "direction-of-arrival": _in("direction_of_arrival"),
+    "tour": _in("tour"),
+}

@@ -17,14 +17,17 @@ from core.calibration.board import Board
 from core.calibration.chessboard import find_board
 from core.calibration.intrinsics import Calibration, View, calibrate
 from core.calibration.practice import held, picture
-from core.calibration.projection import PARAMETERS, Poses
+from core.calibration.projection import PARAMETERS
 from core.calibration.quality import judge
+from core.calibration.written import folder_at, write
+from core.experiments.boards_drawn import camera_centred
 from core.message import Array
 from core.optics import TABLE_3
 
 BOARD = Board(columns=9, rows=6, square=0.03)  # the paper's squares are 30 mm; it does not count them
 VIEWS = 20
 RUNS = 40
+GAP = 2  # [pixel] of white around every picture of a sheet
 SYMBOLS = ("f_u (pixels)", "f_v (pixels)", "u_0 (pixels)", "v_0 (pixels)", "k1(r)", "k2(r)", "k1(t)", "k2(t)")
 PRINTED = (1.71848, 1.57392, 1.18310, 1.82011, 0.00763, 0.01870, 0.00195, 0.00052)
 """The paper's column "standard dev.": three standard deviations."""
@@ -111,47 +114,16 @@ def layout(calibration: Calibration) -> list[str]:
 
 
 def figures(calibration: Calibration, captured: Captured, out: Path) -> dict[str, str]:
-    """Figures 13 (captures), 14 (extracted corners) and 15 (boards about the camera) as pictures in a folder."""
-    out.mkdir(parents=True, exist_ok=True)
+    """Figures 13 (captures), 14 (extracted corners) and 15 (boards about the camera) as files. Raises Unavailable."""
+    folder = folder_at(out)
     drawn = {
         "figure_13": _sheet(captured.pictures),
         "figure_14": _sheet([_with_corners(calibration, captured, number) for number in (0, 1)], columns=2, shrink=1),
-        "figure_15": camera_centred(calibration.poses.take(calibration.used)),
+        "figure_15": camera_centred(calibration.poses.take(calibration.used), BOARD, TABLE_3),
     }
-    paths: dict[str, str] = {}
-    for name, image in drawn.items():
-        paths[name] = str(out / f"{name}.png")
-        cv2.imwrite(paths[name], image)
-    return paths
-
-
-def camera_centred(poses: Poses, size: tuple[int, int] = (900, 640)) -> Array:
-    """Boards in the camera's frame, seen from behind, above and aside: (H, W, 3) uint8."""
-    turn, lift = np.deg2rad(35), np.deg2rad(25)
-    about = np.array([[np.cos(turn), 0, -np.sin(turn)], [0, 1, 0], [np.sin(turn), 0, np.cos(turn)]])
-    above = np.array([[1, 0, 0], [0, np.cos(lift), np.sin(lift)], [0, -np.sin(lift), np.cos(lift)]])
-    outlines = BOARD.outline @ np.swapaxes(poses.rotations, 1, 2) + poses.translations[:, None]
-    half = np.array([TABLE_3.width / TABLE_3.fx, TABLE_3.height / TABLE_3.fy]) / 2 * 0.12
-    frustum = np.array([[-half[0], -half[1], 0.12], [half[0], -half[1], 0.12], [half[0], half[1], 0.12]])
-    frustum = np.vstack((frustum, [[-half[0], half[1], 0.12], [0.0, 0.0, 0.0]]))
-    flat = np.concatenate((outlines.reshape(-1, 3), frustum)) @ (above @ about).T
-    low, high = flat[:, :2].min(axis=0), flat[:, :2].max(axis=0)
-    scale = 0.9 * float(np.min(np.array(size) / (high - low)))
-    places = ((flat[:, :2] - (low + high) / 2) * scale + np.array(size) / 2).astype(np.int32)
-    image = np.full((size[1], size[0], 3), 255, np.uint8)
-    for number in range(len(outlines)):
-        corners = places[4 * number : 4 * number + 4]
-        hue = np.array([[[int(170 * number / max(1, len(outlines))), 200, 170]]], np.uint8)
-        colour = [int(level) for level in cv2.cvtColor(hue, cv2.COLOR_HSV2BGR)[0, 0]]
-        cv2.polylines(image, [corners], isClosed=True, color=colour, thickness=2, lineType=cv2.LINE_AA)
-        cv2.putText(
-            image, str(number + 1), corners[0].tolist(), cv2.FONT_HERSHEY_SIMPLEX, 0.45, colour, 1, cv2.LINE_AA
-        )
-    rim, eye = places[-5:-1], places[-1]
-    cv2.polylines(image, [rim], isClosed=True, color=(0, 0, 0), thickness=2, lineType=cv2.LINE_AA)
-    for corner in rim:
-        cv2.line(image, eye.tolist(), corner.tolist(), (0, 0, 0), 1, cv2.LINE_AA)
-    return image
+    return {
+        name: write(folder / f"{name}.png", cv2.imencode(".png", image)[1].tobytes()) for name, image in drawn.items()
+    }
 
 
 def _within(off: Array, sds: Array) -> Array:
@@ -172,7 +144,15 @@ def _with_corners(calibration: Calibration, captured: Captured, number: int) -> 
 
 
 def _sheet(pictures: list[Array], columns: int = 5, shrink: int = 2) -> Array:
-    """Pictures of one size side by side, each `shrink` times smaller."""
-    small = [each[::shrink, ::shrink] for each in pictures]
+    """Pictures of one size side by side, each `shrink` times smaller, with white lines between them."""
+    small = [
+        cv2.copyMakeBorder(
+            cv2.resize(each, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA),
+            *(GAP, GAP, GAP, GAP),
+            cv2.BORDER_CONSTANT,
+            value=(255, 255, 255),
+        )
+        for each in pictures
+    ]
     rows = [np.hstack(small[start : start + columns]) for start in range(0, len(small), columns)]
     return np.vstack(rows)

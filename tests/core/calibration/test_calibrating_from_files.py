@@ -15,9 +15,10 @@ from core.calibration.board_page import board_svg
 from core.calibration.camera_files import camera_entry, read_camera
 from core.calibration.correction import exact_map
 from core.calibration.mount_files import FORWARD, read_mount
-from core.calibration.offline import board_in, calibrate_camera, calibrate_laser, correct
+from core.calibration.offline import board_in, calibrate_camera, calibrate_laser
 from core.calibration.practice import Exposure, Holding, held, picture
 from core.calibration.projection import Poses
+from core.calibration.straightening import correct
 from core.errors import BadInput
 from core.geometry import Transform
 from core.optics import TABLE_3

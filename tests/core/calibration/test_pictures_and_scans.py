@@ -82,7 +82,7 @@ def test_tiny_and_missing_pictures_are_refused(tmp_path: Path) -> None:
         decode(encoded(".png", SHAPES[:32, :32]), cv2.IMREAD_GRAYSCALE)
     with pytest.raises(BadInput, match="no such file"):
         read_grey(tmp_path / "none.png")
-    with pytest.raises(BadInput, match="no such file"):
+    with pytest.raises(BadInput, match="a folder; give the pictures in it"):
         read_colour(tmp_path)
 
 

@@ -1,0 +1,138 @@
+"""`beckon calibrate`: the camera from pictures, its place on the laser from pairs, and a board to print."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import Any
+
+from console.cli.answer import add_json, progress, tell, write, write_json
+from console.cli.board_options import add_board, board_from, board_or_known
+
+HIGHEST = 2.0  # [m] the camera above or below the laser
+
+
+def add(places: Any) -> None:
+    """Add the subcommand with its three kinds."""
+    parser: argparse.ArgumentParser = places.add_parser(
+        "calibrate", help="the camera from pictures of a board; its place on the laser from pictures and scans"
+    )
+    kinds = parser.add_subparsers(dest="kind", metavar="camera|laser|board", required=True)
+    _add_camera(kinds)
+    _add_laser(kinds)
+    _add_board_page(kinds)
+
+
+def run_camera(chosen: argparse.Namespace) -> int:
+    """Pictures → the camera."""
+    from console.cli.calibration_words import camera_lines
+    from core.calibration.offline import calibrate_camera
+
+    board = board_from(chosen)
+    with progress() as say:
+        told = calibrate_camera(chosen.images, board, chosen.out, say)
+    return _answer(chosen, told, camera_lines(told, board))
+
+
+def run_laser(chosen: argparse.Namespace) -> int:
+    """Pairs of pictures and scans → the mount."""
+    from console.cli.calibration_words import laser_lines
+    from core.calibration.offline import calibrate_laser
+
+    board = board_or_known(chosen, chosen.camera)
+    with progress() as say:
+        told = calibrate_laser(
+            chosen.folder,
+            chosen.camera,
+            board,
+            chosen.out,
+            height=chosen.height,
+            with_offset=chosen.offset,
+            say=say,
+        )
+    return _answer(chosen, told, laser_lines(told, board, chosen.height is not None))
+
+
+def run_board_page(chosen: argparse.Namespace) -> int:
+    """A page to print; the smallest that holds the board unless one was chosen."""
+    from core.calibration import written
+    from core.calibration.board_page import board_svg, fitting_page, largest_square
+
+    board = board_from(chosen)
+    page = chosen.page or fitting_page(board)
+    svg = board_svg(board, page)
+    files = {} if chosen.out is None else {"svg": written.write(chosen.out, svg)}
+    if chosen.json:
+        write_json({"board": board.name, "square_m": board.square, "page": page, "svg": svg, "files": files})
+    elif chosen.out is None:
+        write(svg.rstrip("\n"))
+    else:
+        write(f"{chosen.out}: a {board.name} board of {board.square * 1e3:g} mm squares on {page}.")
+        write("Print it at 100 %, check its rulers, glue it on something stiff and flat.")
+        if page != "A4":
+            write(f"For A4, {int(largest_square(board, 'A4'))} mm squares fit.")
+    return 0
+
+
+def _answer(chosen: argparse.Namespace, told: dict[str, Any], lines: list[str]) -> int:
+    if chosen.json:
+        for warning in told["warnings"]:
+            tell(warning)
+        write_json(told)
+    else:
+        write("\n".join(lines))
+    return 0
+
+
+def _add_camera(kinds: Any) -> None:
+    parser: argparse.ArgumentParser = kinds.add_parser("camera", help="intrinsic parameters from pictures of a board")
+    parser.add_argument("images", nargs="+", type=Path, metavar="IMAGE", help="pictures of the board, best 10 to 20")
+    add_board(parser, required=True)
+    parser.add_argument("--out", type=Path, default=None, metavar="DIR", help="where the camera files go")
+    add_json(parser)
+    parser.set_defaults(run=run_camera)
+
+
+def _add_laser(kinds: Any) -> None:
+    parser: argparse.ArgumentParser = kinds.add_parser(
+        "laser", help="where the camera sits on the laser, from pictures and scans of a board"
+    )
+    parser.add_argument("folder", type=Path, metavar="FOLDER", help="images/ and beside it scans/ or lasers/")
+    parser.add_argument("--camera", type=Path, required=True, metavar="CAMERA.json", help="the calibrated camera")
+    add_board(parser, required=False)
+    parser.add_argument(
+        "--height",
+        type=height,
+        default=None,
+        metavar="M",
+        help="the camera above the laser by ruler [m], for boards that stand upright",
+    )
+    parser.add_argument("--offset", action="store_true", help="also estimate a constant error of the laser's ranges")
+    parser.add_argument("--out", type=Path, default=None, metavar="DIR", help="where the mount's files go")
+    add_json(parser)
+    parser.set_defaults(run=run_laser)
+
+
+def _add_board_page(kinds: Any) -> None:
+    parser: argparse.ArgumentParser = kinds.add_parser("board", help="a board to print, as SVG in real size")
+    add_board(parser, required=True)
+    parser.add_argument(
+        "--page", choices=("A4", "letter", "A3"), default=None, help="the smallest of these that fits, unless chosen"
+    )
+    parser.add_argument("--out", type=Path, default=None, metavar="FILE.svg", help="without it: standard output")
+    add_json(parser)
+    parser.set_defaults(run=run_board_page)
+
+
+def height(text: str) -> float:
+    """'0.05' → height [m]."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not -HIGHEST <= value <= HIGHEST:
+        raise argparse.ArgumentTypeError(
+            f"Give the height of the camera above the laser in metres, between -{HIGHEST:g} and {HIGHEST:g}."
+        )
+    return value

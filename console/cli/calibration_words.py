@@ -1,0 +1,145 @@
+"""Calibrations for people who read a terminal: tables in the layout of Table 3, and sentences."""
+
+from __future__ import annotations
+
+import shutil
+import textwrap
+from collections.abc import Iterable
+from typing import Any
+
+from core.calibration.board import Board
+
+SYMBOLS = {
+    "fx": "f_u (pixels)",
+    "fy": "f_v (pixels)",
+    "cx": "u_0 (pixels)",
+    "cy": "v_0 (pixels)",
+    "k1": "k1(r)",
+    "k2": "k2(r)",
+    "p1": "k1(t)",
+    "p2": "k2(t)",
+    "k3": "k3(r)",
+}
+"""The chapter's letters."""
+NOT_KNOWN = "not known"
+BY_RULER = {"roll": "as level", "pitch": "as level", "height": "as measured"}
+WIDEST = 110  # columns of text
+
+
+def camera_lines(told: dict[str, Any], board: Board) -> list[str]:
+    """The report of a camera → lines."""
+    width, height = told["image_size"]
+    shown = told["views_used"] + len(told["views_refused"])
+    known = told["uncertainty"]
+    rows = [(symbol, told[name], told["sd"][name]) for name, symbol in SYMBOLS.items() if name in told["sd"]]
+    remarks = [(view["image"], view["remark"]) for view in told["views"] if view["used"] and view["remark"]]
+    return [
+        f"Camera {width}x{height} from {told['views_used']} of {shown} pictures of {_board(board)}",
+        "",
+        *_table("Parameter", rows),
+        "",
+        f"RMS {told['rms_px']:.3f} px; 95 % of the picture is known to ±{known['p95_px']:.2f} px "
+        f"(wanted {known['target_px']:.2f}).",
+        _inverse_words(told["correction"]),
+        *_notes("Not used", ((each["image"], each["reason"]) for each in told["views_refused"])),
+        *_notes("Remarks", remarks),
+        *_ending(told),
+    ]
+
+
+def laser_lines(told: dict[str, Any], board: Board, by_ruler: bool = False) -> list[str]:
+    """The report of a mount → lines. What is not known gets words and no number.
+
+    `by_ruler`: height, roll and pitch that the data leave open are what the operator measured.
+    """
+    used = told["poses_used"]
+    values = [*told["turn_deg"], *told["translation_m"]]
+    sds = [*told["sd_rotation_deg"], *told["sd_translation_m"]]
+    units = ["degrees"] * 3 + ["metres"] * 3
+    assumed = BY_RULER if by_ruler else {}
+    rows: list[tuple[str, float | str, float]] = [
+        (f"{name} ({unit})", assumed.get(name, NOT_KNOWN) if name in told["not_known"] else value, sd)
+        for name, unit, value, sd in zip(told["axes"], units, values, sds, strict=True)
+    ]
+    if told["range_offset_m"] is not None:
+        rows.append(("range offset (metres)", told["range_offset_m"]["value"], told["range_offset_m"]["sd"]))
+    complete = not told["not_known"]
+    return [
+        f"Camera on the laser from {used} of {used + len(told['poses_refused'])} poses of {_board(board)}",
+        "",
+        *_table("P_laser = R P_camera + t", rows),
+        "",
+        *_wrapped(f"RMS {told['residual_rms_m'] * 1e3:.1f} mm. {told['landing_words']} {told['square_words']}."),
+        *_notes(
+            "Not known from these poses" if by_ruler else "Not known",
+            (("", each) for each in told["weak_directions"]),
+        ),
+        *_notes("Not used", ((each["image"], each["reason"]) for each in told["poses_refused"])),
+        *_ending(told),
+        *(["", told["static_transform"]] if complete else []),
+    ]
+
+
+def correction_lines(told: dict[str, Any]) -> list[str]:
+    """The report of straightened pictures → lines."""
+    count = len(told["pictures"]) + len(told["pictures_refused"])
+    way = "exactly" if told["method"] == "exact" else "by Table 1's inverse"
+    return [
+        f"{len(told['pictures'])} of {count} pictures straightened {way}.",
+        _inverse_words(told["error"]),
+        *_notes("Not used", ((each["image"], each["reason"]) for each in told["pictures_refused"])),
+        *_notes("Files", ((each["image"], each["file"]) for each in told["pictures"])),
+    ]
+
+
+def _board(board: Board) -> str:
+    article = "an" if board.columns in (8, 11, 18) else "a"
+    return f"{article} {board.name} board with {board.square * 1e3:g} mm squares"
+
+
+def _table(heading: str, rows: Iterable[tuple[str, float | str, float]]) -> list[str]:
+    """Names, values and one standard deviation each, as Table 3 sets them."""
+    lines = [f"{heading:<26}{'Value':>12}{'standard dev.':>16}"]
+    for name, value, sd in rows:
+        lines.append(f"{name:<26}{value:>12}" if isinstance(value, str) else f"{name:<26}{value:12.5f}{sd:16.5f}")
+    return lines
+
+
+def _inverse_words(error: dict[str, Any]) -> str:
+    table_1, exact = error["table_1"], error["exact"]
+    return (
+        f"Straightening: Table 1's inverse is off by {table_1['rms_px']:.3f} px RMS, {table_1['max_px']:.2f} px at "
+        f"most; the exact way by {exact['max_px']:.1g} px."
+    )
+
+
+def _ending(told: dict[str, Any]) -> list[str]:
+    files = _notes("Files", told["files"].items())
+    warnings = _notes("Warnings", (("", each) for each in told["warnings"]))
+    return [*warnings, *(files or ["", "Nothing was saved; --out DIR keeps it."])]
+
+
+def _notes(heading: str, notes: Iterable[tuple[str, str]]) -> list[str]:
+    """A heading and under it names and sentences, wrapped; nothing where there is none."""
+    every = list(notes)
+    if not every:
+        return []
+    widest = max(len(name) for name, _ in every)
+    lines = ["", heading]
+    for name, words in every:
+        lines += _wrapped(words, f"  {name:<{widest}}  " if widest else "  ")
+    return lines
+
+
+def _wrapped(words: str, start: str = "") -> list[str]:
+    """Words as lines that begin below each other."""
+    columns = max(60, min(WIDEST, shutil.get_terminal_size((WIDEST, 24)).columns))
+    indent = " " * len(start)
+    return textwrap.wrap(
+        words,
+        columns,
+        initial_indent=start,
+        subsequent_indent=indent,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )

@@ -1,0 +1,38 @@
+"""`beckon correct`: straight pictures from a calibrated camera's bent ones (Table 1)."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from console.cli.answer import add_json, write, write_json
+
+
+def add(places: Any) -> None:
+    """Add the subcommand."""
+    parser: argparse.ArgumentParser = places.add_parser("correct", help="take the lens's distortion out of pictures")
+    parser.add_argument("images", nargs="+", type=Path, metavar="IMAGE")
+    parser.add_argument("--camera", type=Path, required=True, metavar="CAMERA.json", help="the calibrated camera")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="where the straight pictures go")
+    parser.add_argument(
+        "--method",
+        choices=("exact", "table-1"),
+        default="exact",
+        help="exact, or the chapter's inverse model on 40 x 40 tie-points",
+    )
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(chosen: argparse.Namespace) -> int:
+    """Straighten, save, tell."""
+    from console.cli.calibration_words import correction_lines
+    from core.calibration.straightening import correct
+
+    told = correct(chosen.images, chosen.camera, chosen.out, chosen.method)
+    if chosen.json:
+        write_json(told)
+    else:
+        write("\n".join(correction_lines(told)))
+    return 0

@@ -1,0 +1,41 @@
+"""`beckon experiment`: tables and figures anew, from a seed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import pytest
+
+from console.__main__ import main
+
+
+def test_table_3_is_printed_in_its_layout_and_drawn(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["experiment", "camera-table", "--runs", "1", "--seed", "5"]
+    assert main([*asked, "--out", str(tmp_path), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [row["parameter"] for row in told["table"]][:2] == ["f_u (pixels)", "f_v (pixels)"]
+    assert (told["runs"], told["seed"]) == (1, 5)
+    for name in ("figure_13", "figure_14", "figure_15"):
+        drawn = cv2.imread(told["files"][name])
+        assert drawn is not None and drawn.shape[1] >= 800 and (drawn < 250).any(axis=2).mean() > 0.02
+    assert main(asked) == 0
+    printed = capsys.readouterr()
+    assert printed.out.startswith(told["text"]) and "run 1 of 1" in printed.err
+
+
+def test_directions_are_an_experiment_of_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["experiment", "direction-of-arrival", "--runs", "1", "--seed", "2", "--out", str(tmp_path), "--json"]
+    assert main(asked) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["seed"] == 2 and told["utterances"] >= 1 and Path(told["files"]["csv"]).is_file()
+    assert set(told["estimators"]) == {"beckon", "beckon_first_0.35_s", "as_printed"}
+
+
+def test_a_folder_that_cannot_be_made_is_told_in_a_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("")
+    assert main(["experiment", "camera-table", "--runs", "1", "--out", str(tmp_path / "file" / "x")]) == 1
+    assert "cannot be made: Not a directory" in capsys.readouterr().err
