@@ -6,7 +6,7 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from console.helm import Helm
@@ -42,11 +42,13 @@ class Pace:
 
     def __init__(self) -> None:
         self._arrivals: deque[float] = deque(maxlen=REMEMBERED)
+        self._delays: deque[float] = deque(maxlen=REMEMBERED)
         self._steps: deque[float] = deque(maxlen=REMEMBERED)
 
-    def note(self, arrived: float, took: float) -> None:
-        """One step [s]."""
+    def note(self, stamp: float, arrived: float, took: float) -> None:
+        """One step: when its frame was sensed by the robot's clock, and when it came and what it took by ours [s]."""
         self._arrivals.append(arrived)
+        self._delays.append(arrived - stamp)
         self._steps.append(took)
 
     def rate(self, now: float) -> float:
@@ -56,8 +58,17 @@ class Pace:
 
     def step_ms(self, part: float) -> float | None:
         """The time within which `part` (0..1) of the newest steps were done [ms]."""
-        steps = sorted(self._steps)
-        return round(1000 * steps[min(int(part * len(steps)), len(steps) - 1)], 2) if steps else None
+        return quantile_ms(tuple(self._steps), part)
+
+    def late_ms(self, part: float) -> float | None:
+        """How much later than the quickest of them `part` (0..1) of the newest frames came, at most [ms]."""
+        delays = tuple(self._delays)
+        return quantile_ms([delay - min(delays) for delay in delays], part)
+
+
+def quantile_ms(spans: Sequence[float], part: float) -> float | None:
+    """The span [s] that `part` (0..1) of them do not exceed, in ms."""
+    return round(1000 * sorted(spans)[min(int(part * len(spans)), len(spans) - 1)], 2) if spans else None
 
 
 class PilotThread:
@@ -105,7 +116,7 @@ class PilotThread:
                 snapshot = self.pilot.step(frame)
                 self._helm.follow(snapshot)
                 self._publish(snapshot, frame)
-                self.pace.note(arrived, time.monotonic() - arrived)
+                self.pace.note(frame.stamp, arrived, time.monotonic() - arrived)
         except Exception as fault:
             self._helm.stop()
             log.exception("The pilot failed")

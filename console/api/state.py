@@ -35,6 +35,7 @@ async def health(behind: Behind) -> Response:
         "ok": not troubles,
         "reasons": troubles,
         "scene": behind.scene.why_not or "ok",
+        "pilot_late_ms": {"p50": pace.late_ms(0.5), "p99": pace.late_ms(0.99)},
         "pilot_step_ms": {"p50": pace.step_ms(0.5), "p99": pace.step_ms(0.99)},
     }
     return Response(msgspec.json.encode(told), 503 if troubles else 200, media_type="application/json")

@@ -14,18 +14,16 @@ import signal
 import statistics
 import subprocess
 import sys
-import tempfile
 import threading
 import time
-import urllib.request
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import psutil
 from websockets.sync.client import connect
 
 from core.gate.trace import read_trace
 from tests.benchmarks.frozen_link import FrozenLink
+from tests.benchmarks.running_console import Console, console
 
 BOUNDS_MS = {
     "browser socket closed": 100,
@@ -34,59 +32,6 @@ BOUNDS_MS = {
     "console SIGSTOP": 300,
     "stop with 20 viewers and one stuck": 25,
 }
-
-
-class Console:
-    """`beckon run` in a process of its own, on the simulator, with the gate's diary."""
-
-    def __init__(self, folder: Path) -> None:
-        self.trace = folder / "gate.csv"
-        command = [sys.executable, "-m", "console", "run", "--no-browser", "--no-auth", "--port", "0"]
-        self.process = subprocess.Popen(
-            [*command, "--gate-trace", str(self.trace), "--data", str(folder)],
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        assert self.process.stdout is not None
-        line = self.process.stdout.readline()
-        self.port = int(line.split("127.0.0.1:")[1].split("/")[0].split()[0])
-        self.children = psutil.Process(self.process.pid).children(recursive=True)
-
-    def post(self, path: str, body: dict[str, object] | None = None) -> int:
-        """POST and answer with the status."""
-        request = urllib.request.Request(
-            f"http://127.0.0.1:{self.port}{path}",
-            data=json.dumps(body or {}).encode(),
-            headers={"Content-Type": "application/json", "Origin": f"http://127.0.0.1:{self.port}"},
-        )
-        with urllib.request.urlopen(request, timeout=5) as answer:
-            return answer.status
-
-    def close(self) -> None:
-        """End it, and everything that it started."""
-        for process in [self.process, *self.children]:
-            with contextlib.suppress(ProcessLookupError, psutil.NoSuchProcess):
-                process.send_signal(signal.SIGCONT)
-        self.process.terminate()
-        try:
-            self.process.wait(5)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-        psutil.wait_procs(self.children, 3)
-        for child in self.children:
-            with contextlib.suppress(psutil.NoSuchProcess):
-                child.kill()
-
-
-@contextlib.contextmanager
-def console() -> Iterator[Console]:
-    """A console for a few trials."""
-    with tempfile.TemporaryDirectory() as folder:
-        running = Console(Path(folder))
-        try:
-            yield running
-        finally:
-            running.close()
 
 
 @contextlib.contextmanager
@@ -209,25 +154,20 @@ def stops_under_load(trials: int) -> list[float]:
     return found
 
 
-def watch(port: int, viewers: int, stack: contextlib.ExitStack) -> list[float]:
-    """`viewers` sockets that read everything and one that reads nothing → ages [ms] of the states they see."""
-    ages: list[float] = []
+def watch(port: int, viewers: int, stack: contextlib.ExitStack) -> None:
+    """`viewers` sockets that read everything and one that reads nothing."""
     url, origin = f"ws://127.0.0.1:{port}/ws", f"http://127.0.0.1:{port}"
 
     def read(socket: object) -> None:
         with contextlib.suppress(Exception):
-            for message in socket:  # type: ignore[attr-defined]
-                if isinstance(message, str) and '"state"' in message[:40]:
-                    age = json.loads(message)["robot"]["age_s"]
-                    if age is not None:
-                        ages.append(1000 * age)
+            for _ in socket:  # type: ignore[attr-defined]
+                pass
 
     for number in range(viewers + 1):
         socket = connect(url, origin=origin, compression=None)  # type: ignore[arg-type]
         stack.callback(socket.socket.close)
         if number < viewers:
             threading.Thread(target=read, args=(socket,), daemon=True).start()
-    return ages
 
 
 @contextlib.contextmanager
