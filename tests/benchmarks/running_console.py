@@ -1,0 +1,74 @@
+"""The console in a process of its own, for measurements from outside."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import signal
+import subprocess
+import sys
+import tempfile
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+
+class Console:
+    """`beckon run` in a process of its own, on the simulator, with the gate's diary."""
+
+    def __init__(self, folder: Path) -> None:
+        self.trace = folder / "gate.csv"
+        command = [sys.executable, "-m", "console", "run", "--no-browser", "--no-auth", "--port", "0"]
+        self.process = subprocess.Popen(
+            [*command, "--gate-trace", str(self.trace), "--data", str(folder)],
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        self.port = int(line.split("127.0.0.1:")[1].split("/")[0].split()[0])
+        self.children = psutil.Process(self.process.pid).children(recursive=True)
+
+    def get(self, path: str) -> Any:
+        """GET → what the JSON says."""
+        with urllib.request.urlopen(f"http://127.0.0.1:{self.port}{path}", timeout=5) as answer:
+            return json.load(answer)
+
+    def post(self, path: str, body: dict[str, object] | None = None) -> int:
+        """POST and answer with the status."""
+        request = urllib.request.Request(
+            f"http://127.0.0.1:{self.port}{path}",
+            data=json.dumps(body or {}).encode(),
+            headers={"Content-Type": "application/json", "Origin": f"http://127.0.0.1:{self.port}"},
+        )
+        with urllib.request.urlopen(request, timeout=5) as answer:
+            return answer.status
+
+    def close(self) -> None:
+        """End it, and everything that it started."""
+        for process in [self.process, *self.children]:
+            with contextlib.suppress(ProcessLookupError, psutil.NoSuchProcess):
+                process.send_signal(signal.SIGCONT)
+        self.process.terminate()
+        try:
+            self.process.wait(5)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+        psutil.wait_procs(self.children, 3)
+        for child in self.children:
+            with contextlib.suppress(psutil.NoSuchProcess):
+                child.kill()
+
+
+@contextlib.contextmanager
+def console() -> Iterator[Console]:
+    """A console for a few trials."""
+    with tempfile.TemporaryDirectory() as folder:
+        running = Console(Path(folder))
+        try:
+            yield running
+        finally:
+            running.close()
