@@ -13,6 +13,8 @@ from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.routing import Mount
 
+from console.api.calibration import calibration
+from console.api.calibration_files import calibration_files
 from console.api.commands import commands
 from console.api.documentation import documentation
 from console.api.lease import lease
@@ -32,7 +34,20 @@ from core.errors import BeckonError
 
 log = logging.getLogger(__name__)
 
-ROUTERS = (stop, commands, state, lease, login, maps, playback, simulation, documentation, page)
+ROUTERS = (
+    stop,
+    commands,
+    state,
+    lease,
+    login,
+    maps,
+    playback,
+    calibration,
+    calibration_files,
+    simulation,
+    documentation,
+    page,
+)
 
 SENTENCES = {
     404: "There is nothing at this address; the addresses are listed under /docs.",

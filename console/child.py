@@ -43,6 +43,11 @@ class Child:
         """Whether it still runs; a dead one is buried at once."""
         return self._process.poll() is None
 
+    @property
+    def code(self) -> int | None:
+        """How it ended, negative by a signal; None while it runs."""
+        return self._process.poll()
+
     def kill(self) -> None:
         """End it now, even when it is stopped."""
         with contextlib.suppress(ProcessLookupError):

@@ -44,6 +44,8 @@ class Viewer:
     def want(self, kind: str, wanted: bool) -> None:
         """Whether this viewer wants a kind."""
         (self.wants.add if wanted else self.wants.discard)(kind)
+        if wanted and kind not in self._turns:
+            self._turns.append(kind)
         self.wake()
 
     def wake(self) -> None:
@@ -80,6 +82,10 @@ class Hub:
         for viewer in self.viewers:
             if kind in viewer.wants:
                 viewer.wake()
+
+    def forget(self, kind: str) -> None:
+        """There is nothing of this kind any more."""
+        self.slots.pop(kind, None)
 
     def watched(self, kind: str) -> bool:
         """Whether anybody wants this kind: what nobody wants need not be made."""

@@ -12,6 +12,7 @@ from typing import Protocol
 from console.helm import Helm
 from console.robot_link import RobotLink
 from core.commands.command import Command
+from core.robots import Profile
 from core.sensors import SensorFrame
 from core.snapshot import Ending, Snapshot
 
@@ -30,6 +31,10 @@ class PilotLike(Protocol):
 
     def cancel(self, state: Ending, why: str) -> None:
         """End whatever is under way. From any thread."""
+        ...
+
+    def look_through(self, profile: Profile) -> None:
+        """See with this profile's camera from the next frame on. From any thread."""
         ...
 
     def step(self, frame: SensorFrame) -> Snapshot:

@@ -14,24 +14,39 @@ T = TypeVar("T", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True)
+class Body:
+    """What a way in takes."""
+
+    types: tuple[str, ...]
+    most: int  # [bytes]
+    patience: float = 1.0  # times the ordinary time for a whole body
+
+
+JSON = Body(("application/json",), 1_000_000)
+TEXT = Body(("text/plain",), 1_000_000)
+PICTURE = Body(("image/jpeg", "image/png"), 20_000_000, 6.0)
+
+
+@dataclass(frozen=True)
 class Need:
     """What a way in asks for."""
 
     role: str  # public | viewer | operator | admin
     reads_body: bool = True  # False: acts on the headers alone, so that nothing in the body can delay or break it
+    body: Body = JSON
 
 
 FORGOTTEN = Need("viewer")
 """Asked of paths that lead nowhere: a stranger does not learn what exists."""
 
 
-def needs(role: str, *, reads_body: bool = True) -> Callable[[T], T]:
+def needs(role: str, *, reads_body: bool = True, body: Body = JSON) -> Callable[[T], T]:
     """Declare the role of an endpoint or of an app to mount."""
     if role not in RANK:
         raise ValueError(f"There is no role {role!r}.")
 
     def declare(way_in: T) -> T:
-        way_in.beckon_need = Need(role, reads_body)  # type: ignore[attr-defined]
+        way_in.beckon_need = Need(role, reads_body, body)  # type: ignore[attr-defined]
         return way_in
 
     return declare

@@ -17,6 +17,7 @@ from typing import Any
 import cv2
 
 from console import wire
+from console.calibration.workbench import Workbench
 from console.door import Door
 from console.history import History
 from console.latest import Hub
@@ -31,6 +32,7 @@ from console.scene import Scene
 from console.security import Access
 from console.sockets import Sockets
 from core.errors import BeckonError
+from core.robots import Profile
 from core.sensors import SensorFrame
 from core.snapshot import Snapshot
 
@@ -59,6 +61,7 @@ class Runtime:
         self.history = History(home, self._complain)
         self.door = Door(robot, self.lease, self.history, self.board)
         self.scene = Scene(robot)
+        self.workbench = Workbench(home, robot, self.hub, self.board.tell, self._look_through)
         self.snapshot: Snapshot | None = None
         self.trouble = ""  # why the robot did not come
         self.failure = ""  # why there is no pilot
@@ -85,6 +88,7 @@ class Runtime:
             raise
         await asyncio.to_thread(self.history.open)
         await self.scene.open(self.door, self.sockets)
+        await self.workbench.open()
         self._start_pilot()
         self.keep(asyncio.create_task(self._beat()))
 
@@ -106,6 +110,7 @@ class Runtime:
         await asyncio.gather(*tasks, return_exceptions=True)
         if self._pilot is not None:
             await asyncio.to_thread(self._pilot.close)
+        await self.workbench.close()
         await asyncio.to_thread(self.robot.close)
         await self.scene.close()
         await asyncio.to_thread(self.history.close)
@@ -176,6 +181,7 @@ class Runtime:
     def _start_pilot(self) -> None:
         self.failure = ""
         pilot = self._make_pilot()
+        pilot.look_through(self.workbench.profile())
         self._pilot = PilotThread(self.robot, pilot, self.door.helm, self._published, self._pilot_failed)
         self.door.pilot = pilot
         self.board.another_pilot()
@@ -188,7 +194,15 @@ class Runtime:
             _, jpeg = cv2.imencode(".jpg", frame.image.pixels, JPEG)
             picture = (frame.image.stamp, jpeg.tobytes())
         self.scene.show(snapshot)
+        self.workbench.newest = frame.image or self.workbench.newest
+        if self.workbench.watching:
+            self._call(self.workbench.saw, frame)
         self._call(self._took, snapshot, picture)
+
+    def _look_through(self, profile: Profile) -> None:
+        """A calibration was accepted or taken back: used from the next frame on."""
+        if self._pilot is not None:
+            self._pilot.pilot.look_through(profile)
 
     def _pilot_failed(self, fault: str) -> None:
         """From the pilot's thread."""
@@ -257,6 +271,7 @@ class Runtime:
             self.door.forget(person)
             self.sockets.close_of(person, 1008, "Your login has expired; sign in again.")
         self._watch_link()
+        self.workbench.tick(now)
         if now - self._state_at > BEAT + STATE_GAP:
             self._tell_state()
 

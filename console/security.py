@@ -17,7 +17,7 @@ from starlette.routing import BaseRoute
 
 from console.logins import ANYBODY, Logins, Person
 from console.problems import Problem
-from console.roles import Need, need_for
+from console.roles import JSON, Body, Need, need_for
 from console.strict_json import read_json
 from core.errors import BadInput
 
@@ -27,8 +27,8 @@ Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
 App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
-LARGEST_JSON = 1_000_000  # [bytes]
-BODY_TIME = 10.0  # [s] for a whole body
+BODY_TIME = 10.0  # [s] for an ordinary body
+MOST_LARGE = 4  # bodies beyond what JSON may have that are taken in at the same time
 SAFE_METHODS = {"GET", "HEAD", "OPTIONS"}
 HOST = re.compile(r"(\[[0-9a-f:.]+\]|[a-z0-9._-]+)(:[0-9]{1,5})?")
 
@@ -85,6 +85,7 @@ class Guard:
         self.app = app
         self.routes = routes
         self.access = access
+        self._large = 0  # bodies under way that may be large
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer one request or one socket."""
@@ -101,13 +102,25 @@ class Guard:
             if person is not None and not person.may(need.role):
                 raise Problem(403, f"This needs the role {need.role}; you are signed in as {person.role}.")
             if not visit.socket and visit.unsafe and need.reads_body:
-                receive = await checked_body(visit, receive)
+                receive = await self._take_body(visit, need.body, receive)
         except Problem as problem:
             await refuse(scope, receive, dressed, problem)
         except ClientGone:
             return
         else:
             await self.app(scope, receive, dressed)
+
+    async def _take_body(self, visit: Visit, body: Body, receive: Receive) -> Receive:
+        """Within the limits of one body, and of all large ones together. Raises Problem."""
+        if body.most <= JSON.most:
+            return await checked_body(visit, body, receive)
+        if self._large >= MOST_LARGE:
+            raise Problem(429, "Too many pictures at once; send the next one when this one is answered.")
+        self._large += 1
+        try:
+            return await checked_body(visit, body, receive)
+        finally:
+            self._large -= 1
 
     def _check_host(self, visit: Visit) -> str:
         host = (visit.one("host") or "").lower()
@@ -156,18 +169,18 @@ class ClientGone(Exception):
     """The other side left before its request was complete."""
 
 
-async def checked_body(visit: Visit, receive: Receive) -> Receive:
-    """Read a JSON body within its limits; returns a receive that hands it on. Raises Problem 400, 408, 413, 415."""
+async def checked_body(visit: Visit, wanted: Body, receive: Receive) -> Receive:
+    """Read a body within its limits; returns a receive that hands it on. Raises Problem 400, 408, 413, 415."""
     length = visit.one("content-length")
     if length is not None and (not length.isascii() or not length.isdigit()):
         raise Problem(400, "The Content-Length header is malformed.")
-    if length is not None and int(length) > LARGEST_JSON:
-        raise too_large()
+    if length is not None and int(length) > wanted.most:
+        raise too_large(wanted)
     if (length not in (None, "0")) or "transfer-encoding" in visit.headers:
-        check_type(visit)
+        check_type(visit, wanted)
     body = bytearray()
     try:
-        async with asyncio.timeout(BODY_TIME):
+        async with asyncio.timeout(wanted.patience * BODY_TIME):
             more = True
             while more:
                 message = await receive()
@@ -175,32 +188,41 @@ async def checked_body(visit: Visit, receive: Receive) -> Receive:
                     raise ClientGone
                 body += message.get("body", b"")
                 more = message.get("more_body", False)
-                if len(body) > LARGEST_JSON:
-                    raise too_large()
+                if len(body) > wanted.most:
+                    raise too_large(wanted)
     except TimeoutError:
-        raise Problem(408, f"The request's body took longer than {BODY_TIME:.0f} seconds.") from None
+        seconds = wanted.patience * BODY_TIME
+        raise Problem(408, f"The request's body took longer than {seconds:.0f} seconds.") from None
     if body:
-        check_type(visit)
-        try:
-            read_json(bytes(body))
-        except BadInput as trouble:
-            raise Problem(400, str(trouble)) from None
+        check_type(visit, wanted)
+        if wanted is JSON:
+            check_json(bytes(body))
     return replay(bytes(body), receive)
 
 
-def too_large() -> Problem:
+def check_json(body: bytes) -> None:
+    """Raises Problem 400 for what is no JSON that we take."""
+    try:
+        read_json(body)
+    except BadInput as trouble:
+        raise Problem(400, str(trouble)) from None
+
+
+def too_large(wanted: Body) -> Problem:
     """The answer to a body past its limit."""
-    return Problem(413, f"The body is larger than {LARGEST_JSON} bytes.")
+    return Problem(413, f"The body is larger than {wanted.most} bytes.")
 
 
-def check_type(visit: Visit) -> None:
-    """Raises Problem 415 unless the body is declared as plain JSON in UTF-8."""
+def check_type(visit: Visit, wanted: Body) -> None:
+    """Raises Problem 415 unless the body is declared as one of the types that are taken; text in UTF-8, plain."""
     declared, _, parameters = (visit.one("content-type") or "").partition(";")
     charset = parameters.strip().lower().replace('"', "")
-    if declared.strip().lower() != "application/json" or charset not in ("", "charset=utf-8"):
-        raise Problem(415, "Send JSON, with the header Content-Type: application/json.")
+    if declared.strip().lower() not in wanted.types or charset not in ("", "charset=utf-8"):
+        if wanted is JSON:
+            raise Problem(415, "Send JSON, with the header Content-Type: application/json.")
+        raise Problem(415, f"Send {' or '.join(wanted.types)}, and say so in the header Content-Type.")
     if "content-encoding" in visit.headers:
-        raise Problem(415, "Send the JSON uncompressed.")
+        raise Problem(415, "Send the body uncompressed.")
 
 
 def replay(body: bytes, receive: Receive) -> Receive:

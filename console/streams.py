@@ -166,10 +166,21 @@ class Talk:
             case wire.Playback():
                 self._runtime.keep(asyncio.create_task(self._play(message)))
             case wire.Want():
-                self._viewer.want("camera", message.camera)
+                self._want(message)
             case wire.Stop() | wire.Halt():
                 self._brake(message)
         return None
+
+    def _want(self, wish: wire.Want) -> None:
+        """Camera on or off; another calibration session, or none."""
+        if isinstance(wish.camera, bool):
+            self._viewer.want("camera", wish.camera)
+        if wish.calibration is not msgspec.UNSET:
+            self._viewer.want(f"calibration:{self._session}", wanted=False)
+            self._session = wish.calibration
+        if isinstance(wish.calibration, str):
+            self._viewer.want(f"calibration:{self._session}", wanted=True)
+            self._runtime.workbench.show(wish.calibration)
 
     def _brake(self, message: wire.Stop | wire.Halt) -> None:
         if isinstance(message, wire.Halt):

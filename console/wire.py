@@ -11,6 +11,18 @@ from typing import Literal
 
 import msgspec
 
+from console.wire_calibration import CalibrationAdvice as CalibrationAdvice
+from console.wire_calibration import CalibrationBars as CalibrationBars
+from console.wire_calibration import CalibrationBoard as CalibrationBoard
+from console.wire_calibration import CalibrationCheck as CalibrationCheck
+from console.wire_calibration import CalibrationNews as CalibrationNews
+from console.wire_calibration import CalibrationProgress as CalibrationProgress
+from console.wire_calibration import CalibrationScan as CalibrationScan
+from console.wire_calibration import CalibrationSession as CalibrationSession
+from console.wire_calibration import CalibrationSolving as CalibrationSolving
+from console.wire_calibration import CalibrationUncertainty as CalibrationUncertainty
+from console.wire_calibration import CalibrationVerdict as CalibrationVerdict
+from console.wire_calibration import CalibrationView as CalibrationView
 from console.wire_up import Count as Count
 from console.wire_up import Drive as Drive
 from console.wire_up import Echo as Echo
@@ -243,7 +255,7 @@ class EchoBack(Struct, tag_field="kind", tag="echo"):
     t: float
 
 
-Down = Hello | State | Answer | EchoBack
+Down = Hello | State | CalibrationNews | Answer | EchoBack
 
 encode = msgspec.json.Encoder().encode
 

@@ -19,7 +19,7 @@ HEADER = """// Written by `python -m console.wire` from console/wire.py; a test 
 export const CAMERA_HEADER_BYTES = 16;
 """
 
-PLAIN = {float: "number", int: "number", str: "string", bool: "boolean", type(None): "null"}
+PLAIN = {float: "number", int: "number", str: "string", bool: "boolean", type(None): "null", Any: "any"}
 
 
 def generate_wire_js() -> str:
@@ -69,7 +69,7 @@ def js_type(hint: Any) -> str:
     if origin is Literal:
         return " | ".join(f"'{word}'" for word in inner)
     if origin in (Union, types.UnionType):
-        return " | ".join(js_type(part) for part in inner)
+        return " | ".join(js_type(part) for part in inner if part is not msgspec.UnsetType)
     if origin is list:
         part = js_type(inner[0])
         return f"({part})[]" if "|" in part else f"{part}[]"

@@ -65,9 +65,10 @@ class Playback(Inward, tag="playback"):
 
 
 class Want(Inward, tag="want"):
-    """Whether this socket wants the camera."""
+    """Whether this socket wants the camera, and which calibration session (null: none); what is left out stays."""
 
-    camera: bool
+    camera: bool | msgspec.UnsetType = msgspec.UNSET
+    calibration: Annotated[str, msgspec.Meta(max_length=40)] | msgspec.UnsetType | None = msgspec.UNSET
 
 
 class Echo(Inward, tag="echo"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from core.calibration.board import Board
 from core.calibration.guidance import Advice, GuidanceSettings, clear, describe, outline_of
 from core.calibration.mount import Extrinsics, Mount
 from core.calibration.pairs import Guess, PlanePair, residuals_of, stack, whitening
-from core.calibration.planes import plane_of
+from core.calibration.planes import Plane, plane_of
 from core.calibration.practice import Holding, held
 from core.calibration.projection import Poses, linearise, project, vector_of
 from core.calibration.range_lines import fit_ranges
@@ -26,12 +26,21 @@ HOLDING = Holding(nearest=0.35, farthest=1.2, least_tilt=0.0, most_tilt=np.deg2r
 
 
 def advise_pose(
-    board: Board, model: CameraModel, rays: Array, range_sd: float, mount: Mount, so_far: Extrinsics | Poses
+    board: Board,
+    model: CameraModel,
+    rays: Array,
+    range_sd: float,
+    mount: Mount,
+    so_far: Extrinsics | Poses,
+    *,
+    fresh: Callable[[Plane], bool] = lambda _: True,
+    asked: int = 0,
 ) -> Advice | None:
     """What is known of the mount so far → the pose that would shrink what is least known most.
 
     `rays` (B, 3) are the laser's beams, `range_sd` [m] the noise of an averaged range, `so_far` a solution or, before
-    there is one, the poses taken. None where no pose of the board is in view of both sensors.
+    there is one, the poses taken. Planes of the board that are not `fresh` would not be taken; `asked` counts the
+    times that somebody asked for another pose. None where no fresh pose is in view of both sensors.
     """
     if isinstance(so_far, Poses):
         guess, known = Guess(mount.nominal.rotation, mount.nominal.translation), np.diag(1 / mount.sds**2)
@@ -39,10 +48,10 @@ def advise_pose(
             known = known + (0.0 if told is None else told)
     else:
         guess, known = so_far.guess, np.linalg.inv(so_far.covariance)
-    poses = held(np.random.default_rng(SEED), CANDIDATES, model, board, HOLDING)
+    poses = held(np.random.default_rng(SEED + asked), CANDIDATES, model, board, HOLDING)
     poses = poses.take(clear(model, poses, board, GuidanceSettings.spacing))
     best, best_left = None, np.inf
-    for number, told in enumerate(_all_told(poses, board, model, rays, range_sd, guess)):
+    for number, told in enumerate(_all_told(poses, board, model, rays, range_sd, guess, fresh)):
         if told is not None:
             left = float(np.sum(np.diag(np.linalg.inv(known + told)) / mount.sds**2))
             best, best_left = (number, left) if left < best_left else (best, best_left)
@@ -71,9 +80,15 @@ def beams_on_panel(rays: Array, laser_from_board: Transform, board: Board) -> tu
 
 
 def _all_told(
-    poses: Poses, board: Board, model: CameraModel, rays: Array, range_sd: float, guess: Guess
+    poses: Poses,
+    board: Board,
+    model: CameraModel,
+    rays: Array,
+    range_sd: float,
+    guess: Guess,
+    fresh: Callable[[Plane], bool] = lambda _: True,
 ) -> Iterator[Array | None]:
-    """Information (6, 6) that each pose gives about the mount; None where the laser would not meet the board."""
+    """Information (6, 6) that each pose gives about the mount; None where it is not fresh or the laser misses it."""
     mount = Transform(rotation=guess.rotation, translation=guess.translation)
     by_pose = linearise(vector_of(model), poses, board.points).by_pose
     covariances = NOISE**2 * np.linalg.inv(np.swapaxes(by_pose, 1, 2) @ by_pose)
@@ -81,10 +96,10 @@ def _all_told(
         pose = poses.take(slice(number, number + 1))
         laser_from_board = mount @ Transform(rotation=pose.rotations[0], translation=pose.translations[0])
         beams, ranges = beams_on_panel(rays, laser_from_board, board)
-        if len(beams) < LEAST_BEAMS:
+        plane = plane_of(pose, covariance)
+        if len(beams) < LEAST_BEAMS or not fresh(plane):
             yield None
             continue
-        plane = plane_of(pose, covariance)
         seen = stack([PlanePair(plane=plane, ranges=fit_ranges(rays[beams], ranges, range_sd))])
         slope = residuals_of(seen, whitening(seen, guess))(guess)[1][:, :6]
         yield slope.T @ slope

@@ -26,14 +26,15 @@ class Check(NamedTuple):
     beams: int
 
 
-def dots(scan: Scan, laser_from_camera: Transform, model: CameraModel) -> Array:
-    """A scan in the picture: (M, 3) u, v [pixel] and range [m] of the points in view."""
-    ranges = scan.ranges[scan.valid]
-    points = unit_rays(scan.angles)[scan.valid] * ranges[:, None]
+def dots(scan: Scan, laser_from_camera: Transform, model: CameraModel) -> tuple[Array, Array]:
+    """A scan in the picture: (M, 3) u, v [pixel] and range [m] of the points in view, and their beams (M,)."""
+    beams = np.flatnonzero(scan.valid)
+    ranges = scan.ranges[beams]
+    points = unit_rays(scan.angles)[beams] * ranges[:, None]
     pixels = model.project(laser_from_camera.inverse().apply(points))
     with np.errstate(invalid="ignore"):
         inside = np.all((pixels >= 0) & (pixels < (model.width, model.height)), axis=1)
-    return np.column_stack((pixels, ranges))[inside]
+    return np.column_stack((pixels, ranges))[inside], beams[inside]
 
 
 def check(

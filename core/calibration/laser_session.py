@@ -14,7 +14,7 @@ from core.calibration.laser_guidance import advise_pose
 from core.calibration.laser_solve import LaserCalibration, LaserPose, LaserSettings, calibrate_laser
 from core.calibration.laser_words import landing_words, landings, weak_words
 from core.calibration.mount import NAMES, Mount
-from core.calibration.planes import BoardPose, board_pose
+from core.calibration.planes import BoardPose, Plane, board_pose
 from core.calibration.projection import Poses
 from core.calibration.quality import judge, unseen
 from core.calibration.range_lines import unit_rays
@@ -26,6 +26,7 @@ from core.sensors.laser import Scan
 
 Kind = Literal["background", "nothing", "refused", "moving", "gathering", "same", "counted"]
 
+CLEARLY = 1.5  # times as new as a pose has to be are the poses that are advised: hands miss
 RANGE_SD = 0.007  # [m] of an averaged range, until it has been measured
 
 
@@ -95,9 +96,10 @@ class LaserSession:
         self._rays = np.empty((0, 3))
         self._watcher = Watcher(board)
         self._seen: BoardPose | None = None
-        self._start: Array | None = None  # (N, 2) [pixel] corners when gathering began
+        self._corners: list[Array] = []  # (N, 2) [pixel] each, in every picture since gathering began
         self._blind = 0  # scans since the last picture
         self._solved: tuple[str, ...] = ()
+        self._asked = 0
 
     def sweep(self, scan: Scan) -> LaserVerdict | None:
         """One scan → a verdict where it completes something: first the background, then every still pose."""
@@ -132,22 +134,24 @@ class LaserSession:
         if view is None:
             self._forget()
             return LaserVerdict(kind="nothing", words=unseen(grey, self.board))
-        wandered = self._watcher.apart(view.corners, self._start, grey.shape[1]) > self.settings.drift
+        start = self._corners[0] if self._corners else None
+        wandered = self._watcher.apart(view.corners, start, grey.shape[1]) > self.settings.drift
         if self._watcher.moved > self.settings.still or (self._seen is not None and wandered):
-            self._seen, self._scans = None, []
+            self._forget()
             return LaserVerdict(kind="moving", words="Hold the board still.", corners=view.corners)
         if self._seen is not None:
+            self._corners.append(view.corners)
             words = f"Hold still: {len(self._scans)} of {self.settings.scans} scans."
             return LaserVerdict(kind="gathering", words=words, corners=view.corners)
         refusals = judge(grey, view, self.board).refusals
         if refusals:
             return LaserVerdict(kind="refused", words=refusals[0], corners=view.corners)
         pose = board_pose(self.model, self.board, view.corners)
-        same = self._same(pose)
+        same = self._same(pose.plane)
         if same:
             words = f"Same as {same}; tilt or move the board."
             return LaserVerdict(kind="same", words=words, corners=view.corners)
-        self._seen, self._start, self._scans = pose, view.corners, []
+        self._seen, self._corners, self._scans = pose, [view.corners], []
         return LaserVerdict(kind="gathering", words="Hold still …", corners=view.corners)
 
     def drop(self, name: str) -> None:
@@ -197,7 +201,21 @@ class LaserSession:
             np.array([board.rotation for board in boards]).reshape(-1, 3, 3),
             np.array([board.translation for board in boards]).reshape(-1, 3),
         )
-        return advise_pose(self.board, self.model, self._rays, sd, self.mount, taken if found is None else found)
+        return advise_pose(
+            self.board,
+            self.model,
+            self._rays,
+            sd,
+            self.mount,
+            taken if found is None else found,
+            fresh=lambda plane: not self._same(plane, CLEARLY),
+            asked=self._asked,
+        )
+
+    def another(self) -> Advice | None:
+        """Another suggestion, for one who cannot reach the present one."""
+        self._asked += 1
+        return self.advice()
 
     def progress(self) -> LaserProgress:
         """How far we are, and what is missing."""
@@ -209,7 +227,7 @@ class LaserSession:
             return LaserProgress(len(self.poses), {}, (), "", False, words)
         found = self.calibration.extrinsics
         told = landings(found, self.model)
-        open_directions = [name for name in found.weak if not self._witnessed(name)]
+        open_directions = [name for name in found.weak if not self.witnessed(name)]
         near = max(told[1].sideways, told[1].up_down) <= self.settings.landing
         if missing > 0:
             words = f"{missing} more pose{'s' * (missing > 1)} at least."
@@ -225,7 +243,7 @@ class LaserSession:
         gains = {name: float(gain) for name, gain in zip(NAMES, found.gain, strict=True)}
         return LaserProgress(len(self.poses), gains, weak_words(found), landing_words(told), ready, words)
 
-    def _witnessed(self, name: str) -> bool:
+    def witnessed(self, name: str) -> bool:
         """Whether a direction was measured by ruler or level, as for upright boards."""
         number = NAMES.index(name)
         return self.mount.sds[number] < (np.deg2rad(1) if number < 3 else 0.01)
@@ -239,33 +257,35 @@ class LaserSession:
         return LaserVerdict(kind="background", words="The empty room is known. Now show the board.")
 
     def _take(self) -> LaserVerdict:
-        """Enough scans of a still board: find it among the beams that end before the empty room."""
+        """Enough scans of a still board: find it among the beams that end before the empty room.
+
+        Scans and pictures are both averaged over the same time, so that a hand that sways a little does no harm.
+        """
         scan = average(np.array(self._scans), self._rays)
-        pose, corners = self._seen, self._watcher.corners
-        self._scans = []
+        pose = board_pose(self.model, self.board, np.mean(self._corners, axis=0))
+        corners = self._watcher.corners
+        self._forget()
         lines = find_lines(scan, foreground(scan, self.background, self.settings.solve.line), self.board)
-        if pose is None or not lines:
+        if not lines:
             words = "The laser does not meet the board: hold it at the laser's height, nearer, away from walls."
-            self._seen = None
             return LaserVerdict(kind="refused", words=words, corners=corners)
         name = f"pose {len(self.taken) + 1}"
         self.taken.append(TakenPose(LaserPose(name=name, board=pose, scan=scan)))
-        self._seen = None
         words = f"Counted as {name}: {len(lines[0].beams)} beams on the board."
         return LaserVerdict(kind="counted", words=words, name=name, corners=corners, beams=lines[0].beams)
 
-    def _same(self, pose: BoardPose) -> str:
-        """The name of the pose that this one repeats, or ''."""
+    def _same(self, plane: Plane, times: float = 1.0) -> str:
+        """The name of the pose that this plane repeats, being less than `times` as new as it has to be, or ''."""
         for each in self.taken:
-            plane = each.pose.board.plane
-            angle = float(np.arccos(np.clip(plane.normal @ pose.plane.normal, -1, 1)))
-            nearer = abs(plane.distance - pose.plane.distance) / plane.distance
-            if not each.dropped and angle < self.settings.turned and nearer < self.settings.moved:
+            known = each.pose.board.plane
+            angle = float(np.arccos(np.clip(known.normal @ plane.normal, -1, 1)))
+            nearer = abs(known.distance - plane.distance) / known.distance
+            if not each.dropped and angle < times * self.settings.turned and nearer < times * self.settings.moved:
                 return each.pose.name
         return ""
 
     def _forget(self) -> None:
-        self._seen, self._scans = None, []
+        self._seen, self._scans, self._corners = None, [], []
 
     def _named(self, name: str) -> TakenPose:
         for each in self.taken:

@@ -35,7 +35,7 @@ class Eyes:
 
     def __init__(self, profile: Profile, settings: Settings) -> None:
         self._laser = profile.laser or Laser()
-        self._camera = profile.camera
+        self.camera = profile.camera
         self._settings = settings
         self._edges: tuple[Edge, ...] = ()
         self._edges_stamp = -np.inf
@@ -46,9 +46,10 @@ class Eyes:
 
     def look(self, frame: SensorFrame) -> Look:
         """One frame → what is seen in it; `view` is renewed when a picture or new matches came."""
-        if frame.image is not None and self._camera is not None:
+        camera = self.camera  # another thread may replace it
+        if frame.image is not None and camera is not None:
             try:
-                self._look_at_picture(frame.image, self._camera, frame.wheels)
+                self._look_at_picture(frame.image, camera, frame.wheels)
                 self.trouble = ""
             except BadInput as trouble:
                 self.trouble = str(trouble)
@@ -86,7 +87,7 @@ class Eyes:
             stamp=stamp,
             edges_stamp=self._edges_stamp,
             wheels=wheels,
-            camera=self._camera,
+            camera=self.camera,
             settings=self._settings.edges,
         )
         if fresh and self.view is not None:

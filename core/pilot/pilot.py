@@ -71,6 +71,11 @@ class Pilot:
         """End what is under way, in that state and for that reason."""
         self._obedience.cancel(state, why)
 
+    def look_through(self, profile: Profile) -> None:
+        """See with this profile's camera from the next frame on: it was calibrated. From any thread."""
+        self._profile = profile
+        self._eyes.camera = profile.camera
+
     def step(self, frame: SensorFrame) -> Snapshot:
         """One frame further."""
         if frame.stamp < self._stamp - 1e-6:

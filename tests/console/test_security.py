@@ -48,7 +48,13 @@ def test_every_way_in_but_the_door_itself_refuses_a_stranger(live: Live) -> None
         else:
             assert live.ask(method, path).status == 401, (method, path)
             assert live.ask(method, path, token="nonsense").status == 401, (method, path)
-    assert public == {("GET", "/"), ("GET", "/static/main.js"), ("POST", "/api/login"), ("GET", "/api/health")}
+    assert public == {
+        ("GET", "/"),
+        ("GET", "/calibrate"),
+        ("GET", "/static/main.js"),
+        ("POST", "/api/login"),
+        ("GET", "/api/health"),
+    }
 
 
 @pytest.mark.parametrize("method", ["GET", "POST", "PUT", "DELETE", "PATCH", "OPTIONS", "HEAD"])

@@ -66,7 +66,7 @@ def test_following_the_advice_finds_the_mount_without_a_click() -> None:
     assert turn < 1.0 and shift < 8.0
     proof = check(session.poses[-1], found, BOARD, TABLE_3)
     assert proof.residual_rms < 0.02 and proof.off < 3 and proof.beams > 10
-    points = dots(scan_of(room, room.background(1)[0]), found.transform, TABLE_3)
+    points, _ = dots(scan_of(room, room.background(1)[0]), found.transform, TABLE_3)
     assert len(points) > 50 and np.all(points[:, 0] < 320)
 
 

@@ -1,0 +1,166 @@
+"""What goes in and out of a calibration: pictures of views, files in every form, what is in use, a board to print."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Annotated, Any, Literal
+
+from fastapi import Path, Query, Request, Response
+
+from console.api import Behind, Who, Wish, router
+from console.api.calibration import Id, Name
+from console.calibration.folder import small_name
+from console.calibration.sitting import PICTURE_BUDGET, Sitting, camera_in
+from console.problems import Problem
+from console.roles import TEXT, needs
+from console.wire_calibration import CalibrationKind
+from core.calibration.board import Board
+from core.calibration.board_page import board_svg
+
+calibration_files = router("calibration")
+
+Form = Annotated[str, Path(max_length=40)]
+MEDIA = {"json": "application/json", "xml": "application/xml", "yaml": "application/yaml", "yml": "application/yaml"}
+FILE: dict[str, Any] = {
+    "requestBody": {
+        "required": True,
+        "content": {"text/plain": {"schema": {"type": "string", "maxLength": 1_000_000}}},
+    }
+}
+
+
+class UndoWish(Wish):
+    """Which of the two."""
+
+    kind: CalibrationKind
+
+
+class ShowWish(Wish):
+    """Whether the simulated assistant holds the board for this session."""
+
+    session: str
+    on: bool
+
+
+def answers(*kinds: str) -> dict[int | str, dict[str, Any]]:
+    """For the description: what comes back."""
+    return {200: {"content": {kind: {} for kind in kinds}}}
+
+
+@calibration_files.get(
+    "/calibration/sessions/{id}/views/{name}.jpg", response_class=Response, responses=answers("image/jpeg")
+)
+@needs("viewer")
+async def view(
+    id: Id,
+    name: Name,
+    behind: Behind,
+    full: Annotated[Literal["0", "1"], Query()] = "0",
+    corrected: Annotated[Literal["0", "1"], Query()] = "0",
+) -> Response:
+    """The picture of a view: small, or `full=1` in its own size, or `corrected=1` straight by the solution."""
+    sitting = behind.workbench.find(id)
+    file = sitting.pictures.get(name)
+    if file is None:
+        raise Problem(404, "There is no picture of that view.")
+    small = full == corrected == "0"
+    content = await read(sitting, small_name(file) if small else file)
+    if small:
+        return Response(content, media_type="image/jpeg")
+    camera = straightener(sitting) if corrected == "1" else None
+    given = {"content": content, "camera": camera}
+    picture = await behind.workbench.back_room.ask("picture", given, budget=PICTURE_BUDGET)
+    return Response(picture, media_type="image/jpeg")
+
+
+@calibration_files.get(
+    "/calibration/sessions/{id}/export/{form}",
+    response_class=Response,
+    responses=answers("text/plain", "application/json", "application/zip"),
+)
+@needs("viewer")
+async def export(id: Id, form: Form, behind: Behind) -> Response:
+    """A file: of a camera ros, opencv, kalibr, json; of a laser json, urdf, static_transform, matrix; of both all."""
+    sitting = behind.workbench.find(id)
+    if form == "all":
+        try:
+            packed = await asyncio.to_thread(sitting.folder.packed, sitting.exports, sitting.pictures)
+        except OSError:
+            raise Problem(404, "The session's files cannot be read any more.") from None
+        return file_named(packed, f"calibration_{sitting.card.kind}.zip", "application/zip")
+    if form not in sitting.exports:
+        wanted = "Solve it first." if not sitting.exports else f"There are: {', '.join(sitting.exports)}, all."
+        raise Problem(404, f"This session has no file of that form. {wanted}")
+    name, text = sitting.exports[form]
+    return file_named(text.encode(), name, MEDIA.get(name.rpartition(".")[2], "text/plain"))
+
+
+@calibration_files.get("/calibration/in-use")
+@needs("viewer")
+async def in_use(behind: Behind) -> dict[str, Any]:
+    """The calibrations in use, each with who accepted it when; null: as built."""
+    used = behind.workbench.in_use
+    return {"camera": used.report("camera"), "laser": used.report("laser")}
+
+
+@calibration_files.post("/calibration/in-use/undo")
+@needs("operator")
+async def undo(asked: UndoWish, behind: Behind, who: Who) -> dict[str, Any]:
+    """Take the former calibration back."""
+    await behind.workbench.undo(asked.kind)
+    behind.history.add("calibration", who, words=f"undo {asked.kind}")
+    return await in_use(behind)
+
+
+@calibration_files.post("/calibration/import", openapi_extra=FILE)
+@needs("operator", body=TEXT)
+async def read_file(request: Request, behind: Behind, who: Who) -> dict[str, Any]:
+    """Use the camera in a file from now on: ROS camera_info, OpenCV, Kalibr, or Beckon's own JSON."""
+    text = (await request.body()).decode("utf-8", "replace")
+    report = await behind.workbench.read(text, who.name)
+    behind.history.add("calibration", who, words="import camera")
+    return report
+
+
+@calibration_files.get("/calibration/board.svg", response_class=Response, responses=answers("image/svg+xml"))
+@needs("viewer")
+async def board(
+    columns: Annotated[int, Query(ge=3, le=40)] = 9,
+    rows: Annotated[int, Query(ge=3, le=40)] = 6,
+    square_m: Annotated[float, Query(ge=0.001, le=1.0, allow_inf_nan=False)] = 0.025,
+    page: Annotated[Literal["A4", "A3", "letter"], Query()] = "A4",
+) -> Response:
+    """A board to print, with rulers that show whether the printer kept the scale."""
+    svg = board_svg(Board(columns=columns, rows=rows, square=square_m), page)
+    return Response(svg, media_type="image/svg+xml")
+
+
+@calibration_files.post("/calibration/show-me")
+@needs("operator")
+async def show_me(asked: ShowWish, behind: Behind) -> dict[str, Any]:
+    """The simulated assistant holds the board as advised until the session is ready."""
+    if behind.robot.profile.kind != "SIM":
+        raise Problem(404, "Only in the simulation can an assistant show how it goes.")
+    await behind.workbench.show_me(behind.workbench.find(asked.session), on=asked.on)
+    return {"showing": asked.on}
+
+
+async def read(sitting: Sitting, name: str) -> bytes:
+    """A session's file. Raises Problem 404."""
+    try:
+        return await asyncio.to_thread(sitting.folder.read, name)
+    except OSError:
+        raise Problem(404, "The picture cannot be read any more.") from None
+
+
+def straightener(sitting: Sitting) -> dict[str, Any]:
+    """The camera by which a session's pictures are made straight. Raises Problem 409."""
+    camera = sitting.card.camera or camera_in(sitting.session)
+    if camera is None:
+        raise Problem(409, "Solve first; then pictures can be made straight.")
+    return camera
+
+
+def file_named(content: bytes, name: str, kind: str) -> Response:
+    """A file to take away."""
+    return Response(content, media_type=kind, headers={"Content-Disposition": f'attachment; filename="{name}"'})

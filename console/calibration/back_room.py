@@ -1,0 +1,142 @@
+"""What takes long or needs nothing remembered: solving, straightening pictures, reading camera files."""
+
+from __future__ import annotations
+
+import json
+import pickle
+
+import numpy as np
+
+from console.calibration.camera_desk import read
+from console.calibration.laser_keeping import resumed
+from console.calibration.values import Told, board_of, camera_of, jpeg
+from core.calibration.board import Board
+from core.calibration.camera_files import kalibr_yaml, opencv_yaml, parse_camera, read_json, ros_yaml
+from core.calibration.correction import exact_map, straighten
+from core.calibration.intrinsics import Calibration
+from core.calibration.laser_solve import LaserCalibration
+from core.calibration.mount_files import matrix, static_transform, urdf_joint
+from core.calibration.reports import camera_report, correction_report, kept, laser_report
+from core.calibration.session import CameraSession
+from core.errors import BadInput
+
+PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+ARROWS = 800  # residuals shown at most
+
+Exports = dict[str, list[str]]  # form → file name, text
+
+
+class BackRoom:
+    """Remembers nothing from job to job."""
+
+    def solve_camera(self, board: Told, state: Told) -> Told:
+        """A session's state → its solution: to be adopted, to be shown, to be taken away. Raises BadInput."""
+        session = CameraSession.resumed(state)
+        session.board = board_of(board)
+        names = [view.name for view in session.views]
+        found = session.solve()
+        report = camera_report(found)
+        report["views_refused"] = [
+            {"image": each.name, "reason": each.reason} for each in found.verdicts if not each.used
+        ]
+        exports = camera_exports(found, report)
+        report["residuals"] = residuals(found)
+        return {"calibration": pickle.dumps(found), "names": names, "report": report, "exports": exports}
+
+    def solve_laser(self, board: Told, camera: Told, mount: Told, state: Told) -> Told:
+        """Likewise for the laser."""
+        session = resumed(board, camera, mount, state)
+        names = [pose.name for pose in session.poses]
+        found = session.solve()
+        report = laser_report(found, names, session.board, session.model)
+        exports = laser_exports(found, session.board, camera)
+        return {"calibration": pickle.dumps(found), "names": names, "report": report, "exports": exports}
+
+    def correction(self, camera: Told) -> Told:
+        """The errors of Table 1's inverse and of the exact one."""
+        return correction_report(camera_of(camera))
+
+    def picture(self, content: bytes, camera: Told | None) -> bytes:
+        """A kept picture as JPEG, straight where a camera is given. Raises BadInput."""
+        grey, _ = read(content)
+        if camera is not None:
+            model = camera_of(camera)
+            if grey.shape != (model.height, model.width):
+                raise BadInput("This picture has another size than the calibration.")
+            grey = straighten(grey, exact_map(model))
+        return jpeg(grey)
+
+    def read_camera(self, text: str) -> Told:
+        """A camera file in any form → how it is kept, and what is known about it. Raises BadInput."""
+        model = parse_camera(text)
+        document = kept(model, "camera")
+        report: Told = {"image_size": [model.width, model.height], **parameters(model)}
+        report["warnings"] = ["Read from a file; how exact it is stands only in the file it came from."]
+        document["camera"] |= facts(text)
+        return {"document": document, "report": report | sds(document["camera"])}
+
+
+def parameters(model: object) -> Told:
+    """fx … k3 by name."""
+    return {name: getattr(model, name) for name in PARAMETERS}
+
+
+def facts(text: str) -> Told:
+    """What our own file knows beyond the camera itself: free parameters and their deviations."""
+    if not text.lstrip().startswith("{"):
+        return {}
+    entry = read_json(text).get("camera")
+    if not isinstance(entry, dict):
+        return {}
+    free, sd = entry.get("free"), entry.get("sd")
+    if not isinstance(free, list) or not isinstance(sd, list) or len(free) != len(sd):
+        return {}
+    if not set(map(str, free)) <= set(PARAMETERS) or not all(isinstance(each, float) for each in sd):
+        return {}
+    return {"free": free, "sd": sd}
+
+
+def sds(entry: Told) -> Told:
+    """Standard deviations by name, where they are known."""
+    return {"sd": dict(zip(entry["free"], entry["sd"], strict=True))} if "sd" in entry else {}
+
+
+def camera_exports(found: Calibration, report: Told) -> Exports:
+    """Every form of a camera's file; Kalibr's has no k3."""
+    board = found.board
+    document = kept(found.model, "camera", board=board, camera=report)
+    told: Exports = {
+        "ros": ["camera.yaml", ros_yaml(found.model)],
+        "opencv": [
+            "camera_opencv.yml",
+            opencv_yaml(found.model, board=(board.columns, board.rows, board.square), rms=found.rms),
+        ],
+        "json": ["camera.json", json.dumps(document, indent=1)],
+    }
+    if found.model.k3 == 0:
+        told["kalibr"] = ["camera_kalibr.yaml", kalibr_yaml(found.model)]
+    return told
+
+
+def laser_exports(found: LaserCalibration, board: Board, camera: Told) -> Exports:
+    """Every form of a mount's file."""
+    transform = found.extrinsics.transform
+    both = {
+        "laser_from_camera": matrix(transform).tolist(),
+        "camera_from_laser": matrix(transform.inverse()).tolist(),
+    }
+    document = kept(camera_of(camera), "camera", board=board, laser=found)
+    return {
+        "json": ["mount.json", json.dumps(document, indent=1)],
+        "urdf": ["mount.urdf.xml", urdf_joint(transform)],
+        "static_transform": ["mount.sh", static_transform(transform) + "\n"],
+        "matrix": ["mount_matrix.json", json.dumps(both, indent=1)],
+    }
+
+
+def residuals(found: Calibration) -> list[list[float]]:
+    """Where corners were seen and by how much they miss: rows of u, v, du, dv [pixel], thinned."""
+    used = found.corners.used
+    rows = np.concatenate((found.corners.pixels[used], found.residuals[used]), axis=1)
+    step = -(-len(rows) // ARROWS)
+    return np.round(rows[::step], 3).tolist()

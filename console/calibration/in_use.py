@@ -1,0 +1,157 @@
+"""The calibrations in use: `camera.json` and `mount.json`, each with its formers beside it.
+
+They hold the form of `core.calibration.reports.kept` and who accepted them when. Nothing that was accepted is ever
+deleted: another one moves it aside under its date, and undoing moves that back.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from console.calibration.folder import replace
+from console.problems import Problem
+from console.wire_calibration import CalibrationKind
+from core.calibration.camera_files import parse_camera, read_json
+from core.calibration.mount_files import read_mount
+from core.errors import BadInput, BeckonError
+from core.geometry import Transform
+from core.optics import CameraModel
+
+log = logging.getLogger(__name__)
+
+NAMES: dict[CalibrationKind, str] = {"camera": "camera", "laser": "mount"}
+MOST_BYTES = 2**22
+COMPARED = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2")
+
+Document = dict[str, Any]
+
+
+class InUse:
+    """What is in use, in memory and on disk. Only `open`, `put` and `undo` wait for the disk."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._documents: dict[CalibrationKind, Document] = {}
+        self.trouble = ""  # a file that is there but cannot be used
+
+    def open(self) -> None:
+        """Read what is there; what cannot be used stays where it is and is told."""
+        for kind, name in NAMES.items():
+            path = self._folder / f"{name}.json"
+            try:
+                if path.is_file():
+                    self._documents[kind] = read(path, kind)
+            except (OSError, BeckonError) as wrong:
+                self.trouble = f"The calibration in {path.name} cannot be used: {wrong} Calibrate anew."
+                log.warning(self.trouble)
+
+    @property
+    def camera(self) -> CameraModel | None:
+        """The camera in use."""
+        document = self._documents.get("camera")
+        return None if document is None else model_in(document)
+
+    @property
+    def mount(self) -> Transform | None:
+        """The mount in use, laser_from_camera."""
+        document = self._documents.get("laser")
+        return None if document is None else read_mount(document["extrinsics"])
+
+    def report(self, kind: CalibrationKind) -> Document | None:
+        """Everything there is to say about it, with who accepted it and when."""
+        document = self._documents.get(kind)
+        if document is None:
+            return None
+        accepted = document.get("accepted", {})
+        report = accepted.get("report") or plain_report(document, kind)
+        return {**report, "accepted_s": accepted.get("when_s"), "accepted_by": accepted.get("who")}
+
+    def put(self, kind: CalibrationKind, document: Document, report: Document, who: str) -> None:
+        """Use it from now on. Raises BadInput for a document that does not hold together, Problem when unsaved."""
+        whole = {**document, "accepted": {"when_s": time.time(), "who": who, "report": report}}
+        checked(whole, kind)
+        path = self._folder / f"{NAMES[kind]}.json"
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            if path.is_file():
+                path.replace(self._aside(path))
+            replace(path, json.dumps(whole, indent=1).encode())
+        except OSError as wrong:
+            raise Problem(503, f"The calibration could not be saved ({wrong.strerror}); check the disk.") from None
+        self._documents[kind] = whole
+
+    def undo(self, kind: CalibrationKind) -> None:
+        """Take the former back; the present one is kept aside. Raises Problem 409 when there is nothing to undo."""
+        if kind not in self._documents:
+            raise Problem(409, "There is no calibration in use that could be taken back.")
+        path = self._folder / f"{NAMES[kind]}.json"
+        formers = sorted(self._folder.glob(f"{NAMES[kind]}-2*.json"))
+        path.replace(self._aside(path, "taken-back-"))
+        del self._documents[kind]
+        if formers:
+            formers[-1].replace(path)
+            self._documents[kind] = read(path, kind)
+
+    def compare(self, kind: CalibrationKind, report: Document) -> dict[str, tuple[float, float]] | None:
+        """A new report beside the one in use, number by number: now, in use."""
+        mine = self.report(kind)
+        if mine is None:
+            return None
+        now, used = (numbers_of(kind, told) for told in (report, mine))
+        return {name: (value, used[name]) for name, value in now.items() if name in used}
+
+    def _aside(self, path: Path, why: str = "") -> Path:
+        """A name that is free, with the date."""
+        stamp = time.strftime("%Y-%m-%dT%H-%M-%S")
+        name = f"{path.stem}-{why}{stamp}"
+        free = (path.with_name(f"{name}{f'-{number:03d}' if number else ''}.json") for number in range(1000))
+        return next(each for each in free if not each.exists())
+
+
+def read(path: Path, kind: CalibrationKind) -> Document:
+    """A file → the document, whole and sound. Raises BadInput, OSError."""
+    if path.stat().st_size > MOST_BYTES:
+        raise BadInput("It is too large.")
+    document = read_json(path.read_text(encoding="utf-8", errors="replace"))
+    checked(document, kind)
+    return document
+
+
+def checked(document: Document, kind: CalibrationKind) -> None:
+    """Raises BadInput for a document that nothing could use."""
+    model_in(document)
+    if kind == "laser":
+        if not isinstance(document.get("extrinsics"), dict):
+            raise BadInput("It holds no mount.")
+        read_mount(document["extrinsics"])
+
+
+def model_in(document: Document) -> CameraModel:
+    """The camera in a document. Raises BadInput."""
+    return parse_camera(json.dumps(document))
+
+
+def plain_report(document: Document, kind: CalibrationKind) -> Document:
+    """What a document says by itself, where nobody wrote a report into it."""
+    if kind == "camera":
+        model = model_in(document)
+        names = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+        return {"image_size": [model.width, model.height], **{name: getattr(model, name) for name in names}}
+    mount = read_mount(document["extrinsics"])
+    return {"rotation": mount.rotation.tolist(), "translation_m": mount.translation.tolist()}
+
+
+def numbers_of(kind: CalibrationKind, report: Document) -> dict[str, float]:
+    """The numbers of a report that two calibrations are compared by."""
+    if kind == "camera":
+        return {name: report[name] for name in COMPARED if name in report}
+    turns = Rotation.from_matrix(np.array(report["rotation"])).as_euler("xyz", degrees=True)
+    names = ("x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg")
+    return dict(zip(names, [*report["translation_m"], *turns.tolist()], strict=True))

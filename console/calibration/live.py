@@ -1,0 +1,97 @@
+"""The robot's pictures and scans on their way to a session: the newest of each, nothing queues."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+import cv2
+import numpy as np
+
+from console.calibration.sitting import PICTURE_BUDGET, Sitting
+from console.problems import Problem
+from core.errors import BeckonError
+from core.geometry import Pose
+from core.message import Array
+from core.sensors import Image, Scan, SensorFrame
+
+PAUSE = 0.5  # [s] after something went wrong
+CARRIED, TURNED = 0.02, np.deg2rad(1.5)  # [m], [rad] the robot may move after it has looked at the empty room
+
+
+class Live:
+    """Looks at what the robot sees until it is over. Lives on the event loop."""
+
+    def __init__(self, sitting: Sitting) -> None:
+        self._sitting = sitting
+        self._image: Image | None = None
+        self._scan: Scan | None = None
+        self._odometry: Pose | None = None
+        self._stood: Pose | None = None  # where the robot was when it looked at the empty room
+        self._news = asyncio.Event()
+        self._over = False
+        self.task = asyncio.get_running_loop().create_task(self._run())
+
+    def saw(self, frame: SensorFrame) -> None:
+        """A frame of the robot; the newest replaces what nobody has looked at yet."""
+        self._image, self._scan = frame.image or self._image, frame.scan or self._scan
+        if frame.wheels is not None:
+            self._odometry = frame.wheels.odometry
+        self._news.set()
+
+    def end(self) -> None:
+        """Over as soon as what is under way is done."""
+        self._over = True
+        self._news.set()
+
+    async def _run(self) -> None:
+        while not self._over:
+            await self._news.wait()
+            self._news.clear()
+            (scan, self._scan), (image, self._image) = (self._scan, None), (self._image, None)
+            try:
+                if scan is not None and self._sitting.card.kind == "laser":
+                    await self._sweep(scan)
+                if image is not None:
+                    await self._look(image)
+            except (BeckonError, Problem) as wrong:
+                self._sitting.trouble(str(wrong))
+                await asyncio.sleep(PAUSE)
+
+    async def _look(self, image: Image) -> None:
+        await self._sitting.act(
+            "look", {**grey_told(image), "stamp": image.stamp}, budget=PICTURE_BUDGET, stamp=image.stamp, patient=True
+        )
+
+    async def _sweep(self, scan: Scan) -> None:
+        if self._moved():
+            await self._sitting.act("forget_room", {}, patient=True)
+        known = await self._sitting.act("sweep", scan_told(scan), stamp=scan.stamp, patient=True)
+        if not known["room_known"]:
+            self._stood = self._odometry
+
+    def _moved(self) -> bool:
+        """Whether the robot stands elsewhere than when it looked at the empty room."""
+        if self._stood is None or self._odometry is None:
+            return False
+        away = self._stood.inverse() @ self._odometry
+        return float(np.hypot(away.x, away.y)) > CARRIED or abs(away.heading) > TURNED
+
+
+def grey_told(image: Image) -> dict[str, Any]:
+    """A picture as a worker takes it."""
+    pixels: Array = image.pixels
+    grey = cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY) if pixels.ndim == 3 else pixels
+    return {"pixels": grey.tobytes(), "width": grey.shape[1], "height": grey.shape[0]}
+
+
+def scan_told(scan: Scan) -> dict[str, Any]:
+    """A scan as a worker takes it."""
+    return {
+        "ranges": scan.ranges.astype(np.float64).tobytes(),
+        "angle_min": scan.angle_min,
+        "angle_step": scan.angle_step,
+        "range_min": scan.range_min,
+        "range_max": scan.range_max,
+        "stamp": scan.stamp,
+    }

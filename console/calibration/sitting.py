@@ -1,0 +1,246 @@
+"""One calibration session as the console keeps it: its worker, its file, and what the page is shown."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable
+from typing import Any, get_type_hints
+
+import msgspec
+
+from console import wire_calibration as wire
+from console.calibration.folder import VERSION, Folder, Kept
+from console.problems import Problem
+from console.workers import Lost, Worker
+from core.errors import BadInput, BeckonError, Refused
+
+PICTURE_BUDGET = 2.0  # [s] of processor time for one picture
+BUDGET = 10.0  # [s] for anything else at the desk
+SOLVE_BUDGET = 60.0  # [s]
+MOST_WAITING = 3  # requests that may wait for the desk
+PARTS = get_type_hints(wire.CalibrationSession)
+
+Shown = Callable[["Sitting", bool], None]
+
+
+class Sitting:
+    """Lives on the event loop. Everything that looks at pictures or computes happens in workers."""
+
+    def __init__(
+        self, kept: Kept, folder: Folder, back_room: Worker, shown: Shown, tell: Callable[[str], None]
+    ) -> None:
+        self.card, self.session = kept.card, kept.shown
+        self.pictures, self.exports = kept.pictures, kept.exports
+        self.folder = folder
+        self.pose: dict[str, Any] | None = None  # of the board as advised, camera_from_board
+        self.solver: asyncio.Task[None] | None = None
+        self.compare: Callable[[], dict[str, tuple[float, float]] | None] = lambda: None
+        self.used = time.monotonic()
+        self.last_counted = 0  # number of the newest verdict that counted
+        self._state = kept.state
+        self._names: list[str] = []  # of the views that take part
+        self._stale = False
+        self._given_up: list[str] | None = None  # views that could not be solved
+        self._calibration: tuple[bytes, list[str]] | None = None
+        self._back_room, self._shown, self._tell = back_room, shown, tell
+        self._desk = Worker(kept.card.kind)
+        self._opened = 0  # the desk's start at which the session was laid on it
+        self._turn = asyncio.Lock()
+        self._waiting = 0
+        self._number = kept.shown.verdict.number if kept.shown.verdict else 0
+
+    @property
+    def pid(self) -> int | None:
+        """Of its worker, while there is one."""
+        return self._desk.pid
+
+    @property
+    def busy(self) -> bool:
+        """Whether something is under way."""
+        return self._waiting > 0 or self.solver is not None
+
+    async def act(
+        self,
+        do: str,
+        given: dict[str, Any],
+        *,
+        budget: float = BUDGET,
+        stamp: float | None = None,
+        patient: bool = False,
+    ) -> dict[str, Any]:
+        """One job at the desk → what it answers, shown and saved already. Raises Problem, BadInput, Refused.
+
+        `patient`: whoever asks may wait behind however many others.
+        """
+        if self._waiting >= MOST_WAITING and not patient:
+            raise Problem(429, "One thing at a time: wait for the answer before you send the next picture.")
+        self._waiting += 1
+        self.used = time.monotonic()
+        try:
+            async with self._turn:
+                await self._lay_out()
+                try:
+                    answer = await self._desk.ask(do, given, budget=budget)
+                except Lost as lost:
+                    self.trouble(str(lost))
+                    raise BadInput(str(lost)) from None
+                await self._took(answer, given.get("content"), stamp)
+        finally:
+            self._waiting -= 1
+        self.solve_soon()
+        return answer
+
+    def trouble(self, words: str, kind: wire.VerdictKind = "trouble") -> None:
+        """Tell the person what went wrong."""
+        self._adopt({"verdict": {"kind": kind, "words": words}}, None)
+        self._shown(self, True)
+
+    def show(self, *, urgent: bool = False) -> None:
+        """Something about the session has changed."""
+        self._shown(self, urgent)
+
+    async def save(self) -> None:
+        """Write all of it."""
+        kept = Kept(VERSION, self.card, self.session, self._state, self.pictures, self.exports)
+        try:
+            await asyncio.to_thread(self.folder.save, msgspec.json.encode(kept))
+        except OSError:
+            self._tell("The calibration cannot be saved on disk now; it goes on in memory. Check the data folder.")
+
+    def solve_soon(self, *, again: bool = False) -> None:
+        """Solve in the background, when the solution does not cover the views."""
+        if again:
+            self._given_up = None
+        if self._stale and self.solver is None and self._names != self._given_up:
+            self.solver = asyncio.get_running_loop().create_task(self._solve())
+
+    async def solve_now(self) -> None:
+        """Solve, even what could not be solved before. Raises Refused with too few views."""
+        await self.act("refresh", {})
+        if not self._stale and self.session.solution is None:
+            raise Refused(self.session.progress.words)
+        self.solve_soon(again=True)
+
+    def close(self) -> None:
+        """End the worker; the session stays."""
+        if self.solver is not None:
+            self.solver.cancel()
+        self._desk.kill()
+
+    async def _lay_out(self) -> None:
+        """The worker has the session before it. Raises Problem when that cannot be."""
+        if self._desk.alive and self._opened == self._desk.starts:
+            return
+        calibration, names = self._calibration or (None, [])
+        given = {"board": msgspec.to_builtins(self.card.board), "state": self._state}
+        given |= {"calibration": calibration, "names": names}
+        if self.card.kind == "laser":
+            given |= {"camera": self.card.camera, "mount": self.card.mount}
+        try:
+            answer = await self._desk.ask("open", given, budget=BUDGET)
+        except Lost as lost:
+            self.trouble(str(lost))
+            raise Problem(503, "The calibration's worker does not start; try again.") from None
+        self._opened = self._desk.starts
+        self._learn(answer)
+
+    async def _took(self, answer: dict[str, Any], content: bytes | None, stamp: float | None) -> None:
+        counted = answer.get("kept")
+        if counted is not None:
+            await self._keep(counted, content)
+        self._learn(answer, stamp)
+        if "state" in answer:
+            await self.save()
+        self._shown(self, counted is not None)
+
+    def _learn(self, answer: dict[str, Any], stamp: float | None = None) -> None:
+        self._adopt(answer.get("parts", {}), stamp)
+        if "state" in answer:
+            self._state, self._stale, self._names = answer["state"], answer["stale"], answer["names"]
+
+    def _adopt(self, parts: dict[str, Any], stamp: float | None) -> None:
+        """What the page is shown; anything from a worker is checked."""
+        for name, value in parts.items():
+            setattr(self.session, name, msgspec.convert(value, PARTS[name]))
+        if parts.get("advice") is not None:
+            self.pose = parts["advice"]
+        if parts.get("verdict") is not None and self.session.verdict is not None:
+            self._number += 1
+            self.session.verdict.number, self.session.verdict.stamp_s = self._number, stamp
+            if self.session.verdict.kind == "counted":
+                self.last_counted = self._number
+
+    async def _keep(self, counted: dict[str, Any], content: bytes | None) -> None:
+        """The picture of a view that was counted."""
+        picture = counted["picture"] or content
+        if not picture:
+            return
+        try:
+            name = await asyncio.to_thread(
+                self.folder.save_picture, len(self.pictures) + 1, picture, counted["small"]
+            )
+        except OSError:
+            self._tell("A view's picture cannot be saved on disk; its corners are kept. Check the data folder.")
+            return
+        self.pictures[counted["name"]] = name
+
+    # solving
+
+    async def _solve(self) -> None:
+        try:
+            while self._stale and self._names != self._given_up:
+                names = list(self._names)
+                self.session.solving = wire.CalibrationSolving(time.time(), f"Solving with {len(names)} views.")
+                self._shown(self, True)
+                await self._solve_once(names)
+        finally:
+            self.session.solving = self.solver = None
+            self._shown(self, True)
+        await self._measure_correction()
+
+    async def _solve_once(self, names: list[str]) -> None:
+        try:
+            told = await self._back_room.ask(f"solve_{self.card.kind}", self._job(), budget=SOLVE_BUDGET)
+            self._calibration = told["calibration"], told["names"]
+            self.session.solution = told["report"]
+            self.session.in_use_compare = self.compare()
+            self.exports = {form: (name, text) for form, (name, text) in told["exports"].items()}
+            await self.act("adopt", {"calibration": told["calibration"], "names": told["names"]}, patient=True)
+        except (BeckonError, Problem) as wrong:
+            self._given_up = names
+            self.trouble(f"Not solved: {wrong}")
+
+    def _job(self) -> dict[str, Any]:
+        job: dict[str, Any] = {"board": msgspec.to_builtins(self.card.board), "state": self._state}
+        if self.card.kind == "laser":
+            job |= {"camera": self.card.camera, "mount": self.card.mount}
+        return job
+
+    async def _measure_correction(self) -> None:
+        """How well Table 1 straightens this camera's pictures; takes longer than solving, so it comes last."""
+        camera = camera_in(self.session)
+        if camera is None or self.session.solution is None or "correction" in self.session.solution:
+            return
+        solution = self.session.solution
+        try:
+            solution["correction"] = await self._back_room.ask("correction", {"camera": camera}, budget=BUDGET)
+        except BeckonError:
+            return
+        await self.save()
+        self._shown(self, False)
+
+
+def camera_in(session: wire.CalibrationSession) -> dict[str, Any] | None:
+    """The solved camera's parameters by name, where there is one."""
+    solution = session.solution
+    if session.kind != "camera" or solution is None:
+        return None
+    width, height = solution["image_size"]
+    names = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2")
+    return {
+        "width": width,
+        "height": height,
+        "k3": solution.get("k3", 0.0),
+        **{name: solution[name] for name in names},
+    }

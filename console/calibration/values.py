@@ -1,0 +1,81 @@
+"""What passes between the console and its calibration workers: plain values, both ways."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+
+from core.calibration.board import Board
+from core.calibration.guidance import Advice
+from core.message import Array
+from core.optics import CameraModel
+
+SMALL = 200  # [pixel] longest side of a thumbnail
+CAMERA_NAMES = ("width", "height", "fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+
+Told = dict[str, Any]
+
+
+def board_of(told: Told) -> Board:
+    """{"columns", "rows", "square_m", "panel_m"} → the board. Raises BadInput."""
+    panel = told["panel_m"]
+    return Board(
+        columns=told["columns"],
+        rows=told["rows"],
+        square=told["square_m"],
+        panel=None if panel is None else (panel[0], panel[1]),
+    )
+
+
+def board_told(board: Board) -> Told:
+    """The other way."""
+    panel = None if board.panel is None else list(board.panel)
+    return {"columns": board.columns, "rows": board.rows, "square_m": board.square, "panel_m": panel}
+
+
+def camera_of(told: Told) -> CameraModel:
+    """The camera's parameters by name → the camera. Raises BadInput."""
+    return CameraModel(**{name: told[name] for name in CAMERA_NAMES})
+
+
+def camera_told(model: CameraModel) -> Told:
+    """The other way."""
+    return {name: getattr(model, name) for name in CAMERA_NAMES}
+
+
+def points(array: Array, digits: int = 1) -> list[Any]:
+    """Points (N, K), rounded for the page."""
+    return np.round(array.astype(float), digits).tolist()
+
+
+def advice_told(advice: Advice | None) -> Told | None:
+    """The next view, and the board's pose for whoever can hold it exactly."""
+    if advice is None:
+        return None
+    return {
+        "words": advice.words,
+        "outline": points(advice.outline),
+        "corners": points(advice.corners),
+        "rotation": advice.rotation.tolist(),
+        "translation_m": advice.translation.tolist(),
+    }
+
+
+def grey_of(pixels: bytes, width: int, height: int) -> Array:
+    """Raw bytes → the grey picture (H, W) uint8."""
+    return np.frombuffer(pixels, np.uint8).reshape(height, width)
+
+
+def png(grey: Array) -> bytes:
+    """Without loss."""
+    return cv2.imencode(".png", grey)[1].tobytes()
+
+
+def jpeg(picture: Array, longest: int | None = None, quality: int = 85) -> bytes:
+    """Made smaller where a side is longer than `longest` [pixel]."""
+    scale = 1.0 if longest is None else min(1.0, longest / max(picture.shape[:2]))
+    if scale < 1:
+        picture = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()

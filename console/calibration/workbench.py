@@ -1,0 +1,288 @@
+"""The workbench: every calibration session, what is in use, and the way of the robot's pictures to both."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from console import wire
+from console.calibration.folder import VERSION, Card, Folder, Kept, kept_sessions
+from console.calibration.in_use import InUse
+from console.calibration.laser_keeping import mount_told
+from console.calibration.live import Live, grey_told
+from console.calibration.robot_sensors import calibrated, nominal_mount
+from console.calibration.showing import show
+from console.calibration.sitting import PICTURE_BUDGET, Sitting
+from console.calibration.values import board_of, camera_told
+from console.latest import Hub
+from console.problems import Problem
+from console.robot_link import RobotLink
+from console.wire_calibration import CalibrationBoard, CalibrationKind, CalibrationSession, CalibrationSource
+from console.workers import Worker
+from core.calibration.mount import Mount
+from core.robots import Profile
+from core.sensors import Image, SensorFrame
+from core.snapshot import Level
+
+MOST_SESSIONS = 100
+GAP = 0.1  # [s] at least between two states of one session on the socket
+IDLE = 180.0  # [s] after which a worker that nobody needs is ended
+
+
+class Workbench:
+    """Lives on the event loop. One per console."""
+
+    def __init__(
+        self,
+        home: Path,
+        robot: RobotLink,
+        hub: Hub,
+        tell: Callable[[Level, str], None],
+        used: Callable[[Profile], None],
+    ) -> None:
+        """`tell` hangs a notice; `used` hears of the robot's profile whenever another calibration is in use."""
+        self.in_use = InUse(home / "calibration")
+        self.sittings: dict[str, Sitting] = {}
+        self.back_room = Worker("back room")
+        self.newest: Image | None = None  # the robot's picture; set by the pilot's thread
+        self.watching = False  # some session wants the robot's frames
+        self._home = home / "calibration"
+        self._robot, self._hub, self._tell, self._used = robot, hub, tell, used
+        self._live: dict[str, Live] = {}
+        self._shows: dict[str, asyncio.Task[None]] = {}
+        self._told_at: dict[str, float] = {}
+        self._later: dict[str, asyncio.TimerHandle] = {}
+
+    # life
+
+    async def open(self) -> None:
+        """Find what was there before."""
+        await asyncio.to_thread(self.in_use.open)
+        for kept in await asyncio.to_thread(lambda: list(kept_sessions(self._home))):
+            shown = kept.shown
+            shown.live = shown.showing = False
+            shown.solving = shown.scan = None
+            self._seat(kept)
+        if self.in_use.trouble:
+            self._tell("warning", self.in_use.trouble)
+
+    async def close(self) -> None:
+        """End every worker; the sessions stay on disk."""
+        for task in (*self._shows.values(), *(live.task for live in self._live.values())):
+            task.cancel()
+        for sitting in self.sittings.values():
+            sitting.close()
+        self.back_room.kill()
+
+    def tick(self, now: float) -> None:
+        """Now and then: workers that nobody has needed for a while are ended."""
+        for sitting in self.sittings.values():
+            if sitting.pid is not None and not sitting.busy and now - sitting.used > IDLE:
+                sitting.close()
+        if self.back_room.alive and not self.back_room.busy and not any(s.pid for s in self.sittings.values()):
+            self.back_room.kill()
+
+    # sessions
+
+    def find(self, session_id: str) -> Sitting:
+        """Raises Problem 404."""
+        sitting = self.sittings.get(session_id)
+        if sitting is None:
+            raise Problem(404, "There is no such calibration session; it may have been deleted.")
+        return sitting
+
+    async def begin(
+        self, kind: CalibrationKind, source: CalibrationSource, board: CalibrationBoard, height: float | None
+    ) -> Sitting:
+        """A new session. Raises Problem 409, BadInput."""
+        board_of(msgspec.to_builtins(board))
+        if len(self.sittings) >= MOST_SESSIONS:
+            raise Problem(409, f"{MOST_SESSIONS} calibration sessions are kept already; delete some first.")
+        if source == "robot" and self._robot.profile.camera is None:
+            raise Problem(409, "This robot has no camera; upload pictures instead.")
+        card = Card(secrets.token_hex(6), kind, source, board, time.time())
+        if kind == "laser":
+            self._prepare_laser(card, height)
+        shown = CalibrationSession(card.id, kind, source, board, card.created_s)
+        for other in list(self.sittings.values()):
+            if other.card.kind == kind:
+                self.rest(other)
+        sitting = self._seat(Kept(VERSION, card, shown))
+        await sitting.save()
+        return sitting
+
+    async def delete(self, sitting: Sitting) -> None:
+        """For good; what was accepted from it stays in use."""
+        self.rest(sitting)
+        self.sittings.pop(sitting.card.id, None)
+        self._hub.forget(f"calibration:{sitting.card.id}")
+        await asyncio.to_thread(sitting.folder.remove)
+
+    def rest(self, sitting: Sitting) -> None:
+        """Look no more, and let its worker go."""
+        if (task := self._shows.get(sitting.card.id)) is not None:
+            task.cancel()
+        self.live(sitting, on=False)
+        sitting.close()
+
+    def _prepare_laser(self, card: Card, height: float | None) -> None:
+        profile, model = self._robot.profile, self.in_use.camera
+        if card.source != "robot":
+            raise Problem(409, "The laser is calibrated with the robot's own camera and laser: choose the robot.")
+        if profile.laser is None:
+            raise Problem(409, "This robot has no laser.")
+        if model is None:
+            raise Problem(409, "Calibrate the camera first; the laser is calibrated against it.")
+        own = profile.camera.model if profile.camera is not None else None
+        if own is None or (own.width, own.height) != (model.width, model.height):
+            raise Problem(409, "The camera's calibration is for pictures of another size; calibrate the camera anew.")
+        card.camera = camera_told(model)
+        card.mount = mount_told(Mount(nominal=nominal_mount(profile)) if height is None else Mount.measured(height))
+
+    def _seat(self, kept: Kept) -> Sitting:
+        card = kept.card
+        sitting = Sitting(kept, Folder(self._home / card.id), self.back_room, self._changed, self._warn)
+        sitting.compare = lambda: self.in_use.compare(card.kind, kept.shown.solution or {})
+        self.sittings[card.id] = sitting
+        return sitting
+
+    # in use
+
+    def profile(self) -> Profile:
+        """The robot as calibrated; why a calibration is not used is told."""
+        profile, why_not = calibrated(self._robot.profile, self.in_use)
+        if why_not:
+            self._warn(why_not)
+        return profile
+
+    async def accept(self, sitting: Sitting, *, anyway: bool, who: str) -> dict[str, Any]:
+        """Use a session's calibration from now on → its report. Raises Refused with the reason."""
+        told = await sitting.act("accept", {"anyway": anyway})
+        await self.use(sitting.card.kind, told, who)
+        sitting.session.accepted_s = time.time()
+        await sitting.save()
+        sitting.show(urgent=True)
+        return told["report"]
+
+    async def read(self, text: str, who: str) -> dict[str, Any]:
+        """Use the camera in a file of any form from now on → its report. Raises BadInput."""
+        told = await self.back_room.ask("read_camera", {"text": text}, budget=PICTURE_BUDGET)
+        await self.use("camera", told, who)
+        return told["report"]
+
+    async def use(self, kind: CalibrationKind, told: dict[str, Any], who: str) -> None:
+        """A document with its report becomes the calibration in use. Raises BadInput, Problem 503."""
+        await asyncio.to_thread(self.in_use.put, kind, told["document"], told["report"], who)
+        self._used(self.profile())
+
+    async def undo(self, kind: CalibrationKind) -> None:
+        """Take the former calibration back. Raises Problem 409."""
+        await asyncio.to_thread(self.in_use.undo, kind)
+        self._used(self.profile())
+
+    def _warn(self, words: str) -> None:
+        self._tell("warning", words)
+
+    # looking
+
+    def live(self, sitting: Sitting, *, on: bool) -> None:
+        """Look at the robot's pictures and scans by itself, or stop it. Raises Problem 409."""
+        if on and sitting.card.source != "robot":
+            raise Problem(409, "This session does not look at the robot; send it pictures.")
+        live = self._live.pop(sitting.card.id, None)
+        if on:
+            for other in self.sittings.values():
+                if other is not sitting and other.card.kind == sitting.card.kind:
+                    self.rest(other)
+            self._live[sitting.card.id] = live or Live(sitting)
+        elif live is not None:
+            live.end()
+        self.watching = bool(self._live)
+        if sitting.session.live != on:
+            sitting.session.live = on
+            sitting.show(urgent=True)
+
+    def saw(self, frame: SensorFrame) -> None:
+        """A frame of the robot."""
+        for live in self._live.values():
+            live.saw(frame)
+
+    async def capture(self, sitting: Sitting) -> None:
+        """The robot's newest picture, taken on purpose. Raises Problem 409, 503."""
+        if sitting.card.source != "robot" or sitting.card.kind != "camera":
+            raise Problem(409, "Only a camera session that looks at the robot takes its pictures on purpose.")
+        if self.newest is None or self._robot.link()[0] != "live":
+            raise Problem(503, "No picture comes from the robot now.")
+        image = self.newest
+        await sitting.act("capture", grey_told(image), budget=PICTURE_BUDGET, stamp=image.stamp)
+
+    async def show_me(self, sitting: Sitting, *, on: bool) -> None:
+        """The simulated assistant holds the board for this session, or stops. Raises Problem 409."""
+        former = self._shows.pop(sitting.card.id, None)
+        if former is not None:
+            former.cancel()
+            await asyncio.gather(former, return_exceptions=True)
+        if on:
+            for other in list(self._shows):
+                await self.show_me(self.sittings[other], on=False)
+            self.live(sitting, on=True)
+            task = asyncio.get_running_loop().create_task(self._show(sitting))
+            self._shows[sitting.card.id] = task
+
+    async def _show(self, sitting: Sitting) -> None:
+        sitting.session.showing = True
+        sitting.show(urgent=True)
+        try:
+            await show(sitting, self._ask, seed=len(self.sittings))
+        finally:
+            sitting.session.showing = False
+            sitting.show(urgent=True)
+            self._shows.pop(sitting.card.id, None)
+
+    async def _ask(self, request: dict[str, Any]) -> dict[str, Any]:
+        return await asyncio.to_thread(self._robot.ask, request)
+
+    # telling
+
+    def show(self, session_id: str) -> None:
+        """Somebody begins to look at a session: it is told as it is."""
+        if session_id in self.sittings:
+            self._publish(self.sittings[session_id])
+
+    def _changed(self, sitting: Sitting, urgent: bool) -> None:
+        """Publish at most ten times a second; at once, when it is urgent."""
+        name = sitting.card.id
+        if not self._hub.watched(f"calibration:{name}") or name not in self.sittings:
+            return
+        wait = self._told_at.get(name, 0.0) + GAP - time.monotonic()
+        if urgent or wait <= 0:
+            self._publish(sitting)
+        elif name not in self._later:
+            self._later[name] = asyncio.get_running_loop().call_later(wait, self._publish, sitting)
+
+    def _publish(self, sitting: Sitting) -> None:
+        name = sitting.card.id
+        if (waiting := self._later.pop(name, None)) is not None:
+            waiting.cancel()
+        self._told_at[name] = time.monotonic()
+        self._hub.publish(f"calibration:{name}", wire.encode(wire.CalibrationNews(sitting.session)).decode())
+
+
+def listed(sitting: Sitting) -> dict[str, Any]:
+    """A session in the list of all."""
+    session = sitting.session
+    return {
+        "id": session.id,
+        "kind": session.kind,
+        "source": session.source,
+        "created_s": session.created_s,
+        "views": session.progress.views,
+        "ready": session.progress.ready,
+        "accepted": session.accepted_s is not None,
+    }

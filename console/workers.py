@@ -1,0 +1,138 @@
+"""Workers that may be killed: what is dangerous or slow happens in a process of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import signal
+import socket
+from typing import Any
+
+import msgspec
+
+from console.child import Child
+from console.worker_process import LENGTH, packed
+from core import errors
+from core.errors import BadInput, BeckonError, Unavailable
+
+log = logging.getLogger(__name__)
+
+STARTING = 30.0  # [s] until a worker has to be ready
+LONGER = 4.0  # times its processor time that a job may take by the clock
+MOST_TOLD = 2**26  # [bytes] of one answer
+
+
+class Lost(BeckonError):
+    """The worker is gone, and with it the job; the text says why."""
+
+
+class Worker:
+    """One process for one kind of work, started when first asked, started anew after it was lost.
+
+    Lives on the event loop. Jobs wait for each other; there is never more than one under way.
+    """
+
+    def __init__(self, desk: str) -> None:
+        self.desk = desk
+        self.starts = 0  # how often it was started: whoever keeps something there notices that it is gone
+        self._child: Child | None = None
+        self._reader: asyncio.StreamReader | None = None
+        self._writer: asyncio.StreamWriter | None = None
+        self._turn = asyncio.Lock()
+
+    @property
+    def alive(self) -> bool:
+        """Whether there is a process."""
+        return self._child is not None and self._child.alive
+
+    @property
+    def pid(self) -> int | None:
+        """Its number, when there is one."""
+        return self._child.pid if self._child is not None and self.alive else None
+
+    @property
+    def busy(self) -> bool:
+        """Whether a job is under way."""
+        return self._turn.locked()
+
+    async def ready(self) -> None:
+        """Start it, if it is not there. Raises Lost."""
+        async with self._turn:
+            await self._ready()
+
+    async def ask(self, do: str, given: dict[str, Any], *, budget: float) -> Any:
+        """One job with so much processor time [s] → its answer.
+
+        Raises Lost when the worker was killed or broke, otherwise what the job raised: BadInput, Refused.
+        """
+        async with self._turn:
+            await self._ready()
+            told = await self._converse(packed({"do": do, "given": given, "budget": budget}), LONGER * budget)
+        if "details" in told:
+            log.error("A worker failed: %s", told["details"])
+        if "sentence" in told:
+            kind = getattr(errors, str(told.get("kind")), BadInput)
+            raise kind(str(told["sentence"]))
+        return told.get("told")
+
+    def kill(self) -> None:
+        """End it now; a job under way is lost."""
+        if self._writer is not None:
+            self._writer.close()
+        if self._child is not None:
+            self._child.kill()
+            self._child.end(1.0)
+        self._child = self._reader = self._writer = None
+
+    async def _ready(self) -> None:
+        if self.alive:
+            return
+        self.kill()
+        ours, theirs = socket.socketpair()
+        with theirs:
+            arguments = [f"--pipe={theirs.fileno()}", f"--desk={self.desk}"]
+            self._child = await asyncio.to_thread(Child, "console.worker_process", arguments, [theirs])
+        self._reader, self._writer = await asyncio.open_connection(sock=ours, limit=2**20)
+        self.starts += 1
+        await self._converse(b"", STARTING)
+
+    async def _converse(self, raw: bytes, patience: float) -> dict[str, Any]:
+        """Send, and wait for what comes back. Raises Lost; then the worker is gone."""
+        reader, writer = self._reader, self._writer
+        if reader is None or writer is None:
+            raise Lost("The calibration's worker is gone.")
+        try:
+            async with asyncio.timeout(patience):
+                writer.write(raw)
+                await writer.drain()
+                length = LENGTH.unpack(await reader.readexactly(LENGTH.size))[0]
+                if length > MOST_TOLD:
+                    raise Lost("The calibration's worker talks nonsense; it is started anew.")
+                told = msgspec.msgpack.decode(await reader.readexactly(length))
+        except TimeoutError:
+            self.kill()
+            raise Lost("That took too long, so it was given up.") from None
+        except (OSError, asyncio.IncompleteReadError):
+            raise Lost(self._last_words()) from None
+        except msgspec.MsgspecError:
+            self.kill()
+            raise Lost("The calibration's worker talks nonsense; it is started anew.") from None
+        except BaseException:
+            self.kill()
+            raise
+        if not isinstance(told, dict):
+            raise Unavailable("The calibration's worker did not answer properly.")
+        return told
+
+    def _last_words(self) -> str:
+        child = self._child
+        code = None
+        if child is not None:
+            with contextlib.suppress(Exception):
+                child.end(1.0)
+            code = child.code
+        self.kill()
+        if code == -signal.SIGPROF:
+            return "That took too long, so it was given up."
+        return "That broke the worker that looked at it; nothing else was lost."
