@@ -40,6 +40,7 @@ class Talk:
         self._person = person
         self._viewer = Viewer("state", "camera")
         self._tab = secrets.token_hex(8)
+        self._session: str | None = None  # of a calibration, the one this page looks at
         self._second = 0.0
         self._heard = 0
         self._press: int | None = None  # of the key that this socket's hand holds down
