@@ -164,7 +164,7 @@ def watch(port: int, viewers: int, stack: contextlib.ExitStack) -> None:
                 pass
 
     for number in range(viewers + 1):
-        socket = connect(url, origin=origin, compression=None)  # type: ignore[arg-type]
+        socket = connect(url, origin=origin, compression=None, ping_interval=None)  # type: ignore[arg-type]
         stack.callback(socket.socket.close)
         if number < viewers:
             threading.Thread(target=read, args=(socket,), daemon=True).start()
