@@ -53,7 +53,10 @@ def part(values: list[float], share: float) -> float:
 def campaign(viewers: int, seconds: float) -> dict[str, object]:
     """One console, some viewers, commands one after the other."""
     told: multiprocessing.SimpleQueue[list[float]] = multiprocessing.SimpleQueue()
+    turn = 0
     with console() as running:
+        while running.get("/api/health")["reasons"]:
+            time.sleep(0.1)
         watching = multiprocessing.Process(target=look_on, args=(running.port, viewers, seconds, told))
         watching.start()
         processes = {"console": psutil.Process(running.process.pid)}
@@ -61,7 +64,7 @@ def campaign(viewers: int, seconds: float) -> dict[str, object]:
             processes[child.cmdline()[2].rsplit(".", 1)[-1]] = child
         for process in processes.values():
             process.cpu_percent()
-        ends, late, steps, turn = time.monotonic() + seconds, [], [], 0
+        ends, late, steps = time.monotonic() + seconds, [], []
         while time.monotonic() < ends - 3.0:
             if running.get("/api/state")["command"] is None or turn == 0:
                 running.post("/api/commands", {"text": WORDS[turn % len(WORDS)]})

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import urllib.error
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
@@ -33,9 +34,12 @@ class Console:
         self.children = psutil.Process(self.process.pid).children(recursive=True)
 
     def get(self, path: str) -> Any:
-        """GET → what the JSON says."""
-        with urllib.request.urlopen(f"http://127.0.0.1:{self.port}{path}", timeout=5) as answer:
-            return json.load(answer)
+        """GET → what the JSON says, also where it is a problem."""
+        try:
+            with urllib.request.urlopen(f"http://127.0.0.1:{self.port}{path}", timeout=5) as answer:
+                return json.load(answer)
+        except urllib.error.HTTPError as refused:
+            return json.load(refused)
 
     def post(self, path: str, body: dict[str, object] | None = None) -> int:
         """POST and answer with the status."""
