@@ -22,7 +22,7 @@ def mount_told(mount: Mount) -> Told:
     return {
         "rotation": nominal.rotation.tolist(),
         "translation_m": nominal.translation.tolist(),
-        "spread": list(mount.spread),
+        "spread": [float(sd) for sd in mount.spread],
     }
 
 
