@@ -61,7 +61,7 @@ def campaign(viewers: int, seconds: float) -> dict[str, object]:
         watching.start()
         processes = {"console": psutil.Process(running.process.pid)}
         for child in running.children:
-            processes[child.cmdline()[2].rsplit(".", 1)[-1]] = child
+            processes["gate" if "gate" in " ".join(child.cmdline()) else "driver"] = child
         for process in processes.values():
             process.cpu_percent()
         ends, late, steps = time.monotonic() + seconds, [], []
