@@ -43,8 +43,9 @@ class AssistantSettings:
     lost: float = 1.2  # [s] … while no board is seen …
     gathering: float = 8.0  # [s] … and while scans are gathered
     solving: float = 3.0  # [s] waited at most for a solution before the next pose
-    lift: float = 0.03  # [m] higher with every refusal of the room: low poses end at the floor
-    tries: int = 6  # poses asked of the room before another suggestion is asked for
+    lift: float = 0.03  # [m] higher with every refusal of the room: low poses end at the floor …
+    highest: float = 0.36  # [m] … but not so high; then low again
+    tries: int = 4  # poses asked of the room before another suggestion is asked for
     care: tuple[float, ...] = (
         1.0,
         0.5,
@@ -137,9 +138,10 @@ class Assistant:
     async def _taken(self, now: float, advised: Transform) -> bool:
         """Ask the room for the advised pose, missed a little, higher each time it says no → whether it said yes."""
         settings = self._settings
-        care = settings.care[self._tries % len(settings.care)]
+        turns, which = divmod(self._tries, len(settings.care))
         for number in range(settings.tries):
-            pose = self._missed(advised, care, number * settings.lift)
+            higher = settings.lift * (number + turns * settings.tries) % settings.highest if number else 0.0
+            pose = self._missed(advised, settings.care[which], higher)
             try:
                 await self._ask(self._request(pose))
             except BadInput:
