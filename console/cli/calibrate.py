@@ -39,10 +39,13 @@ def run_laser(chosen: argparse.Namespace) -> int:
     """Pairs of pictures and scans → the mount."""
     from console.cli.calibration_words import laser_lines
     from core.calibration.offline import calibrate_laser
+    from core.experiments.recorded_laser import calibrate_laser_recorded
+    from core.log.sights import is_recording
 
     board = board_or_known(chosen, chosen.camera)
+    solve = calibrate_laser_recorded if is_recording(chosen.folder) else calibrate_laser
     with progress() as say:
-        told = calibrate_laser(
+        told = solve(
             chosen.folder,
             chosen.camera,
             board,
@@ -98,7 +101,12 @@ def _add_laser(kinds: Any) -> None:
     parser: argparse.ArgumentParser = kinds.add_parser(
         "laser", help="where the camera sits on the laser, from pictures and scans of a board"
     )
-    parser.add_argument("folder", type=Path, metavar="FOLDER", help="images/ and beside it scans/ or lasers/")
+    parser.add_argument(
+        "folder",
+        type=Path,
+        metavar="FOLDER",
+        help="images/ and beside it scans/ or lasers/; or a recording with both (MCAP, ROS bag)",
+    )
     parser.add_argument("--camera", type=Path, required=True, metavar="CAMERA.json", help="the calibrated camera")
     add_board(parser, required=False)
     parser.add_argument(

@@ -31,12 +31,17 @@ class Header(NamedTuple):
 
 def read_grey(path: Path) -> tuple[Array, str]:
     """A picture file → grey (H, W) uint8 as the sensor took it, and a remark or ''. Raises BadInput."""
-    return decode(_content(path), cv2.IMREAD_GRAYSCALE)
+    return decode_grey(_content(path))
 
 
 def read_colour(path: Path) -> Array:
     """A picture file → blue-green-red (H, W, 3) uint8 as the sensor took it. Raises BadInput."""
     return decode(_content(path), cv2.IMREAD_COLOR)[0]
+
+
+def decode_grey(content: bytes) -> tuple[Array, str]:
+    """Bytes of a picture → grey (H, W) uint8 and a remark or ''. Raises BadInput."""
+    return decode(content, cv2.IMREAD_GRAYSCALE)
 
 
 def own_names(files: Sequence[Path]) -> tuple[str, ...]:
