@@ -17,11 +17,11 @@ from core.calibration.offline import calibrate_camera
 from core.calibration.pictures import read_grey
 from core.errors import BadInput
 from core.message import Array
+from tests.real_data.poison import FAULTS
 
 pytestmark = pytest.mark.real_data
 BOARD = Board(columns=9, rows=6, square=0.025)
 SIZE = (640, 480)
-GRID = (6, 9, 2)
 
 
 @pytest.fixture(scope="module")
@@ -70,40 +70,7 @@ def test_corners_that_a_large_window_pulled_away_do_not_spoil_it(pictures: list[
     assert opencv_focal(views) > 535.5
 
 
-def rolled(corners: Array) -> Array:
-    return np.roll(corners.reshape(GRID), 1, axis=1).reshape(-1, 2)
-
-
-def rolled_by_one_corner(corners: Array) -> Array:
-    return np.roll(corners, 1, axis=0)
-
-
-def shifted_and_continued(corners: Array) -> Array:
-    """Every corner moved on by one square, the last row guessed from the two before."""
-    grid = corners.reshape(GRID)
-    return np.concatenate((grid[1:], 2 * grid[-1:] - grid[-2:-1])).reshape(-1, 2)
-
-
-def misclicked(corners: Array) -> Array:
-    """One clicked extreme corner 10 px off, and the grid warped with it."""
-    extremes = corners[[0, 8, 45, 53]].astype(np.float32)
-    moved = extremes.copy()
-    moved[1] += (7, 7)
-    warp = cv2.getPerspectiveTransform(extremes, moved)
-    return cv2.perspectiveTransform(corners[None].astype(np.float32), warp)[0].astype(float)
-
-
-def noisy(corners: Array) -> Array:
-    return corners + np.random.default_rng(1).normal(0, 3, corners.shape)
-
-
-def swapped(corners: Array) -> Array:
-    grid = corners.reshape(GRID).copy()
-    grid[[1, 2]] = grid[[2, 1]]
-    return grid.reshape(-1, 2)
-
-
-@pytest.mark.parametrize("fault", [rolled, rolled_by_one_corner, shifted_and_continued, misclicked, noisy, swapped])
+@pytest.mark.parametrize("fault", FAULTS)
 def test_each_view_in_turn_may_be_poisoned(
     pictures: list[Path], clean: Calibration, fault: Callable[[Array], Array]
 ) -> None:
