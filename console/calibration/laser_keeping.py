@@ -60,10 +60,10 @@ def pose_told(taken: TakenPose) -> Told:
         "rotation": pose.board.rotation.tolist(),
         "translation_m": pose.board.translation.tolist(),
         "covariance": pose.board.covariance.tolist(),
-        "rms_px": pose.board.rms,
+        "rms_px": float(pose.board.rms),
         "bearings_rad": np.arctan2(rays[:, 1], rays[:, 0]).tolist(),
         "ranges_m": numbers(pose.scan.ranges),
-        "range_sd_m": pose.scan.sd,
+        "range_sd_m": float(pose.scan.sd),
     }
 
 
