@@ -44,6 +44,13 @@ async def index() -> FileResponse:
     return FileResponse(static_folder() / "index.html", headers=NO_CACHE)
 
 
+@page.get("/calibrate", include_in_schema=False)
+@needs("public")
+async def wizards() -> FileResponse:
+    """The calibration wizards' page; as open as the other, and as empty."""
+    return FileResponse(static_folder() / "calibrate.html", headers=NO_CACHE)
+
+
 @page.get("/scene/", include_in_schema=False)
 @needs("viewer")
 async def scene_page(request: Request) -> Response:

@@ -21,7 +21,7 @@ from console.wire_calibration import CalibrationKind
 from core.calibration.camera_files import parse_camera, read_json
 from core.calibration.mount_files import read_mount
 from core.errors import BadInput, BeckonError
-from core.geometry import Transform
+from core.geometry import OPTICAL, Transform
 from core.optics import CameraModel
 
 log = logging.getLogger(__name__)
@@ -152,6 +152,6 @@ def numbers_of(kind: CalibrationKind, report: Document) -> dict[str, float]:
     """The numbers of a report that two calibrations are compared by."""
     if kind == "camera":
         return {name: report[name] for name in COMPARED if name in report}
-    turns = Rotation.from_matrix(np.array(report["rotation"])).as_euler("xyz", degrees=True)
+    turns = Rotation.from_matrix(np.array(report["rotation"]) @ OPTICAL.T).as_euler("xyz", degrees=True)
     names = ("x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg")
     return dict(zip(names, [*report["translation_m"], *turns.tolist()], strict=True))

@@ -47,7 +47,7 @@ export function socketAddress(path) {
  * @param {RequestInit} [options]
  * @returns {Promise<any>}
  */
-async function call(path, options = {}) {
+export async function call(path, options = {}) {
   const answer = await fetch(address(path), { credentials: "same-origin", cache: "no-store", ...options }).catch(
     () => {
       throw new Refusal(0, "Beckon does not answer. Is it still running, and is the network up?");
@@ -62,7 +62,7 @@ async function call(path, options = {}) {
  * @param {string} path
  * @param {object} [content]
  */
-function post(path, content) {
+export function post(path, content) {
   const told = content ? { body: JSON.stringify(content), headers: { "content-type": "application/json" } } : {};
   return call(path, { method: "POST", keepalive: true, ...told });
 }

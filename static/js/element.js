@@ -22,6 +22,19 @@ export function make(tag, attributes = {}, ...children) {
 }
 
 /**
+ * An element of a drawing with its attributes.
+ * @template {keyof SVGElementTagNameMap} T
+ * @param {T} tag
+ * @param {Record<string, string | number>} attributes
+ * @returns {SVGElementTagNameMap[T]}
+ */
+export function svg(tag, attributes) {
+  const element = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
+  return element;
+}
+
+/**
  * A drawing from static/img/icons.svg. It carries no name: the words beside it do.
  * @param {string} name
  */

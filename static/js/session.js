@@ -12,6 +12,7 @@ import { permission } from "./permission.js";
 /** @typedef {import("./drive.js").DriveFrame} DriveFrame */
 /** @typedef {{text: string, answer: Answer, source: "typed" | "chip" | "click"}} Said */
 /** @typedef {{seq: number, stamp: number, jpeg: Uint8Array<ArrayBuffer>}} Picture */
+/** @typedef {import("./calibration/shape.js").Calibration} Calibration */
 /**
  * @typedef {object} View everything a panel may show at one instant
  * @property {Hello | null} hello
@@ -32,6 +33,7 @@ const ANSWER_MS = 5000;
  * @property {null} lost
  * @property {null} signed-out
  * @property {Picture} picture
+ * @property {Calibration} calibration the session that was asked for, anew
  * @property {Said} said
  * @property {api.HistoryRow[]} history
  * @property {api.Kind[]} kinds
@@ -55,6 +57,8 @@ export class Session {
   #ref = 0;
   #revision = -1;
   #wantsCamera = true;
+  /** @type {string | null} */
+  #wantsCalibration = null;
 
   constructor() {
     this.link = new Link({
@@ -142,6 +146,18 @@ export class Session {
     this.link.send({ kind: "want", camera });
   }
 
+  /** @param {string | null} id of the calibration session whose every change is to be told */
+  wantCalibration(id) {
+    if (id === this.#wantsCalibration) return;
+    this.#wantsCalibration = id;
+    this.link.send({ kind: "want", calibration: id });
+  }
+
+  /** @param {string} sentence that passes over the page */
+  complain(sentence) {
+    this.#tell("trouble", sentence);
+  }
+
   /** @param {string} sentence for those who hear the page rather than see it */
   announce(sentence) {
     this.#tell("told", sentence);
@@ -174,8 +190,11 @@ export class Session {
       this.hello = message;
       this.#revision = -1;
       if (!this.#wantsCamera) this.link.send({ kind: "want", camera: false });
+      if (this.#wantsCalibration !== null) this.link.send({ kind: "want", calibration: this.#wantsCalibration });
       this.#tell("hello", message);
       void this.#fetchKinds();
+    } else if (message.kind === "calibration") {
+      this.#tell("calibration", /** @type {Calibration} */ (message.session));
     } else {
       this.state = message;
       this.#tell("heard", this.view);

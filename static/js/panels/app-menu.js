@@ -29,6 +29,17 @@ class AppMenu extends Panel {
     ),
     this.#single,
   );
+  #calibrate = make(
+    "a",
+    { class: "menu-item", href: "calibrate" },
+    icon("calibrate"),
+    make(
+      "span",
+      { class: "menu-words" },
+      make("span", {}, "Calibrate"),
+      make("span", { class: "note" }, "The camera, and the laser on it."),
+    ),
+  );
   #docs = make(
     "a",
     { class: "menu-item", href: "docs", target: "_blank", rel: "noopener" },
@@ -39,6 +50,7 @@ class AppMenu extends Panel {
   #panel = make(
     "div",
     { class: "menu", role: "group", "aria-label": "Menu" },
+    this.#calibrate,
     this.#halt,
     this.#keys,
     this.#hints,

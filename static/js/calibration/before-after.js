@@ -1,0 +1,77 @@
+// The same picture as the camera took it and straightened, with a line between them to be moved.
+
+import { make, mark, write } from "../element.js";
+import * as api from "./api.js";
+
+/** @typedef {import("./shape.js").Calibration} Calibration */
+
+export class BeforeAfter extends HTMLElement {
+  #before = make("img", { alt: "As the camera took it", draggable: "false" });
+  #after = make("img", { alt: "Straightened", draggable: "false", class: "after" });
+  #line = make("span", { class: "divide", "aria-hidden": "true" });
+  #slider = make("input", {
+    type: "range",
+    min: "0",
+    max: "100",
+    value: "50",
+    "aria-label": "Straightened from here on",
+  });
+  #box = make(
+    "div",
+    { class: "both" },
+    this.#before,
+    this.#after,
+    this.#line,
+    make("span", { class: "both-tag is-left" }, "As taken"),
+    make("span", { class: "both-tag is-right" }, "Straightened"),
+    this.#slider,
+  );
+  #which = make("p", { class: "note" });
+  #of = "";
+
+  connectedCallback() {
+    if (this.children.length) return;
+    this.classList.add("card");
+    this.append(
+      make(
+        "div",
+        { class: "card-head" },
+        make("h2", { class: "card-title" }, "Before and after"),
+        make("span", { class: "spring" }),
+        this.#which,
+      ),
+      this.#box,
+    );
+    this.#slider.addEventListener("input", () => this.#place());
+    this.#place();
+  }
+
+  /**
+   * @param {Calibration} calibration
+   * @param {string} name of the view to show
+   */
+  show({ id, size, solution, kind, progress }, name) {
+    this.hidden = kind !== "camera" || !solution || !name;
+    if (this.hidden) return;
+    const of = `${id} ${name} ${progress.views} ${solution?.["rms_px"]}`;
+    if (of === this.#of) return;
+    this.#of = of;
+    if (size) this.#box.style.aspectRatio = `${size[0]} / ${size[1]}`;
+    write(this.#which, name);
+    mark(this.#before, "src", api.thumbnail(id, name, "full"));
+    mark(
+      this.#after,
+      "src",
+      `${api.thumbnail(id, name, "corrected")}&of=${encodeURIComponent(String(solution?.["rms_px"]))}`,
+    );
+  }
+
+  #place() {
+    const at = `${this.#slider.value}%`;
+    this.#after.style.clipPath = `inset(0 0 0 ${at})`;
+    this.#line.style.left = at;
+    mark(this.#slider, "aria-valuetext", `${100 - Number(this.#slider.value)} % straightened`);
+  }
+}
+
+customElements.define("before-after", BeforeAfter);

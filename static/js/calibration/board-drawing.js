@@ -1,0 +1,58 @@
+// A board as it is counted: the inner corners, where four squares meet, and the two numbers to enter.
+
+import { svg } from "../element.js";
+
+/** @typedef {{columns: number, rows: number}} Counts */
+
+const SQUARE = 10;
+const ROOM = 11; // around the board, for the numbers
+
+export class BoardDrawing extends HTMLElement {
+  #drawn = "";
+
+  /** @param {Counts} counts inner corners */
+  show({ columns, rows }) {
+    const key = `${columns}x${rows}`;
+    if (key === this.#drawn || !(columns > 0 && rows > 0)) return;
+    this.#drawn = key;
+    const [width, height] = [(columns + 1) * SQUARE, (rows + 1) * SQUARE];
+    const drawing = svg("svg", {
+      viewBox: `${-ROOM} ${-ROOM} ${width + 1.4 * ROOM} ${height + 1.4 * ROOM}`,
+      role: "img",
+      "aria-label": `A board of ${columns + 1} by ${rows + 1} squares has ${columns} by ${rows} inner corners: the points where four squares meet.`,
+    });
+    drawing.append(
+      svg("rect", { class: "board-paper", x: -3, y: -3, width: width + 6, height: height + 6, rx: 1.5 }),
+    );
+    for (let row = 0; row <= rows; row += 1)
+      for (let column = row % 2; column <= columns; column += 2)
+        drawing.append(
+          svg("rect", { class: "board-square", x: column * SQUARE, y: row * SQUARE, width: SQUARE, height: SQUARE }),
+        );
+    for (let row = 1; row <= rows; row += 1)
+      for (let column = 1; column <= columns; column += 1) {
+        const counted = row === 1 || column === 1;
+        const place = { cx: column * SQUARE, cy: row * SQUARE, r: counted ? 2.3 : 1.5 };
+        drawing.append(svg("circle", { class: counted ? "board-corner is-counted" : "board-corner", ...place }));
+      }
+    for (let column = 1; column <= columns; column += 1)
+      drawing.append(number(column * SQUARE, -6.5, column, columns));
+    for (let row = 1; row <= rows; row += 1) drawing.append(number(-7, row * SQUARE, row, rows));
+    this.replaceChildren(drawing);
+  }
+}
+
+/**
+ * @param {number} x
+ * @param {number} y
+ * @param {number} value
+ * @param {number} last the one to be entered
+ */
+function number(x, y, value, last) {
+  const kind = value === last ? "board-number is-last" : "board-number";
+  const text = svg("text", { class: kind, x, y, "text-anchor": "middle", "dominant-baseline": "central" });
+  text.textContent = String(value);
+  return text;
+}
+
+customElements.define("board-drawing", BoardDrawing);

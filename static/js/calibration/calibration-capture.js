@@ -1,0 +1,329 @@
+// Where views are taken: the big picture, what to show next, what became of it, and how far it has come.
+
+import { icon, make, mark, redraw, write } from "../element.js";
+import { remember, remembered } from "../memory.js";
+import * as api from "./api.js";
+import { AdviceLine } from "./advice-line.js";
+import { GainsCard } from "./gains-card.js";
+import { KnownCard } from "./known-card.js";
+import { PictureStage } from "./picture-stage.js";
+import { ProgressCard } from "./progress-card.js";
+import { RobotEye } from "./robot-eye.js";
+import { Room } from "./room.js";
+import { ScanView } from "./scan-view.js";
+import { Uploads } from "./uploads.js";
+import { UploadsCard } from "./uploads-card.js";
+import { VerdictLine } from "./verdict-line.js";
+import { ViewsCard } from "./views-card.js";
+import { Webcam } from "./webcam.js";
+
+/** @typedef {import("./shape.js").Calibration} Calibration */
+/** @typedef {RobotEye | Webcam | Uploads} Eye */
+
+class CalibrationCapture extends Room {
+  #stage = new PictureStage();
+  #scan = new ScanView();
+  #advice = new AdviceLine();
+  #verdict = new VerdictLine();
+  #empty = make("div", { class: "stage-empty" });
+  #emptyWords = make("p");
+  #emptyButton = make("button", { type: "button", class: "button primary large" });
+  #showMe = action("assistant", "Show me");
+  #live = action("pause", "Pause");
+  #take = action("camera", "Take this picture");
+  #mirror = action("mirror", "Mirror");
+  #room = action("again", "Empty room anew");
+  #choose = action("upload", "Choose pictures");
+  #review = make("button", { type: "button", class: "button large to-review" });
+  #cameras = make("select", { class: "words small", "aria-label": "Which camera", hidden: true });
+  #file = make("input", {
+    type: "file",
+    class: "visually-hidden",
+    accept: "image/jpeg,image/png",
+    multiple: true,
+    tabindex: "-1",
+    "aria-label": "Pictures of the board",
+  });
+  #progress = new ProgressCard();
+  #known = new KnownCard();
+  #gains = new GainsCard();
+  #uploaded = new UploadsCard();
+  #views = new ViewsCard();
+  /** @type {Eye | null} */
+  #eye = null;
+  #eyeOf = "";
+  #paused = false;
+
+  /** @override */
+  build() {
+    this.#empty.append(this.#emptyWords, this.#emptyButton);
+    this.append(
+      make(
+        "div",
+        { class: "capture" },
+        make(
+          "section",
+          { class: "stage-box", "aria-label": "Picture" },
+          make(
+            "div",
+            { class: "split" },
+            make("div", { class: "picture-frame" }, this.#stage, this.#empty, this.#verdict),
+            this.#scan,
+          ),
+          this.#advice,
+          make(
+            "div",
+            { class: "stage-actions" },
+            this.#showMe,
+            this.#live,
+            this.#take,
+            this.#choose,
+            this.#file,
+            this.#mirror,
+            this.#room,
+            this.#cameras,
+          ),
+          this.#gains,
+        ),
+        make("div", { class: "wizard-side" }, this.#progress, this.#review, this.#known, this.#uploaded, this.#views),
+      ),
+    );
+    this.#listen();
+  }
+
+  #listen() {
+    const { bench } = this;
+    /** @param {(id: string) => Promise<any>} act */
+    const wish = (act) => void bench.wish(act);
+    this.#advice.another = () => wish(api.another);
+    this.#advice.amend = (counts) => void this.#amend(counts);
+    this.#live.addEventListener("click", () => this.#pause());
+    this.#take.addEventListener("click", () => void this.#takeOne());
+    this.#room.addEventListener("click", () => wish(api.background));
+    this.#showMe.addEventListener("click", () => wish((id) => api.showMe(id, !bench.calibration?.showing)));
+    this.#review.addEventListener(
+      "click",
+      () => bench.calibration && bench.go({ at: "review", id: bench.calibration.id }),
+    );
+    this.#mirror.addEventListener("click", () => {
+      remember(`mirror.${bench.calibration?.source}`, String(!this.#mirrored));
+      this.draw();
+    });
+    this.#views.chosen = () => this.#review.click();
+    this.#choose.addEventListener("click", () => this.#file.click());
+    this.#file.addEventListener("change", () => {
+      this.#add(this.#file.files ?? []);
+      this.#file.value = "";
+    });
+    this.#emptyButton.addEventListener("click", () => {
+      if (this.#eye instanceof Uploads) this.#file.click();
+      else if (this.#eye instanceof Webcam) void this.#openWebcam(this.#eye);
+    });
+    this.#cameras.addEventListener("change", () => {
+      remember("webcam", this.#cameras.value);
+      if (this.#eye instanceof Webcam) void this.#openWebcam(this.#eye);
+    });
+    this.addEventListener("dragover", (event) => {
+      if (!(this.#eye instanceof Uploads)) return;
+      event.preventDefault();
+      mark(this, "data-dropping", true);
+    });
+    this.addEventListener("dragleave", () => mark(this, "data-dropping", null));
+    this.addEventListener("drop", (event) => {
+      mark(this, "data-dropping", null);
+      if (!(this.#eye instanceof Uploads)) return;
+      event.preventDefault();
+      this.#add(event.dataTransfer?.files ?? []);
+    });
+    const beat = () => {
+      requestAnimationFrame(beat);
+      if (!this.hidden && this.#eye) this.#paint();
+    };
+    requestAnimationFrame(beat);
+  }
+
+  get #mirrored() {
+    const source = this.bench.calibration?.source;
+    return remembered(`mirror.${source}`, source === "webcam" ? "true" : "false") === "true";
+  }
+
+  /** @override */
+  left() {
+    this.#eye?.close();
+    this.#eye = null;
+    this.#eyeOf = "";
+  }
+
+  /** @override */
+  draw() {
+    const { bench } = this;
+    const { calibration } = bench;
+    if (!calibration) return;
+    this.#look(calibration);
+    const { kind, source, live, showing, progress } = calibration;
+    mark(this, "data-kind", kind);
+    mark(this, "data-source", source);
+    this.#scan.hidden = this.#gains.hidden = kind === "camera";
+    this.#known.hidden = kind === "laser";
+    this.#uploaded.hidden = source !== "upload";
+    this.#progress.show(calibration);
+    if (kind === "camera") this.#known.show(calibration);
+    else this.#gains.show(calibration);
+    if (this.#eye instanceof Uploads) this.#uploaded.show(this.#eye);
+    this.#views.show(bench, calibration);
+    this.#advice.show(calibration, this.#mirrored, bench.may);
+
+    const robot = source === "robot";
+    this.#showMe.hidden = !bench.may || !robot || !bench.simulated;
+    say(this.#showMe, showing ? "Let me do it" : "Show me", showing ? "hand" : "assistant");
+    mark(this.#showMe, "data-inviting", !showing && !progress.ready);
+    this.#live.hidden = !bench.may || source === "upload";
+    const looking = robot ? live : !this.#paused;
+    say(this.#live, looking ? "Pause" : "Go on", looking ? "pause" : "play");
+    this.#take.hidden = !bench.may || source === "upload" || kind === "laser";
+    this.#choose.hidden = !bench.may || source !== "upload";
+    this.#room.hidden = !bench.may || kind !== "laser";
+    mark(this.#mirror, "aria-pressed", String(this.#mirrored));
+    write(this.#review, progress.ready ? "Done: review and use" : "Review");
+    mark(this.#review, "class", `button large to-review${progress.ready ? " primary" : ""}`);
+  }
+
+  /** What changes with every picture. */
+  #paint() {
+    const { calibration } = this.bench;
+    if (!calibration || !this.#eye) return;
+    const mirrored = this.#mirrored;
+    const { frame, why } = this.#eye;
+    this.#stage.show({ frame, calibration, verdict: calibration.verdict, mirrored });
+    if (calibration.kind === "laser") this.#scan.show(calibration.scan);
+    this.#verdict.show(calibration, {
+      mirrored,
+      quiet: this.#quiet(calibration),
+      say: (sentence) => this.session.announce(sentence),
+      counted: () => this.#stage.flash(),
+    });
+    this.#empty.hidden = frame !== null && !(this.#eye instanceof Webcam && why);
+    write(this.#emptyWords, why);
+    const files = this.#eye instanceof Uploads;
+    this.#emptyButton.hidden = !this.bench.may || !(files || (this.#eye instanceof Webcam && this.#eye.refused));
+    write(this.#emptyButton, files ? "Choose pictures" : "Turn the camera on");
+  }
+
+  /** @param {Calibration} calibration @returns {string} what stands in the verdict's place when there is none */
+  #quiet({ source, live, verdict, showing }) {
+    if (source === "upload") return "";
+    if (source === "robot" && !live) return "Paused. Nothing is taken until you press Go on.";
+    if (source === "webcam" && this.#paused) return "Paused. Nothing is taken until you press Go on.";
+    if (!verdict && this.bench.simulated && source === "robot" && !showing)
+      return "This robot is simulated: press Show me, and an assistant holds the board.";
+    return verdict ? "" : "Show the board to the camera.";
+  }
+
+  #pause() {
+    const { calibration } = this.bench;
+    if (!calibration) return;
+    if (calibration.source === "robot") void this.bench.wish((id) => api.live(id, !calibration.live));
+    else {
+      this.#paused = !this.#paused;
+      if (this.#eye instanceof Webcam) this.#eye.paused = this.#paused;
+      this.draw();
+    }
+  }
+
+  /**
+   * The board has other counts than were entered: the same session, begun anew with these.
+   * @param {{columns: number, rows: number}} counts
+   */
+  async #amend(counts) {
+    const { calibration } = this.bench;
+    if (!calibration) return;
+    const { kind, source, board, id } = calibration;
+    const panel_m = board.panel_m ?? null;
+    const wish = { kind, source, board: { ...board, ...counts, panel_m }, height_m: null };
+    const begun = await this.bench.tried(() => api.begin(wish));
+    if (!begun) return;
+    remember("board", JSON.stringify(wish.board));
+    await this.bench.tried(() => api.forget(id));
+    this.bench.go({ at: "capture", id: begun.id });
+  }
+
+  async #takeOne() {
+    const { bench } = this;
+    const eye = this.#eye;
+    const verdict = await bench.wish(async (id) => {
+      if (!(eye instanceof Webcam)) return api.capture(id);
+      const picture = await eye.snapshot();
+      if (!picture) throw new Error(eye.why || "There is no picture yet.");
+      const number = (bench.calibration?.views.length ?? 0) + 1;
+      return api.send(id, picture, { name: `view ${number}` });
+    });
+    if (verdict) bench.judge(verdict);
+  }
+
+  /**
+   * Opens the right source for this session.
+   * @param {Calibration} calibration
+   */
+  #look({ id, source, live }) {
+    const key = `${id} ${source}`;
+    if (key === this.#eyeOf) return;
+    this.#eye?.close();
+    this.#eyeOf = key;
+    this.#paused = false;
+    const { bench } = this;
+    if (source === "webcam") {
+      const webcam = new Webcam(async (picture, stamp_s) => bench.judge(await api.send(id, picture, { stamp_s })));
+      this.#eye = webcam;
+      void this.#openWebcam(webcam);
+    } else if (source === "upload") {
+      this.#eye = new Uploads(async (picture, name) => {
+        const verdict = await api.send(id, picture, { name });
+        bench.judge(verdict);
+        return verdict;
+      });
+    } else {
+      this.#eye = new RobotEye(this.session);
+      this.#eye.open();
+      if (!live && bench.may && !bench.calibration?.verdict) void bench.wish((session) => api.live(session, true));
+    }
+  }
+
+  /** @param {Webcam} webcam */
+  async #openWebcam(webcam) {
+    await webcam.open(remembered("webcam", "") || undefined);
+    const choices = await webcam.choices();
+    this.#cameras.hidden = choices.length < 2;
+    this.#cameras.replaceChildren(...choices.map(({ id, name }) => make("option", { value: id }, name)));
+    this.#cameras.value = choices.find(({ id }) => id === remembered("webcam", ""))?.id ?? choices[0]?.id ?? "";
+  }
+
+  /** @param {Iterable<File>} files */
+  #add(files) {
+    if (this.#eye instanceof Uploads && this.bench.may) void this.#eye.add(files);
+  }
+}
+
+/**
+ * @param {string} drawing
+ * @param {string} words
+ */
+function action(drawing, words) {
+  return make(
+    "button",
+    { type: "button", class: "button", "data-does": drawing },
+    icon(drawing),
+    make("span", {}, words),
+  );
+}
+
+/**
+ * @param {HTMLButtonElement} button
+ * @param {string} words
+ * @param {string} drawing
+ */
+function say(button, words, drawing) {
+  write(/** @type {Element} */ (button.lastElementChild), words);
+  redraw(/** @type {SVGElement} */ (button.firstElementChild), drawing);
+}
+
+customElements.define("calibration-capture", CalibrationCapture);

@@ -1,0 +1,328 @@
+// Before the first picture: where the pictures come from, and which board.
+
+import { Refusal } from "../api.js";
+import { icon, make, write } from "../element.js";
+import { remember, remembered } from "../memory.js";
+import * as api from "./api.js";
+import { BoardDrawing } from "./board-drawing.js";
+import { Room } from "./room.js";
+import { inWords } from "./used.js";
+import { webcamRefusal } from "./webcam.js";
+
+/** @typedef {import("./shape.js").Source} Source */
+/** @typedef {import("./shape.js").Board} Board */
+
+/** Lying pages [mm], and what of them a print cannot use: as the console's printable board has it. */
+const PAGES = /** @type {Readonly<Record<string, readonly [number, number]>>} */ ({
+  A4: [297, 210],
+  A3: [420, 297],
+  letter: [279.4, 215.9],
+});
+const RIMS = 16; // [mm] both together
+const RULERS = 12; // [mm]
+
+const PLANS = {
+  camera: "Fetch a chessboard, or print one and glue it on something stiff. Then press Start and follow the picture.",
+  laser:
+    "The laser looks at the empty room first, for three seconds. Then hold the board still before both sensors, " +
+    "ten times for two seconds, tilted another way each time.",
+};
+
+class CalibrationSetup extends Room {
+  #title = make("h2", { class: "setup-title", tabindex: "-1" });
+  #sources = {
+    robot: source("robot", "antenna", "The robot’s camera", "What the robot sees now."),
+    webcam: source("webcam", "webcam", "This device’s camera", "For a camera on this computer or phone."),
+    upload: source("upload", "upload", "Picture files", "Pictures taken before, JPEG or PNG."),
+  };
+  #plan = make("p", { class: "setup-plan" });
+  #against = make("p", { class: "note" });
+  #where = make("fieldset", { class: "card sources" });
+  #drawing = new BoardDrawing();
+  #columns = stepper("columns", "Inner corners across", 9);
+  #rows = stepper("rows", "Inner corners down", 6);
+  #square = box("square", "Side of a square", "mm", "25");
+  #panelWidth = box("panel-width", "Panel width", "mm", "");
+  #panelHeight = box("panel-height", "Panel height", "mm", "");
+  #height = box("height", "Camera above the laser", "mm", "");
+  #print = make("a", { class: "link", target: "_blank", rel: "noopener" }, icon("print"), "Print this board");
+  #fits = make("p", { class: "note print-fits" });
+  #page = make("select", { class: "words small", "aria-label": "Paper" }, ...["A4", "A3", "letter"].map(option));
+  #begin = make("button", { type: "submit", class: "button primary large" }, "Start");
+  #says = make("p", { class: "setup-says", role: "alert" });
+  #laserOnly = make(
+    "details",
+    { class: "more" },
+    make("summary", {}, "The board cannot be tilted (a robot between upright boards)"),
+    make(
+      "p",
+      { class: "note" },
+      "Upright boards leave height, roll and pitch open. Measure with a ruler how far the camera’s lens is above the laser’s plane; below is negative. Leave it empty otherwise.",
+    ),
+    make("div", { class: "boxes" }, this.#height.row),
+  );
+
+  /** @override */
+  build() {
+    const legend = make("legend", { class: "card-title" }, "Where do the pictures come from?");
+    this.#where.append(legend, ...Object.values(this.#sources).map(({ row }) => row));
+    const board = make(
+      "fieldset",
+      { class: "card board-card" },
+      make("legend", { class: "card-title" }, "Which board?"),
+      make(
+        "div",
+        { class: "board-figure" },
+        this.#drawing,
+        make("p", { class: "note" }, "Count the dots: the points where four squares meet. Not the squares."),
+      ),
+      make(
+        "div",
+        { class: "board-boxes" },
+        this.#columns.row,
+        this.#rows.row,
+        this.#square.row,
+        make("p", { class: "note" }, "Measure five squares with a ruler and divide by five."),
+        make("p", { class: "print-line" }, this.#print, this.#page),
+        this.#fits,
+        make(
+          "details",
+          { class: "more" },
+          make("summary", {}, "The print is glued on a larger panel"),
+          make("p", { class: "note" }, "The laser sees the whole panel. Measure it from rim to rim."),
+          make("div", { class: "boxes" }, this.#panelWidth.row, this.#panelHeight.row),
+        ),
+        this.#laserOnly,
+      ),
+    );
+    const form = make(
+      "form",
+      { class: "setup", novalidate: true },
+      make("div", { class: "setup-head" }, this.#title, this.#plan, this.#against),
+      this.#where,
+      board,
+      make("div", { class: "setup-foot" }, this.#says, this.#begin),
+    );
+    this.append(form);
+    this.#remembered();
+    form.addEventListener("input", () => this.#show());
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      void this.#start();
+    });
+  }
+
+  get #kind() {
+    return this.bench.place.at === "new" ? this.bench.place.kind : "camera";
+  }
+
+  /** @override */
+  opened() {
+    write(this.#says, "");
+    write(this.#title, this.#kind === "camera" ? "Calibrate the camera" : "Calibrate the laser on the camera");
+    write(this.#plan, PLANS[this.#kind]);
+    this.#where.hidden = this.#kind === "laser";
+    this.#laserOnly.hidden = this.#kind === "camera";
+    this.#offer("webcam", webcamRefusal());
+    this.#show();
+    this.#title.focus({ preventScroll: true });
+  }
+
+  /** @override */
+  draw() {
+    const { may, inUse } = this.bench;
+    const camera = this.#kind === "laser" ? (inUse?.camera ?? null) : null;
+    write(this.#against, camera ? `The camera it is measured against. ${inWords("camera", camera)}` : "");
+    this.#begin.hidden = !may;
+    if (!may && !this.#says.textContent) write(this.#says, "You are watching. Only an operator can calibrate.");
+  }
+
+  /**
+   * @param {"robot" | "webcam"} which
+   * @param {string} why not; "" when it may be chosen
+   */
+  #offer(which, why) {
+    const { input, note, says, row } = this.#sources[which];
+    input.disabled = why !== "";
+    row.toggleAttribute("data-off", why !== "");
+    write(note, why || says);
+    if (why && input.checked) this.#sources.upload.input.checked = true;
+  }
+
+  #show() {
+    const board = this.#board();
+    this.#drawing.show({ columns: this.#columns.value, rows: this.#rows.value });
+    this.#print.href = api.printable(board, this.#page.value);
+    const [across = 0, down = 0] = PAGES[this.#page.value] ?? [];
+    const largest = Math.min((across - RIMS) / (board.columns + 1), (down - RIMS - RULERS) / (board.rows + 1));
+    const fits = !(board.square_m * 1000 > largest);
+    this.#fits.hidden = fits;
+    this.#print.hidden = !fits;
+    const advice = `at most ${Math.floor(largest)} mm do. Enter that to print it, or take larger paper.`;
+    write(this.#fits, fits ? "" : `Squares of ${this.#square.entered} mm do not fit; ${advice}`);
+  }
+
+  /** @returns {Board} */
+  #board() {
+    const [width, height] = [this.#panelWidth.metres, this.#panelHeight.metres];
+    return {
+      columns: this.#columns.value,
+      rows: this.#rows.value,
+      square_m: this.#square.metres ?? NaN,
+      panel_m: width !== null && height !== null ? [width, height] : null,
+    };
+  }
+
+  /** @returns {string} what is wrong with the entries, "" when nothing is */
+  #wrong() {
+    const { columns, rows, square_m: square } = this.#board();
+    if (![columns, rows].every((count) => count >= 3 && count <= 40))
+      return "A board needs 3 to 40 inner corners each way.";
+    if (!(square >= 0.001 && square <= 1)) return "Enter the side of one square in millimetres, 1 to 1000.";
+    if ((this.#panelWidth.metres === null) !== (this.#panelHeight.metres === null))
+      return "Enter both sides of the panel, or none.";
+    return "";
+  }
+
+  async #start() {
+    const wrong = this.#wrong();
+    write(this.#says, wrong);
+    if (wrong) return;
+    const board = this.#board();
+    const kind = this.#kind;
+    const chosen = Object.values(this.#sources).find(({ input }) => input.checked)?.input.value;
+    const from = /** @type {Source} */ (kind === "laser" ? "robot" : (chosen ?? "robot"));
+    remember("board", JSON.stringify(board));
+    if (kind === "camera") remember("source", from);
+    write(this.#begin, "Starting …");
+    try {
+      const height = kind === "laser" ? this.#height.metres : null;
+      const begun = await api.begin({ kind, board, source: from, height_m: height });
+      if (from === "robot") await api.live(begun.id, true);
+      this.bench.go({ at: "capture", id: begun.id });
+    } catch (refusal) {
+      write(this.#says, refusal instanceof Refusal ? refusal.message : "That did not work.");
+    } finally {
+      write(this.#begin, "Start");
+    }
+  }
+
+  #remembered() {
+    const from = remembered("source", "robot");
+    const chosen = from === "webcam" || from === "upload" ? from : "robot";
+    this.#sources[chosen].input.checked = true;
+    try {
+      /** @type {Partial<Board>} */
+      const board = JSON.parse(remembered("board", "{}"));
+      this.#columns.value = board.columns ?? 9;
+      this.#rows.value = board.rows ?? 6;
+      this.#square.metres = board.square_m ?? 0.025;
+      this.#panelWidth.metres = board.panel_m?.[0] ?? null;
+      this.#panelHeight.metres = board.panel_m?.[1] ?? null;
+    } catch {
+      // what was remembered cannot be read: the form begins as it was drawn
+    }
+  }
+}
+
+/**
+ * @param {Source} value
+ * @param {string} drawing
+ * @param {string} name
+ * @param {string} says
+ */
+function source(value, drawing, name, says) {
+  const input = make("input", { type: "radio", name: "source", value });
+  const note = make("span", { class: "note" }, says);
+  const words = make("span", { class: "source-words" }, make("span", { class: "source-name" }, name), note);
+  return { input, note, says, row: make("label", { class: "source" }, input, icon(drawing), words) };
+}
+
+/**
+ * A whole number with − and +.
+ * @param {string} id
+ * @param {string} name
+ * @param {number} start
+ */
+function stepper(id, name, start) {
+  const input = make("input", {
+    id,
+    class: "words",
+    type: "text",
+    inputmode: "numeric",
+    value: String(start),
+    autocomplete: "off",
+  });
+  /** @param {number} step */
+  const by = (step) => {
+    const sign = step < 0 ? "−" : "+";
+    const button = make(
+      "button",
+      { type: "button", class: "button", "aria-label": `${name}: ${step < 0 ? "one less" : "one more"}` },
+      sign,
+    );
+    button.addEventListener("click", () => {
+      told.value = Math.min(40, Math.max(3, (told.value || start) + step));
+      input.dispatchEvent(new Event("input", { bubbles: true }));
+    });
+    return button;
+  };
+  const told = {
+    row: make(
+      "div",
+      { class: "box" },
+      make("label", { for: id }, name),
+      make("div", { class: "count" }, by(-1), input, by(1)),
+    ),
+    get value() {
+      return /^\d{1,2}$/.test(input.value.trim()) ? Number(input.value) : NaN;
+    },
+    set value(count) {
+      input.value = String(count);
+    },
+  };
+  return told;
+}
+
+/**
+ * A length, entered in millimetres.
+ * @param {string} id
+ * @param {string} name
+ * @param {string} unit
+ * @param {string} start
+ */
+function box(id, name, unit, start) {
+  const input = make("input", {
+    id,
+    class: "words",
+    type: "text",
+    inputmode: "decimal",
+    value: start,
+    autocomplete: "off",
+  });
+  const row = make(
+    "div",
+    { class: "box" },
+    make("label", { for: id }, name),
+    make("div", { class: "with-unit" }, input, make("span", {}, unit)),
+  );
+  return {
+    row,
+    get entered() {
+      return input.value.trim();
+    },
+    /** @returns {number | null} null when it is empty, NaN when it is no number */
+    get metres() {
+      const text = input.value.trim().replace(",", ".");
+      return text === "" ? null : Number(text) / 1000;
+    },
+    set metres(length) {
+      input.value = length === null ? "" : String(Math.round(length * 1e5) / 100);
+    },
+  };
+}
+
+/** @param {string} name */
+const option = (name) => make("option", { value: name }, name === "letter" ? "US Letter" : name);
+
+customElements.define("calibration-setup", CalibrationSetup);

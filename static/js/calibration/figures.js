@@ -1,0 +1,112 @@
+// Values with their standard deviations, as a table prints them: two digits of doubt, no more.
+
+import { fixed } from "../format.js";
+
+/**
+ * @typedef {object} ValueRow
+ * @property {string} key as the server names it
+ * @property {string} name as the paper's Table 3 names it
+ * @property {string} says what it is
+ * @property {string} value
+ * @property {string} sd
+ * @property {string} other in use now, "" where there is none
+ * @property {string} change "" where there is nothing to compare
+ * @property {boolean} far the two differ by more than their doubt explains
+ */
+
+/** @type {ReadonlyArray<readonly [string, string, string]>} */
+const CAMERA = [
+  ["fx", "fᵤ", "focal length, across"],
+  ["fy", "fᵥ", "focal length, down"],
+  ["cx", "u₀", "centre, across"],
+  ["cy", "v₀", "centre, down"],
+  ["k1", "k₁", "radial, square"],
+  ["k2", "k₂", "radial, 4th power"],
+  ["p1", "p₁", "tangential"],
+  ["p2", "p₂", "tangential"],
+  ["k3", "k₃", "radial, 6th power"],
+];
+
+/**
+ * How many decimals show two digits of a standard deviation.
+ * @param {number} sd
+ */
+export function decimals(sd) {
+  if (!(sd > 0) || !Number.isFinite(sd)) return 4;
+  return Math.min(6, Math.max(0, 1 - Math.floor(Math.log10(sd))));
+}
+
+/**
+ * Table 3 of the paper: a row for each parameter that was estimated.
+ * @param {Record<string, any>} solution
+ * @param {Record<string, [number, number]> | null} compare name → now, in use
+ * @returns {ValueRow[]}
+ */
+export function cameraRows(solution, compare) {
+  /** @type {Record<string, number>} */
+  const sds = solution["sd"] ?? {};
+  return CAMERA.filter(([key]) => typeof solution[key] === "number").map(([key, name, says]) => {
+    const sd = sds[key] ?? NaN;
+    return row({ key, name, says, value: solution[key], sd, unit: "", other: compare?.[key]?.[1] });
+  });
+}
+
+/** @type {Readonly<Record<string, readonly [string, string]>>} */
+export const DIRECTIONS = {
+  roll: ["Roll", "turned about the line of sight"],
+  pitch: ["Pitch", "looking up or down"],
+  yaw: ["Yaw", "looking left or right"],
+  forward: ["Forward", "in front of the laser"],
+  sideways: ["Sideways", "to the left of the laser"],
+  height: ["Height", "above the laser"],
+};
+
+/** The six of a mount as the comparison with the one in use names them: [deg], [m]. */
+const IN_USE = ["roll_deg", "pitch_deg", "yaw_deg", "x_m", "y_m", "z_m"];
+
+/**
+ * Turns [deg] and shifts [mm] of the camera on the laser; what is not known is said to be not known.
+ * @param {Record<string, any>} solution
+ * @param {Record<string, [number, number]> | null} compare
+ * @returns {ValueRow[]}
+ */
+export function mountRows(solution, compare) {
+  /** @type {number[]} */
+  const turns = solution["turn_deg"] ?? [];
+  /** @type {number[]} */
+  const shifts = solution["translation_m"] ?? [];
+  /** @type {string[]} */
+  const open = solution["not_known"] ?? [];
+  return Object.entries(DIRECTIONS).map(([key, [name, says]], index) => {
+    const turned = index < 3;
+    const value = turned ? (turns[index] ?? NaN) : 1e3 * (shifts[index - 3] ?? NaN);
+    const sd = turned
+      ? solution["sd_rotation_deg"]?.[index]
+      : 1e3 * (solution["sd_translation_m"]?.[index - 3] ?? NaN);
+    const told = compare?.[IN_USE[index] ?? ""]?.[1];
+    const other = told === undefined || turned ? told : 1e3 * told;
+    const unit = turned ? "°" : " mm";
+    if (!open.includes(key)) return row({ key, name, says, value, sd, unit, other });
+    return { key, name, says, value: "not known", sd: "", other: "", change: "", far: false };
+  });
+}
+
+/**
+ * @param {{key: string, name: string, says: string, value: number, sd: number, unit: string, other: number | undefined}} told
+ * @returns {ValueRow}
+ */
+function row({ key, name, says, value, sd, unit, other }) {
+  const digits = decimals(sd);
+  const compared = other !== undefined && Number.isFinite(other);
+  const change = compared ? value - other : 0;
+  return {
+    key,
+    name,
+    says,
+    value: `${fixed(value, digits)}${unit}`,
+    sd: `± ${fixed(sd, digits)}${unit}`,
+    other: compared ? `${fixed(other, digits)}${unit}` : "",
+    change: compared ? `${change > 0 && Number(change.toFixed(digits)) ? "+" : ""}${fixed(change, digits)}` : "",
+    far: compared && Math.abs(change) > 3 * sd,
+  };
+}

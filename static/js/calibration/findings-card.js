@@ -1,0 +1,87 @@
+// What is to be said about a solution in sentences: what it promises, what speaks against it, how it was tested.
+
+import { icon, make, write } from "../element.js";
+import { fixed } from "../format.js";
+
+/** @typedef {import("./shape.js").Calibration} Calibration */
+
+export class FindingsCard extends HTMLElement {
+  #landing = make("tbody");
+  #table = make(
+    "table",
+    { class: "values landing-table" },
+    make("caption", {}, "Where a laser point lands in the picture (95 %)"),
+    make(
+      "thead",
+      {},
+      make("tr", {}, ...["Distance", "Sideways", "Up-down"].map((name) => make("th", { scope: "col" }, name))),
+    ),
+    this.#landing,
+  );
+  #list = make("ul", { class: "findings" });
+  #drawn = "";
+
+  connectedCallback() {
+    if (this.children.length) return;
+    this.classList.add("card");
+    this.append(
+      make("div", { class: "card-head" }, make("h2", { class: "card-title" }, "What to know")),
+      this.#table,
+      this.#list,
+    );
+  }
+
+  /** @param {Calibration} calibration */
+  show({ solution, check, kind }) {
+    const findings = solution ? sentences(kind, solution, check?.words ?? "") : [];
+    const drawn = JSON.stringify([findings, solution?.["landing"]]);
+    this.hidden = findings.length === 0 && !solution?.["landing"];
+    if (drawn === this.#drawn) return;
+    this.#drawn = drawn;
+    /** @type {Array<{distance_m: number, sideways_px: number, up_down_px: number}>} */
+    const landing = solution?.["landing"] ?? [];
+    this.#table.hidden = landing.length === 0;
+    this.#landing.replaceChildren(
+      ...landing.map((row) =>
+        make(
+          "tr",
+          {},
+          make("th", { scope: "row" }, `${fixed(row.distance_m, 1)} m`),
+          make("td", {}, `± ${fixed(row.sideways_px, 1)} px`),
+          make("td", {}, `± ${fixed(row.up_down_px, 1)} px`),
+        ),
+      ),
+    );
+    this.#list.replaceChildren(
+      ...findings.map(({ doubt, words }) => {
+        const sentence = make("span");
+        write(sentence, words);
+        return make("li", { "data-doubt": doubt }, icon(doubt ? "warning" : "done"), sentence);
+      }),
+    );
+  }
+}
+
+/**
+ * @param {"camera" | "laser"} kind
+ * @param {Record<string, any>} solution
+ * @param {string} check how a pose without a part in the solution was predicted
+ * @returns {Array<{doubt: boolean, words: string}>}
+ */
+function sentences(kind, solution, check) {
+  /** @type {string[]} */
+  const doubts = [...(solution["weak_directions"] ?? []), ...(solution["warnings"] ?? [])];
+  /** @type {string[]} */
+  const good = [];
+  if (kind === "camera")
+    good.push(`Corners are met to ${fixed(solution["rms_px"], 2)} px (RMS) in ${solution["views_used"]} views.`);
+  else
+    good.push(
+      `Board and laser agree to ${fixed(1e3 * solution["residual_rms_m"], 1)} mm (RMS) in ${solution["poses_used"]} poses.`,
+    );
+  if (kind === "laser" && solution["square_words"]) good.push(`${solution["square_words"]}.`);
+  if (check) good.push(check);
+  return [...doubts.map((words) => ({ doubt: true, words })), ...good.map((words) => ({ doubt: false, words }))];
+}
+
+customElements.define("findings-card", FindingsCard);

@@ -1,0 +1,72 @@
+// The six directions of a mount: how far the poses have told each apart, and a plain sentence for what is open.
+
+import { make, mark, write } from "../element.js";
+import { DIRECTIONS } from "./figures.js";
+import { known } from "./progress.js";
+
+/** @typedef {import("./shape.js").Calibration} Calibration */
+
+const WORDS = { known: "known", weak: "not quite", open: "open" };
+
+export class GainsCard extends HTMLElement {
+  #bars = Object.entries(DIRECTIONS).map(([key, [name, says]]) => ({ key, ...bar(name, says) }));
+  #weak = make("ul", { class: "weak" });
+  #landing = make("p", { class: "landing" });
+
+  connectedCallback() {
+    if (this.children.length) return;
+    this.classList.add("card");
+    this.append(
+      make("h2", { class: "card-title" }, "Six directions"),
+      make("div", { class: "gains" }, ...this.#bars.map(({ row }) => row)),
+      this.#landing,
+      this.#weak,
+    );
+  }
+
+  /** @param {Calibration} calibration */
+  show({ progress }) {
+    const [gains, weak, landing] = [progress.gains ?? {}, progress.weak ?? [], progress.landing ?? ""];
+    for (const { key, row, meter, fill, word } of this.#bars) {
+      const gain = Math.max(0, gains[key] ?? 0);
+      fill.style.width = `${Math.round(100 * gain)}%`;
+      mark(meter, "aria-valuenow", String(Math.round(100 * gain)));
+      mark(meter, "data-full", known(gain) === "known");
+      mark(row, "data-known", known(gain));
+      write(word, WORDS[known(gain)]);
+    }
+    write(this.#landing, landing);
+    this.#landing.hidden = landing === "";
+    if ([...this.#weak.children].map((item) => item.textContent).join() === weak.join()) return;
+    this.#weak.replaceChildren(...weak.map((sentence) => make("li", {}, sentence)));
+  }
+}
+
+/**
+ * @param {string} name
+ * @param {string} says
+ */
+function bar(name, says) {
+  const fill = make("span", { class: "meter-fill" });
+  const meter = make(
+    "div",
+    {
+      class: "meter gain",
+      role: "meter",
+      "aria-label": `${name}: ${says}`,
+      "aria-valuemin": "0",
+      "aria-valuemax": "100",
+    },
+    fill,
+  );
+  const word = make("span", { class: "gain-word" });
+  const head = make("div", { class: "gain-head" }, make("span", { class: "gain-name" }, name), word);
+  return {
+    fill,
+    meter,
+    word,
+    row: make("div", { class: "gain-row", title: says }, head, meter, make("span", { class: "note" }, says)),
+  };
+}
+
+customElements.define("gains-card", GainsCard);

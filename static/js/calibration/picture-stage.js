@@ -1,0 +1,92 @@
+// The big picture with everything drawn on it, as large as its place allows.
+
+import { make, mark } from "../element.js";
+import { hint } from "./hint.js";
+import { drawCorners, drawGhost, drawLaser, drawWay } from "./overlay.js";
+import { mirrored as inMirror } from "./words.js";
+
+/** @typedef {import("./shape.js").Calibration} Calibration */
+/** @typedef {import("./shape.js").Pixel} Pixel */
+/** @typedef {import("./shape.js").Verdict} Verdict */
+/** @typedef {import("./robot-eye.js").Frame} Frame */
+
+const FLASH_MS = 700;
+const APART_S = 0.5; // a verdict on an older picture is not drawn on a newer one
+
+export class PictureStage extends HTMLElement {
+  #canvas = make("canvas", { class: "stage-picture", role: "img", "aria-label": "Picture" });
+  #drawn = "";
+  #timer = 0;
+
+  connectedCallback() {
+    if (!this.children.length) this.append(this.#canvas);
+  }
+
+  /**
+   * @param {object} told
+   * @param {Frame | null} told.frame
+   * @param {Calibration} told.calibration
+   * @param {Verdict | null} told.verdict the newest, whose corners are drawn
+   * @param {boolean} told.mirrored
+   */
+  show({ frame, calibration, verdict, mirrored }) {
+    mark(this, "data-empty", frame === null);
+    if (!frame || !this.clientWidth) return;
+    const unit = Math.min(devicePixelRatio, 2);
+    const scale = Math.min(this.clientWidth / frame.width, this.clientHeight / frame.height);
+    const [width, height] = [Math.floor(frame.width * scale), Math.floor(frame.height * scale)];
+    const advice = calibration.progress.ready ? null : calibration.advice;
+    const seen = fits(frame, verdict) ? verdict : null;
+    const drawn = [frame.key, seen?.number, seen?.stamp_s, advice?.words, width, unit, mirrored].join();
+    if (drawn === this.#drawn) return;
+    this.#drawn = drawn;
+
+    const canvas = this.#canvas;
+    const [across, down] = [Math.round(width * unit), Math.round(height * unit)];
+    if (canvas.width !== across || canvas.height !== down) {
+      [canvas.width, canvas.height] = [across, down];
+      [canvas.style.width, canvas.style.height] = [`${width}px`, `${height}px`];
+    }
+    const brush = canvas.getContext("2d", { willReadFrequently: true });
+    if (!brush) return;
+    brush.imageSmoothingQuality = "high";
+    brush.save();
+    if (mirrored) brush.transform(-1, 0, 0, 1, across, 0);
+    brush.drawImage(frame.image, 0, 0, across, down);
+    brush.restore();
+
+    const factor = across / (calibration.size?.[0] ?? frame.width);
+    /** @param {Pixel} pixel @returns {Pixel} */
+    const place = ([u, v]) => [mirrored ? across - (u + 0.5) * factor : (u + 0.5) * factor, (v + 0.5) * factor];
+    const sheet = { brush, place, unit };
+    const corners = seen?.corners ?? [];
+    const way = advice && hint(corners, advice.corners, calibration.size?.[0] ?? frame.width);
+    if (advice && verdict?.kind !== "background") drawGhost(sheet, advice, calibration.board.columns);
+    if (seen?.laser) drawLaser(sheet, seen.laser);
+    if (corners.length) drawCorners(sheet, corners, calibration.board.columns, seen?.kind ?? "");
+    if (way && seen?.kind !== "counted") drawWay(sheet, way, (words) => (mirrored ? inMirror(words) : words));
+    mark(
+      canvas,
+      "aria-label",
+      corners.length ? "Picture; the board is found in it" : "Picture; no board found in it",
+    );
+  }
+
+  /** A view was counted: the frame lights up once. */
+  flash() {
+    this.classList.add("is-counted");
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => this.classList.remove("is-counted"), FLASH_MS);
+  }
+}
+
+/**
+ * @param {Frame} frame
+ * @param {Verdict | null} verdict
+ */
+function fits(frame, verdict) {
+  if (!verdict || frame.stamp_s === null || verdict.stamp_s === null) return verdict !== null;
+  return Math.abs(frame.stamp_s - verdict.stamp_s) < APART_S;
+}
+
+customElements.define("picture-stage", PictureStage);

@@ -1,0 +1,56 @@
+// How exact it is by now, as one bar with its goal.
+
+import { icon, make, mark, write } from "../element.js";
+import { figures, share } from "./progress.js";
+
+/** @typedef {import("./shape.js").Calibration} Calibration */
+
+export class ProgressCard extends HTMLElement {
+  #figure = make("span", { class: "progress-figure" });
+  #goal = make("span", { class: "progress-goal" });
+  #fill = make("span", { class: "progress-fill" });
+  #bar = make(
+    "div",
+    {
+      class: "progress-bar",
+      role: "progressbar",
+      "aria-valuemin": "0",
+      "aria-valuemax": "100",
+      "aria-label": "How far",
+    },
+    this.#fill,
+  );
+  #words = make("p", { class: "progress-words" });
+  #solving = make("p", { class: "progress-solving note" }, icon("running"), make("span"));
+  #title = make("h2", { class: "card-title" });
+
+  connectedCallback() {
+    if (this.children.length) return;
+    this.classList.add("card");
+    this.append(
+      make("div", { class: "progress-head" }, this.#title, this.#solving),
+      make("p", { class: "progress-figures" }, this.#figure, this.#goal),
+      this.#bar,
+      this.#words,
+    );
+  }
+
+  /** @param {Calibration} calibration */
+  show(calibration) {
+    const { progress, solving, kind } = calibration;
+    const part = share(calibration);
+    const { figure, goal } = figures(calibration);
+    write(this.#title, kind === "camera" ? "How exact" : "How far");
+    write(this.#figure, figure);
+    write(this.#goal, goal);
+    write(this.#words, progress.words);
+    this.#fill.style.width = `${Math.round(100 * part)}%`;
+    mark(this.#bar, "aria-valuenow", String(Math.round(100 * part)));
+    mark(this.#bar, "aria-valuetext", progress.words);
+    mark(this, "data-ready", progress.ready);
+    mark(this.#solving, "data-on", solving !== null);
+    write(/** @type {Element} */ (this.#solving.lastElementChild), solving ? solving.words : "");
+  }
+}
+
+customElements.define("progress-card", ProgressCard);

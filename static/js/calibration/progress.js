@@ -1,0 +1,47 @@
+// One number for how far a session is, and its sentence in figures.
+
+import { fixed } from "../format.js";
+
+/** @typedef {import("./shape.js").Calibration} Calibration */
+
+const SOLVES_FROM = 4; // views
+const LEAST_TARGET = 0.5; // [px]
+const FIRST = 0.3; // share of the way that is done when the first solution is there
+const ROUGH = 16; // a first solution is that many times worse than wanted
+export const KNOWN = 0.8; // gain from which a direction counts as known
+export const LASER_POSES = 10;
+
+/**
+ * @param {Calibration} calibration
+ * @returns {number} 0..1, and 1 only when it is good enough
+ */
+export function share({ kind, progress }) {
+  if (progress.ready) return 1;
+  const { views, p95_px: p95 } = progress;
+  if (kind === "camera") {
+    if (typeof p95 !== "number") return (FIRST * Math.min(views, SOLVES_FROM)) / SOLVES_FROM;
+    const left = Math.log(Math.max(p95 / (progress.target_px ?? LEAST_TARGET), 1)) / Math.log(ROUGH);
+    return Math.min(0.98, FIRST + (1 - FIRST) * Math.max(0, 1 - left));
+  }
+  const gains = Object.values(progress.gains ?? {});
+  const known = gains.reduce((sum, gain) => sum + Math.min(1, Math.max(0, gain) / KNOWN), 0) / 6;
+  return Math.min(0.98, 0.4 * Math.min(1, views / LASER_POSES) + 0.6 * known);
+}
+
+/**
+ * The figure beside the bar.
+ * @param {Calibration} calibration
+ * @returns {{figure: string, goal: string}}
+ */
+export function figures({ kind, progress }) {
+  if (kind === "laser") return { figure: String(progress.views), goal: `of ${LASER_POSES} poses at least` };
+  const goal = `goal ±${fixed(progress.target_px ?? LEAST_TARGET, 2)} px`;
+  if (typeof progress.p95_px !== "number") return { figure: "±–", goal };
+  return { figure: `±${fixed(progress.p95_px, progress.p95_px < 10 ? 2 : 0)} px`, goal };
+}
+
+/** @param {number} gain 0..1 */
+export function known(gain) {
+  if (gain >= KNOWN) return "known";
+  return gain >= 0.4 ? "weak" : "open";
+}

@@ -1,0 +1,27 @@
+// The words the wizards use for what the server tells; nothing that runs.
+
+/** @typedef {import("../wire.js").CalibrationSession} Told the console leaves nothing out: also defaults are sent */
+/** @typedef {Required<import("../wire.js").CalibrationVerdict>} Verdict what became of one picture or scan */
+/** @typedef {import("../wire.js").CalibrationAdvice} Advice the next view to take */
+/** @typedef {Required<import("../wire.js").CalibrationProgress>} Progress how far it is */
+/** @typedef {import("../wire.js").CalibrationUncertainty} Uncertainty of the projection over the picture */
+/** @typedef {Required<import("../wire.js").CalibrationView>} ViewRow one view or pose that was taken */
+/** @typedef {import("../wire.js").CalibrationScan} ScanPicture points [m] in the laser's frame */
+/** @typedef {import("../wire.js").CalibrationBoard} Board counted in inner corners */
+/** @typedef {{verdict: Verdict | null, progress: Progress, views: ViewRow[]}} Whole */
+/** @typedef {Omit<Required<Told>, keyof Whole> & Whole} Calibration a session of one of the wizards */
+/** @typedef {Calibration["kind"]} Kind */
+/** @typedef {Calibration["source"]} Source */
+/** @typedef {[number, number]} Pixel u, v; the centre of the top left one is 0, 0 */
+/**
+ * @typedef {object} Row a session in the list
+ * @property {string} id
+ * @property {Kind} kind
+ * @property {Source} source
+ * @property {number} created_s
+ * @property {number} views
+ * @property {boolean} ready
+ * @property {boolean} accepted
+ */
+
+export {};

@@ -1,0 +1,40 @@
+// How far along: the steps of a wizard, the present one named.
+
+import { make, mark } from "../element.js";
+import { Room } from "./room.js";
+import { hashOf } from "./place.js";
+
+const STEPS = /** @type {const} */ (["Board", "Views", "Review", "In use"]);
+
+class CalibrationSteps extends Room {
+  #items = STEPS.map((name, index) =>
+    make(
+      "li",
+      {},
+      make("a", {}, make("span", { class: "step-number", "aria-hidden": "true" }, String(index + 1)), name),
+    ),
+  );
+
+  /** @override */
+  build() {
+    this.append(make("ol", { "aria-label": "Steps" }, ...this.#items));
+  }
+
+  /** @override */
+  draw() {
+    const { place, calibration } = this.bench;
+    this.hidden = place.at === "home";
+    const accepted = calibration !== null && this.bench.used;
+    const present = place.at === "new" ? 0 : place.at === "capture" ? 1 : accepted ? 3 : 2;
+    this.#items.forEach((item, index) => {
+      const link = /** @type {HTMLElement} */ (item.firstElementChild);
+      mark(link, "aria-current", index === present ? "step" : null);
+      mark(item, "data-done", index < present);
+      const to = index === 1 ? "capture" : "review";
+      const reach = "id" in place && index > 0 && index !== present && (index < 3 || accepted);
+      mark(link, "href", reach ? hashOf({ at: to, id: place.id }) : null);
+    });
+  }
+}
+
+customElements.define("calibration-steps", CalibrationSteps);

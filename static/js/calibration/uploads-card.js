@@ -1,0 +1,44 @@
+// What became of every file that was given.
+
+import { icon, make, write } from "../element.js";
+
+/** @typedef {import("./uploads.js").Uploads} Uploads */
+
+const ICONS = /** @type {Readonly<Record<string, string>>} */ ({ counted: "done", same: "again", nothing: "eye" });
+
+export class UploadsCard extends HTMLElement {
+  #title = make("h2", { class: "card-title" });
+  #list = make("ul", { class: "attempts" });
+  #drawn = "";
+
+  connectedCallback() {
+    if (this.children.length) return;
+    this.classList.add("card");
+    this.append(make("div", { class: "card-head" }, this.#title), this.#list);
+  }
+
+  /** @param {Uploads} uploads */
+  show({ attempts, waiting }) {
+    const drawn = `${attempts.length} ${waiting}`;
+    this.hidden = attempts.length + waiting === 0;
+    if (drawn === this.#drawn) return;
+    this.#drawn = drawn;
+    const taken = attempts.filter(({ kind }) => kind === "counted").length;
+    write(
+      this.#title,
+      waiting ? `${waiting} file${waiting === 1 ? "" : "s"} to go` : `${taken} of ${attempts.length} files counted`,
+    );
+    this.#list.replaceChildren(
+      ...attempts.map(({ name, kind, words }) =>
+        make(
+          "li",
+          { class: "attempt", "data-kind": kind },
+          icon(ICONS[kind] ?? "refused"),
+          make("span", {}, make("span", { class: "attempt-name" }, name), make("span", { class: "note" }, words)),
+        ),
+      ),
+    );
+  }
+}
+
+customElements.define("uploads-card", UploadsCard);

@@ -1,0 +1,78 @@
+// Picture files as a source: they go up one after the other, and each gets its verdict.
+
+/** @typedef {import("./robot-eye.js").Frame} Frame */
+/** @typedef {import("./shape.js").Verdict} Verdict */
+/** @typedef {{name: string, kind: string, words: string}} Attempt */
+
+const KINDS = new Set(["image/jpeg", "image/png"]);
+const LARGEST = 20e6; // [bytes]
+
+export class Uploads {
+  /** @type {Frame | null} */
+  frame = null;
+  /** @type {Attempt[]} newest first */
+  attempts = [];
+  #waiting = 0;
+  #count = 0;
+  /** @type {Promise<void>} */
+  #line = Promise.resolve();
+
+  /** @param {(picture: Blob, name: string) => Promise<Verdict>} send */
+  constructor(send) {
+    this.send = send;
+  }
+
+  /** @returns {string} what to do while there is no picture; "" when there is one */
+  get why() {
+    return this.frame ? "" : "Drop pictures of the board here, or choose them. JPEG or PNG, as the camera made them.";
+  }
+
+  /** Files that still wait. */
+  get waiting() {
+    return this.#waiting;
+  }
+
+  open() {}
+
+  close() {}
+
+  /** @param {Iterable<File>} files */
+  add(files) {
+    for (const file of files) {
+      this.#waiting += 1;
+      this.#line = this.#line.then(() => this.#judge(file));
+    }
+    return this.#line;
+  }
+
+  /** @param {File} file */
+  async #judge(file) {
+    const attempt = await this.#attempt(file).catch((error) => ({
+      name: file.name,
+      kind: "refused",
+      words: error instanceof Error ? error.message : "That did not work.",
+    }));
+    this.attempts = [attempt, ...this.attempts].slice(0, 200);
+    this.#waiting -= 1;
+  }
+
+  /** @param {File} file @returns {Promise<Attempt>} */
+  async #attempt(file) {
+    if (!KINDS.has(file.type)) throw new Error("Not a JPEG or PNG picture.");
+    if (file.size > LARGEST) throw new Error("Larger than 20 MB; export it smaller, at the size the camera uses.");
+    const verdict = await this.send(file, file.name);
+    const image = await createImageBitmap(file, { imageOrientation: "none" }).catch(() => null);
+    if (image) {
+      if (this.frame?.image instanceof ImageBitmap) this.frame.image.close();
+      this.#count += 1;
+      this.frame = {
+        image,
+        width: image.width,
+        height: image.height,
+        key: `file ${this.#count}`,
+        stamp_s: null,
+      };
+    }
+    return { name: file.name, kind: verdict.kind, words: verdict.words };
+  }
+}

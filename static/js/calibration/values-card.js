@@ -1,0 +1,60 @@
+// The values with their standard deviations, in the layout of the paper's Table 3, beside those in use.
+
+import { make, mark, write } from "../element.js";
+import { cameraRows, mountRows } from "./figures.js";
+
+/** @typedef {import("./shape.js").Calibration} Calibration */
+
+export class ValuesCard extends HTMLElement {
+  #title = make("h2", { class: "card-title" });
+  #head = make("tr");
+  #body = make("tbody");
+  #note = make("p", { class: "note" });
+  #drawn = "";
+
+  connectedCallback() {
+    if (this.children.length) return;
+    this.classList.add("card");
+    this.append(
+      make("div", { class: "card-head" }, this.#title),
+      make("table", { class: "values" }, make("thead", {}, this.#head), this.#body),
+      this.#note,
+    );
+  }
+
+  /** @param {Calibration} calibration */
+  show({ kind, solution, in_use_compare: compare }) {
+    const drawn = JSON.stringify([solution?.["sd"], solution?.["fx"], solution?.["translation_m"], compare]);
+    this.hidden = solution === null;
+    if (drawn === this.#drawn || !solution) return;
+    this.#drawn = drawn;
+    const rows = kind === "camera" ? cameraRows(solution, compare) : mountRows(solution, compare);
+    const compared = rows.some((row) => row.other);
+    write(this.#title, kind === "camera" ? "The camera" : "The camera on the laser");
+    const columns = ["", "Value", "Standard dev.", ...(compared ? ["In use", "Change"] : [])];
+    this.#head.replaceChildren(...columns.map((name) => make("th", { scope: "col" }, name)));
+    this.#body.replaceChildren(
+      ...rows.map((row) => {
+        const name = make(
+          "th",
+          { scope: "row" },
+          make("span", { class: "value-name" }, row.name),
+          make("span", { class: "note" }, row.says),
+        );
+        const change = make("td", {}, row.change);
+        mark(change, "data-far", row.far);
+        const open = row.value === "not known" && "open";
+        const cells = [make("td", { class: open }, row.value), make("td", {}, row.sd)];
+        return make("tr", {}, name, ...cells, ...(compared ? [make("td", {}, row.other), change] : []));
+      }),
+    );
+    write(
+      this.#note,
+      kind === "camera"
+        ? "One standard deviation. The paper’s Table 3 prints three."
+        : "One standard deviation. Turns are away from looking straight ahead.",
+    );
+  }
+}
+
+customElements.define("values-card", ValuesCard);

@@ -1,0 +1,58 @@
+// What became of the last attempt, in words: large on the picture, and aloud.
+
+import { icon, make, mark, redraw, write } from "../element.js";
+import { Pace, mirrored as inMirror } from "./words.js";
+
+/** @typedef {import("./shape.js").Calibration} Calibration */
+
+const ICONS = /** @type {Readonly<Record<string, string>>} */ ({
+  counted: "done",
+  refused: "refused",
+  same: "again",
+  moving: "hand",
+  gathering: "hand",
+  background: "laser",
+  nothing: "eye",
+  trouble: "warning",
+});
+
+export class VerdictLine extends HTMLElement {
+  #pace = new Pace();
+  #icon = icon("eye");
+  #words = make("p", { class: "verdict-words" });
+  #counted = 0;
+  /** @type {string | undefined} */
+  #of;
+
+  connectedCallback() {
+    if (!this.children.length) this.append(this.#icon, this.#words);
+  }
+
+  /**
+   * @param {Calibration} calibration
+   * @param {{mirrored: boolean, quiet: string, say: (sentence: string) => void, counted: () => void}} how `quiet`: what
+   *   to say while there is no verdict; `counted` is called when a view was counted
+   */
+  show({ id, verdict, views }, { mirrored, quiet, say, counted }) {
+    if (id !== this.#of) {
+      this.#of = id;
+      this.#pace = new Pace();
+      this.#counted = 0;
+    }
+    const now = performance.now();
+    const shown = quiet ? null : this.#pace.show(verdict, views.length, now);
+    const words = shown ? shown.words : quiet;
+    write(this.#words, mirrored ? inMirror(words) : words);
+    redraw(this.#icon, ICONS[shown?.kind ?? ""] ?? "info");
+    mark(this, "data-kind", shown?.kind ?? "quiet");
+    this.hidden = words === "";
+    const aloud = quiet ? "" : this.#pace.say(now);
+    if (aloud) say(mirrored ? inMirror(aloud) : aloud);
+    if (this.#pace.counted !== this.#counted) {
+      this.#counted = this.#pace.counted;
+      counted();
+    }
+  }
+}
+
+customElements.define("verdict-line", VerdictLine);

@@ -1,0 +1,129 @@
+// The views that were taken, the worst first: a picture, its error, and a way to leave it out or take it back.
+
+import { icon, make, mark, write } from "../element.js";
+import { fixed } from "../format.js";
+import * as api from "./api.js";
+
+/** @typedef {import("./shape.js").Calibration} Calibration */
+/** @typedef {import("./shape.js").ViewRow} ViewRow */
+/** @typedef {import("./bench.js").Bench} Bench */
+
+export class ViewsCard extends HTMLElement {
+  #title = make("h2", { class: "card-title" });
+  #list = make("ul", { class: "views" });
+  #empty = make("p", { class: "note" });
+  #note = make("p", { class: "note views-note" });
+  /** @type {Bench | null} */
+  #bench = null;
+  #drawn = "";
+  /** @type {(name: string) => void} */
+  chosen = () => undefined;
+
+  connectedCallback() {
+    if (this.children.length) return;
+    this.classList.add("card");
+    this.append(
+      make("div", { class: "card-head" }, this.#title, make("span", { class: "spring" }), this.#note),
+      this.#empty,
+      this.#list,
+    );
+  }
+
+  /**
+   * @param {Bench} bench
+   * @param {Calibration} calibration
+   * @param {string} [selected] a view shown elsewhere
+   */
+  show(bench, calibration, selected = "") {
+    this.#bench = bench;
+    const { views, kind, id } = calibration;
+    const drawn = JSON.stringify([views, id, bench.may, selected]);
+    if (drawn === this.#drawn) return;
+    this.#drawn = drawn;
+    const word = kind === "camera" ? "view" : "pose";
+    write(this.#title, `${views.length} ${word}${views.length === 1 ? "" : "s"}`);
+    const solved = views.some((view) => errorOf(view) !== null);
+    write(this.#note, solved ? "worst first" : "");
+    write(
+      this.#empty,
+      kind === "camera" ? "Every view that counts will stand here." : "Every pose that counts will stand here.",
+    );
+    this.#empty.hidden = views.length > 0;
+    const worst = Math.max(...views.map((view) => errorOf(view) ?? 0), 1e-9);
+    const rows = new Map([...this.#list.children].map((row) => [row.getAttribute("data-name"), row]));
+    const held = this.contains(document.activeElement) ? document.activeElement : null;
+    const focused = held?.closest("[data-name]")?.getAttribute("data-name") ?? "";
+    this.#list.replaceChildren(
+      ...views.map((view) => this.#row(view, worst, calibration, rows.get(view.name), selected)),
+    );
+    const again = [...this.#list.children].find((row) => row.getAttribute("data-name") === focused);
+    /** @type {HTMLElement | null | undefined} */ (again?.querySelector(".view-keep"))?.focus({
+      preventScroll: true,
+    });
+  }
+
+  /**
+   * @param {ViewRow} view
+   * @param {number} worst error of them all
+   * @param {Calibration} calibration
+   * @param {Element | undefined} old the row it had: its picture is kept
+   * @param {string} selected
+   */
+  #row(view, worst, { id, kind }, old, selected) {
+    const source = api.thumbnail(id, view.name);
+    const kept = old?.querySelector("img");
+    const picture =
+      kept?.src === source
+        ? kept
+        : make("img", { src: source, alt: "", loading: "lazy", decoding: "async", width: "80", height: "60" });
+    const error = errorOf(view);
+    const fill = make("span", { class: "meter-fill" });
+    fill.style.width = `${Math.round((100 * (error ?? 0)) / worst)}%`;
+    const why = view.dropped ? "left out by you" : view.used ? "" : view.reason || "not in the solution yet";
+    const open = make(
+      "button",
+      {
+        type: "button",
+        class: "view-open",
+        "aria-pressed": kind === "camera" ? String(view.name === selected) : null,
+      },
+      picture,
+      make(
+        "span",
+        { class: "view-words" },
+        make("span", { class: "view-name" }, view.name),
+        make("span", { class: "view-error" }, error === null ? "" : inUnits(error, kind)),
+        make("span", { class: "meter", "aria-hidden": "true" }, fill),
+        why && make("span", { class: "note" }, why),
+      ),
+    );
+    open.addEventListener("click", () => this.chosen(view.name));
+    const wish = view.dropped ? "restore" : "drop";
+    const keep = make(
+      "button",
+      {
+        type: "button",
+        class: "icon-button small view-keep",
+        "aria-label": `${view.dropped ? "Take back" : "Leave out"}: ${view.name}`,
+        title: view.dropped ? "Take it back in" : "Leave it out",
+      },
+      icon(view.dropped ? "again" : "close"),
+    );
+    keep.addEventListener("click", () => void this.#bench?.wish((session) => api.keep(session, view.name, wish)));
+    const row = make("li", { class: "view", "data-name": view.name }, open, this.#bench?.may && keep);
+    mark(row, "data-dropped", view.dropped);
+    mark(row, "data-unused", !view.used && !view.dropped && view.reason !== "");
+    return row;
+  }
+}
+
+/** @param {ViewRow} view @returns {number | null} [px] or [m] */
+export const errorOf = (view) => view.rms_px ?? view.rms_m ?? null;
+
+/**
+ * @param {number} error [px] or [m]
+ * @param {"camera" | "laser"} kind
+ */
+export const inUnits = (error, kind) => (kind === "camera" ? `${fixed(error, 2)} px` : `${fixed(1e3 * error, 1)} mm`);
+
+customElements.define("views-card", ViewsCard);

@@ -1,0 +1,142 @@
+// This device's own camera as a source of pictures. Frames leave at most eight times a second, one at a time: the next
+// one waits until the console has judged the former.
+
+/** @typedef {import("./robot-eye.js").Frame} Frame */
+
+const PERIOD_MS = 125;
+const WIDEST = 1280; // [px] that a frame is sent at
+const QUALITY = 0.9;
+
+const REFUSALS = /** @type {Readonly<Record<string, string>>} */ ({
+  NotAllowedError:
+    "The browser does not let this page see the camera. Allow it in the address bar (the camera sign), then press the button.",
+  NotFoundError: "This device has no camera that the browser can find. Plug one in, or use picture files instead.",
+  NotReadableError: "Another program is using the camera. Close it, then press the button.",
+  OverconstrainedError: "That camera cannot be had any more. Choose another one.",
+  AbortError: "The camera stopped while it was starting. Press the button to try again.",
+});
+
+/** @returns {string} why this page may not use a camera; "" when it may ask */
+export function webcamRefusal() {
+  if (globalThis.isSecureContext && navigator.mediaDevices) return "";
+  return (
+    "Browsers lend a camera only to pages on this very machine (http://127.0.0.1) or over https. " +
+    "Open Beckon that way, or use picture files instead."
+  );
+}
+
+export class Webcam {
+  /** @type {MediaStream | null} */
+  #stream = null;
+  #video = document.createElement("video");
+  #canvas = document.createElement("canvas");
+  #why = "";
+  #timer = 0;
+  #busy = false;
+  #paused = false;
+  #turn = 0;
+
+  /** @param {(frame: Blob, stamp_s: number) => Promise<unknown>} send resolves when the console has judged the frame */
+  constructor(send) {
+    this.send = send;
+    this.#video.muted = true;
+    this.#video.playsInline = true;
+  }
+
+  /** @returns {string} why there is no picture; "" when there is one */
+  get why() {
+    return this.frame ? "" : this.#why || "The camera is starting…";
+  }
+
+  /** May a press of a button help? */
+  get refused() {
+    return this.#why !== "" && webcamRefusal() === "";
+  }
+
+  /** @returns {Frame | null} */
+  get frame() {
+    const { videoWidth: width, videoHeight: height } = this.#video;
+    if (!this.#stream || !width) return null;
+    return { image: this.#video, width, height, key: `webcam ${this.#video.currentTime}`, stamp_s: null };
+  }
+
+  set paused(/** @type {boolean} */ paused) {
+    this.#paused = paused;
+  }
+
+  /** @param {string} [device] of several, by its id */
+  async open(device) {
+    this.close();
+    const turn = this.#turn;
+    this.#why = webcamRefusal();
+    if (this.#why) return;
+    try {
+      const size = { width: { ideal: WIDEST }, height: { ideal: 720 } };
+      const which = device ? { deviceId: { exact: device } } : { facingMode: "user" };
+      const stream = await navigator.mediaDevices.getUserMedia({ video: { ...size, ...which }, audio: false });
+      if (turn !== this.#turn) {
+        stream.getTracks().forEach((track) => track.stop());
+        return;
+      }
+      this.#stream = stream;
+      stream.getVideoTracks()[0]?.addEventListener("ended", () => {
+        this.close();
+        this.#why = "The camera was unplugged or switched off. Press the button to try again.";
+      });
+      this.#video.srcObject = stream;
+      await this.#video.play();
+      this.#timer = setInterval(() => void this.#beat(), PERIOD_MS);
+    } catch (error) {
+      this.close();
+      const name = error instanceof DOMException ? error.name : "";
+      this.#why = REFUSALS[name] ?? "The camera could not be started. Press the button to try again.";
+    }
+  }
+
+  close() {
+    this.#turn += 1;
+    clearInterval(this.#timer);
+    this.#stream?.getTracks().forEach((track) => track.stop());
+    this.#stream = null;
+    this.#video.srcObject = null;
+    this.#why = "";
+  }
+
+  /** @returns {Promise<Array<{id: string, name: string}>>} the cameras of this device, once one of them was allowed */
+  async choices() {
+    if (webcamRefusal()) return [];
+    const devices = await navigator.mediaDevices.enumerateDevices();
+    return devices
+      .filter((device) => device.kind === "videoinput" && device.deviceId)
+      .map((device, index) => ({ id: device.deviceId, name: device.label || `Camera ${index + 1}` }));
+  }
+
+  /**
+   * The present picture as a JPEG.
+   * @returns {Promise<Blob | null>}
+   */
+  async snapshot() {
+    const frame = this.frame;
+    const brush = this.#canvas.getContext("2d", { willReadFrequently: true });
+    if (!frame || !brush) return null;
+    const scale = Math.min(1, WIDEST / frame.width);
+    const [width, height] = [Math.round(frame.width * scale), Math.round(frame.height * scale)];
+    if (this.#canvas.width !== width || this.#canvas.height !== height)
+      [this.#canvas.width, this.#canvas.height] = [width, height];
+    brush.drawImage(frame.image, 0, 0, width, height);
+    return new Promise((resolve) => this.#canvas.toBlob(resolve, "image/jpeg", QUALITY));
+  }
+
+  async #beat() {
+    if (this.#busy || this.#paused || document.visibilityState === "hidden") return;
+    this.#busy = true;
+    try {
+      const picture = await this.snapshot();
+      if (picture) await this.send(picture, performance.timeOrigin / 1e3 + performance.now() / 1e3);
+    } catch {
+      // the console did not take it; the page says so in other places, and the next frame is on its way
+    } finally {
+      this.#busy = false;
+    }
+  }
+}

@@ -1,0 +1,67 @@
+// Words for the person before the camera: seen in a mirror, and spoken at a pace that can be followed.
+
+/** @typedef {import("./shape.js").Verdict} Verdict */
+
+const CALM = new Set(["nothing", "moving", "gathering", "same", "background"]);
+const STAYS_MS = 1400; // a judgement stays that long before "hold still" may take its place
+const SETTLES_MS = 1600; // a calm word is spoken when it still holds after that
+
+/**
+ * Words about a picture, for one who sees it mirrored: left becomes right.
+ * @param {string} words
+ */
+export function mirrored(words) {
+  return words.replace(/\b(left|right)\b/gi, (word) => {
+    const other = word.toLowerCase() === "left" ? "right" : "left";
+    return word[0] === word[0]?.toUpperCase() ? other.charAt(0).toUpperCase() + other.slice(1) : other;
+  });
+}
+
+/** Which verdict to show: a judgement (counted, refused) is not swept away by the next picture. */
+export class Pace {
+  /** @type {Verdict | null} */
+  #shown = null;
+  #since = -Infinity;
+  #spoken = "";
+  /** @type {number | null} */
+  #views = null;
+  /** How often a view was counted while we looked. */
+  counted = 0;
+
+  /**
+   * @param {Verdict | null} newest only the newest arrives: one that counted a view may have been replaced on its way
+   * @param {number} views that were taken so far
+   * @param {number} now [ms]
+   * @returns {Verdict | null}
+   */
+  show(newest, views, now) {
+    const old = this.#shown;
+    const more = this.#views !== null && views > this.#views;
+    this.#views = views;
+    if (more) this.counted += 1;
+    const missed = more && newest && newest.kind !== "counted";
+    const verdict = missed
+      ? { ...newest, kind: /** @type {const} */ ("counted"), words: `Counted: ${views} now.` }
+      : newest;
+    if (!verdict || verdict.number === old?.number) return old;
+    const judged = old !== null && !CALM.has(old.kind);
+    if (judged && CALM.has(verdict.kind) && now - this.#since < STAYS_MS) return old;
+    if (verdict.words !== old?.words || !CALM.has(verdict.kind)) this.#since = now;
+    this.#shown = verdict;
+    return verdict;
+  }
+
+  /**
+   * @param {number} now [ms]
+   * @returns {string} what to say aloud now; "" for nothing
+   */
+  say(now) {
+    const shown = this.#shown;
+    if (!shown) return "";
+    const key = CALM.has(shown.kind) ? shown.words : `${shown.number}`;
+    if (key === this.#spoken || (CALM.has(shown.kind) && now - this.#since < SETTLES_MS)) return "";
+    if (shown.kind === "gathering" || shown.kind === "moving") return ""; // they count along too fast for a voice
+    this.#spoken = key;
+    return shown.words;
+  }
+}
