@@ -11,7 +11,7 @@ from core.gate import TICK, Gate, Row, Setpoint, TraceWriter, check
 from core.geometry import Pose
 from core.pilot import Pilot
 from core.robots.connect import connect
-from core.robots.nearness import near_points
+from core.robots.nearness import field_of, near_points
 from core.settings import Settings
 from core.snapshot import Snapshot, Undertaking
 from core.speech.grammar import Refusal, understand
@@ -59,8 +59,9 @@ class Rehearsal:
         now = frame.stamp
         self.gate.heartbeat(now)
         self.gate.touch(frame.contact, now)
-        if frame.scan is not None and self.robot.profile.laser is not None:
-            self.gate.see(near_points(frame.scan, self.robot.profile.laser, frame), now)
+        laser = self.robot.profile.laser
+        if frame.scan is not None and laser is not None:
+            self.gate.see(near_points(frame.scan, laser, frame), now, field_of(laser))
         self.contacts += frame.contact and not self._touching
         self._touching = frame.contact
         self.snapshot = self.pilot.step(frame)

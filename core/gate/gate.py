@@ -42,6 +42,7 @@ class Gate:
         self._guard = Guard(limits)
         self._state: State = "halted" if halted else "disarmed"
         self._reason = "halted before the restart" if halted else ""
+        self._remark = ""  # on the halt that is in force
         self._epoch, self._owner = 0, ""
         self._order: Order | None = None
         self._twist = ZERO
@@ -92,7 +93,7 @@ class Gate:
 
     def halt(self, now: float) -> None:
         """Zero at once, and nothing moves until `reset` and a new `arm`."""
-        self._state = "halted"
+        self._state, self._remark = "halted", ""
         self._stand("halt", "halted", now)
 
     def reset(self, now: float) -> None:
@@ -102,14 +103,14 @@ class Gate:
             self._stand("reset", "", now)
 
     def remark(self, reason: str) -> None:
-        """Something that whoever looks at the status should know until the next motion or stop."""
-        self._reason = reason
+        """Something that whoever looks at the status should know: of a halt while it lasts, else until motion or stop."""
+        self._reason = self._remark = reason
 
     # what is known
 
-    def see(self, points: Sequence[Sequence[float]], now: float) -> None:
-        """Near scan points (x, y) [m], robot frame; also says that the scan is fresh."""
-        self._guard.see(points)
+    def see(self, points: Sequence[Sequence[float]], now: float, field: float = math.pi) -> None:
+        """Near scan points (x, y) [m], robot frame, up to `field` [rad] to either side; the scan is fresh."""
+        self._guard.see(points, field)
         self._seen = self._heard = now
 
     def touch(self, contact: bool, now: float) -> None:
@@ -198,6 +199,8 @@ class Gate:
             return Permitted(ZERO, 0.0, None, "the bumper touches something: drive away from it")
         limits = self.limits
         cap = speed_cap(limits, self._order.age)
+        if limits.guard and wanted.v < 0.0:
+            cap = min(cap, self._guard.backing_speed)
         wanted = wanted.clamped(cap, limits.max_turn_rate)
         twist = self._twist.towards(wanted, limits.max_acceleration * elapsed, limits.max_turn_acceleration * elapsed)
         permitted = self._guard.permit(twist) if limits.guard else Permitted(twist)
@@ -272,7 +275,7 @@ class Gate:
         self._order = None
         self._tell(Permitted(ZERO), now)
         self._need_neutral = True
-        self._reason = "halted" if self._state == "halted" else reason
+        self._reason = self._remark or "halted" if self._state == "halted" else reason
         self._tickets.mark(now)
         self._write(event, now)
 

@@ -14,6 +14,9 @@ REACTION = 0.2  # [s] from a point's appearance to slower wheels: a turn of the 
 TOUCH = 0.005  # [m] around the body that count as touching
 GRAZE_SPEED = 0.1  # [m/s] past something that is within the margin at the side
 CRAWL = 0.01  # [m/s] under which it is better to stand
+BACKING_SPEED = 0.1  # [m/s] backwards, where the laser does not see
+MEMORY = 10.0  # [s] that a point counts which the laser has turned its back on …
+REMEMBERED = 150  # … and so many of them at most
 
 Point = tuple[float, float]
 
@@ -37,16 +40,36 @@ class Guard:
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
         self._points: tuple[Point, ...] = ()
+        self._until: tuple[float, ...] = ()  # [s] of the rolled time to which each point counts unseen
         self._moved = (0.0, 0.0, 0.0)  # x, y [m], heading [rad] since the points were seen
+        self._rolled = 0.0  # [s]
+        self._field = math.pi  # [rad]
 
-    def see(self, points: Sequence[Sequence[float]]) -> None:
-        """New near points (x, y) [m], robot frame; what is no pair of finite numbers is left out."""
+    @property
+    def backing_speed(self) -> float:
+        """The most [m/s] that is good backwards: little where nothing looks that way."""
+        return BACKING_SPEED if self._field < math.pi else math.inf
+
+    def see(self, points: Sequence[Sequence[float]], field: float = math.pi) -> None:
+        """New near points (x, y) [m], robot frame, by a laser that looks `field` [rad] to either side.
+
+        What is no pair of finite numbers is left out. What was seen before and lies out of its sight now still counts
+        for a while.
+        """
+        kept = [
+            (point, until)
+            for point, until in zip(self._points_now(), self._until, strict=True)
+            if abs(math.atan2(point[1], point[0])) > field and math.hypot(*point) < HORIZON and until > self._rolled
+        ][:REMEMBERED]
         pairs = (point for point in points if isinstance(point, list | tuple) and len(point) == 2)
-        self._points = tuple((point[0], point[1]) for point in pairs if is_number(point[0]) and is_number(point[1]))
-        self._moved = (0.0, 0.0, 0.0)
+        seen = [(point[0], point[1]) for point in pairs if is_number(point[0]) and is_number(point[1])]
+        self._points = (*seen, *(point for point, _ in kept))
+        self._until = (*([self._rolled + MEMORY] * len(seen)), *(until for _, until in kept))
+        self._moved, self._field = (0.0, 0.0, 0.0), field
 
     def roll(self, twist: Twist, elapsed: float) -> None:
         """The wheels turned like this for `elapsed` seconds: the points are elsewhere now."""
+        self._rolled += elapsed
         x, y, heading = self._moved
         middle = heading + 0.5 * twist.w * elapsed
         step = twist.v * elapsed

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
+import math
 import os
 import secrets
 import selectors
@@ -22,7 +23,7 @@ from typing import Any, NoReturn
 
 from core.gate.gate import TICK, Gate
 from core.gate.latch import Latch
-from core.gate.limits import Limits, is_count
+from core.gate.limits import Limits, is_count, is_number
 from core.gate.packets import packet_socket, send_packet, take_packets
 from core.gate.setpoint import Setpoint
 from core.gate.status import GateStatus
@@ -44,6 +45,7 @@ class GateLoop:
         self._told_driver = ZERO
         self._told_console: GateStatus | None = None
         self._ticks = 0
+        self._kept = False  # whether the latch was set by this process
         self._selector = selectors.DefaultSelector()
         self._selector.register(console, selectors.EVENT_READ, self._hear_console)
         self._selector.register(driver, selectors.EVENT_READ, self._hear_driver)
@@ -108,7 +110,8 @@ class GateLoop:
         for packet in packets:
             points = packet.get("points")
             if isinstance(points, list):
-                self._gate.see(points, now)
+                field = packet.get("field")
+                self._gate.see(points, now, float(field) if is_number(field) else math.pi)  # type: ignore[arg-type]
             self._gate.touch(packet.get("contact") is True, now)
         if not there:
             self._selector.unregister(self._driver)
@@ -127,13 +130,17 @@ class GateLoop:
         del told
         self._gate.halt(now)
         self._tell_driver()
+        if self._kept:
+            return
         try:
             self._latch.set()
+            self._kept = True
         except OSError as trouble:
             self._gate.remark(f"halted, but a restart may forget it: {trouble.strerror}")
 
     def _reset(self, told: dict[str, Any], now: float) -> None:
         del told
+        self._kept = False
         try:
             self._latch.clear()
         except OSError as trouble:
@@ -197,6 +204,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--home", type=Path, required=True, help="folder that remembers a halt")
     parser.add_argument("--limits", default="{}", help="JSON")
     parser.add_argument("--spent", default="[]", help="presses of an earlier gate, JSON")
+    parser.add_argument("--halted", action="store_true", help="begin halted whatever the home folder remembers")
     parser.add_argument("--trace", type=Path, help="file for the diary")
     given = parser.parse_args(arguments)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -211,7 +219,7 @@ def main(arguments: list[str] | None = None) -> None:
     trace = TraceWriter(scribe) if scribe else None
     gate = Gate(
         limits,
-        halted=latch.is_set,
+        halted=given.halted or latch.is_set,
         trace=trace,
         first_ticket=secrets.randbelow(FIRST_TICKET),
         spent=_spent(given.spent),

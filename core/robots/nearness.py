@@ -27,6 +27,15 @@ def near_points(scan: Scan, laser: Laser, frame: SensorFrame) -> list[tuple[floa
     return [(round(float(x), 4), round(float(y), 4)) for x, y in points[order[first]]]
 
 
+def field_of(laser: Laser) -> float:
+    """How far it looks to either side of the robot's front, at least [rad]; π: all around."""
+    first = laser.mounting.heading + laser.angle_min
+    last = first + (laser.beams - 1) * laser.angle_step
+    if last - first > 2 * math.pi - 2 * SECTOR:
+        return math.pi
+    return max(0.0, min(-first, last, math.pi))
+
+
 class Freshness:
     """Tells a laser that sees from one that is blind or hangs."""
 

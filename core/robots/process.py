@@ -26,7 +26,7 @@ from core.gate.packets import LARGEST, packet_socket, parse_packet, send_packet,
 from core.robots import Robot
 from core.robots.connect import connect
 from core.robots.letters import Answer, Hello, Opening, Trouble
-from core.robots.nearness import Freshness, near_points
+from core.robots.nearness import Freshness, field_of, near_points
 from core.robots.outbox import Outbox
 from core.sensors import SensorFrame
 
@@ -87,7 +87,7 @@ class Driver:
             and laser is not None
             and self._freshness.shows(frame.scan, moving=self._twist.moves)
         ):
-            told["points"] = near_points(frame.scan, laser, frame)
+            told |= {"points": near_points(frame.scan, laser, frame), "field": field_of(laser)}
         if self._has_gate and frame.running:
             send_packet(self._gate, told)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -18,7 +19,7 @@ from core.gate.status import GateStatus
 from core.gate.trace import TraceWriter, check
 from core.robots import Profile
 from core.robots.connect import connect
-from core.robots.nearness import near_points
+from core.robots.nearness import field_of, near_points
 from core.sensors import SensorFrame
 from core.settings import Settings
 
@@ -33,6 +34,9 @@ class InProcessRobot:
         self.gate = Gate(Limits(), trace=self.writer)
         self.cut = False  # the link is lost
         self.trouble = ""
+        self.alarm: Callable[[str], None] = print
+        self.stuck = ""  # why a halt cannot be lifted; "" when it can
+        self.deaf = False  # there is no gate that could be told of a reset
         self.orders: list[Setpoint] = []
         self._now = 1.0  # [s] of the gate's clock
         self._lock = threading.RLock()
@@ -76,9 +80,13 @@ class InProcessRobot:
         with self._lock:
             self.gate.halt(self._now)
 
-    def reset(self) -> None:
+    def reset(self) -> bool:
         with self._lock:
-            self.gate.reset(self._now)
+            if self.stuck:
+                self.gate.remark(self.stuck)
+            elif not self.deaf:
+                self.gate.reset(self._now)
+        return not self.deaf
 
     def arm(self, epoch: int, owner: str) -> None:
         with self._lock:
@@ -113,8 +121,9 @@ class InProcessRobot:
                 self.robot.drive(self.gate.twist)
                 frame = replace(self.robot.read(), nonce=self.gate.status().nonce)
                 self.gate.touch(frame.contact, self._now)
-                if frame.scan is not None and self.profile.laser is not None:
-                    self.gate.see(near_points(frame.scan, self.profile.laser, frame), self._now)
+                laser = self.profile.laser
+                if frame.scan is not None and laser is not None:
+                    self.gate.see(near_points(frame.scan, laser, frame), self._now, field_of(laser))
             with self._news:
                 self._frame, self._frame_at = frame, time.monotonic()
                 self._news.notify_all()

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.gate import Limits, Twist
-from core.gate.guard import CRAWL, GRAZE_SPEED, HORIZON, Guard, approach
+from core.gate.guard import CRAWL, GRAZE_SPEED, HORIZON, REMEMBERED, Guard, approach
 
 LIMITS = Limits()
 REACH = LIMITS.radius + LIMITS.margin
@@ -161,3 +161,33 @@ def test_a_robot_that_brakes_as_it_can_never_touches(start: float, w: float, dis
         guard.roll(Twist(told.v, turn), 0.02)
         x, y, heading = x + v * 0.02 * math.cos(heading), y + v * 0.02 * math.sin(heading), heading + turn * 0.02
         assert math.hypot(px - x, py - y) > LIMITS.radius - 0.002
+
+
+def test_what_the_laser_turned_its_back_on_still_blocks_the_way_back() -> None:
+    guard = Guard(LIMITS)
+    guard.see([(0.3, 0.0)], field=2.0)
+    guard.roll(Twist(0.0, 1.0), math.pi)
+    guard.see([], field=2.0)  # the point is right behind now, where nothing looks
+    guard.roll(Twist(-0.1, 0.0), 1.8)
+    guard.see([], field=2.0)
+    assert guard.permit(Twist(-0.1, 0.0)).twist.v == 0.0
+    assert guard.permit(Twist(0.1, 0.0)).twist.v == 0.1
+    for _ in range(11):
+        guard.roll(Twist(), 1.0)
+        guard.see([], field=2.0)
+    assert guard.permit(Twist(-0.1, 0.0)).twist.v == -0.1  # long ago: whoever stood there may have gone
+
+
+def test_what_the_laser_sees_no_more_in_front_is_gone() -> None:
+    guard = Guard(LIMITS)
+    guard.see([(0.2, 0.0)], field=2.0)
+    guard.see([], field=2.0)
+    assert guard.permit(Twist(0.1, 0.0)) == guard_with().permit(Twist(0.1, 0.0))
+
+
+def test_a_point_out_of_sight_is_remembered_once_and_not_for_ever() -> None:
+    guard = Guard(LIMITS)
+    for number in range(1000):
+        guard.see([(math.cos(number), math.sin(number))], field=1.0)
+        guard.roll(Twist(0.1, 0.3), 0.1)
+    assert len(guard._points) <= REMEMBERED + 1  # pyright: ignore[reportPrivateUsage]

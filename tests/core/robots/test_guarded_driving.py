@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from core.gate import TICK, Gate, Limits, Setpoint, TraceWriter, check
-from core.robots.nearness import near_points
+from core.robots.nearness import field_of, near_points
 from core.robots.simulated import SimulatedRobot, SimulationSettings
 from core.sensors import SensorFrame
 
@@ -37,7 +37,7 @@ class Drive:
         self.touched |= frame.contact
         laser = self.robot.profile.laser
         if frame.scan is not None and laser is not None and self.laser:
-            self.gate.see(near_points(frame.scan, laser, frame), now)
+            self.gate.see(near_points(frame.scan, laser, frame), now, field_of(laser))
         self._seq += 1
         self.gate.accept(Setpoint(1, self._seq, "goal", 1, v, w, frame.nonce), now)
         while self._tick * TICK <= now:
@@ -80,7 +80,7 @@ def test_a_wall_is_not_touched_and_the_way_back_is_open() -> None:
     stood = drive.frame.truth
     drive.run(2.0, -0.2)
     assert stood is not None and drive.frame.truth is not None
-    assert stood.distance_to(drive.frame.truth.x, drive.frame.truth.y) > 0.2
+    assert stood.distance_to(drive.frame.truth.x, drive.frame.truth.y) > 0.15
 
 
 def test_in_free_space_it_is_not_held_up() -> None:
@@ -99,3 +99,14 @@ def test_a_laser_that_fails_stops_it_within_half_a_second() -> None:
     drive.run(1.0, 0.2, 0.5)
     moving = [row.t_mono_ns * 1e-9 for row in drive.trace.rows if row.v]
     assert max(moving) < failed + 0.5
+
+
+def test_a_wall_behind_that_was_seen_before_is_not_touched_either() -> None:
+    drive = Drive()
+    drive.run(20.0, 0.3)  # up to the wall
+    drive.run(math.pi / 0.8, 0.0, 0.8)  # the back to it
+    drive.run(1.5, 0.2)
+    drive.run(8.0, -0.3)
+    assert not drive.touched
+    assert drive.gate.status().reason == "something is in the way"
+    assert min(row.v for row in drive.trace.rows) >= -0.1 - 1e-9

@@ -9,7 +9,7 @@ import pytest
 
 from core.gate.guard import HORIZON
 from core.geometry import Pose
-from core.robots.nearness import Freshness, near_points
+from core.robots.nearness import Freshness, field_of, near_points
 from core.sensors import Laser, Scan, SensorFrame, Wheels
 
 LASER = Laser()
@@ -82,3 +82,10 @@ def test_a_laser_that_hangs_on_the_move_says_nothing() -> None:
 def test_a_robot_that_stands_may_see_the_same_again() -> None:
     freshness, ranges = Freshness(), np.linspace(1.0, 2.0, LASER.beams)
     assert all(freshness.shows(scan_of(ranges), moving=False) for _ in range(5))
+
+
+def test_the_field_is_how_far_it_looks_to_the_worse_side() -> None:
+    assert field_of(LASER) == pytest.approx(2.086, abs=0.01)
+    assert field_of(Laser(mounting=Pose(0, 0, 0.5))) == pytest.approx(2.09 - 0.5, abs=0.01)
+    assert field_of(Laser(beams=1024, angle_min=-math.pi)) == math.pi
+    assert field_of(Laser(mounting=Pose(0, 0, math.pi))) == 0.0
