@@ -26,6 +26,10 @@ MOST_TOLD = 2**26  # [bytes] of one answer
 class Lost(BeckonError):
     """The worker is gone, and with it the job; the text says why."""
 
+    def __init__(self, words: str, *, killed: bool = False) -> None:
+        super().__init__(words)
+        self.killed = killed  # from outside, so that the job is not to blame
+
 
 class Worker:
     """One process for one kind of work, started when first asked, started anew after it was lost.
@@ -114,7 +118,7 @@ class Worker:
             self.kill()
             raise Lost("That took too long, so it was given up.") from None
         except (OSError, asyncio.IncompleteReadError):
-            raise Lost(self._last_words()) from None
+            raise self._last_words() from None
         except msgspec.MsgspecError:
             self.kill()
             raise Lost("The calibration's worker talks nonsense; it is started anew.") from None
@@ -125,7 +129,8 @@ class Worker:
             raise Unavailable("The calibration's worker did not answer properly.")
         return told
 
-    def _last_words(self) -> str:
+    def _last_words(self) -> Lost:
+        """It has ended by itself, or was killed."""
         child = self._child
         code = None
         if child is not None:
@@ -134,5 +139,6 @@ class Worker:
             code = child.code
         self.kill()
         if code == -signal.SIGPROF:
-            return "That took too long, so it was given up."
-        return "That broke the worker that looked at it; nothing else was lost."
+            return Lost("That took too long, so it was given up.")
+        killed = code in (-signal.SIGKILL, -signal.SIGTERM)
+        return Lost("That broke the worker that looked at it; nothing else was lost.", killed=killed)

@@ -18,6 +18,7 @@ from core.errors import BadInput, BeckonError, Refused
 PICTURE_BUDGET = 2.0  # [s] of processor time for one picture
 BUDGET = 10.0  # [s] for anything else at the desk
 SOLVE_BUDGET = 60.0  # [s]
+DWELL = 1.0  # [s] that "counted" stays before the live picture's "same as …" may replace it
 MOST_WAITING = 3  # requests that may wait for the desk
 PARTS = get_type_hints(wire.CalibrationSession)
 
@@ -48,6 +49,7 @@ class Sitting:
         self._opened = 0  # the desk's start at which the session was laid on it
         self._turn = asyncio.Lock()
         self._waiting = 0
+        self._counted_until = 0.0  # [s] of the monotonic clock
         self._number = kept.shown.verdict.number if kept.shown.verdict else 0
 
     @property
@@ -79,12 +81,7 @@ class Sitting:
         self.used = time.monotonic()
         try:
             async with self._turn:
-                await self._lay_out()
-                try:
-                    answer = await self._desk.ask(do, given, budget=budget)
-                except Lost as lost:
-                    self.trouble(str(lost))
-                    raise BadInput(str(lost)) from None
+                answer = await self._asked(do, given, budget)
                 await self._took(answer, given.get("content"), stamp)
         finally:
             self._waiting -= 1
@@ -128,6 +125,18 @@ class Sitting:
             self.solver.cancel()
         self._desk.kill()
 
+    async def _asked(self, do: str, given: dict[str, Any], budget: float) -> dict[str, Any]:
+        """The worker's answer. A job whose worker was killed from outside is done again, once."""
+        for last in (False, True):
+            await self._lay_out()
+            try:
+                return await self._desk.ask(do, given, budget=budget)
+            except Lost as lost:
+                if last or not lost.killed:
+                    self.trouble(str(lost))
+                    raise BadInput(str(lost)) from None
+        raise Problem(503, "The calibration's worker does not start; try again.")
+
     async def _lay_out(self) -> None:
         """The worker has the session before it. Raises Problem when that cannot be."""
         if self._desk.alive and self._opened == self._desk.starts:
@@ -161,6 +170,11 @@ class Sitting:
 
     def _adopt(self, parts: dict[str, Any], stamp: float | None) -> None:
         """What the page is shown; anything from a worker is checked."""
+        told, stamped = parts.get("verdict"), stamp is not None
+        shown = self.session.verdict
+        if told and shown and stamped and told["kind"] == "same" and time.monotonic() < self._counted_until:
+            shown.stamp_s = stamp
+            parts = {name: value for name, value in parts.items() if name != "verdict"}
         for name, value in parts.items():
             setattr(self.session, name, msgspec.convert(value, PARTS[name]))
         if parts.get("advice") is not None:
@@ -170,6 +184,7 @@ class Sitting:
             self.session.verdict.number, self.session.verdict.stamp_s = self._number, stamp
             if self.session.verdict.kind == "counted":
                 self.last_counted = self._number
+                self._counted_until = time.monotonic() + DWELL
 
     async def _keep(self, counted: dict[str, Any], content: bytes | None) -> None:
         """The picture of a view that was counted."""

@@ -42,7 +42,8 @@ def camera_of(told: Told) -> CameraModel:
 
 def camera_told(model: CameraModel) -> Told:
     """The other way."""
-    return {name: getattr(model, name) for name in CAMERA_NAMES}
+    size = {"width": model.width, "height": model.height}
+    return {**{name: float(getattr(model, name)) for name in CAMERA_NAMES}, **size}
 
 
 def points(array: Array, digits: int = 1) -> list[Any]:

@@ -25,6 +25,7 @@ class QualitySettings:
     nearest_corners: float = 6.0  # [pixel] corners closer together than this are refused: too far
     soft_edges: float = 5.0  # [pixel] width of an edge above which a warning is given …
     blurred_edges: float = 7.0  # … and above which the view is refused
+    no_edges: float = 1000.0  # [pixel]: OpenCV's answer where it finds none
     ordinary: int = 1280  # [pixel] longest side up to which these widths hold; finer pictures have wider edges
     smooth: float = 0.3  # [pixel] scale of the soft-L1 loss of the smoothness test
     misplaced: float = 1.2  # [pixel] a corner this far from its smooth grid is misplaced …
@@ -55,7 +56,9 @@ def judge(grey: Array, view: BoardView, board: Board, settings: QualitySettings 
         refusals.append(f"The board is too far: its corners are only {view.spacing:.0f} px apart. Come closer.")
     sharpness = edge_width(grey, view, board)
     finer = max(1.0, max(grey.shape) / settings.ordinary)
-    if sharpness > settings.blurred_edges * finer:
+    if sharpness > settings.no_edges:
+        refusals.append("The edges cannot be measured: hold still, come closer, or add light.")
+    elif sharpness > settings.blurred_edges * finer:
         refusals.append(f"Blurred: edges are {sharpness:.1f} px wide. Hold still, or add light.")
     elif sharpness > settings.soft_edges * finer:
         warnings.append(f"Slightly blurred: edges are {sharpness:.1f} px wide.")

@@ -1,0 +1,174 @@
+"""The camera's wizard over REST and over the socket: begin, show, solve, accept, take away."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import signal
+import zipfile
+from pathlib import Path
+from urllib.parse import quote
+
+import pytest
+
+from core.calibration.camera_files import parse_camera
+from core.optics import TABLE_3
+from tests.console.calibration.wizard import JPEG, Wizard, blurred, boards
+from tests.console.live import Live, hear, say
+
+
+@pytest.fixture(scope="module")
+def walked(bench: Live) -> Wizard:
+    """A session with fourteen views and its solution."""
+    wizard = Wizard(bench)
+    kinds = wizard.show(14)
+    assert kinds.count("counted") >= 10
+    wizard.solved()
+    return wizard
+
+
+def test_a_session_of_pictures_finds_the_camera_that_took_them(walked: Wizard) -> None:
+    told = walked.solved()
+    solution = told["solution"]
+    assert abs(solution["fx"] - TABLE_3.fx) < 5 * solution["sd"]["fx"] < 0.02 * TABLE_3.fx
+    assert told["progress"]["views"] == len([view for view in told["views"] if not view["dropped"]])
+    assert 50 < len(solution["residuals"]) <= 800
+    assert told["uncertainty"]["rows"] * told["uncertainty"]["columns"] == 165
+    fits = [view["rms_px"] for view in told["views"]]
+    assert fits == sorted(fits, reverse=True)
+    walked.live.until(lambda: "correction" in walked.told["solution"])
+
+
+def test_a_picture_that_is_no_use_is_refused_in_words(walked: Wizard) -> None:
+    views = walked.told["progress"]["views"]
+    verdict = walked.send(blurred(), "shaky.png").json
+    assert verdict["kind"] == "refused" and "lurred" in verdict["words"]
+    assert verdict["number"] == walked.told["verdict"]["number"]
+    assert walked.send(boards()[0], "again.png").json["kind"] == "same"
+    assert walked.told["progress"]["views"] == views
+
+
+def test_a_wrong_board_size_is_noticed(bench: Live) -> None:
+    wizard = Wizard(bench, board={"columns": 10, "rows": 7, "square_m": 0.03, "panel_m": None})
+    words = " ".join(wizard.send(content).json["words"] for content in boards()[:3])
+    assert "9x6 inner corners, not 10x7" in words and "squares instead of inner corners" in words
+
+
+def test_a_view_can_be_left_out_and_taken_back(walked: Wizard) -> None:
+    before = walked.solved()
+    worst = before["views"][0]["name"]
+    assert walked.post(f"views/{quote(worst)}/drop").status == 200
+    without = walked.solved()
+    assert next(view for view in without["views"] if view["name"] == worst)["dropped"]
+    assert without["solution"]["fx"] != before["solution"]["fx"]
+    assert walked.post(f"views/{quote(worst)}/restore").status == 200
+    assert walked.solved()["solution"]["fx"] == pytest.approx(before["solution"]["fx"])
+    assert walked.post("views/nobody/drop").status == 422
+
+
+def test_another_suggestion_is_another(walked: Wizard) -> None:
+    first = walked.told["advice"]
+    assert first["words"].endswith(".") and len(first["corners"]) == 54
+    assert walked.post("another").json["advice"]["outline"] != first["outline"]
+
+
+def test_the_solution_leaves_in_every_form(walked: Wizard) -> None:
+    fx = walked.solved()["solution"]["fx"]
+    ask = walked.live.ask
+    for form in ("ros", "opencv", "kalibr", "json"):
+        answer = ask("GET", f"{walked.base}/export/{form}", token=walked.live.viewer)
+        assert answer.status == 200 and "attachment" in answer.headers["content-disposition"]
+        assert parse_camera(answer.body.decode()).fx == pytest.approx(fx)
+    packed = zipfile.ZipFile(io.BytesIO(ask("GET", f"{walked.base}/export/all", token=walked.live.viewer).body))
+    names = packed.namelist()
+    assert {"session.json", "camera.json", "camera.yaml"} <= set(names)
+    assert sum(name.startswith("views/") for name in names) == len(walked.told["views"])
+    missing = ask("GET", f"{walked.base}/export/urdf", token=walked.live.viewer)
+    assert missing.status == 404 and "ros" in missing.json["detail"]
+
+
+def test_views_are_shown_small_whole_and_straight(walked: Wizard) -> None:
+    name = quote(walked.told["views"][0]["name"])
+    sizes: list[int] = []
+    for how in ("", "?full=1", "?corrected=1"):
+        answer = walked.live.ask("GET", f"{walked.base}/views/{name}.jpg{how}", token=walked.live.viewer)
+        assert answer.status == 200 and answer.headers["content-type"] == "image/jpeg"
+        assert answer.body.startswith(b"\xff\xd8")
+        sizes.append(len(answer.body))
+    assert sizes[0] < sizes[1]
+    assert walked.live.ask("GET", f"{walked.base}/views/nobody.jpg", token=walked.live.viewer).status == 404
+
+
+def test_a_session_survives_the_death_of_its_worker(walked: Wizard) -> None:
+    before = walked.solved()
+    worker = walked.worker
+    assert worker is not None
+    os.kill(worker, signal.SIGKILL)
+    assert walked.told["progress"] == before["progress"]
+    assert walked.send(boards()[1]).json["kind"] == "same"
+    after = walked.solved()
+    assert walked.worker not in (None, worker)
+    assert after["views"] == before["views"] and after["progress"]["p95_px"] == before["progress"]["p95_px"]
+
+
+def test_the_socket_tells_a_session_as_it_changes(walked: Wizard) -> None:
+    with walked.live.open(token=walked.live.viewer) as line:
+        say(line, kind="want", calibration=walked.id)
+        first = hear(line, "calibration")["session"]
+        assert first["id"] == walked.id and first["solution"]["fx"]
+        walked.send(boards()[0])
+        hear(line, "calibration", true=lambda told: told["session"]["verdict"]["kind"] == "same")
+        say(line, kind="want", calibration=None, camera=False)
+        say(line, kind="want", calibration="nobody")
+        say(line, kind="want", calibration=7)
+        hear(line, "answer", true=lambda told: told["status"] == 422)
+
+
+def test_the_webcams_pictures_are_taken_when_still(bench: Live) -> None:
+    wizard = Wizard(bench, source="webcam")
+    kinds = [
+        wizard.send(boards()[0], kind=JPEG, more=f"&live=1&stamp_s={number / 8}").json["kind"] for number in range(6)
+    ]
+    assert kinds[0] == "moving" and kinds[-1] == "counted"
+    assert wizard.told["verdict"]["stamp_s"] == 5 / 8 and wizard.told["progress"]["views"] == 1
+    assert wizard.send(bytes(2_000_001), kind=JPEG, more="&live=1").status == 413
+
+
+def test_too_few_views_are_not_solved(bench: Live) -> None:
+    wizard = Wizard(bench)
+    wizard.show(2)
+    answer = wizard.post("solve")
+    assert answer.status == 409 and "more views" in answer.json["detail"]
+    refused = wizard.post("accept", {"anyway": True})
+    assert refused.status == 409 and "more views" in refused.json["detail"]
+
+
+def test_a_deleted_session_is_gone(bench: Live) -> None:
+    wizard = Wizard(bench)
+    wizard.show(1)
+    assert bench.ask("DELETE", wizard.base, token=bench.operator).status == 204
+    assert bench.ask("GET", wizard.base, token=bench.operator).status == 404
+    listed = bench.ask("GET", "/api/calibration/sessions", token=bench.viewer).json["sessions"]
+    assert wizard.id not in [row["id"] for row in listed]
+
+
+def test_sessions_outlast_the_console(tmp_path: Path) -> None:
+    with Live(tmp_path) as live:
+        wizard = Wizard(live)
+        wizard.show(6)
+        before = wizard.solved()
+        damaged = tmp_path / "calibration" / "abc" / "session.json"
+        damaged.parent.mkdir()
+        damaged.write_text('{"version": 1, "card"')
+    with Live(tmp_path) as live:
+        wizard.live = live
+        again = wizard.told
+        assert again["views"] == before["views"] and again["solution"]["fx"] == before["solution"]["fx"]
+        assert wizard.send(boards()[6], "6.png").json["kind"] == "counted"
+        after = live.until(
+            lambda: (told := wizard.told)["solution"]["views_used"] > before["solution"]["views_used"] and told
+        )
+        assert after["progress"]["views"] == before["progress"]["views"] + 1
+        assert damaged.exists()
+        json.dumps(after, allow_nan=False)

@@ -1,0 +1,164 @@
+"""Pictures from strangers: refused in words, soon, with bounded memory, while everything else goes on."""
+
+from __future__ import annotations
+
+import struct
+import threading
+import time
+import zlib
+from collections.abc import Iterator
+
+import cv2
+import numpy as np
+import psutil
+import pytest
+
+from tests.console.calibration.wizard import JPEG, PNG, Wizard, boards, png
+from tests.console.live import Live
+
+
+@pytest.fixture(scope="module")
+def wizard(bench: Live) -> Wizard:
+    wizard = Wizard(bench)
+    assert wizard.show(1) == ["counted"]
+    return wizard
+
+
+def lying_jpeg(width: int, height: int) -> bytes:
+    """A small JPEG whose header announces another size."""
+    plain = cv2.imencode(".jpg", np.full((64, 64), 128, np.uint8))[1].tobytes()
+    at = plain.index(b"\xff\xc0")
+    return plain[: at + 5] + struct.pack(">HH", height, width) + plain[at + 9 :]
+
+
+def lying_png(width: int, height: int, packed: bytes = b"") -> bytes:
+    """A PNG that announces a size; what is packed decompresses to whatever."""
+
+    def chunk(kind: bytes, content: bytes) -> bytes:
+        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+    head = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0))
+    return b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", packed) + chunk(b"IEND", b"")
+
+
+def hostile() -> Iterator[tuple[str, bytes]]:
+    good = boards()[0]
+    jpeg = cv2.imencode(".jpg", cv2.imdecode(np.frombuffer(good, np.uint8), 0))[1].tobytes()
+    yield "nothing", b""
+    yield "words", b"This is not a picture. " * 100
+    yield "a GIF", b"GIF89a" + bytes(1000)
+    yield "markup", b"<svg xmlns='http://www.w3.org/2000/svg'><script>alert(1)</script></svg>"
+    yield "a JPEG cut off", jpeg[: len(jpeg) // 2]
+    yield "a PNG cut off", good[: len(good) // 2]
+    yield "a JPEG of zeros", jpeg[:4] + bytes(len(jpeg))
+    yield "a JPEG announcing 400 Mpx", lying_jpeg(20000, 20000)
+    yield "a JPEG announcing 4 Gpx", lying_jpeg(65535, 65535)
+    yield "a JPEG announcing nothing", lying_jpeg(0, 0)
+    yield "a PNG announcing 2^62 pixels", lying_png(2**31 - 1, 2**31 - 1)
+    yield "a PNG that unpacks to 60 MB", lying_png(8000, 4000, zlib.compress(bytes(60_000_000), 9))
+    yield "a PNG of another size", lying_png(320, 256, zlib.compress(bytes(100)))
+    yield "megabytes of 0xFF", b"\xff\xd8\xff" + b"\xff" * 5_000_000
+    rng = np.random.default_rng(1)
+    for number in range(12):
+        at = rng.integers(20, len(jpeg), 30)
+        broken = np.frombuffer(jpeg, np.uint8).copy()
+        broken[at] = rng.integers(0, 256, 30)
+        yield f"a JPEG with 30 wrong bytes, {number}", broken.tobytes()
+
+
+def test_hostile_pictures_are_refused_in_words_within_two_seconds(wizard: Wizard) -> None:
+    before = wizard.told["progress"]["views"]
+    for name, content in hostile():
+        began = time.monotonic()
+        answer = wizard.send(content, name, PNG if content.startswith(b"\x89PNG") else JPEG)
+        assert time.monotonic() - began < 2.0, name
+        assert answer.status in (200, 422), (name, answer.body)
+        if answer.status == 422:
+            assert answer.json["detail"].endswith((".", "?")), name
+            assert answer.json["detail"] in wizard.told["verdict"]["words"], name
+        else:
+            assert answer.json["kind"] in ("nothing", "refused", "same", "counted"), name
+        worker = wizard.worker
+        if worker is not None:
+            assert psutil.Process(worker).memory_info().rss < 500e6, name
+    assert wizard.told["progress"]["views"] <= before + 12
+    assert wizard.send(boards()[0]).json["kind"] == "same"
+
+
+def test_noise_that_takes_for_ever_is_given_up_and_the_session_goes_on(
+    wizard: Wizard, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("console.api.calibration.PICTURE_BUDGET", 0.15)
+    views = wizard.told["views"]
+    noise = png(np.random.default_rng(0).integers(0, 255, (256, 320), np.uint8))
+    began = time.monotonic()
+    answer = wizard.send(noise, "noise.png")
+    assert answer.status == 422 and "too long" in answer.json["detail"]
+    assert time.monotonic() - began < 2.0
+    assert "too long" in wizard.told["verdict"]["words"]
+    monkeypatch.undo()
+    assert wizard.send(boards()[0]).json["kind"] == "same"
+    assert wizard.told["views"] == views
+
+
+def test_a_turned_picture_is_used_as_the_sensor_took_it_and_that_is_said(wizard: Wizard) -> None:
+    picture = cv2.imdecode(np.frombuffer(boards()[2], np.uint8), 0)
+    plain = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 98])[1].tobytes()
+    exif = b"Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x06\0\0\0\0\0\0\0"
+    turned = plain[:2] + b"\xff\xe1" + struct.pack(">H", len(exif) + 2) + exif + plain[2:]
+    verdict = wizard.send(turned, "phone.jpg", JPEG).json
+    assert verdict["kind"] == "counted" and "EXIF" in verdict["words"]
+    assert wizard.told["size"] == [320, 256]
+
+
+def test_the_console_keeps_its_rate_meanwhile(wizard: Wizard) -> None:
+    live, over = wizard.live, threading.Event()
+    noise = png(np.random.default_rng(0).integers(0, 255, (480, 640), np.uint8))
+
+    def annoy() -> None:
+        other = Wizard(live)
+        while not over.is_set():
+            other.send(noise, "noise.png")
+
+    live.until(lambda: live.runtime.pace.rate(time.monotonic()) > 35)
+    threads = [threading.Thread(target=annoy) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    late: list[float] = []
+    rates: list[float] = []
+    for _ in range(100):
+        began = time.monotonic()
+        live.on_loop(lambda: None)
+        late.append(time.monotonic() - began)
+        rates.append(live.runtime.pace.rate(time.monotonic()))
+        time.sleep(0.02)
+    over.set()
+    for thread in threads:
+        thread.join()
+    assert sorted(late)[90] < 0.1
+    assert np.median(rates) > 30
+
+
+def test_uploads_have_their_own_limits(wizard: Wizard) -> None:
+    live = wizard.live
+    path = f"{wizard.base}/pictures"
+    text = {"Content-Type": "text/plain"}
+    assert live.ask("POST", path, raw=boards()[0], headers=text, token=live.operator).status == 415
+    assert live.ask("POST", path, raw=b"{}", token=live.operator).status == 415
+    packed = {**PNG, "Content-Encoding": "gzip"}
+    assert live.ask("POST", path, raw=boards()[0], headers=packed, token=live.operator).status == 415
+    assert live.ask("POST", path, raw=boards()[0], headers=PNG, token=live.viewer).status == 403
+    head = f"POST {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nAuthorization: Bearer {live.operator}\r\n"
+    head += "Content-Type: image/png\r\nContent-Length: 20000001\r\n\r\n"
+    assert live.speak(head.encode(), wait=3)[9:12] == b"413"
+    assert live.ask("POST", "/api/commands", raw=b" " * 1_000_001, token=live.operator).status == 413
+
+
+@pytest.mark.parametrize("name", ["../../etc/passwd", "a/b\\c.png", "\x00", "é漢", "<b>", "x" * 290, "..", ""])
+def test_names_of_files_are_only_names(bench: Live, name: str) -> None:
+    wizard = Wizard(bench)
+    assert wizard.send(boards()[0], name).json["kind"] == "counted"
+    kept = wizard.told["views"][0]["name"]
+    assert kept and not set(kept) & set("/\\<>\x00") and len(kept) <= 80 and kept != ".."
+    folder = bench.runtime.workbench.sittings[wizard.id].folder.path
+    assert sorted(each.name for each in folder.iterdir()) == ["session.json", "view_0001.png", "view_0001_small.jpg"]

@@ -1,0 +1,87 @@
+"""Workers that may be killed."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import time
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from console.workers import Lost, Worker
+from core.errors import BadInput
+from tests.console.calibration.wizard import boards, png
+
+
+def working(work: Callable[[Worker], Awaitable[None]]) -> None:
+    """Do something with a worker, which is gone afterwards."""
+
+    async def run() -> None:
+        worker = Worker("back room")
+        try:
+            await work(worker)
+        finally:
+            worker.kill()
+
+    asyncio.run(run())
+
+
+def test_a_worker_is_modest_and_does_what_it_is_asked() -> None:
+    async def work(worker: Worker) -> None:
+        straight = await worker.ask("picture", {"content": boards()[0], "camera": None}, budget=2.0)
+        assert straight.startswith(b"\xff\xd8")
+        with pytest.raises(BadInput, match="no JPEG or PNG"):
+            await worker.ask("picture", {"content": b"GIF89a", "camera": None}, budget=2.0)
+        limits = Path(f"/proc/{worker.pid}/limits").read_text()
+        assert f"Max address space         {2**30}" in limits
+        assert "Max core file size        0 " in limits
+        assert os.getpriority(os.PRIO_PROCESS, worker.pid or 0) > os.getpriority(os.PRIO_PROCESS, 0)
+        assert int(Path(f"/proc/{worker.pid}/oom_score_adj").read_text()) > 0
+
+    working(work)
+
+
+def test_a_worker_that_was_killed_says_so_and_is_started_anew() -> None:
+    async def work(worker: Worker) -> None:
+        await worker.ready()
+        first = worker.pid
+        os.kill(first or 0, signal.SIGSTOP)  # it hangs …
+        job = asyncio.create_task(worker.ask("picture", {"content": boards()[0], "camera": None}, budget=2.0))
+        await asyncio.sleep(0.05)
+        os.kill(first or 0, signal.SIGKILL)  # … and dies with the job
+        with pytest.raises(Lost, match="nothing else was lost"):
+            await job
+        assert await worker.ask("picture", {"content": boards()[0], "camera": None}, budget=2.0)
+        assert worker.pid != first and worker.starts == 2
+
+    working(work)
+
+
+def test_a_worker_that_hangs_is_given_up() -> None:
+    async def work(worker: Worker) -> None:
+        await worker.ready()
+        os.kill(worker.pid or 0, signal.SIGSTOP)
+        began = time.monotonic()
+        with pytest.raises(Lost, match="too long"):
+            await worker.ask("picture", {"content": boards()[0], "camera": None}, budget=0.05)
+        assert time.monotonic() - began < 2.0
+        assert not worker.alive
+
+    working(work)
+
+
+def test_a_job_has_so_much_processor_time_and_no_more() -> None:
+    noise = np.random.default_rng(0).integers(0, 255, (2000, 3000), np.uint8)
+    camera = dict.fromkeys(("k1", "k2", "p1", "p2", "k3"), 0.0)
+    camera |= {"width": 3000, "height": 2000, "fx": 3e3, "fy": 3e3, "cx": 1500, "cy": 1000}
+
+    async def work(worker: Worker) -> None:
+        with pytest.raises(Lost, match="too long"):
+            await worker.ask("picture", {"content": png(noise), "camera": camera}, budget=0.03)
+        assert await worker.ask("picture", {"content": boards()[0], "camera": None}, budget=2.0)
+
+    working(work)
