@@ -10,14 +10,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from core.calibration.board import Board
-from core.errors import BadInput
+from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Transform
 
 Ask = Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]
 Suggest = Callable[[bool], Awaitable[Transform | None]]
 Phase = Literal["beside", "holding", "done"]
 
-SETTLED = ("counted", "same", "refused")  # verdicts after which holding on is no use
+SETTLED = ("same", "refused")  # verdicts after which holding on is no use
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,7 @@ class AssistantSettings:
     lift: float = 0.03  # [m] higher with every refusal of the room: low poses end at the floor …
     highest: float = 0.36  # [m] … but not so high; then low again
     tries: int = 4  # poses asked of the room before another suggestion is asked for
+    stuck: int = 40  # suggestions in a row that the room refuses before the assistant gives up
     care: tuple[float, ...] = (
         1.0,
         0.5,
@@ -82,8 +83,9 @@ class Assistant:
         self._phase: Phase = "beside"
         self._shown = False  # the board is in the room
         self._arrived = self._freed = 0.0  # [s]
-        self._heard = 0  # number of the newest verdict on arrival
+        self._left = self._heard = 0  # numbers of the newest verdicts on departure and on arrival
         self._tries = 0  # at the present advice
+        self._barred = 0  # suggestions in a row that the room has refused
         self.held = 0  # poses so far
 
     @property
@@ -92,7 +94,10 @@ class Assistant:
         return self._phase == "done"
 
     async def step(self, now: float, sight: Sight) -> None:
-        """Do what is to be done at `now` [s]: hold on, move on, stay away, or leave."""
+        """Do what is to be done at `now` [s]: hold on, move on, stay away, or leave.
+
+        Raises Refused with a sentence when there is no room for the board, whatever is suggested.
+        """
         if sight.ready:
             await self.leave()
             self._phase = "done"
@@ -108,21 +113,22 @@ class Assistant:
             self._shown, self._phase = False, "beside"
             try:
                 await self._ask({"do": "remove", "id": "board"})
-            except BadInput:
-                return  # somebody else was quicker
+            except BeckonError:
+                return  # somebody else was quicker, or there is no room any more
 
     def _through(self, now: float, sight: Sight) -> bool:
         """Whether holding the present pose is over, for better or worse."""
         settings, held = self._settings, now - self._arrived
-        if held < settings.settle:
+        counted = sight.kind == "counted" and sight.number != self._left
+        if held < settings.settle and not counted:
             self._heard = sight.number
             return False
-        new = sight.number != self._heard
+        settled = sight.kind in SETTLED and sight.number != self._heard
         waits = {"gathering": settings.gathering, "nothing": settings.lost}
-        if not (new and sight.kind in SETTLED) and held < waits.get(sight.kind, settings.patience):
+        if not (counted or settled) and held < waits.get(sight.kind, settings.patience):
             return False
         self._phase, self._freed = "beside", now
-        self._tries = 0 if new and sight.kind == "counted" else self._tries + 1
+        self._tries = 0 if counted else self._tries + 1
         return True
 
     async def _move_on(self, now: float, sight: Sight) -> None:
@@ -131,26 +137,35 @@ class Assistant:
             return
         another = self._tries > 0 and self._tries % len(self._settings.care) == 0
         pose = await self._advice(another)
-        if pose is None or await self._taken(now, pose):
+        if pose is None:
             return
+        barred = await self._barred_from(now, pose)
+        if not barred:
+            self._left, self._barred = sight.number, 0
+            return
+        self._barred += 1
         self._tries += len(self._settings.care) - self._tries % len(self._settings.care)
+        if self._barred >= self._settings.stuck:
+            raise Refused(f"{barred} Drive the robot to where there is room before it, and begin anew.")
 
-    async def _taken(self, now: float, advised: Transform) -> bool:
-        """Ask the room for the advised pose, missed a little, higher each time it says no → whether it said yes."""
+    async def _barred_from(self, now: float, advised: Transform) -> str:
+        """Ask the room for the advised pose, missed a little, higher each time it says no → what it says, or ''."""
         settings = self._settings
         turns, which = divmod(self._tries, len(settings.care))
+        words = ""
         for number in range(settings.tries):
             higher = settings.lift * (number + turns * settings.tries) % settings.highest if number else 0.0
             pose = self._missed(advised, settings.care[which], higher)
             try:
                 await self._ask(self._request(pose))
-            except BadInput:
+            except BadInput as reason:
+                words = str(reason)
                 continue
             self._arrived = now + (settings.moving if self._shown else 0.0)
             self._shown, self._phase = True, "holding"
             self.held += 1
-            return True
-        return False
+            return ""
+        return words
 
     def _missed(self, advised: Transform, care: float, lift: float) -> Transform:
         """The pose as a hand finds it: turned and shifted by chance, lifted by `lift` [m]; camera_from_board."""

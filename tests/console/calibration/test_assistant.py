@@ -17,7 +17,7 @@ from core.calibration.board import Board
 from core.calibration.guidance import Advice
 from core.calibration.laser_session import LaserSession
 from core.calibration.session import CameraSession
-from core.errors import BadInput
+from core.errors import BadInput, Refused
 from core.geometry import Transform
 from core.optics import TABLE_3, CameraModel
 from core.robots.simulated import SimulatedRobot, SimulationSettings, open_robot
@@ -85,7 +85,7 @@ def test_it_steps_aside_when_the_room_is_looked_at_anew_and_comes_back() -> None
 def test_it_goes_on_as_soon_as_a_view_has_counted() -> None:
     driver = Driver()
     shown(driver, lambda now: Sight(number=int(now), kind="counted"), 4.0)
-    assert len(driver.asked) == 3  # arrives after 0, 1.2 and 1.2 s; heard at 1, 3 and not yet
+    assert len(driver.asked) == 4  # at 0, 1, 2 and 3 s
     assert driver.others == 0
 
 
@@ -132,6 +132,25 @@ def test_a_pose_in_the_floor_is_taken_higher_or_another_one_is_asked_for() -> No
     deep = Driver(floor=-0.9)
     shown(deep, lambda _: Sight(), 1.0)
     assert deep.asked == [] and deep.others == 9 and deep.refused == 10 * SETTINGS.tries
+
+
+def test_where_there_is_no_room_at_all_it_gives_up_with_a_sentence() -> None:
+    with pytest.raises(Refused, match=r"through the floor there\. Drive the robot to where there is room"):
+        shown(Driver(floor=-0.9), lambda _: Sight(), 10.0)
+
+
+def test_a_view_that_counted_just_before_it_arrived_is_no_failure() -> None:
+    driver = Driver()
+    verdicts = {12: "counted", 13: "same", 14: "same"}  # of the second pose, which is taken at 0.2 s
+    sights = lambda now: Sight(number=round(10 * now), kind=verdicts.get(round(10 * now), "same"))  # noqa: E731
+    shown(driver, sights, 1.6)
+    assert len(driver.asked) == 3 and driver.others == 0
+    off = [np.linalg.norm(driver.middle(request) - [0.0, 0.0, 0.5]) for request in driver.asked]
+    careful = Driver()
+    shown(careful, lambda now: Sight(number=round(10 * now), kind="same"), 1.8)
+    assert len(careful.asked) == 3
+    less = [np.linalg.norm(careful.middle(request) - [0.0, 0.0, 0.5]) for request in careful.asked]
+    assert off[2] == pytest.approx(4 * less[2], rel=1e-6)  # the same chance, at full and at a quarter of the miss
 
 
 def test_it_waits_for_a_solution_because_the_advice_will_be_better_but_not_for_ever() -> None:
