@@ -28,7 +28,8 @@ class ChessboardSettings:
     window_share: float = 1 / 3  # of the smallest corner spacing: half-window of the sub-pixel refinement …
     window_least: int = 2  # [pixel] … never smaller
     window_most: int = 10  # [pixel] … never larger. A window that reaches the next corner pulls f away by up to 20 px
-    around: float = 0.4  # share of the board's extent that is searched around its last place
+    around: float = 0.4  # share of the board's extent that is searched around its last place …
+    enough: float = 16.0  # [pixel] … after a glance at a copy with corners so far apart: half a board takes 100 ms
 
 
 @message
@@ -157,7 +158,10 @@ def _search_around(grey: Array, board: Board, last: Array, settings: ChessboardS
     left, top = np.maximum(low - reach, 0).astype(int)
     right, bottom = np.minimum(high + reach, (width, height)).astype(int)
     part = np.ascontiguousarray(grey[top:bottom, left:right])
-    found = _search_at(part, board, working_scale(grey, settings), QUICK, settings)
+    scale, gate = working_scale(grey, settings), settings.enough / smallest_spacing(last, board)
+    if gate < 0.8 * scale and search(_scaled(part, gate), board, QUICK) is None:
+        return None
+    found = _search_at(part, board, scale, QUICK, settings)
     return None if found is None else found + np.array([left, top])
 
 
