@@ -49,6 +49,6 @@ STOP_MOVING = Stand(
 START = Stand(
     name="start",
     words=("start",),
-    summary="Begins to listen; the robot stands still.",
-    remark="I am listening.",
+    summary="Stands still and waits for a command.",
+    remark="Ready for a command.",
 )

@@ -1,7 +1,7 @@
 // The operator's hands: keys of this page and of the scene's frame, the stick, and all that must make them let go.
 
 import { Drive, PERIOD_MS } from "./drive.js";
-import { HeldKeys, intentionOf, takesText } from "./keys.js";
+import { HeldKeys, intentionOf, scrolls, takesText } from "./keys.js";
 import { remembered } from "./memory.js";
 
 /** @typedef {import("./session.js").Session} Session */
@@ -75,9 +75,12 @@ export class Hands {
 
   /** @param {KeyboardEvent} event */
   #down(event) {
-    const typing = takesText(event.composedPath()[0]);
+    const [target] = event.composedPath();
+    const typing = takesText(target);
     if (event.metaKey || event.ctrlKey || event.altKey) this.letGo(); // their combinations swallow the keyup
-    const intention = intentionOf(event, { typing, singleKeys: this.singleKeys });
+    const reading = document.querySelector("[role=dialog]:not([hidden])") !== null;
+    const where = { typing, singleKeys: this.singleKeys, scrolling: scrolls(target), reading };
+    const intention = intentionOf(event, where);
     if (!intention) return;
     const hand = intention.does === "drive" || intention.does === "slow" || intention.does === "preset";
     if (hand && this.#session.hello?.robot.drives === false) return; // a recording: the arrows belong to its slider

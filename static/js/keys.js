@@ -61,18 +61,21 @@ export class HeldKeys {
  *   | {does: "help"}} Intention
  */
 
+const ARROWS = /^Arrow(?:Up|Down|Left|Right)$/;
+
 /**
  * What a key asks for; null when it is none of our business.
  * @param {KeyPress} press
- * @param {{typing: boolean, singleKeys: boolean}} where typing: a text box has the focus; singleKeys: may single
- *   letters, digits and Space act?
+ * @param {{typing: boolean, singleKeys: boolean, scrolling?: boolean, reading?: boolean}} where typing: a text box has
+ *   the focus; singleKeys: may single letters, digits and Space act? scrolling: the arrows move what has the focus;
+ *   reading: a sheet lies over the page
  * @returns {Intention | null}
  */
-export function intentionOf(press, { typing, singleKeys }) {
+export function intentionOf(press, { typing, singleKeys, scrolling = false, reading = false }) {
   if (press.key === "Escape" || press.code === "Escape") return { does: "stop" };
   if (typing || !singleKeys || press.ctrlKey || press.altKey || press.metaKey) return null;
   if (press.code === "Space") return { does: "stop" };
-  if (press.code in AXES) return { does: "drive" };
+  if (press.code in AXES) return reading || (scrolling && ARROWS.test(press.code)) ? null : { does: "drive" };
   if (press.code === "ShiftLeft" || press.code === "ShiftRight") return { does: "slow" };
   if (press.key === "/") return { does: "words" };
   if (press.key === "?") return { does: "help" };
@@ -91,4 +94,13 @@ export function takesText(target) {
   const tag = element?.tagName?.toLowerCase();
   if (tag === "input") return TEXT_TYPES.has(element?.type ?? "text");
   return tag === "textarea" || tag === "select" || element?.isContentEditable === true;
+}
+
+/**
+ * Do the arrow keys move something in this element: a list that scrolls, a slider?
+ * @param {EventTarget | null | undefined} target
+ */
+export function scrolls(target) {
+  const element = /** @type {Partial<HTMLElement> | null | undefined} */ (target);
+  return element?.closest?.(".record-list, landmark-table, input[type=range], [role=listbox], [role=slider]") != null;
 }

@@ -46,7 +46,10 @@ for (const panel of panels) panel.join(session);
   hands.listenTo(inner),
 );
 hands.toWords = () => /** @type {import("./panels/command-line.js").CommandLine} */ (part("command-line")).take();
-hands.toHelp = () => /** @type {import("./panels/key-sheet.js").KeySheet} */ (part("key-sheet")).toggle();
+hands.toHelp = () => {
+  hands.letGo();
+  /** @type {import("./panels/key-sheet.js").KeySheet} */ (part("key-sheet")).toggle();
+};
 addEventListener("show-keys", () => hands.toHelp());
 addEventListener("show-hints", () =>
   /** @type {import("./panels/coach-marks.js").CoachMarks} */ (part("coach-marks")).begin(),

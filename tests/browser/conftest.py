@@ -33,7 +33,13 @@ def chromium_path(playwright: playwright_api.Playwright) -> str | None:
 
 
 @pytest.fixture(scope="module")
-def browser(request: pytest.FixtureRequest) -> Iterator[playwright_api.Browser]:
+def chromium_flags() -> list[str]:
+    """What a file of tests asks of its Chromium besides."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def browser(request: pytest.FixtureRequest, chromium_flags: list[str]) -> Iterator[playwright_api.Browser]:
     """One Chromium for a file of tests: its event loop must not outlive them."""
     with playwright_api.sync_playwright() as playwright:
         path = chromium_path(playwright)
@@ -41,7 +47,8 @@ def browser(request: pytest.FixtureRequest) -> Iterator[playwright_api.Browser]:
             why = "There is no Chromium here: apt install chromium, or set BECKON_CHROMIUM."
             must = request.config.getoption("--require-browser") or os.environ.get("BECKON_REQUIRE_BROWSER")
             pytest.fail(why) if must else pytest.skip(why)
-        flags = [*FLAGS, "--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else FLAGS
+        flags = [*FLAGS, *chromium_flags]
+        flags += ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
         browser = playwright.chromium.launch(executable_path=path, args=flags)
         yield browser
         browser.close()

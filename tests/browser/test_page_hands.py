@@ -118,6 +118,10 @@ def test_who_only_watches_cannot_drive_but_can_stop(visit: Open, console: Runnin
     told = driver.told(lambda: driver.say("turn left"), "cancelled", then=lambda: watcher.button("STOP").click())
     assert "viewer" in told["remark"]
     driver.still()
+    watcher.say("stop")
+    watcher.until(lambda: console.newest()["words"] == "stop", "who watches may say stop")
+    watcher.say("turn left")
+    expect(watcher.find("command-status")).to_contain_text("an operator drives it")
 
 
 def test_taking_over_is_explicit_and_goes_through_a_stand(visit: Open, console: Running) -> None:

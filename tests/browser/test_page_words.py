@@ -62,12 +62,12 @@ def test_what_is_refused_says_why_and_offers_what_was_meant(visit: Open, console
     here.told(lambda: here.say("turn left"), "cancelled", then=lambda: here.button("Cancel").click(timeout=3000))
 
 
-def test_there_is_a_button_for_every_command_and_numbers_are_asked_for_in_place(
+def test_there_is_a_button_for_every_command_that_moves_or_stops_and_numbers_are_asked_for_in_place(
     visit: Open, console: Running
 ) -> None:
     here = visit()
     known = console.ask("api/commands")["commands"]
-    expect(here.find(".chips .chip")).to_have_count(len(known))
+    expect(here.find(".chips .chip")).to_have_count(sum(each["name"] != "start" for each in known))
     here.button("continue…").click()
     box = here.find(".chip-form input")
     box.fill("99")

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { HeldKeys, intentionOf, takesText } from "../../static/js/keys.js";
+import { HeldKeys, intentionOf, scrolls, takesText } from "../../static/js/keys.js";
 
 const plain = { ctrlKey: false, altKey: false, metaKey: false };
 const idle = { typing: false, singleKeys: true };
@@ -74,4 +74,20 @@ test("letters go into text boxes and editable text, not into buttons and sliders
     !takes({ tagName: "INPUT", type: "range" }) && !takes({ tagName: "BUTTON" }) && !takes({ tagName: "CANVAS" }),
   );
   assert.ok(!takesText(null));
+});
+
+test("arrows move a list or a slider that has the focus, letters still drive; under a sheet nothing drives, all stops", () => {
+  const list = { ...idle, scrolling: true };
+  assert.equal(intentionOf(press("ArrowDown"), list), null);
+  assert.deepEqual(intentionOf(press("KeyS"), list), { does: "drive" });
+  const sheet = { ...idle, reading: true };
+  assert.equal(intentionOf(press("KeyW"), sheet), null);
+  assert.deepEqual(intentionOf(press("Space", " "), sheet), { does: "stop" });
+});
+
+test("what scrolls is told by what it lies in", () => {
+  const inside = { closest: (/** @type {string} */ where) => (where.includes(".record-list") ? {} : null) };
+  assert.equal(scrolls(/** @type {any} */ (inside)), true);
+  assert.equal(scrolls(/** @type {any} */ ({ closest: () => null })), false);
+  assert.equal(scrolls(null), false);
 });

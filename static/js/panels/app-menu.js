@@ -64,6 +64,7 @@ class AppMenu extends Panel {
     this.append(this.#button, this.#panel);
     const { close } = popover(this.#button, this.#panel);
     this.#single.checked = remembered("single-keys", "on") === "on";
+    this.#single.addEventListener("keydown", (event) => event.key === "Enter" && this.#single.click()); // Space stops
     this.#single.addEventListener("change", () => {
       remember("single-keys", this.#single.checked ? "on" : "off");
       this.dispatchEvent(new CustomEvent("single-keys", { detail: this.#single.checked, bubbles: true }));

@@ -1,4 +1,4 @@
-// A button for every command this robot knows, and no other. Those with numbers ask for them in place.
+// A button for every command that moves or stops this robot. Those with numbers ask for them in place.
 
 import { icon, make, mark, write } from "../element.js";
 import { Panel } from "../panel.js";
@@ -14,7 +14,6 @@ const DRAWN = new Set([
   "continue",
   "stop_at",
   "stop_moving",
-  "start",
   "follow_wall",
   "come_here",
   "follow_me",
@@ -25,13 +24,14 @@ class CommandChips extends Panel {
   /** @type {HTMLFormElement | null} */
   #form = null;
   #off = false;
+  #up = true;
 
   /** @override */
   build() {
     this.append(this.#chips);
     this.session.on("kinds", (kinds) => {
       this.#back(false);
-      this.#chips.replaceChildren(...kinds.map((kind) => this.#chip(kind)));
+      this.#chips.replaceChildren(...kinds.filter(({ name }) => name !== "start").map((kind) => this.#chip(kind)));
       this.#able();
     });
   }
@@ -42,13 +42,15 @@ class CommandChips extends Panel {
    */
   show({ up, permission }) {
     const off = !up || permission.may === "no";
-    if (off === this.#off) return;
-    this.#off = off;
+    if (off === this.#off && up === this.#up) return;
+    [this.#off, this.#up] = [off, up];
     this.#able();
   }
 
   #able() {
-    for (const button of this.#chips.querySelectorAll("button")) button.disabled = this.#off;
+    for (const button of this.#chips.querySelectorAll("button")) {
+      button.disabled = button.dataset["command"] === "stop_moving" ? !this.#up : this.#off; // anyone may stop it
+    }
     mark(this.#chips, "tabindex", this.#off ? "0" : null); // what scrolls must be reached by keys, also when nothing in it can
   }
 

@@ -78,8 +78,8 @@ export class CommandLine extends Panel {
    */
   show({ up, permission }) {
     const off = !up || permission.may === "no";
-    mark(this.#box, "aria-disabled", off ? "true" : null);
-    this.#send.disabled = off;
+    mark(this.#box, "aria-disabled", up ? null : "true");
+    this.#send.disabled = !up; // who may not drive may still say "stop"; anything else is refused with the reason
     const hint = off ? permission.why : "Tell the robot what to do";
     if (this.#box.placeholder !== hint) this.#box.placeholder = hint;
   }
