@@ -2,6 +2,9 @@
 
 They hold the form of `core.calibration.reports.kept` and who accepted them when. Nothing that was accepted is ever
 deleted: another one moves it aside under its date, and undoing moves that back.
+
+The pilot looks through them at once, and from every later start on: `robot_sensors.calibrated` puts the camera's
+model and the mount into the robot's profile, from which perception takes both.
 """
 
 from __future__ import annotations
@@ -92,7 +95,7 @@ class InUse:
         if kind not in self._documents:
             raise Problem(409, "There is no calibration in use that could be taken back.")
         path = self._folder / f"{NAMES[kind]}.json"
-        formers = sorted(self._folder.glob(f"{NAMES[kind]}-2*.json"))
+        formers = sorted(self._folder.glob(f"{NAMES[kind]}-2*.json"), key=lambda former: former.stem)
         path.replace(self._aside(path, "taken-back-"))
         del self._documents[kind]
         if formers:
@@ -109,7 +112,7 @@ class InUse:
 
     def _aside(self, path: Path, why: str = "") -> Path:
         """A name that is free, with the date."""
-        stamp = time.strftime("%Y-%m-%dT%H-%M-%S")
+        stamp = time.strftime("%Y-%m-%dT%H-%M-%SZ", time.gmtime())
         name = f"{path.stem}-{why}{stamp}"
         free = (path.with_name(f"{name}{f'-{number:03d}' if number else ''}.json") for number in range(1000))
         return next(each for each in free if not each.exists())

@@ -55,6 +55,8 @@ class Live:
                 if image is not None:
                     await self._look(image)
             except (BeckonError, Problem) as wrong:
+                if self._over:
+                    return
                 self._sitting.trouble(str(wrong))
                 await asyncio.sleep(PAUSE)
 

@@ -5,7 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 from console.calibration.in_use import InUse
+from console.calibration.laser_keeping import mount_told
+from console.calibration.values import Told, camera_told
+from console.problems import Problem
+from console.wire_calibration import CalibrationSource
+from core.calibration.mount import Mount
 from core.geometry import Transform
+from core.optics import CameraModel
 from core.robots import Profile
 
 
@@ -32,6 +38,25 @@ def calibrated(profile: Profile, in_use: InUse) -> tuple[Profile, str]:
         )
     mounting = camera.mounting if mount is None or profile.laser is None else laser_in(profile) @ mount
     return replace(profile, camera=replace(camera, model=model, mounting=mounting)), ""
+
+
+def laser_start(
+    profile: Profile, source: CalibrationSource, model: CameraModel | None, height: float | None
+) -> tuple[Told, Told]:
+    """What a laser's session begins with: the camera in use and what is known about the mount, by `height` [m] or as
+    built. Raises Problem 409 where the laser cannot be calibrated.
+    """
+    if source != "robot":
+        raise Problem(409, "The laser is calibrated with the robot's own camera and laser: choose the robot.")
+    if profile.laser is None:
+        raise Problem(409, "This robot has no laser.")
+    if model is None:
+        raise Problem(409, "Calibrate the camera first; the laser is calibrated against it.")
+    own = profile.camera.model if profile.camera is not None else None
+    if own is None or (own.width, own.height) != (model.width, model.height):
+        raise Problem(409, "The camera's calibration is for pictures of another size; calibrate the camera anew.")
+    mount = Mount(nominal=nominal_mount(profile)) if height is None else Mount.measured(height)
+    return camera_told(model), mount_told(mount)
 
 
 def laser_in(profile: Profile) -> Transform:

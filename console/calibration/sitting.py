@@ -37,7 +37,7 @@ class Sitting:
         self.pose: dict[str, Any] | None = None  # of the board as advised, camera_from_board
         self.solver: asyncio.Task[None] | None = None
         self.compare: Callable[[], dict[str, tuple[float, float]] | None] = lambda: None
-        self.used = time.monotonic()
+        self.used = self.looked_at = time.monotonic()  # when its worker, and when the session, was last asked for
         self.last_counted = 0  # number of the newest verdict that counted
         self._state = kept.state
         self._names: list[str] = []  # of the views that take part
@@ -49,6 +49,7 @@ class Sitting:
         self._opened = 0  # the desk's start at which the session was laid on it
         self._turn = asyncio.Lock()
         self._waiting = 0
+        self._rests = 0  # how often it was put aside
         self._counted_until = 0.0  # [s] of the monotonic clock
         self._number = kept.shown.verdict.number if kept.shown.verdict else 0
 
@@ -120,18 +121,22 @@ class Sitting:
         self.solve_soon(again=True)
 
     def close(self) -> None:
-        """End the worker; the session stays."""
+        """End the worker; the session stays. A job under way is not done again."""
+        self._rests += 1
         if self.solver is not None:
             self.solver.cancel()
         self._desk.kill()
 
     async def _asked(self, do: str, given: dict[str, Any], budget: float) -> dict[str, Any]:
         """The worker's answer. A job whose worker was killed from outside is done again, once."""
+        rests = self._rests
         for last in (False, True):
             await self._lay_out()
             try:
                 return await self._desk.ask(do, given, budget=budget)
             except Lost as lost:
+                if rests != self._rests:
+                    raise Problem(409, "This session was put aside meanwhile.") from None
                 if last or not lost.killed:
                     self.trouble(str(lost))
                     raise BadInput(str(lost)) from None

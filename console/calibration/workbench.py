@@ -11,27 +11,25 @@ from typing import Any
 
 import msgspec
 
-from console import wire
 from console.calibration.folder import VERSION, Card, Folder, Kept, kept_sessions
 from console.calibration.in_use import InUse
-from console.calibration.laser_keeping import mount_told
 from console.calibration.live import Live, grey_told
-from console.calibration.robot_sensors import calibrated, nominal_mount
+from console.calibration.news import News
+from console.calibration.robot_sensors import calibrated, laser_start
 from console.calibration.showing import show
 from console.calibration.sitting import PICTURE_BUDGET, Sitting
-from console.calibration.values import board_of, camera_told
+from console.calibration.values import board_of
 from console.latest import Hub
 from console.problems import Problem
 from console.robot_link import RobotLink
 from console.wire_calibration import CalibrationBoard, CalibrationKind, CalibrationSession, CalibrationSource
 from console.workers import Worker
-from core.calibration.mount import Mount
 from core.robots import Profile
 from core.sensors import Image, SensorFrame
 from core.snapshot import Level
 
 MOST_SESSIONS = 100
-GAP = 0.1  # [s] at least between two states of one session on the socket
+FORGOTTEN = 600.0  # [s] without anybody who looks, after which a session looks no more
 IDLE = 180.0  # [s] after which a worker that nobody needs is ended
 
 
@@ -53,11 +51,10 @@ class Workbench:
         self.newest: Image | None = None  # the robot's picture; set by the pilot's thread
         self.watching = False  # some session wants the robot's frames
         self._home = home / "calibration"
-        self._robot, self._hub, self._tell, self._used = robot, hub, tell, used
+        self._robot, self._tell, self._used = robot, tell, used
+        self._news = News(hub)
         self._live: dict[str, Live] = {}
         self._shows: dict[str, asyncio.Task[None]] = {}
-        self._told_at: dict[str, float] = {}
-        self._later: dict[str, asyncio.TimerHandle] = {}
 
     # life
 
@@ -81,7 +78,13 @@ class Workbench:
         self.back_room.kill()
 
     def tick(self, now: float) -> None:
-        """Now and then: workers that nobody has needed for a while are ended."""
+        """Now and then: workers that nobody has needed for a while are ended, and looking that nobody looks at."""
+        for name in list(self._live):
+            sitting = self.sittings[name]
+            if self._news.watched(name) or name in self._shows:
+                sitting.looked_at = now
+            elif now - sitting.looked_at > FORGOTTEN:
+                self.live(sitting, on=False)
         for sitting in self.sittings.values():
             if sitting.pid is not None and not sitting.busy and now - sitting.used > IDLE:
                 sitting.close()
@@ -95,6 +98,7 @@ class Workbench:
         sitting = self.sittings.get(session_id)
         if sitting is None:
             raise Problem(404, "There is no such calibration session; it may have been deleted.")
+        sitting.looked_at = time.monotonic()
         return sitting
 
     async def begin(
@@ -108,7 +112,7 @@ class Workbench:
             raise Problem(409, "This robot has no camera; upload pictures instead.")
         card = Card(secrets.token_hex(6), kind, source, board, time.time())
         if kind == "laser":
-            self._prepare_laser(card, height)
+            card.camera, card.mount = laser_start(self._robot.profile, source, self.in_use.camera, height)
         shown = CalibrationSession(card.id, kind, source, board, card.created_s)
         for other in list(self.sittings.values()):
             if other.card.kind == kind:
@@ -121,7 +125,7 @@ class Workbench:
         """For good; what was accepted from it stays in use."""
         self.rest(sitting)
         self.sittings.pop(sitting.card.id, None)
-        self._hub.forget(f"calibration:{sitting.card.id}")
+        self._news.forget(sitting.card.id)
         await asyncio.to_thread(sitting.folder.remove)
 
     def rest(self, sitting: Sitting) -> None:
@@ -130,20 +134,6 @@ class Workbench:
             task.cancel()
         self.live(sitting, on=False)
         sitting.close()
-
-    def _prepare_laser(self, card: Card, height: float | None) -> None:
-        profile, model = self._robot.profile, self.in_use.camera
-        if card.source != "robot":
-            raise Problem(409, "The laser is calibrated with the robot's own camera and laser: choose the robot.")
-        if profile.laser is None:
-            raise Problem(409, "This robot has no laser.")
-        if model is None:
-            raise Problem(409, "Calibrate the camera first; the laser is calibrated against it.")
-        own = profile.camera.model if profile.camera is not None else None
-        if own is None or (own.width, own.height) != (model.width, model.height):
-            raise Problem(409, "The camera's calibration is for pictures of another size; calibrate the camera anew.")
-        card.camera = camera_told(model)
-        card.mount = mount_told(Mount(nominal=nominal_mount(profile)) if height is None else Mount.measured(height))
 
     def _seat(self, kept: Kept) -> Sitting:
         card = kept.card
@@ -253,25 +243,11 @@ class Workbench:
     def show(self, session_id: str) -> None:
         """Somebody begins to look at a session: it is told as it is."""
         if session_id in self.sittings:
-            self._publish(self.sittings[session_id])
+            self._news.publish(self.sittings[session_id].session)
 
     def _changed(self, sitting: Sitting, urgent: bool) -> None:
-        """Publish at most ten times a second; at once, when it is urgent."""
-        name = sitting.card.id
-        if not self._hub.watched(f"calibration:{name}") or name not in self.sittings:
-            return
-        wait = self._told_at.get(name, 0.0) + GAP - time.monotonic()
-        if urgent or wait <= 0:
-            self._publish(sitting)
-        elif name not in self._later:
-            self._later[name] = asyncio.get_running_loop().call_later(wait, self._publish, sitting)
-
-    def _publish(self, sitting: Sitting) -> None:
-        name = sitting.card.id
-        if (waiting := self._later.pop(name, None)) is not None:
-            waiting.cancel()
-        self._told_at[name] = time.monotonic()
-        self._hub.publish(f"calibration:{name}", wire.encode(wire.CalibrationNews(sitting.session)).decode())
+        if sitting.card.id in self.sittings:
+            self._news.changed(sitting.session, urgent=urgent)
 
 
 def listed(sitting: Sitting) -> dict[str, Any]:

@@ -13,7 +13,8 @@ from hypothesis import HealthCheck, given, settings
 
 from tests.console.live import Live
 
-TAKING = ["/api/commands", "/api/lease", "/api/login", "/api/playback", "/api/sim/place", "/api/sim/remove"]
+TAKING = ["/api/commands", "/api/lease", "/api/login", "/api/playback", "/api/sim/place", "/api/sim/remove",
+          "/api/calibration/sessions", "/api/calibration/in-use/undo", "/api/calibration/show-me"]  # fmt: skip
 MARK = "needle7e1f"
 
 MALFORMED = {

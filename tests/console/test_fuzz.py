@@ -18,9 +18,15 @@ PATHS = [
     "/api/commands", "/api/commands/history", "/api/commands/1", "/api/audit", "/api/lease", "/api/login",
     "/api/logout", "/api/map", "/api/map.png", "/api/playback", "/api/sim/truth", "/api/sim/place",
     "/api/sim/remove", "/api/sim/plan", "/api/stop", "/api/halt", "/api/halt/reset", "/nowhere",
+    "/api/calibration/sessions", "/api/calibration/sessions/1", "/api/calibration/sessions/1/live",
+    "/api/calibration/sessions/1/pictures", "/api/calibration/sessions/1/views/1.jpg", "/api/calibration/board.svg",
+    "/api/calibration/sessions/1/views/1/drop", "/api/calibration/sessions/1/accept", "/api/calibration/import",
+    "/api/calibration/sessions/1/export/all", "/api/calibration/in-use", "/api/calibration/in-use/undo",
+    "/api/calibration/show-me",
 ]  # fmt: skip
 METHODS = ["GET", "POST", "PUT", "DELETE", "PATCH", "OPTIONS", "HEAD", "TRACE", "BREW"]
 KEYS = ["kind", "text", "do", "value", "ref", "v", "w", "press", "seq", "nonce", "epoch", "camera", "t", "x_m", "y_m",
+        "calibration", "board", "on",
         "what", "id", "token", "name", "source", "size_m", "__proto__", "", "\u202e", "k" * 300]  # fmt: skip
 WORDS = ["drive", "stop", "command", "lease", "halt", "halt_reset", "playback", "want", "echo", "acquire", "take",
          "release", "turn left", "continue 1 meters", "stop at 1 and 1", "typed", "click", "seek", "play", "box",
@@ -63,7 +69,7 @@ def likely(rng: random.Random) -> dict[str, Any]:
         "lease": ["do", "ref"],
         "halt_reset": ["ref"],
         "playback": ["do", "value", "ref"],
-        "want": ["camera"],
+        "want": ["camera", "calibration"],
         "echo": ["t"],
         "stop": [],
     }

@@ -1,0 +1,116 @@
+"""The laser's session as a worker holds it; here in this process, before a practice room."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+
+from console.calibration.back_room import BackRoom
+from console.calibration.laser_desk import LaserDesk
+from console.calibration.laser_keeping import mount_told
+from console.calibration.values import board_told, camera_told
+from core.calibration.board import Board
+from core.calibration.mount import Mount
+from core.calibration.mount_files import read_mount
+from core.calibration.practice import picture
+from core.calibration.practice_room import PracticeRoom, RoomSettings
+from core.calibration.projection import Poses
+from core.errors import BadInput, Refused
+from core.message import Array
+from core.optics import TABLE_3
+from core.sensors.laser import Laser
+
+BOARD = Board(columns=9, rows=6, square=0.03, panel=(0.34, 0.25))
+LASER = Laser()
+
+
+class Assistant:
+    """Holds boards before both sensors and hands over what they deliver."""
+
+    def __init__(self, poses: int) -> None:
+        rng = np.random.default_rng(4)
+        self.room = PracticeRoom(TABLE_3, LASER, BOARD, Mount().nominal, rng, RoomSettings(noise=0.01))
+        self.desk = LaserDesk()
+        self.given = {"board": board_told(BOARD), "camera": camera_told(TABLE_3), "mount": mount_told(Mount())}
+        self.desk.open(state=None, calibration=None, names=[], **self.given)
+        for ranges in self.room.background(30):
+            self.newest = self.sweep(ranges)
+        self.verdicts = [self.hold() for _ in range(poses)]
+
+    def sweep(self, ranges: Array) -> Any:
+        told = self.desk.sweep(
+            ranges.astype(np.float64).tobytes(), LASER.angle_min, LASER.angle_step, 0.02, 5.6, stamp=0.0
+        )
+        return msgspec.msgpack.decode(msgspec.msgpack.encode(told))
+
+    def hold(self) -> Any:
+        """One still pose → the verdict of its last scan."""
+        shot = self.room.shots(1, 23)[0]
+        pose = Poses(shot.rotation[None], shot.translation[None])
+        grey = picture(self.room.rng, TABLE_3, pose, BOARD)
+        verdict = None
+        for ranges in shot.scans:
+            told = self.desk.look(grey.tobytes(), 320, 256, stamp=0.0)
+            verdict = told["parts"]["verdict"]
+            self.newest = self.sweep(ranges)
+            verdict = self.newest["parts"].get("verdict", verdict)
+            if verdict["kind"] in ("counted", "same", "refused"):
+                break
+        return verdict
+
+
+@pytest.fixture(scope="module")
+def held() -> Assistant:
+    return Assistant(11)
+
+
+def test_still_poses_are_counted_and_solved_into_a_mount_that_can_be_accepted(held: Assistant) -> None:
+    kinds = [verdict["kind"] for verdict in held.verdicts]
+    assert kinds.count("counted") >= 8
+    state = held.newest["state"]
+    with pytest.raises(Refused):
+        held.desk.accept(anyway=True)
+    told = BackRoom().solve_laser(state=state, **held.given)
+    answer = held.desk.adopt(told["calibration"], told["names"])
+    assert not answer["stale"]
+    assert len(answer["parts"]["views"]) == kinds.count("counted") == told["report"]["poses_used"]
+    assert set(told["exports"]) == {"json", "urdf", "static_transform", "matrix"}
+    kept = held.desk.accept(anyway=True)
+    mount = read_mount(kept["document"]["extrinsics"])
+    assert np.linalg.norm(mount.translation) < 0.02
+    verdict = held.hold()
+    if verdict["kind"] == "counted":
+        assert held.newest["parts"]["check"]["off_px"] < 3
+    room_known = held.desk.forget_room()
+    assert room_known["state"]["background"] is None and len(room_known["state"]["taken"]) >= 8
+
+
+def test_dots_and_scan_show_which_beams_end_on_the_board(held: Assistant) -> None:
+    shot = held.room.shots(1, 1)[0]
+    fresh = Assistant(0)
+    told = fresh.sweep(shot.scans[0])
+    scan = told["parts"]["scan"]
+    assert len(scan["points"]) > 500 and len(scan["background"]) > 500
+    on_board = np.array(scan["points"])[scan["board"]]
+    assert len(on_board) >= 10 and np.ptp(np.linalg.norm(on_board, axis=1)) < 0.5
+    grey = np.full((256, 320), 128, np.uint8)
+    verdict = fresh.desk.look(grey.tobytes(), 320, 256, stamp=0.0)["parts"]["verdict"]
+    assert any(dot[3] for dot in verdict["laser"]) and all(0 <= dot[0] < 320 for dot in verdict["laser"])
+
+
+def test_a_session_goes_on_from_plain_values(held: Assistant) -> None:
+    state = held.desk.refresh()["state"]
+    again = LaserDesk().open(
+        state=msgspec.json.decode(msgspec.json.encode(state)), calibration=None, names=[], **held.given
+    )
+    assert again["stale"] and again["names"] == [pose["name"] for pose in state["taken"]]
+    first, same = state["taken"][0], again["state"]["taken"][0]
+    assert same["ranges_m"] == first["ranges_m"] and same["covariance"] == first["covariance"]
+
+
+def test_pictures_of_another_size_are_refused(held: Assistant) -> None:
+    with pytest.raises(BadInput, match="640x480"):
+        held.desk.look(bytes(640 * 480), 640, 480, stamp=0.0)

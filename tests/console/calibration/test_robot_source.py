@@ -1,0 +1,87 @@
+"""Sessions that look at the robot: by themselves, on purpose, and with the simulated assistant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from core.calibration.camera_files import ros_yaml
+from core.optics import TABLE_3
+from tests.console.calibration.wizard import Wizard
+from tests.console.live import Live
+
+PANEL: dict[str, Any] = {"columns": 9, "rows": 6, "square_m": 0.03, "panel_m": [0.34, 0.25]}
+
+
+@pytest.fixture(scope="module")
+def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
+    with Live(tmp_path_factory.mktemp("robot")) as live:
+        yield live
+
+
+def show_me(wizard: Wizard, on: bool) -> int:
+    told = {"session": wizard.id, "on": on}
+    return wizard.live.ask("POST", "/api/calibration/show-me", told, token=wizard.live.operator).status
+
+
+def test_the_assistant_shows_the_board_and_views_are_taken_by_themselves(live: Live) -> None:
+    wizard = Wizard(live, source="robot", board=PANEL)
+    assert not wizard.told["live"]
+    assert show_me(wizard, on=True) == 200
+    told = live.until(lambda: (now := wizard.told)["progress"]["views"] >= 1 and now)
+    assert told["live"] and told["showing"] and told["size"] == [320, 256]
+    assert told["advice"]["words"] and told["verdict"]["stamp_s"] > 0
+    assert show_me(wizard, on=False) == 200
+    live.until(lambda: not wizard.told["showing"])
+    assert wizard.post("live", {"on": False}).json["live"] is False
+    empty = live.until(lambda: (verdict := wizard.post("capture").json)["kind"] == "nothing" and verdict)
+    assert "board" in empty["words"]
+
+
+def test_only_one_session_of_a_kind_is_live(live: Live) -> None:
+    first, second = (Wizard(live, source="robot") for _ in range(2))
+    assert first.post("live", {"on": True}).json["live"]
+    assert second.post("live", {"on": True}).json["live"]
+    assert not first.told["live"]
+    live.until(lambda: second.told["verdict"])
+    assert live.ask("DELETE", second.base, token=live.operator).status == 204
+    assert live.runtime.workbench.watching is False
+
+
+def test_a_session_of_uploads_does_not_look_at_the_robot(live: Live) -> None:
+    wizard = Wizard(live)
+    assert wizard.post("live", {"on": True}).status == 409
+    assert wizard.post("capture").status == 409
+
+
+def test_the_laser_looks_at_the_empty_room_and_again_when_the_robot_was_moved(live: Live) -> None:
+    headers = {"Content-Type": "text/plain"}
+    text = ros_yaml(TABLE_3).encode()
+    assert live.ask("POST", "/api/calibration/import", raw=text, headers=headers, token=live.operator).status == 200
+    wizard = Wizard(live, "laser", "robot", board=PANEL)
+    assert wizard.send(b"", "a.png").status == 409
+    assert show_me(wizard, on=True) == 200
+    told = live.until(lambda: (now := wizard.told)["progress"]["views"] >= 1 and now, seconds=60)
+    assert len(told["scan"]["points"]) > 100 and len(told["scan"]["background"]) > 100
+    assert told["views"][0]["name"] == "pose 1"
+    show_me(wizard, on=False)
+    answer = live.ask("GET", f"{wizard.base}/views/pose%201.jpg?corrected=1", token=live.viewer)
+    assert answer.status == 200
+    assert live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator).status == 202
+    live.until(lambda: "empty room" in wizard.told["progress"]["words"], seconds=60)
+    assert wizard.told["views"][0]["name"] == "pose 1"
+    live.ask("POST", "/api/stop", token=live.operator, headers={"Content-Length": "0"})
+    assert wizard.post("background").status == 200
+
+
+def test_what_a_console_leaves_behind_is_no_process(tmp_path: Path) -> None:
+    with Live(tmp_path) as live:
+        wizard = Wizard(live, source="robot")
+        wizard.post("live", {"on": True})
+        live.until(lambda: wizard.told["verdict"])
+        worker = wizard.worker
+        assert worker is not None and Path(f"/proc/{worker}").exists()
+    assert not Path(f"/proc/{worker}").exists()
