@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from console import wire
+from console.brakes import Brakes
 from console.helm import Helm
 from console.history import History
 from console.lease import Lease
@@ -56,6 +57,7 @@ class Door:
 
     def __init__(self, robot: RobotLink, lease: Lease, history: History, board: NoticeBoard) -> None:
         self.helm = Helm(robot)
+        self._brakes = Brakes(robot, self.helm, lease, history, board, self.cancel)
         self.pilot: PilotLike | None = None  # None: it failed
         self._robot = robot
         self._lease = lease
@@ -113,32 +115,17 @@ class Door:
             self._history.end(self._jog.deed, "cancelled", "The browser went away while it drove.")
             self._jog = None
 
-    def stop(self, who: Person, source: str) -> None:
-        """Everything cancelled, zero speed; anyone signed in."""
-        self.helm.stop()
-        self.cancel("cancelled", f"Stopped by {who.name}.")
-        self._history.add("stop", who, source=source)
+    def stop(self, who: Person, source: str, press: int = 0) -> None:
+        """Everything cancelled, zero speed; anyone signed in. The same `press` by another way does nothing."""
+        self._brakes.stop(who, source, press)
 
     def halt(self, who: Person, source: str) -> None:
         """The same, latched."""
-        try:
-            self.helm.halt()
-        finally:
-            self.cancel("cancelled", f"Halted by {who.name}.")
-            self._history.add("halt", who, source=source)
-            self._board.tell("warning", f"{who.name} halted the robot. The driver can reset it.")
+        self._brakes.halt(who, source)
 
     def reset(self, who: Person, source: str) -> None:
-        """Lift the latch; the lease holder only, and it never moves. Raises Problem 403, 409."""
-        if not who.may("operator"):
-            raise Problem(403, "Only an operator can reset a halt.")
-        if self._robot.status().state != "halted":
-            raise Problem(409, "The robot is not halted.")
-        self._lease.acquire(who, time.monotonic())
-        self._robot.reset()
-        self.helm.hand_over(self._lease.epoch, who.name)
-        self._history.add("halt_reset", who, source=source)
-        self._board.tell("info", f"{who.name} reset the halt.")
+        """Lift the latch; the lease holder only, and it never moves. Raises Problem 403, 409, 503."""
+        self._brakes.reset(who, source)
 
     def wish(self, do: str, who: Person) -> None:
         """Acquire, take or release the lease. Raises Problem 403; Refused when somebody else holds it."""
@@ -181,7 +168,9 @@ class Door:
             self._changed_hands(f"{lost.name} is gone.")
             self._history.add("lease", lost, remark="lapsed")
             self._board.tell("info", f"{lost.name} is gone; nobody drives now.")
-        self._watch_gate(self._robot.status(), now)
+        status = self._robot.status()
+        self._brakes.tick(status, now)
+        self._watch_gate(status, now)
 
     def ended(self, told: Undertaking) -> None:
         """The pilot says how an undertaking ended."""
@@ -190,11 +179,13 @@ class Door:
         self._history.end(told.id, told.state, told.remark)
 
     def ended_without_pilot(self, why: str) -> None:
-        """There is no pilot to say it: everything under way has failed."""
+        """No pilot says it now: everything under way has failed, and a pilot that comes to itself hears so."""
         for number in self._orders:
             self.helm.dismiss(number)
             self._history.end(number, "failed", why)
         self._orders.clear()
+        if self.pilot is not None:
+            self.pilot.cancel("failed", why)
 
     def cancel(self, state: Ending, why: str) -> None:
         """End what is under way; nothing of it drives from now on."""

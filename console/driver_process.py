@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import math
 import pickle
 import socket
 import time
@@ -19,7 +20,7 @@ from core.robots.outbox import Inbox
 
 log = logging.getLogger(__name__)
 
-STARTING = 30.0  # [s] that a robot may take to be opened
+STARTING = 30.0  # [s] that a robot may take to be opened; a recording may take as long as its driver reads
 READ = 1 << 20  # bytes taken at once
 
 
@@ -31,6 +32,7 @@ class DriverProcess:
         self._control, their_control = packet_pair()
         self._gate_end, their_gate_end = packet_pair()
         self._inbox = Inbox()
+        self._patience = math.inf if opening.url.startswith("log:") else STARTING
         self._control.send(pickle.dumps(opening))
         with their_stream, their_control, their_gate_end:
             theirs = {"stream": their_stream, "control": their_control, "gate": their_gate_end}
@@ -39,13 +41,15 @@ class DriverProcess:
 
     def hello(self, given_up: Callable[[], bool]) -> Profile:
         """Wait for the robot → what it is. Raises BadInput or Unavailable with the driver's sentence."""
-        deadline = time.monotonic() + STARTING
+        deadline = time.monotonic() + self._patience
         self.stream.settimeout(0.1)
         while time.monotonic() < deadline and not given_up():
             try:
                 raw = self.stream.recv(READ)
             except TimeoutError:
                 continue
+            except OSError:
+                break  # closed meanwhile: given up
             if not raw:
                 raise Unavailable("The robot's driver ended before the robot was ready.")
             for message in self._inbox.feed(raw):
@@ -56,6 +60,8 @@ class DriverProcess:
                 if isinstance(message, Hello):
                     self.stream.setblocking(False)
                     return message.profile
+        if given_up():
+            raise Unavailable("The robot was let go before it was ready.")
         raise Unavailable(f"The robot was not ready within {STARTING:g} s.")
 
     def read(self) -> list[Any] | None:

@@ -21,8 +21,16 @@ class GateProcess:
     """Started by making one, disarmed or halted. `spent` presses are those that an earlier gate has seen."""
 
     def __init__(
-        self, driver: DriverProcess, limits: Limits, home: Path, *, trace: Path | None, spent: Mapping[str, int]
+        self,
+        driver: DriverProcess,
+        limits: Limits,
+        home: Path,
+        *,
+        trace: Path | None,
+        spent: Mapping[str, int],
+        halted: bool = False,
     ) -> None:
+        """`halted`: it begins halted whatever the latch in `home` says."""
         self.orders, theirs = packet_pair()
         with theirs, driver.gate_end() as driver_end:
             arguments = [
@@ -32,6 +40,7 @@ class GateProcess:
                 f"--limits={json.dumps(asdict(limits))}",
                 f"--spent={json.dumps(list(spent.items()))}",
                 *([f"--trace={trace.absolute()}"] if trace else []),
+                *(["--halted"] if halted else []),
             ]
             self.child = Child("core.gate.process", arguments, (theirs, driver_end), bare=True)
         self.heard = time.monotonic()  # when it spoke last, or was started

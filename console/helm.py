@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import itertools
 import threading
+import time
+from collections.abc import Callable
 
 from console.robot_link import RobotLink
 from console.wire import Drive
 from core.gate.setpoint import Setpoint
 from core.gate.twist import ZERO, Twist
 from core.snapshot import Snapshot
+
+AGAIN = 0.02  # [s] within which the same stop, with no order between, is not sent again: no flood may fill the pipe
 
 
 class Helm:
@@ -24,6 +28,7 @@ class Helm:
         self._entrusted: dict[int, int] = {}  # undertaking → epoch of its lease
         self._seq = itertools.count(1)
         self._driving: Setpoint | None = None  # the last goal setpoint that moved
+        self._stood: dict[str, float] = {}  # when a stop or a halt was sent [s], of those since the last order
 
     def entrust(self, undertaking: int, epoch: int) -> None:
         """From now on this undertaking may drive, under this lease."""
@@ -48,23 +53,22 @@ class Helm:
 
     def jog(self, drive: Drive) -> None:
         """Send what a hand asks for."""
-        self._robot.send(Setpoint(drive.epoch, drive.seq, "jog", drive.press, drive.v, drive.w, drive.nonce))
+        with self._lock:
+            self._stood.clear()
+            self._robot.send(Setpoint(drive.epoch, drive.seq, "jog", drive.press, drive.v, drive.w, drive.nonce))
 
     def stop(self) -> None:
         """Zero now; no goal that was entrusted until now moves again."""
-        with self._lock:
-            self._robot.stop()
-            self._entrusted.clear()
+        self._stand("stop", self._robot.stop)
 
     def halt(self) -> None:
-        """The same, latched."""
-        with self._lock:
-            self._robot.halt()
-            self._entrusted.clear()
+        """The same, latched. Raises Unavailable when it cannot be kept."""
+        self._stand("halt", self._robot.halt)
 
     def hand_over(self, epoch: int, owner: str | None) -> None:
         """Through zero to the next driver, or to nobody."""
         with self._lock:
+            self._stood.clear()
             self._robot.disarm()
             self._entrusted.clear()
             if owner is not None:
@@ -73,9 +77,19 @@ class Helm:
     def arm(self, epoch: int, owner: str) -> None:
         """Make sure that the gate knows who drives; changes nothing when it does."""
         with self._lock:
+            self._stood.clear()
             self._robot.arm(epoch, owner)
 
+    def _stand(self, kind: str, act: Callable[[], None]) -> None:
+        with self._lock:
+            self._entrusted.clear()
+            now = time.monotonic()
+            if now - self._stood.get(kind, -AGAIN) >= AGAIN:
+                act()
+                self._stood[kind] = now
+
     def _send(self, epoch: int, press: int, twist: Twist, nonce: int) -> Setpoint | None:
+        self._stood.clear()
         setpoint = Setpoint(epoch, next(self._seq), "goal", press, twist.v, twist.w, nonce)
         self._robot.send(setpoint)
         return setpoint if twist.moves else None

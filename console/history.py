@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ class History:
     """Deeds in the order they were done. Lives on the event loop; the store writes behind it."""
 
     def __init__(self, folder: Path, complain: Callable[[str], None]) -> None:
-        self.revision = 0
+        self.revision = 0  # of the commands
         self._store = Store(folder / "history.sqlite", time.time(), complain)
         self._deeds: dict[int, Deed] = {}
         self._older: list[Deed] = []
@@ -52,14 +53,15 @@ class History:
         """The deed with this id, of this run."""
         return self._deeds.get(number)
 
-    def newest_first(self, *, commands_only: bool) -> list[Deed]:
-        """What is remembered."""
+    def newest_first(self, *, commands_only: bool, limit: int = REMEMBERED) -> list[Deed]:
+        """The newest `limit` of what is remembered."""
         deeds = [*self._older, *self._deeds.values()][-REMEMBERED:]
-        return [deed for deed in reversed(deeds) if deed.what == "command" or not commands_only]
+        wanted = (deed for deed in reversed(deeds) if deed.what == "command" or not commands_only)
+        return list(islice(wanted, limit))
 
     def _keep(self, deed: Deed) -> None:
         self._deeds[deed.id] = deed
         if len(self._deeds) > REMEMBERED:
             del self._deeds[next(old.id for old in self._deeds.values() if old.state != "running" or old is deed)]
-        self.revision += 1
+        self.revision += deed.what == "command"
         self._store.keep(deed)

@@ -19,6 +19,7 @@ from core.snapshot import Ending, Snapshot
 log = logging.getLogger(__name__)
 
 PATIENCE = 0.1  # [s] to wait for a frame before looking whether it is over
+HUNG = 0.5  # [s] without a turn after which the pilot hangs
 REMEMBERED = 400  # steps, ten seconds of them
 
 
@@ -46,12 +47,16 @@ class Pace:
     """How often frames come and how long a step takes."""
 
     def __init__(self) -> None:
+        self._stamp = 0.0  # [s] of the newest frame
         self._arrivals: deque[float] = deque(maxlen=REMEMBERED)
         self._delays: deque[float] = deque(maxlen=REMEMBERED)
         self._steps: deque[float] = deque(maxlen=REMEMBERED)
 
     def note(self, stamp: float, arrived: float, took: float) -> None:
         """One step: when its frame was sensed by the robot's clock, and when it came and what it took by ours [s]."""
+        if stamp < self._stamp:
+            self._delays.clear()  # another clock: the robot was started anew, or a recording jumped
+        self._stamp = stamp
         self._arrivals.append(arrived)
         self._delays.append(arrived - stamp)
         self._steps.append(took)
@@ -94,15 +99,22 @@ class PilotThread:
         self._publish = publish
         self._failed = failed
         self._over = threading.Event()
+        self._turned = 0.0  # [s] when it last was at the beginning of a turn
         self._thread = threading.Thread(target=self._run, name="pilot", daemon=True)
 
     @property
     def alive(self) -> bool:
-        """Whether it steps."""
+        """Whether it has neither failed nor ended."""
         return self._thread.is_alive()
+
+    @property
+    def steps(self) -> bool:
+        """Whether it goes on, rather than being caught in a step."""
+        return self.alive and time.monotonic() - self._turned < HUNG
 
     def start(self) -> None:
         """Begin."""
+        self._turned = time.monotonic()
         self._thread.start()
 
     def close(self) -> None:
@@ -114,6 +126,7 @@ class PilotThread:
     def _run(self) -> None:
         try:
             while not self._over.is_set():
+                self._turned = time.monotonic()
                 frame = self._robot.next_frame(PATIENCE)
                 if frame is None:
                     continue

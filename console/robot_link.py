@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
 from console.portrait import Link
@@ -15,6 +16,7 @@ class RobotLink(Protocol):
     """The robot and its gate, seen from the console. Only `start`, `next_frame`, `ask` and `close` wait."""
 
     trouble: str  # why there is no robot, a sentence; "" when there is one
+    alarm: Callable[[str], None]  # told of every loss of driver or gate, in a sentence; from any thread
 
     @property
     def profile(self) -> Profile:
@@ -41,8 +43,8 @@ class RobotLink(Protocol):
         """Zero at once, latched."""
         ...
 
-    def reset(self) -> None:
-        """Lift the latch; never moves."""
+    def reset(self) -> bool:
+        """Lift the latch; never moves → whether the gate was told."""
         ...
 
     def arm(self, epoch: int, owner: str) -> None:

@@ -19,10 +19,10 @@ from typing import Any, Literal
 
 from console.driver_process import DriverProcess
 from console.gate_process import GateProcess, limits_of
+from console.halt_wish import HaltWish
 from console.mailbox import Mailbox
 from core.errors import BeckonError, Unavailable
 from core.gate import GateStatus, Limits, Setpoint
-from core.gate.latch import Latch
 from core.gate.limits import is_number
 from core.robots import Profile
 from core.robots.connect import excerpt
@@ -59,9 +59,10 @@ class RobotProcess:
         """Raises BadInput for an unknown kind of robot or unusable settings; nothing is started yet."""
         settings = load(settings_file)
         self.trouble = ""  # why there is no robot, a sentence; "" when there is one
+        self.alarm: Callable[[str], None] = log.debug  # told of every loss of driver or gate, from any thread
         self._opening = Opening(url, seed, excerpt(url, settings))
         self._limits = limits or settings.limits
-        self._latch, self._home, self._trace = Latch(home), home, gate_trace
+        self._halt, self._home, self._trace = HaltWish(home), home, gate_trace
         self._profile: Profile | None = None
         self._driver: DriverProcess | None = None
         self._gate: GateProcess | None = None
@@ -134,15 +135,16 @@ class RobotProcess:
     def halt(self) -> None:
         """Zero at once, latched. Raises Unavailable when there is no gate and the latch cannot be kept either."""
         with self._switching:
+            self._halt.asked = True
             if not self._insist("halt"):
-                try:
-                    self._latch.set()
-                except OSError as trouble:
-                    raise Unavailable(f"The halt could not be saved: {trouble.strerror}.") from None
+                self._halt.keep()
 
-    def reset(self) -> None:
-        """Lift the halt; never moves."""
-        self._send({"kind": "reset"})
+    def reset(self) -> bool:
+        """Lift the halt; never moves → whether the gate was told."""
+        with self._switching:
+            sent = self._send({"kind": "reset"})
+            self._halt.asked = self._halt.asked and not sent
+        return sent
 
     def arm(self, epoch: int, owner: str) -> None:
         """Obey the holder of this lease from now on."""
@@ -197,8 +199,11 @@ class RobotProcess:
             self._driver = DriverProcess(self.driver_module, self._opening)
             self._profile = self._driver.hello(self._over.is_set)
         with self._switching:
+            if self._over.is_set():
+                raise Unavailable("The robot was let go.")
             limits = limits_of(self.profile, self._limits)
-            self._gate = GateProcess(self._driver, limits, self._home, trace=self._trace, spent=self._presses)
+            spent, halted = self._presses, self._halt.asked
+            self._gate = GateProcess(self._driver, limits, self._home, trace=self._trace, spent=spent, halted=halted)
 
     def _run(self) -> None:
         """Read what comes and look after the processes, until it is over."""
@@ -264,15 +269,16 @@ class RobotProcess:
             return
         now = time.monotonic()
         log.error(words)
+        self._end_gate(0.0)
         self._crashes.append(now)
         often = len(self._crashes) == CRASHES and now - self._crashes[0] < CRASH_WINDOW
         self._again_at = float("inf") if often else now + PAUSE * (len(self._crashes) - 1)
         last = "That was the third time within a minute, so it stays off: restart the console."
         words = f"{words} {last if often else 'It is started again.'}"
-        state = "halted" if self._latch.is_set else "disarmed"
+        state = "halted" if self._halt.stands else "disarmed"
         self._status = GateStatus(state=state, reason=words, need_neutral=True)
         self.trouble, self._last_words = words, ""
-        self._end_gate(0.0)
+        self.alarm(words)
         if driver:
             self._end_driver(0.0)
             self._frame_at = None
@@ -282,6 +288,7 @@ class RobotProcess:
             gate, self._gate = self._gate, None
             if gate is not None:
                 gate.end(patience)
+                self._halt.outlast()
 
     def _end_driver(self, patience: float) -> None:
         driver, self._driver = self._driver, None

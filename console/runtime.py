@@ -11,6 +11,7 @@ import logging
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,15 +23,15 @@ from console.door import Door
 from console.history import History
 from console.latest import Hub
 from console.lease import Lease
-from console.logins import Person
 from console.notice_board import NoticeBoard
 from console.pilot_thread import Pace, PilotLike, PilotThread
+from console.player import Player
 from console.portrait import Circumstances, draw
-from console.problems import Problem
 from console.robot_link import RobotLink
 from console.scene import Scene
 from console.security import Access
 from console.sockets import Sockets
+from console.watch import HANGS, Watch
 from core.errors import BeckonError
 from core.robots import Profile
 from core.sensors import SensorFrame
@@ -60,19 +61,20 @@ class Runtime:
         self.board = NoticeBoard()
         self.history = History(home, self._complain)
         self.door = Door(robot, self.lease, self.history, self.board)
-        self.scene = Scene(robot)
+        self.player = Player(robot, self.history, self.board)
+        self.scene = Scene(robot, self._complain)
         self.workbench = Workbench(home, robot, self.hub, self.board.tell, self._look_through)
         self.snapshot: Snapshot | None = None
+        self.over = False  # the console is ending
         self.trouble = ""  # why the robot did not come
         self.failure = ""  # why there is no pilot
-        self.speed = 1.0  # of the playback
         self._make_pilot = make_pilot
         self._pilot: PilotThread | None = None
         self._failures: deque[float] = deque(maxlen=RESTARTS + 1)
         self._seq = 0
         self._state_at = 0.0
-        self._link = ""
-        self._over = False
+        self._watch = Watch(robot, self.door, self.board)
+        self._opening = False
         self._tasks: set[asyncio.Task[None]] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
 
@@ -81,11 +83,15 @@ class Runtime:
     async def open(self) -> None:
         """Bring everything up. Raises Unavailable or BadInput when the robot does not come."""
         self._loop = asyncio.get_running_loop()
+        self.robot.alarm = self._alarm
+        self._opening = True
         try:
             await asyncio.to_thread(self.robot.start)
         except BeckonError as trouble:
             self.trouble = str(trouble)
             raise
+        finally:
+            self._opening = False
         await asyncio.to_thread(self.history.open)
         await self.scene.open(self.door, self.sockets)
         await self.workbench.open()
@@ -97,9 +103,15 @@ class Runtime:
         self._call(self.farewell)
 
     def farewell(self) -> None:
-        """The console is about to end: every socket is told."""
-        self._over = True
+        """The console is about to end: the robot stands, every socket is told, nothing more is opened."""
+        if self.over:
+            return
+        self.over = True
+        self.door.helm.stop()
+        self.door.ended_without_pilot("The console ended before this did.")
         self.sockets.close_all(1012, "The console is ending.")
+        if self._opening:
+            self.keep(asyncio.create_task(asyncio.to_thread(self.robot.close)))
 
     async def close(self) -> None:
         """Stop the robot and let go of everything."""
@@ -127,7 +139,7 @@ class Runtime:
             link=link,
             age=round(age, 3),
             rate=self.pace.rate(time.monotonic()),
-            speed=self.speed,
+            speed=self.player.speed,
             gate=self.robot.status(),
             lease=self.lease,
             viewers=len(self.hub.viewers),
@@ -150,6 +162,8 @@ class Runtime:
             told.append(self.robot.trouble or f"The robot's link is {link}; its newest frame is {age:.1f} s old.")
         if self.failure:
             told.append(self.failure)
+        elif self._hangs:
+            told.append(HANGS)
         elif self.snapshot is None:
             told.append("No frame of the robot has been worked on yet.")
         return told
@@ -157,19 +171,6 @@ class Runtime:
     async def ask(self, request: dict[str, Any]) -> dict[str, Any]:
         """A request to the driver, waited for outside the event loop."""
         return await asyncio.to_thread(self.robot.ask, request)
-
-    async def playback(self, do: str, value: float | None, who: Person) -> None:
-        """Steer a recording: play, pause, speed (times real time), seek (0..1). Raises Problem 403, 409, 422."""
-        if not who.may("operator"):
-            raise Problem(403, "Only an operator can steer the playback.")
-        if self.robot.profile.kind != "LOG":
-            raise Problem(409, "Only a recording can be played, paused and sought.")
-        if do in ("speed", "seek") and value is None:
-            raise Problem(422, f"To {do} needs a value." if do == "seek" else "A speed needs a value.")
-        await self.ask({"do": do} if value is None else {"do": do, "value": value})
-        if do == "speed" and value is not None:
-            self.speed = value
-        self.history.add("playback", who, words=do)
 
     def keep(self, task: asyncio.Task[None]) -> None:
         """Hold on to a task until it is done."""
@@ -214,7 +215,8 @@ class Runtime:
             self._loop.call_soon_threadsafe(act, *given)
 
     def _took(self, snapshot: Snapshot, picture: tuple[float, bytes] | None) -> None:
-        self.robot.beat()  # the loop runs and the pilot steps: that is what the gate wants to know
+        if not self.over:
+            self.robot.beat()  # the loop runs and the pilot steps: that is what the gate wants to know
         self.snapshot = snapshot
         self.board.adopt(snapshot.notices, snapshot.stamp)
         for told in snapshot.endings:
@@ -235,6 +237,7 @@ class Runtime:
         now = time.monotonic()
         self.door.pilot = None
         self.door.ended_without_pilot("The pilot failed; the robot was stopped.")
+        self._nothing_under_way()
         self._failures.append(now)
         if len(self._failures) > RESTARTS and now - self._failures[0] < RESTART_WINDOW:
             self.failure = (
@@ -248,7 +251,7 @@ class Runtime:
 
     async def _restart_pilot(self) -> None:
         await asyncio.sleep(RESTART_PAUSE)
-        if not self._over:
+        if not self.over:
             self._start_pilot()
 
     # twenty times a second
@@ -264,27 +267,30 @@ class Runtime:
             await asyncio.sleep(max(0.0, due - time.monotonic()))
 
     def _tick(self, now: float) -> None:
-        if self._pilot is not None and self._pilot.alive:
+        if self._pilot is not None and self._pilot.steps and not self.over:
             self.robot.beat()
         self.door.tick(now)
         for person in self.access.logins.expire(now):
             self.door.forget(person)
             self.sockets.close_of(person, 1008, "Your login has expired; sign in again.")
-        self._watch_link()
+        if self._watch.look(hangs=self._hangs):
+            self._nothing_under_way()
         self.workbench.tick(now)
         if now - self._state_at > BEAT + STATE_GAP:
             self._tell_state()
 
-    def _watch_link(self) -> None:
-        link, _ = self.robot.link()
-        if link == self._link:
-            return
-        if link == "lost":
-            self.door.ended_without_pilot("The robot's link was lost.")
-            self.board.tell("error", self.robot.trouble or "The robot's link is lost; the robot stops by itself.")
-        elif link == "live" and self._link == "lost":
-            self.board.tell("info", "The robot is back. It moves only on a new order.")
-        self._link = link
+    @property
+    def _hangs(self) -> bool:
+        return self._pilot is not None and self._pilot.alive and not self._pilot.steps
+
+    def _nothing_under_way(self) -> None:
+        """The newest snapshot may stay the newest for long: what it says is under way has failed."""
+        if self.snapshot is not None:
+            self.snapshot = replace(self.snapshot, undertaking=None, goal=None)
+
+    def _alarm(self, text: str) -> None:
+        """From any thread."""
+        self._call(self.board.tell, "error", text)
 
     def _complain(self, text: str) -> None:
         """From any thread."""

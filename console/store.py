@@ -20,6 +20,7 @@ log = logging.getLogger(__name__)
 
 REMEMBERED = 500  # deeds kept at hand
 KEPT = 100_000  # deeds kept on disk
+PRUNE = 1000  # rows written between two times that the oldest are forgotten
 BUSY = 5.0  # [s] to wait for another console that writes to the same file
 
 
@@ -98,7 +99,7 @@ class Store:
 
     def _write(self) -> None:
         base: sqlite3.Connection | None = None
-        over = False
+        over, written = False, 0
         while not over:
             batch = [self._waiting.get()]
             while not self._waiting.empty():
@@ -108,6 +109,10 @@ class Store:
                 base = base or self._connect()
                 with base:
                     base.executemany(WRITE, [row_of(deed, self._run) for deed in batch if deed is not None])
+                    written += len(batch)
+                    if written >= PRUNE:
+                        base.execute(FORGET, (KEPT,))
+                        written = 0
             except (OSError, sqlite3.Error) as trouble:
                 self._trouble(trouble)
                 base = None

@@ -23,12 +23,14 @@ from console.problems import Problem, refused
 from console.runtime import Runtime
 from console.sockets import TooMany
 from console.strict_json import read_json
+from console.tally import Tally
 from console.version import beckon_version
 from core.errors import BadInput, BeckonError
 
 GONE = Closing(1000, "The browser left.")
 SEND_TIME = 10.0  # [s] for one message; whoever takes longer is gone
-MOST_PER_SECOND = 200  # messages; a stop does not count
+MOST_PER_SECOND = 200  # messages; a stop is heard nevertheless
+FLOOD = 5 * MOST_PER_SECOND  # messages a second, stops among them, that end the socket
 
 
 class Talk:
@@ -41,8 +43,7 @@ class Talk:
         self._viewer = Viewer("state", "camera")
         self._tab = secrets.token_hex(8)
         self._session: str | None = None  # of a calibration, the one this page looks at
-        self._second = 0.0
-        self._heard = 0
+        self._tally = Tally()
         self._press: int | None = None  # of the key that this socket's hand holds down
 
     async def run(self) -> None:
@@ -122,9 +123,11 @@ class Talk:
         ref = 0
         try:
             told = read_json(text)
+            heard = self._tally.add(time.monotonic())
             if (brake := brake_of(told)) is not None:
                 self._brake(brake)
-            elif self._within_rate():
+                self._bound(heard, FLOOD)
+            elif self._bound(heard, MOST_PER_SECOND):
                 ref = told["ref"] if isinstance(told, dict) and type(told.get("ref")) is int else 0
                 answer = self._act(msgspec.convert(told, wire.Up))
                 if answer is not None:
@@ -136,14 +139,10 @@ class Talk:
         except (Problem, BeckonError) as error:
             self._tell(refused(ref, error))
 
-    def _within_rate(self) -> bool:
-        """Whether this message may still be acted on; too many of them end the socket."""
-        now = time.monotonic()
-        if now - self._second >= 1.0:
-            self._second, self._heard = now, 0
-        self._heard += 1
-        if self._heard > MOST_PER_SECOND:
-            self._viewer.close(1008, f"More than {MOST_PER_SECOND} messages a second.")
+    def _bound(self, heard: int, most: int) -> bool:
+        """Whether a message may still be acted on when `heard` came within a second; too many end the socket."""
+        if heard > most:
+            self._viewer.close(1008, f"More than {most} messages a second.")
         return self._viewer.closing is None
 
     def _act(self, message: wire.Up) -> wire.Down | None:
@@ -187,13 +186,13 @@ class Talk:
         if isinstance(message, wire.Halt):
             self._runtime.door.halt(self._person, "page")
         else:
-            self._runtime.door.stop(self._person, "page")
+            self._runtime.door.stop(self._person, "page", message.press)
 
     async def _play(self, message: wire.Playback) -> None:
         """The recording's driver is asked without keeping this socket waiting."""
         answer = wire.Answer(message.ref, True, 200)
         try:
-            await self._runtime.playback(message.do, message.value, self._person)
+            await self._runtime.player.steer(message.do, message.value, self._person)
         except (Problem, BeckonError) as error:
             answer = refused(message.ref, error)
         self._tell(answer)
@@ -201,5 +200,9 @@ class Talk:
 
 def brake_of(told: Any) -> wire.Stop | wire.Halt | None:
     """A stop or a halt, however carelessly it is written."""
-    kind = told.get("kind") if isinstance(told, dict) else None
-    return {"stop": wire.Stop(), "halt": wire.Halt()}.get(kind) if isinstance(kind, str) else None
+    if not isinstance(told, dict):
+        return None
+    if told.get("kind") == "stop":
+        press = told.get("press")
+        return wire.Stop(press if type(press) is int else 0)
+    return wire.Halt() if told.get("kind") == "halt" else None

@@ -28,7 +28,9 @@ class Drive(Inward, tag="drive"):
 
 
 class Stop(Inward, tag="stop"):
-    """Everything cancelled, zero speed."""
+    """Everything cancelled, zero speed. `press` (0: none): its copy over HTTP does nothing."""
+
+    press: Count = 0
 
 
 class Say(Inward, tag="command"):

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
-from fastapi import Response
+from fastapi import Query, Response
 from pydantic import Field
 
 from console.api import Behind, Who, Wish, router
 from console.problems import Problem
 from console.roles import needs
-from console.store import Deed
+from console.store import REMEMBERED, Deed
 from core.commands import VOCABULARY
 from core.commands.command import Kind
 
@@ -46,9 +46,9 @@ async def vocabulary() -> dict[str, Any]:
 
 @commands.get("/commands/history")
 @needs("viewer")
-async def history(behind: Behind) -> dict[str, Any]:
-    """What was heard, from whom, and how it ended; newest first."""
-    deeds = behind.history.newest_first(commands_only=True)
+async def history(behind: Behind, limit: Annotated[int, Query(ge=1, le=REMEMBERED)] = REMEMBERED) -> dict[str, Any]:
+    """What was heard, from whom, and how it ended; newest first, `limit` of them at most."""
+    deeds = behind.history.newest_first(commands_only=True, limit=limit)
     return {"revision": behind.history.revision, "commands": [told(deed) for deed in deeds]}
 
 

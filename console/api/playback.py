@@ -21,5 +21,5 @@ class PlaybackWish(Wish):
 @needs("operator")
 async def steer(asked: PlaybackWish, behind: Behind, who: Who) -> dict[str, Any]:
     """Play, pause, change the speed, seek."""
-    await behind.playback(asked.do, asked.value, who)
+    await behind.player.steer(asked.do, asked.value, who)
     return {"done": asked.do}

@@ -12,9 +12,13 @@ stop = router("stop")
 
 @stop.post("/stop")
 @needs("viewer", reads_body=False)
-async def stop_now(behind: Behind, who: Who) -> dict[str, Any]:
-    """Everything cancelled, zero speed; anyone signed in. Not latched."""
-    behind.door.stop(who, "rest")
+async def stop_now(behind: Behind, who: Who, press: str = "") -> dict[str, Any]:
+    """Everything cancelled, zero speed; anyone signed in. Not latched.
+
+    `press`: a number drawn anew with every press of STOP; a second stop of that number, by whatever way it comes,
+    does nothing. What is no number is none: the stop acts.
+    """
+    behind.door.stop(who, "rest", int(press) if press.isascii() and press.isdigit() and len(press) < 17 else 0)
     return {"stopped": True}
 
 

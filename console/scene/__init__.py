@@ -8,7 +8,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from starlette.websockets import WebSocket
@@ -69,10 +69,12 @@ OVERLAYS: tuple[type[Overlay], ...] = (
 class Scene:
     """Draws the newest snapshot in a thread of its own, so that no picture ever makes the pilot late."""
 
-    def __init__(self, robot: RobotLink) -> None:
+    def __init__(self, robot: RobotLink, complain: Callable[[str], None]) -> None:
+        """`complain`, from any thread: why the scene is left as it is."""
         self.why_not = ""  # why there is no scene; "" when there is one
         self.tabs: dict[str, Callable[[wire.Answer], None]] = {}  # how to tell each open page something
         self._robot = robot
+        self._complain = complain
         self._server: QuietViser | None = None
         self._inside: NoSocketServer | None = None
         self._sockets = Sockets()
@@ -131,9 +133,17 @@ class Scene:
             await socket.close(1013, str(crowded))
 
     def _paint(self, server: QuietViser) -> None:
-        overlays = [overlay(server.scene, self._robot.profile) for overlay in OVERLAYS]
+        try:
+            self._draw(server, [overlay(server.scene, self._robot.profile) for overlay in OVERLAYS])
+        except Exception:
+            log.exception("The scene could not be drawn any more")
+            self.why_not = "The 3-D scene cannot be drawn and stays as it is; the log says why. All else goes on."
+            self._complain(self.why_not)
+
+    def _draw(self, server: QuietViser, overlays: Sequence[Overlay]) -> None:
+        """Draw what is newest until it is over. Raises what keeps failing."""
         failures = 0
-        while not self._over.is_set() and failures < FAILURES:
+        while not self._over.is_set():
             self._news.wait()
             self._news.clear()
             snapshot = self._newest
@@ -147,5 +157,7 @@ class Scene:
                 failures = 0
             except Exception:
                 failures += 1
+                if failures >= FAILURES:
+                    raise
                 log.exception("The scene could not be drawn")
             self._over.wait(PERIOD)

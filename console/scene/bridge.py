@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import time
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from console.logins import Person
 from console.scene.connection import Connection, allowed
 from console.scene.mount import NoSocketServer
+from console.tally import Tally
 
+MOST_PER_SECOND = 300  # messages of a browser, of whatever kind: turning the view takes about 120
 PARTING = 2.0  # [s] for viser to take leave of a browser
 
 
@@ -22,6 +25,7 @@ class Bridge:
         self._inside = inside
         self._person = person
         self._over = asyncio.Event()
+        self._tally = Tally()
         self._why = (1000, "")
         subprotocol = next((name for name in socket.scope["subprotocols"] if name.startswith("viser-v")), None)
         web = asyncio.get_running_loop()
@@ -47,7 +51,7 @@ class Bridge:
         try:
             await asyncio.wait({pump, end, conversation}, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            gone = pump.done()
+            gone = pump.done() and not self._over.is_set()
             for task in (pump, end):
                 task.cancel()
             await asyncio.gather(pump, end, return_exceptions=True)
@@ -64,6 +68,9 @@ class Bridge:
         while True:
             message = await self._socket.receive()
             if message["type"] == "websocket.disconnect":
+                return
+            if self._tally.add(time.monotonic()) > MOST_PER_SECOND:
+                self.close(1008, f"More than {MOST_PER_SECOND} messages a second.")
                 return
             raw = message.get("bytes")
             if raw is not None and allowed(raw, self._person):

@@ -103,7 +103,7 @@ class Gate:
             self._stand("reset", "", now)
 
     def remark(self, reason: str) -> None:
-        """Something that whoever looks at the status should know: of a halt while it lasts, else until motion or stop."""
+        """Something to know of the status: as long as a halt lasts, else until the next motion or stop."""
         self._reason = self._remark = reason
 
     # what is known

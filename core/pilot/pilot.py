@@ -79,6 +79,7 @@ class Pilot:
     def step(self, frame: SensorFrame) -> Snapshot:
         """One frame further."""
         if frame.stamp < self._stamp - 1e-6:
+            self._obedience.end("failed", "The robot's clock began anew.")
             self._wake(frame.stamp)
         self._obedience.open_inbox(frame.stamp)
         frame, move = self._feet.feel(frame)

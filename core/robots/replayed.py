@@ -31,7 +31,7 @@ def profile_of(recording: ScanRecording, url: str = "") -> Profile:
 class ReplayedRobot:
     """Plays the scans of a recording in the log's own time; between them come frames with the wheels alone.
 
-    No scan is left out: where several fall into one step, time waits until each had its frame.
+    No scan is left out, and a frame has room for one: that bounds the speed.
     """
 
     def __init__(self, recording: ScanRecording, url: str):
@@ -74,7 +74,8 @@ class ReplayedRobot:
     def ask(self, request: dict[str, Any]) -> dict[str, Any]:
         """`{"do": "play" | "pause"}`, `{"do": "speed", "value": 0.1 … 10}`, `{"do": "seek", "value": 0 … 1}`.
 
-        The place to seek is a share of the whole. The answer tells where the playback stands. Raises BadInput.
+        The place to seek is a share of the whole. The answer tells where the playback stands and its speed, which is
+        `fastest` at most. Raises BadInput.
         """
         doing = request.get("do")
         actions: dict[str, Callable[[], None]] = {
@@ -89,7 +90,7 @@ class ReplayedRobot:
         actions[doing]()
         return {
             "playing": self._playing,
-            "speed": self._speed,
+            "speed": min(self._speed, self.fastest),
             "position_s": self._clock - self._recording.start,
             "duration_s": self._recording.duration,
             "progress": self._progress,
@@ -97,6 +98,12 @@ class ReplayedRobot:
 
     def close(self) -> None:
         """Nothing is held open: the recording was read whole."""
+
+    @property
+    def fastest(self) -> float:
+        """The speed at which every frame carries a scan, in times the speed of life."""
+        scans = len(self._recording.scans)
+        return self._profile.rate * self._recording.duration / (scans - 1) if scans > 1 else FASTEST
 
     @property
     def _end(self) -> float:

@@ -17,6 +17,8 @@
  * @property {string} remark
  */
 
+const HISTORY_ROWS = 60; // more than anybody reads
+
 /** An answer that is no success, with the server's own sentence. */
 export class Refusal extends Error {
   /**
@@ -75,13 +77,14 @@ export const login = (token) => post("api/login", { token });
 
 export const logout = () => post("api/logout");
 
-export const stop = () => post("api/stop");
+/** @param {number} press a number for this press of STOP, the same as over the socket */
+export const stop = (press) => post(`api/stop?press=${press}`);
 
 /** @returns {Promise<Kind[]>} */
 export const kinds = async () => (await call("api/commands")).commands;
 
 /** @returns {Promise<HistoryRow[]>} newest first */
-export const history = async () => (await call("api/commands/history")).commands;
+export const history = async () => (await call(`api/commands/history?limit=${HISTORY_ROWS}`)).commands;
 
 /**
  * What to show of a row, and to say again.

@@ -100,11 +100,12 @@ export class Session {
 
   /** STOP, by both ways at once: whichever is quicker. */
   stop() {
-    const left = this.link.send({ kind: "stop" });
+    const press = Math.floor(Math.random() * 2 ** 53); // one press, two ways: what comes second does nothing
+    const left = this.link.send({ kind: "stop", press });
     const { robot, you } = this.hello ?? {};
     if (robot?.drives === false && you?.role !== "viewer") void this.playback("pause");
     this.#tell("stopped", null);
-    api.stop().catch((refusal) => {
+    api.stop(press).catch((refusal) => {
       if (!left)
         this.#tell(
           "trouble",

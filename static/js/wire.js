@@ -194,9 +194,10 @@ export const CAMERA_HEADER_BYTES = 16;
  */
 
 /**
- * Everything cancelled, zero speed.
+ * Everything cancelled, zero speed. `press` (0: none): its copy over HTTP does nothing.
  * @typedef {object} Stop
  * @property {'stop'} kind
+ * @property {number} [press]
  */
 
 /**

@@ -54,6 +54,11 @@ class InProcessRobot:
         for thread in self._threads:
             thread.start()
 
+    @property
+    def now(self) -> float:
+        """The gate's clock [s]."""
+        return self._now
+
     def close(self) -> None:
         self._over.set()
         for thread in self._threads:

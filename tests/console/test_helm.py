@@ -127,3 +127,23 @@ def test_no_order_slips_between_a_stop_and_its_end_however_the_threads_run() -> 
     thread.join()
     last_stop = len(diary.told) - 1 - diary.told[::-1].index(("stop",))
     assert not any(isinstance(order, Setpoint) and order.v for order in diary.told[last_stop:])
+
+
+def test_a_flood_of_stops_is_few_until_something_is_ordered() -> None:
+    diary = Diary()
+    helm = Helm(diary)  # type: ignore[arg-type]
+    for _ in range(1000):
+        helm.stop()
+    assert 1 <= diary.told.count(("stop",)) < 100
+    diary.told.clear()
+    for _ in range(3):
+        helm.jog(Drive(v=0.1, w=0.0, press=1, seq=1, nonce=1, epoch=1))
+        helm.stop()
+        helm.halt()
+        helm.arm(1, "Anna")
+        helm.stop()
+    assert diary.told.count(("stop",)) == 6 and diary.told.count(("halt",)) == 3
+    helm.entrust(5, 3)
+    helm.stop()
+    helm.follow(wanting(5, 0.1))
+    assert diary.told[-1] == ("stop",)

@@ -126,6 +126,56 @@ def test_a_halt_stays_and_its_reset_moves_nothing(live: Live) -> None:
     assert order(live, "turn left").status == 202
 
 
+def test_a_reset_that_the_gate_refuses_is_not_announced_as_done(live: Live) -> None:
+    assert live.ask("POST", "/api/halt", token=live.operator).status == 200
+    live.robot.deaf = True
+    try:
+        refused = live.ask("POST", "/api/halt/reset", token=live.operator)
+        assert refused.status == 503 and "not reset" in refused.json["detail"]
+    finally:
+        live.robot.deaf = False
+    live.robot.stuck = "the halt could not be lifted: Read-only file system"
+    try:
+        assert live.ask("POST", "/api/halt/reset", token=live.operator).status == 200
+        told = live.until(lambda: [one.text for one in live.runtime.board.shown if "still halted" in one.text])
+    finally:
+        live.robot.stuck = ""
+    assert told == ["The robot is still halted: the halt could not be lifted: Read-only file system."]
+    deeds = live.ask("GET", "/api/audit", token=live.operator).json["deeds"]
+    row = next(deed for deed in deeds if deed["what"] == "halt_reset")
+    assert row["state"] == "failed" and "Read-only" in row["remark"]
+    assert live.ask("POST", "/api/halt/reset", token=live.operator).status == 200
+    live.until(lambda: live.runtime.board.shown[-1].text == "operator reset the halt.")
+
+
+def test_the_copy_of_a_stop_does_not_cancel_a_command_given_meanwhile(live: Live) -> None:
+    settled(live)
+    with live.open() as line:
+        say(line, kind="stop", press=4711)
+        say(line, kind="echo", t=1)
+        hear(line, "echo")
+        number = order(live, "turn left").json["id"]
+        assert live.ask("POST", "/api/stop?press=4711", token=live.operator).status == 200
+        time.sleep(0.4)
+        assert live.ask("GET", f"/api/commands/{number}", token=live.operator).json["state"] == "running"
+        for query in ("", "?press=nonsense", "?press=4712"):
+            number = order(live, "turn left").json["id"]
+            assert live.ask("POST", f"/api/stop{query}", token=live.operator).status == 200
+            assert ended(live, number)["state"] == "cancelled"
+        number = order(live, "turn right").json["id"]
+        assert live.ask("POST", "/api/stop?press=4711", token=live.viewer).status == 200  # another person's press
+        assert ended(live, number)["state"] == "cancelled"
+
+
+def test_the_history_can_be_asked_for_in_part(live: Live) -> None:
+    for _ in range(3):
+        order(live, "stop moving")
+    rows = live.ask("GET", "/api/commands/history?limit=2", token=live.viewer).json["commands"]
+    assert len(rows) == 2 and rows[0]["id"] > rows[1]["id"]
+    for wrong in ("0", "501", "many"):
+        assert live.ask("GET", f"/api/commands/history?limit={wrong}", token=live.viewer).status == 422
+
+
 def test_a_stop_acts_whatever_its_body_is(live: Live) -> None:
     settled(live)
     for raw, headers in (

@@ -249,6 +249,29 @@ def test_a_slow_start_can_be_given_up(tmp_path: Path) -> None:
     assert not thread.is_alive() and failure
 
 
+def test_a_recording_may_take_as_long_to_read_as_it_likes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("console.driver_process.STARTING", 0.2)
+    (tmp_path / "walk.jsonl").write_text('{"t": 3.0, "ranges": [1, 2, 3]}\n')
+    robot = RobotProcess(f"log:{tmp_path / 'walk.jsonl'}", home=tmp_path)
+    said: list[str] = []
+
+    def start() -> None:
+        try:
+            robot.start()
+        except Unavailable as trouble:
+            said.append(str(trouble))
+
+    thread = threading.Thread(target=start)
+    thread.start()
+    until(lambda: "driver" in robot.pids)
+    os.kill(robot.pids["driver"], signal.SIGSTOP)  # it reads and reads
+    time.sleep(1.0)
+    assert thread.is_alive()
+    robot.close()
+    thread.join(2.0)
+    assert said == ["The robot was let go before it was ready."]
+
+
 def test_closing_is_prompt_and_leaves_nothing(tmp_path: Path) -> None:
     def descriptors() -> int:
         return len(os.listdir("/proc/self/fd"))
@@ -309,6 +332,58 @@ def test_a_stop_that_a_frozen_gate_cannot_hear_ends_the_gate(tiny: TinyProcess, 
     assert tiny.status().state == "halted"
     tiny.reset()
     until(lambda: tiny.status().state == "disarmed")
+
+
+@pytest.mark.parametrize("fate", [signal.SIGSTOP, signal.SIGKILL])
+def test_a_halt_that_the_gate_never_read_holds_for_the_next_one(
+    tiny: TinyProcess, driven: Operator, tmp_path: Path, fate: signal.Signals
+) -> None:
+    told: list[str] = []
+    tiny.alarm = told.append
+    lost = tiny.pids["gate"]
+    os.kill(lost, signal.SIGSTOP)
+    tiny.halt()  # there is room in its pipe: it is sent
+    os.kill(lost, fate)
+    until(lambda: tiny.pids.get("gate") not in (lost, None) and tiny.trouble == "")
+    assert Latch(tmp_path).is_set
+    until(lambda: tiny.status().nonce > 0)
+    assert tiny.status().state == "halted"
+    assert len(told) == 1 and "gate" in told[0]
+    tiny.arm(1, "ann")
+    driven.press += 1
+    time.sleep(0.3)
+    assert tiny.status().state == "halted" and wheels(tiny) == 0.0
+    assert tiny.reset()
+    until(lambda: tiny.status().state == "disarmed")
+    assert not Latch(tmp_path).is_set
+
+
+def test_a_halt_that_no_gate_read_outlives_the_console(tmp_path: Path) -> None:
+    robot = TinyProcess("tiny:", home=tmp_path)
+    robot.start()
+    os.kill(robot.pids["gate"], signal.SIGSTOP)
+    robot.halt()
+    robot.close()
+    assert Latch(tmp_path).is_set
+
+
+def test_a_halt_that_cannot_be_saved_still_holds_for_the_next_gate(tmp_path: Path) -> None:
+    (tmp_path / "halt.new").mkdir()  # in the way of the latch
+    robot = TinyProcess("tiny:", home=tmp_path)
+    robot.start()
+    until(lambda: robot.status().nonce > 0)
+    assert robot.status().state == "disarmed"
+    robot.halt()
+    until(lambda: "a restart may forget it" in robot.status().reason)
+    robot.disarm()
+    time.sleep(0.1)
+    assert "a restart may forget it" in robot.status().reason
+    lost = robot.pids["gate"]
+    os.kill(lost, signal.SIGKILL)
+    until(lambda: robot.pids.get("gate") not in (lost, None) and robot.status().nonce > 0)
+    assert robot.status().state == "halted"
+    robot.close()
+    assert not robot.reset()
 
 
 def test_a_dead_driver_is_replaced_and_the_gate_with_it(tiny: TinyProcess, driven: Operator) -> None:

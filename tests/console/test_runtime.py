@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from pathlib import Path
 
 import pytest
 
+from console.watch import HANGS
 from core.pilot import Pilot
 from core.sensors import SensorFrame
 from core.snapshot import Snapshot
@@ -84,6 +87,80 @@ def test_without_a_pilot_the_gate_hears_no_heartbeat(tmp_path: Path, monkeypatch
         before = len(beats)
         live.on_loop(lambda: live.runtime._tick(0.0))
         assert len(beats) == before
+
+
+class Slow(Pilot):
+    """The real pilot, until it is caught in a step."""
+
+    caught = threading.Event()
+    caught.set()
+
+    def step(self, frame: SensorFrame) -> Snapshot:
+        type(self).caught.wait()
+        return super().step(frame)
+
+
+def test_a_pilot_that_hangs_is_noticed_and_the_gate_hears_no_heartbeat(tmp_path: Path) -> None:
+    live = Live(tmp_path, make_pilot=lambda: Slow(live.robot.profile))
+    with live:
+        live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
+        number = live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator).json["id"]
+        live.until(lambda: live.robot.status().w)
+        Slow.caught.clear()
+        try:
+            live.until(lambda: live.robot.status().w == 0.0, 2.0)
+            health = live.until(lambda: not (told := live.ask("GET", "/api/health").json)["ok"] and told, 2.0)
+            assert health["reasons"] == [HANGS]
+            beats: list[int] = []
+            beat, live.robot.beat = live.robot.beat, lambda: beats.append(1)  # type: ignore[method-assign]
+            time.sleep(0.2)
+            live.robot.beat = beat  # type: ignore[method-assign]
+            assert beats == []
+            told = live.ask("GET", f"/api/commands/{number}", token=live.viewer).json
+            assert told["state"] == "failed" and "pilot" in told["remark"]
+            assert live.ask("GET", "/api/state", token=live.viewer).json["command"] is None
+        finally:
+            Slow.caught.set()
+        live.until(lambda: live.ask("GET", "/api/health").status == 200)
+        live.until(lambda: any(notice.text.startswith("The pilot goes on.") for notice in live.runtime.board.shown))
+        assert HANGS in [notice.text for notice in live.runtime.board.shown]
+        assert live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator).status == 202
+        live.until(lambda: live.robot.status().w)
+
+
+def test_a_console_that_is_told_to_end_stands_at_once_and_stays_so(tmp_path: Path) -> None:
+    with Live(tmp_path) as live:
+        live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
+        live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator)
+        live.until(lambda: live.robot.status().w)
+        told = round(1e9 * live.robot.now)
+        live.runtime.farewell_soon()
+        live.until(lambda: live.robot.status().w == 0.0, 2.0)
+        rows = live.robot.writer.rows
+        stopped = next(row for row in rows if row.event == "stop" and row.t_mono_ns >= told)
+        assert stopped.t_mono_ns - told < 1e8
+        live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator)
+        time.sleep(0.4)
+        assert live.robot.status().w == 0.0
+
+
+def test_what_was_under_way_when_the_link_was_lost_is_not_told_as_running(tmp_path: Path) -> None:
+    with Live(tmp_path) as live:
+        live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
+        number = live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator).json["id"]
+        live.until(lambda: live.runtime.snapshot.undertaking)
+        live.robot.cut = True
+        live.until(lambda: live.ask("GET", f"/api/commands/{number}", token=live.viewer).json["state"] == "failed")
+        live.until(lambda: live.ask("GET", "/api/state", token=live.viewer).json["command"] is None, 2.0)
+        live.robot.cut = False
+        live.until(lambda: live.robot.link()[0] == "live")
+        time.sleep(0.5)
+        assert live.runtime.snapshot.undertaking is None and live.robot.status().w == 0.0
+
+
+def test_a_lost_gate_or_driver_is_among_the_notices(live: Live) -> None:
+    live.robot.alarm("The gate has ended. It is started again.")
+    live.until(lambda: any(notice.text.startswith("The gate has ended.") for notice in live.runtime.board.shown))
 
 
 def test_what_was_done_is_remembered_over_a_restart(tmp_path: Path) -> None:

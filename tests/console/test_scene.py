@@ -18,6 +18,7 @@ from websockets.sync.client import ClientConnection
 
 from console.logins import Person
 from console.scene import OVERLAYS, mount
+from console.scene.bridge import MOST_PER_SECOND
 from console.scene.click import floor_point
 from console.scene.connection import INBOX, Connection, allowed
 from console.scene.mount import SUBPROTOCOL, close_viser, open_viser
@@ -153,6 +154,25 @@ def test_garbage_and_floods_leave_nothing_behind(live: Live) -> None:
     live.until(lambda: len(live.runtime.sockets) == 0)
 
 
+def test_a_browser_that_floods_the_scene_is_sent_away_and_turning_the_view_is_no_flood(live: Live) -> None:
+    with enter(live, "calm") as calm:
+        with enter(live, "flood") as flood:
+            for number in range(MOST_PER_SECOND + 200):
+                try:
+                    flood.send(packed(LOOK) if number % 2 else b"\xc1")  # what is refused counts, too
+                except ConnectionClosed:
+                    break
+            with pytest.raises(ConnectionClosed) as end:
+                while True:
+                    flood.recv(timeout=5)
+        assert end.value.rcvd is not None and end.value.rcvd.code == 1008
+        for number in range(120):
+            calm.send(packed({**LOOK, "position": [number, 0, 5]}))
+        live.until(
+            lambda: any(c.camera.position[0] == 119 for c in live.runtime.scene._server.get_clients().values())
+        )
+
+
 def test_one_who_floods_is_let_go_before_memory_is() -> None:
     import asyncio
 
@@ -231,6 +251,31 @@ def test_without_a_scene_the_console_goes_on(tmp_path: Path, monkeypatch: pytest
             with pytest.raises(ConnectionClosed) as end:
                 line.recv(timeout=5)
             assert end.value.rcvd is not None and end.value.rcvd.code == 1011
+
+
+class Fails:
+    """An overlay that cannot be made, or cannot be shown."""
+
+    makes = True
+
+    def __init__(self, scene: Any, robot: Any) -> None:
+        if not self.makes:
+            raise ZeroDivisionError
+
+    def show(self, snapshot: Any) -> None:
+        raise ZeroDivisionError
+
+
+@pytest.mark.parametrize("makes", [True, False])
+def test_a_scene_that_cannot_be_drawn_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, makes: bool) -> None:
+    monkeypatch.setattr("console.scene.OVERLAYS", (Fails,))
+    monkeypatch.setattr(Fails, "makes", makes)
+    with Live(tmp_path) as live, enter(live) as line:
+        line.send(packed(LOOK))
+        live.until(lambda: live.runtime.scene.why_not)
+        told = live.ask("GET", "/api/health").json["scene"]
+        assert "cannot be drawn" in told
+        live.until(lambda: any(notice.text == told for notice in live.runtime.board.shown))
 
 
 def test_every_overlay_shows_a_snapshot_twice(live: Live) -> None:

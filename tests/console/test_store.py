@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import sqlite3
+import time
 from pathlib import Path
+
+import pytest
 
 from console.history import History
 from console.logins import Person
@@ -93,3 +96,27 @@ def test_the_file_is_written_for_the_worst(tmp_path: Path) -> None:
     assert base.execute("PRAGMA journal_mode").fetchone() == ("wal",)
     assert base.execute("PRAGMA integrity_check").fetchone() == ("ok",)
     base.close()
+
+
+def test_the_file_stays_bounded_while_the_console_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("console.store.KEPT", 50)
+    monkeypatch.setattr("console.store.PRUNE", 100)
+    history = opened(tmp_path)
+    for _ in range(30):
+        for _ in range(20):
+            history.add("stop", ANNA)
+        time.sleep(0.005)
+    history.close()
+    base = sqlite3.connect(tmp_path / "history.sqlite")
+    assert base.execute("SELECT COUNT(*) FROM deeds").fetchone()[0] <= 50 + 100 + 20
+    base.close()
+
+
+def test_the_revision_counts_commands_and_the_newest_can_be_asked_for(tmp_path: Path) -> None:
+    history = opened(tmp_path)
+    for number in range(5):
+        history.add("command", ANNA, words=str(number))
+        history.add("stop", ANNA)
+    assert history.revision == 5
+    assert [deed.words for deed in history.newest_first(commands_only=True, limit=2)] == ["4", "3"]
+    history.close()

@@ -11,7 +11,8 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection
 
-from console.streams import MOST_PER_SECOND
+from console.brakes import RECORDED
+from console.streams import FLOOD, MOST_PER_SECOND
 from tests.console.live import Live, hear, say
 
 
@@ -203,13 +204,38 @@ def test_a_flood_ends_with_1008_and_others_do_not_notice(live: Live) -> None:
 
 
 def test_a_stop_is_heard_even_from_one_who_floods(live: Live) -> None:
+    with live.open() as line:
+        say(line, kind="lease", do="acquire", ref=7)
+        hear(line, "state", true=lambda told: told["gate"]["state"] == "armed")
+        newest = stops(live)
+        with live.open() as flood:
+            for number in range(MOST_PER_SECOND - 10):
+                say(flood, kind="echo", t=number)
+            for _ in range(100):
+                flood.send('{"kind":"stop","careless":true}')
+            say(flood, kind="echo", t=-1)
+            assert closed(flood)[0] == 1008
+        hear(line, "state", true=lambda told: told["gate"]["reason"] == "stopped")
+    assert stops(live) - newest <= 2 * RECORDED
+
+
+def test_a_flood_of_stops_ends_the_socket_and_writes_little(live: Live) -> None:
+    newest = stops(live)
     with live.open() as flood:
-        before = len(live.runtime.history.newest_first(commands_only=False))
-        for _ in range(MOST_PER_SECOND + 100):
-            flood.send('{"kind":"stop","careless":true}')
-        say(flood, kind="echo", t=3)
-        hear(flood, "echo")
-    assert len(live.runtime.history.newest_first(commands_only=False)) > before
+        for _ in range(FLOOD + 500):
+            try:
+                say(flood, kind="stop")
+            except ConnectionClosed:
+                break
+        assert closed(flood) == (1008, f"More than {FLOOD} messages a second.")
+    assert stops(live) - newest <= 5 * RECORDED
+
+
+def stops(live: Live) -> int:
+    """How many stops the history holds."""
+    return sum(
+        deed.what == "stop" for deed in live.on_loop(lambda: live.runtime.history.newest_first(commands_only=False))
+    )
 
 
 def test_a_stuck_viewer_is_dropped_and_nobody_waits_for_it(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:

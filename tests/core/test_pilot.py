@@ -193,6 +193,17 @@ def test_a_jump_back_in_time_begins_anew() -> None:
     assert again[-1].estimate.pose == first[-1].estimate.pose
 
 
+def test_a_driver_whose_clock_begins_anew_ends_what_is_under_way() -> None:
+    lab = robot()
+    pilot = started(lab)
+    pilot.tell(5, command("continue 1 meters"), "typed", "anna")
+    pilot.step(lab.read())
+    snapshot = pilot.step(robot().read())
+    assert snapshot.undertaking is None and not snapshot.setpoint.moves
+    (ending,) = snapshot.endings
+    assert (ending.id, ending.state) == (5, "failed") and "clock" in ending.remark
+
+
 def test_time_that_stands_still_changes_nothing() -> None:
     lab = robot()
     pilot = started(lab)

@@ -376,3 +376,30 @@ def test_pipes_that_were_handed_over_are_not_inherited_further() -> None:
         assert not os.get_inheritable(end.fileno())
         assert end.family == socket.AF_UNIX
         end.close()
+
+
+def test_a_halt_that_cannot_be_lifted_says_why_for_as_long_as_it_lasts(tmp_path: Path) -> None:
+    (tmp_path / "halt.json").mkdir()  # nobody can remove this latch as a file
+    played = Played(tmp_path)
+    played.until(lambda: bool(played.status))
+    for kind in ("reset", "disarm", "stop"):
+        played.tell(kind)
+    played.until(lambda: "could not be lifted" in played.status["reason"])
+    played.drive(0.2)
+    assert played.status["state"] == "halted" and "could not be lifted" in played.status["reason"]
+    played.tell("leave")
+    assert played.end() == 0
+
+
+def test_a_halt_is_written_once_however_often_it_is_asked_for(still: Still, tmp_path: Path) -> None:
+    send_packet(still.ours, {"kind": "halt"})
+    still.hear()
+    written = (tmp_path / "halt.json").stat().st_ino
+    for _ in range(50):
+        send_packet(still.ours, {"kind": "halt"})
+    still.hear()
+    assert (tmp_path / "halt.json").stat().st_ino == written
+    send_packet(still.ours, {"kind": "reset"})
+    send_packet(still.ours, {"kind": "halt"})
+    still.hear()
+    assert Latch(tmp_path).is_set

@@ -76,6 +76,20 @@ def test_at_any_speed_no_scan_is_left_out_and_time_never_goes_back(scans, speed)
         assert len(frames) == pytest.approx(2.9 * 40 / speed, rel=0.05)
 
 
+@pytest.mark.parametrize(("rate", "most"), [(2, 10.0), (10, 4.0), (40, 1.0)])
+def test_the_speed_that_is_told_is_the_speed_it_plays_at(tmp_path, rate, most):
+    path = tmp_path / "scans.jsonl"
+    path.write_text("".join(json.dumps({"t": n / rate, "ranges": [1, 2, 3]}) + "\n" for n in range(4 * rate + 1)))
+    robot = opened(path)
+    for asked in (0.5, 1.0, 5.0, 10.0):
+        robot.ask({"do": "play"})
+        told = robot.ask({"do": "speed", "value": asked})["speed"]
+        assert told == pytest.approx(min(asked, most))
+        frames = until_the_end(robot)
+        assert len(numbers(frames)) == 4 * rate + 1
+        assert 4.0 * robot.profile.rate / len(frames) == pytest.approx(told, rel=0.1)
+
+
 def test_wheels_are_told_for_every_frame(drive):
     frames = until_the_end(opened(drive))
     for frame in frames:

@@ -1,0 +1,114 @@
+"""Stop, halt, and lifting a halt. Every stop acts; what is written down of a flood of them is little."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from console.helm import Helm
+from console.history import History
+from console.lease import Lease
+from console.logins import Person
+from console.notice_board import NoticeBoard
+from console.problems import Problem
+from console.robot_link import RobotLink
+from console.tally import Tally
+from core.gate.status import GateStatus
+from core.snapshot import Ending
+
+RECORDED = 3  # stops and halts of one person a second that are written down; all of them act
+PEOPLE = 1000  # whose stops are counted
+PRESSES = 64  # newest presses of STOP that are known
+LIFTING = 1.0  # [s] within which a reset must show
+
+
+@dataclass
+class Lifting:
+    """A reset that was sent and does not show yet."""
+
+    who: Person
+    deed: int
+    sent: float  # [s]
+
+
+class Brakes:
+    """`cancel(state, why)` ends what is under way."""
+
+    def __init__(
+        self,
+        robot: RobotLink,
+        helm: Helm,
+        lease: Lease,
+        history: History,
+        board: NoticeBoard,
+        cancel: Callable[[Ending, str], None],
+    ) -> None:
+        self._robot = robot
+        self._helm = helm
+        self._lease = lease
+        self._history = history
+        self._board = board
+        self._cancel = cancel
+        self._tallies: dict[str, Tally] = {}  # by person
+        self._presses: deque[tuple[str, int]] = deque(maxlen=PRESSES)  # person, press
+        self._lifting: Lifting | None = None
+
+    def stop(self, who: Person, source: str, press: int = 0) -> None:
+        """Everything cancelled, zero speed. A press that was obeyed already came by another way, and does nothing."""
+        if press and (who.id, press) in self._presses:
+            return
+        if press:
+            self._presses.append((who.id, press))
+        self._helm.stop()
+        self._cancel("cancelled", f"Stopped by {who.name}.")
+        if self._is_recorded(who):
+            self._history.add("stop", who, source=source)
+
+    def halt(self, who: Person, source: str) -> None:
+        """The same, latched. Raises Unavailable when there is no gate and it cannot be saved either."""
+        self._lifted("cancelled", "Halted again.")
+        try:
+            self._helm.halt()
+        finally:
+            self._cancel("cancelled", f"Halted by {who.name}.")
+            if self._is_recorded(who):
+                self._history.add("halt", who, source=source)
+                self._board.tell("warning", f"{who.name} halted the robot. The driver can reset it.")
+
+    def reset(self, who: Person, source: str) -> None:
+        """Lift the latch; the lease holder only, and it never moves. Raises Problem 403, 409, 503."""
+        if not who.may("operator"):
+            raise Problem(403, "Only an operator can reset a halt.")
+        if self._robot.status().state != "halted":
+            raise Problem(409, "The robot is not halted.")
+        self._lease.acquire(who, time.monotonic())
+        if not self._robot.reset():
+            raise Problem(503, "The halt is not reset: the robot's gate does not run. Restart the console.")
+        self._helm.hand_over(self._lease.epoch, who.name)
+        self._lifted("cancelled", "Reset again.")
+        deed = self._history.add("halt_reset", who, state="running", source=source)
+        self._lifting = Lifting(who, deed.id, time.monotonic())
+
+    def tick(self, status: GateStatus, now: float) -> None:
+        """Say of a reset whether the gate obeyed it."""
+        lifting = self._lifting
+        if lifting is None:
+            return
+        if status.state != "halted":
+            self._lifted("done", "")
+            self._board.tell("info", f"{lifting.who.name} reset the halt.")
+        elif now - lifting.sent > LIFTING:
+            self._lifted("failed", status.reason)
+            self._board.tell("error", f"The robot is still halted: {status.reason}.")
+
+    def _lifted(self, state: str, remark: str) -> None:
+        lifting, self._lifting = self._lifting, None
+        if lifting is not None:
+            self._history.end(lifting.deed, state, remark)
+
+    def _is_recorded(self, who: Person) -> bool:
+        if who.id not in self._tallies and len(self._tallies) >= PEOPLE:
+            self._tallies.clear()
+        return self._tallies.setdefault(who.id, Tally()).add(time.monotonic()) <= RECORDED

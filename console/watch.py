@@ -1,0 +1,43 @@
+"""Notices what falls silent, and that it is back: the robot's link, and a pilot that does not go on."""
+
+from __future__ import annotations
+
+from console.door import Door
+from console.notice_board import NoticeBoard
+from console.robot_link import RobotLink
+
+HANGS = "The pilot does not go on; the robot stands. Restart the console if it stays like this."
+
+
+class Watch:
+    """Tells the door and the notice board, once each time."""
+
+    def __init__(self, robot: RobotLink, door: Door, board: NoticeBoard) -> None:
+        self._robot = robot
+        self._door = door
+        self._board = board
+        self._link = ""
+        self._hangs = False
+
+    def look(self, *, hangs: bool) -> bool:
+        """`hangs`: whether the pilot does not go on. → Whether everything under way has failed just now."""
+        return self._look_at_pilot(hangs) | self._look_at_link()
+
+    def _look_at_pilot(self, hangs: bool) -> bool:
+        before, self._hangs = self._hangs, hangs
+        if hangs and not before:
+            self._door.helm.stop()
+            self._door.ended_without_pilot("The pilot did not go on; the robot was stopped.")
+            self._board.tell("error", HANGS)
+        elif before and not hangs:
+            self._board.tell("info", "The pilot goes on. The robot moves only on a new order.")
+        return hangs and not before
+
+    def _look_at_link(self) -> bool:
+        before, (self._link, _) = self._link, self._robot.link()
+        if self._link == "lost" != before:
+            self._door.ended_without_pilot("The robot's link was lost.")
+            self._board.tell("error", self._robot.trouble or "The robot's link is lost; the robot stops by itself.")
+        elif self._link == "live" and before == "lost":
+            self._board.tell("info", "The robot is back. It moves only on a new order.")
+        return self._link == "lost" != before
