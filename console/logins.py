@@ -63,13 +63,20 @@ class Logins:
         found = None if found is None or found.once else found
         return Person(f"token-{found.digest.hex()[:8]}", found.name, found.role) if found else None
 
-    def open(self, token: str, name: str, now: float) -> tuple[str, Person] | None:
-        """A token → (cookie, person), or None when it is wrong. `name` is how the person wants to be called."""
+    def open(self, token: str, name: str, now: float, shown: str = "") -> tuple[str, Person] | None:
+        """A token → (cookie, person), or None when it is wrong. `name` is how the person wants to be called.
+
+        Whoever shows the cookie of a login with the same role (another tab of the browser) stays who they are.
+        """
         found = self._token(token)
         if found is None:
             return None
         if found.once:
             self._tokens.remove(found)
+        same = self.of_cookie(shown, now)
+        if same is not None and same.role == found.role:
+            self._open[shown] = (same, now + LIFE)
+            return shown, same
         if len(self._open) >= MOST_LOGINS:
             self._open.pop(next(iter(self._open)))
         self._names += 1

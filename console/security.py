@@ -30,7 +30,8 @@ App = Callable[[Scope, Receive, Send], Awaitable[None]]
 BODY_TIME = 10.0  # [s] for an ordinary body
 MOST_LARGE = 4  # bodies beyond what JSON may have that are taken in at the same time
 SAFE_METHODS = {"GET", "HEAD", "OPTIONS"}
-HOST = re.compile(r"(\[[0-9a-f:.]+\]|[a-z0-9._-]+)(:[0-9]{1,5})?")
+HOST_NAME = re.compile(r"\[[0-9a-f:.]+\]|[a-z0-9._-]+")
+HOST = re.compile(rf"({HOST_NAME.pattern})(:[0-9]{{1,5}})?")
 
 PAGE_POLICY = "default-src 'self'; frame-ancestors 'none'; object-src 'none'; base-uri 'none'; form-action 'self'"
 

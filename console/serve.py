@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import ipaddress
 import socket
 import sys
+import threading
 import webbrowser
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
@@ -21,7 +23,7 @@ from console.logs import start_logging
 from console.protocol import ImpatientHttp, ImpatientSocket
 from console.robot_process import RobotProcess
 from console.runtime import Runtime
-from console.security import Access
+from console.security import HOST_NAME, Access
 from core.errors import BadInput, Unavailable
 from core.pilot import Pilot
 from core.settings import load
@@ -38,6 +40,7 @@ class Options:
 
     robot: str = "sim:lab"
     host: str = "127.0.0.1"
+    allow_hosts: tuple[str, ...] = ()  # further names that the console answers to
     port: int = 8420  # 0: any free one
     no_auth: bool = False
     seed: int = 0
@@ -76,7 +79,7 @@ def serve(options: Options) -> None:
     start_logging(options.log or home / "console.log")
     with bound(options.host, options.port) as listener:
         port = int(listener.getsockname()[1])
-        access = Access(Logins(), hosts_of(options.host), f"beckon_{port}", options.no_auth)
+        access = Access(Logins(), hosts_of(options.host, *options.allow_hosts), f"beckon_{port}", options.no_auth)
         robot = RobotProcess(
             options.robot,
             seed=options.seed,
@@ -87,11 +90,16 @@ def serve(options: Options) -> None:
         )
         runtime = Runtime(robot, lambda: Pilot(robot.profile, settings), home=home, access=access)
         server = Server(configured(create_app(runtime)), runtime, lambda: announce(options, port, access))
+        recording = options.robot.removeprefix("log:")
+        if recording != options.robot and Path(recording).exists():
+            sys.stderr.write(f"Reading {recording}…\n")
         try:
             server.run(sockets=[listener])
         except KeyboardInterrupt:
             return
         except SystemExit:
+            if server.should_exit:  # a signal came while the robot was being opened
+                return
             raise Unavailable(runtime.trouble or "The console could not start; the log says why.") from None
 
 
@@ -117,17 +125,20 @@ def configured(app: ASGIApp) -> uvicorn.Config:
 
 def announce(options: Options, port: int, access: Access) -> None:
     """Tell the address, with a token behind the #, which no server and no log ever sees."""
-    host = f"[{options.host}]" if ":" in options.host else options.host
-    address = f"http://{host}:{port}/"
+    everywhere = is_wildcard(options.host)
+    address = f"http://{in_address(options.allow_hosts[0] if everywhere else options.host)}:{port}/"
     if access.no_auth:
         sys.stdout.write(f"Beckon is at {address}\n")
     else:
         driving, watching = access.logins.issue("operator", "operator"), access.logins.issue("viewer", "viewer")
         sys.stdout.write(f"Beckon is at {address}#t={driving}\nTo watch only: {address}#t={watching}\n")
     sys.stdout.flush()
+    if in_address(options.host) not in LOOPBACK:
+        sys.stderr.write("Whoever is on the network between can read along: this is HTTP. Put TLS in front of it.\n")
     if options.open_browser:
+        here = f"http://127.0.0.1:{port}/" if everywhere else address
         once = "" if access.no_auth else f"#t={access.logins.issue('operator', 'operator', once=True)}"
-        webbrowser.open(address + once)
+        threading.Thread(target=webbrowser.open, args=(here + once,), name="browser", daemon=True).start()
 
 
 def check(options: Options) -> None:
@@ -136,6 +147,19 @@ def check(options: Options) -> None:
         raise BadInput("--no-auth works only on 127.0.0.1 and with the simulated robot; leave one of them away.")
     if not 0 <= options.port <= 65535:
         raise BadInput("--port takes a number from 0 to 65535; 0 means any free port.")
+    if is_wildcard(options.host) and not options.allow_hosts:
+        raise BadInput(
+            f"--host {options.host} says nothing about the address that browsers open: give this machine's own "
+            "address or name instead, or add --allow-host NAME for every name it is opened by."
+        )
+    for name in options.allow_hosts:
+        if not HOST_NAME.fullmatch(in_address(name)) or is_wildcard(name):
+            raise BadInput("--allow-host takes a host's name or address as it stands in the browser, without a port.")
+    if options.gate_trace is not None:
+        try:
+            options.gate_trace.open("a").close()
+        except OSError as trouble:
+            raise BadInput(f"--gate-trace {options.gate_trace} cannot be written: {trouble.strerror}.") from None
 
 
 def is_simulated(url: str) -> bool:
@@ -143,9 +167,23 @@ def is_simulated(url: str) -> bool:
     return url.partition(":")[0] == "sim"
 
 
-def hosts_of(host: str) -> frozenset[str]:
-    """The host names this console answers to."""
-    return LOOPBACK | {f"[{host}]" if ":" in host else host.lower()}
+def hosts_of(*hosts: str) -> frozenset[str]:
+    """The host names this console answers to: this machine's own, and these as far as one can be opened."""
+    return LOOPBACK | {in_address(host) for host in hosts if not is_wildcard(host)}
+
+
+def in_address(host: str) -> str:
+    """A host as it stands in an address: an IPv6 address in brackets, letters small."""
+    bare = host.strip("[]").lower()
+    return f"[{bare}]" if ":" in bare else bare
+
+
+def is_wildcard(host: str) -> bool:
+    """Whether it means every address of this machine, and none that a browser could open."""
+    try:
+        return ipaddress.ip_address(host.strip("[]")).is_unspecified
+    except ValueError:
+        return host in ("", "0")
 
 
 @contextlib.contextmanager

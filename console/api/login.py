@@ -33,7 +33,8 @@ async def sign_in(shown: Token, behind: Behind, request: Request, response: Resp
     address = request.client.host if request.client else ""
     if access.logins.blocked(address, now):
         raise Problem(429, "Too many wrong tokens from your address; wait a minute.", headers={"Retry-After": "60"})
-    opened = access.logins.open(shown.token, shown.name.strip(), now)
+    own = request.cookies.get(access.cookie, "")
+    opened = access.logins.open(shown.token, shown.name.strip(), now, own)
     if opened is None:
         access.logins.guessed(address, now)
         raise Problem(401, "That token is not valid. Open the address that the console printed when it started.")
@@ -47,7 +48,8 @@ async def sign_in(shown: Token, behind: Behind, request: Request, response: Resp
         samesite="strict",
         secure=request.url.scheme == "https",
     )
-    behind.history.add("login", person)
+    if cookie != own:
+        behind.history.add("login", person)
     return told(person)
 
 

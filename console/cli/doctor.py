@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import re
 import shutil
 import socket
 import sys
-from importlib.metadata import PackageNotFoundError, version
+import tomllib
+from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 from typing import Any
 
@@ -14,19 +16,12 @@ from console.cli.answer import add_json, tell, write, write_json
 from console.home import home_folder
 from core.message import message
 
-NEEDED = (
-    "viser",
-    "numpy",
-    "scipy",
-    "opencv-python-headless",
-    "fastapi",
-    "uvicorn",
-    "websockets",
-    "msgspec",
-    "mcap",
-    "rosbags",
-)
 PORT = 8420
+CHECKOUT = Path(__file__).resolve().parents[2]
+PACKAGE = re.compile(r"[A-Za-z0-9._-]+")
+WELL = "All that is needed is here."
+MISSING = "Something that is needed is missing; see the arrows above."
+FAILED = "The self-test found something that is not as it should be; the lines marked FAILED say what."
 
 
 @message
@@ -38,6 +33,14 @@ class Finding:
     found: str
     needed: bool = True  # False: Beckon runs without it
     remedy: str = ""
+    tested: bool = False  # rather than looked for
+
+    @property
+    def mark(self) -> str:
+        """How it is marked in the list."""
+        if self.good:
+            return "ok"
+        return "FAILED" if self.tested else "MISSING" if self.needed else "absent"
 
 
 def add(places: Any) -> None:
@@ -57,8 +60,9 @@ def run(chosen: argparse.Namespace) -> int:
         from console.cli.self_test import self_test  # the whole robot: only when it is asked for
 
         tell("The self-test drives the simulated robot; this takes about a minute.")
-        findings += [Finding(name=name, good=good, found=found) for name, good, found in self_test()]
-    well = all(finding.good or not finding.needed for finding in findings)
+        findings += [Finding(name=name, good=good, found=found, tested=True) for name, good, found in self_test()]
+    bad = [finding for finding in findings if finding.needed and not finding.good]
+    well = not bad
     if chosen.json:
         write_json(
             {
@@ -77,17 +81,30 @@ def run(chosen: argparse.Namespace) -> int:
         )
     else:
         for finding in findings:
-            mark = "ok  " if finding.good else ("MISSING" if finding.needed else "absent")
-            write(f"{mark:8}{finding.name:26}{finding.found}")
+            write(f"{finding.mark:8}{finding.name:26}{finding.found}")
             if not finding.good and finding.remedy:
                 write(f"        → {finding.remedy}")
-        write("All that is needed is here." if well else "Something that is needed is missing; see the arrows above.")
+        for sentence, tested in ((MISSING, False), (FAILED, True)):
+            if any(finding.tested is tested for finding in bad):
+                write(sentence)
+        if well:
+            write(WELL)
     return 0 if well else 1
 
 
 def examine() -> list[Finding]:
     """Look at everything once."""
-    return [python(), *map(package, NEEDED), pipe(), port(), home(), browser()]
+    return [python(), *map(package, needed()), pipe(), port(), home(), browser()]
+
+
+def needed() -> list[str]:
+    """The packages that Beckon declares to need; extras are not among them."""
+    try:
+        declared = requires("beckon") or []
+    except PackageNotFoundError:  # a bare checkout
+        declared = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["project"]["dependencies"]
+    names = (PACKAGE.match(line) for line in declared if "extra ==" not in line)
+    return [name[0] for name in names if name]
 
 
 def python() -> Finding:

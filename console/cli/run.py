@@ -14,6 +14,13 @@ def add(places: Any) -> None:
         "--robot", default="sim:lab", metavar="URL", help="sim:lab (default), sim:floor, or log:FILE for a recording"
     )
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default 127.0.0.1)")
+    parser.add_argument(
+        "--allow-host",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="a name or address under which browsers may open the console; may stand several times",
+    )
     parser.add_argument("--port", type=int, default=8420, help="0 takes any free port (default 8420)")
     parser.add_argument("--no-browser", action="store_true", help="do not open a browser")
     parser.add_argument(
@@ -36,6 +43,7 @@ def run(chosen: argparse.Namespace) -> int:
         Options(
             robot=chosen.robot,
             host=chosen.host,
+            allow_hosts=tuple(chosen.allow_host),
             port=chosen.port,
             no_auth=chosen.no_auth,
             seed=chosen.seed,

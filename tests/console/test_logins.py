@@ -66,3 +66,16 @@ def test_a_role_reaches_what_lies_below_it() -> None:
     assert viewer.may("viewer") and not viewer.may("operator")
     assert operator.may("viewer") and operator.may("operator") and not operator.may("admin")
     assert admin.may("operator") and admin.may("admin")
+
+
+def test_another_tab_with_the_same_role_stays_the_same_person() -> None:
+    logins = Logins()
+    driving, watching = logins.issue("operator", "operator"), logins.issue("viewer", "viewer")
+    cookie, person = logins.open(driving, "", 0.0) or ("", None)
+    assert logins.open(driving, "", 5.0, cookie) == (cookie, person)
+    assert logins.of_cookie(cookie, LIFE + 1.0) == person  # it lasts from the newest opening
+    other, viewer = logins.open(watching, "", 6.0, cookie) or ("", None)
+    assert other != cookie and viewer != person and viewer is not None and viewer.role == "viewer"
+    stale = logins.open(driving, "", 2 * LIFE, cookie)
+    assert stale is not None and stale[0] != cookie
+    assert logins.open(driving, "", 0.0, "forged") not in (None, ("forged", person))

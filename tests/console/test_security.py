@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Iterator
 
 import pytest
 from fastapi import FastAPI
 from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection, connect
 
 from console.roles import check_roles, declared, needs
+from console.scene.mount import SUBPROTOCOL
 from console.security import HEADERS
-from tests.console.live import Live
+from tests.console.live import Live, hear, say
 
 BODYLESS = {"content-length": "0"}
 
@@ -182,11 +186,59 @@ def test_a_viewer_stops_and_does_not_drive(live: Live) -> None:
     assert live.runtime.lease.holder is None
 
 
-def test_signing_out_closes_the_login_and_its_sockets(live: Live) -> None:
+@pytest.mark.parametrize("end", ["sign out", "expire"])
+def test_the_end_of_a_login_closes_its_sockets_and_frees_its_lease(
+    live: Live, end: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     cookie = signed_in(live, live.operator).partition(";")[0]
     own = {"Cookie": cookie, "Origin": f"http://127.0.0.1:{live.port}"}
-    assert live.ask("POST", "/api/logout", headers={**BODYLESS, **own}).status == 200
+    me = live.ask("GET", "/api/me", headers=own).json["id"]
+    with (
+        open_as(live, own, "/ws") as line,
+        open_as(live, own, "/scene/ws/tab", [SUBPROTOCOL]) as scene,
+        live.open() as other,
+    ):
+        say(line, kind="lease", do="acquire", ref=1)
+        hear(other, "state", true=lambda told: told["lease"]["holder_id"] == me)
+        began = time.monotonic()
+        if end == "sign out":
+            assert live.ask("POST", "/api/logout", headers={**BODYLESS, **own}).status == 200
+        else:
+            logins, token = live.runtime.access.logins, cookie.partition("=")[2]
+            live.on_loop(lambda: logins._open.update({token: (logins._open[token][0], began)}))
+        assert ending(line)[0] == 1008
+        assert ending(scene)[0] == 1008
+        hear(other, "state", true=lambda told: told["lease"]["holder"] is None)
+        assert time.monotonic() - began < 1.0
     assert live.ask("GET", "/api/me", headers={"Cookie": cookie}).status == 401
+    assert live.knock("/ws", *(f"{name}: {value}" for name, value in own.items())) == 401
+
+
+def open_as(
+    live: Live, headers: dict[str, str], path: str, subprotocols: list[str] | None = None
+) -> ClientConnection:
+    options = {"compression": None, "max_size": None, "proxy": None, "subprotocols": subprotocols}
+    return connect(f"ws://127.0.0.1:{live.port}{path}", additional_headers=headers, **options)
+
+
+def ending(line: ClientConnection) -> tuple[int, str]:
+    """Read until the console closes → its code and reason."""
+    with pytest.raises(ConnectionClosed) as closed:
+        while True:
+            line.recv(timeout=5)
+    assert closed.value.rcvd is not None
+    return closed.value.rcvd.code, closed.value.rcvd.reason
+
+
+def test_a_second_tab_is_the_same_person_and_locks_nobody_out(live: Live) -> None:
+    cookie = signed_in(live, live.operator).partition(";")[0]
+    own = {"Cookie": cookie, "Origin": f"http://127.0.0.1:{live.port}"}
+    me = live.ask("GET", "/api/me", headers=own).json
+    again = live.ask("POST", "/api/login", {"token": live.operator}, headers=own)
+    assert again.json == me
+    assert again.headers["set-cookie"].partition(";")[0] == cookie
+    assert live.ask("POST", "/api/lease", {"do": "acquire"}, headers=own).status == 200
+    assert live.ask("POST", "/api/lease", {"do": "release"}, headers=own).status == 200
 
 
 def test_the_sixth_wrong_token_within_a_minute_is_not_even_looked_at(live: Live) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import http.client
 import json
 import re
 import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 import urllib.request
 from pathlib import Path
@@ -17,8 +19,11 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from console.serve import Options, check, hosts_of
+from console.security import Access
+from console.serve import Options, announce, check, hosts_of
 from core.errors import BadInput
+from core.gate import Limits, read_trace
+from core.gate import check as check_trace
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -129,6 +134,50 @@ def test_a_robot_that_cannot_be_had_is_told_in_a_sentence(begin, options: list[s
     assert console.said.read_text() == ""
 
 
+def test_a_robot_that_is_being_opened_does_not_keep_it_from_ending(begin, tmp_path: Path) -> None:
+    log = tmp_path / "walk.jsonl"
+    log.write_text('{"t": 3.0, "ranges": [1, 2, 3]}\n')
+    console = begin("--port", "0", "--robot", f"log:{log}")
+    process, deadline = psutil.Process(console.process.pid), time.monotonic() + 60
+    while not (family := process.children()) and time.monotonic() < deadline:
+        time.sleep(0.002)
+    family[0].suspend()  # a driver that does not come
+    time.sleep(1.0)
+    assert console.end(signal.SIGINT) < 5
+    assert console.process.returncode in (0, 130)
+    assert console.complained.read_text() == f"Reading {log}…\n"
+    assert console.said.read_text() == ""
+    assert not family[0].is_running() or family[0].status() == psutil.STATUS_ZOMBIE
+
+
+def test_a_trace_that_cannot_be_written_is_told_in_a_sentence(begin, tmp_path: Path) -> None:
+    console = begin("--port", "0", "--gate-trace", str(tmp_path / "nowhere" / "gate.csv"))
+    assert console.process.wait(60) == 1
+    told = console.complained.read_text()
+    assert told.startswith("beckon: --gate-trace ") and told.count("\n") == 1
+
+
+def test_a_goal_that_drives_ends_with_the_console(begin, tmp_path: Path) -> None:
+    trace = tmp_path / "gate.csv"
+    console = begin("--port", "0", "--gate-trace", str(trace))
+    base, _, token = console.links(2)[0].partition("#t=")
+    head = {"Authorization": f"Bearer {token}", "Content-Type": "application/json"}
+
+    while not abs(read_trace(trace)[-1].w) > 0.3:
+        body = json.dumps({"text": "turn left"}).encode()
+        urllib.request.urlopen(urllib.request.Request(base + "api/commands", body, head), timeout=10).close()
+        deadline = time.monotonic() + 3
+        while not abs(read_trace(trace)[-1].w) > 0.3 and time.monotonic() < deadline:
+            time.sleep(0.02)
+    told = time.monotonic()
+    console.end(signal.SIGTERM)
+    rows = read_trace(trace)
+    moved = max(row.t_mono_ns for row in rows if row.v or row.w)
+    assert moved * 1e-9 - told < 0.1
+    assert next(row.event for row in rows if row.t_mono_ns > moved) == "stop"
+    assert check_trace(rows, Limits()) == []
+
+
 @pytest.mark.parametrize(
     "options",
     [
@@ -136,6 +185,13 @@ def test_a_robot_that_cannot_be_had_is_told_in_a_sentence(begin, options: list[s
         Options(no_auth=True, host="192.168.1.2"),
         Options(no_auth=True, robot="log:walk.mcap"),
         Options(no_auth=True, robot="srv1://robot"),
+        Options(host="0.0.0.0"),
+        Options(host="::"),
+        Options(host="0"),
+        Options(host=""),
+        Options(allow_hosts=("robot.lan:8420",)),
+        Options(allow_hosts=("",)),
+        Options(allow_hosts=("0.0.0.0",)),
         Options(port=70000),
         Options(port=-1),
     ],
@@ -150,3 +206,34 @@ def test_a_console_answers_to_loopback_names_and_its_own() -> None:
     assert hosts_of("127.0.0.1") == {"127.0.0.1", "localhost", "[::1]"}
     assert "192.168.1.2" in hosts_of("192.168.1.2")
     assert "[fe80::1]" in hosts_of("fe80::1")
+    assert hosts_of("0.0.0.0", "Robot.lan", "fe80::1") == hosts_of("127.0.0.1") | {"robot.lan", "[fe80::1]"}
+    check(Options(host="0.0.0.0", allow_hosts=("robot.lan",)))
+    check(Options(host="192.168.1.2"))
+
+
+def test_a_wildcard_answers_to_the_names_that_are_allowed_and_warns_once(begin) -> None:
+    console = begin("--port", "0", "--host", "0.0.0.0", "--allow-host", "Robot.lan")
+    driving, _ = console.links(2)
+    assert driving.startswith("http://robot.lan:")
+    port = int(driving.partition("/#")[0].rpartition(":")[2])
+    statuses = {}
+    for name in ("robot.lan", "127.0.0.1", "0.0.0.0", "evil.example"):
+        line = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+        line.request("GET", "/", headers={"Host": f"{name}:{port}"})
+        statuses[name] = line.getresponse().status
+        line.close()
+    assert statuses == {"robot.lan": 200, "127.0.0.1": 200, "0.0.0.0": 403, "evil.example": 403}
+    console.end(signal.SIGTERM)
+    told = console.complained.read_text()
+    assert told.count("\n") == 1 and "TLS" in told
+
+
+def test_a_browser_that_is_slow_to_open_keeps_nobody_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened = threading.Event()
+    release = threading.Event()
+    monkeypatch.setattr("console.serve.webbrowser.open", lambda _: (opened.set(), release.wait(10)))
+    began = time.monotonic()
+    announce(Options(), 8420, Access())
+    assert time.monotonic() - began < 2
+    assert opened.wait(5)
+    release.set()

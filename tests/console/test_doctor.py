@@ -1,0 +1,44 @@
+"""What the doctor says of what is missing and of what failed."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from console.__main__ import main
+from console.cli import doctor, self_test
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_every_declared_package_is_looked_for() -> None:
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
+    assert set(doctor.needed()) == {re.split(r"[<>=]", line)[0] for line in declared}
+    assert {"soundfile", "pydantic", "h11", "lz4", "zstandard"} <= set(doctor.needed())
+
+
+def test_a_failed_self_test_is_not_called_missing(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    findings = [("turn left", False, "turned 3.0°, 90° were asked"), ("gate", True, "100 rows")]
+    monkeypatch.setattr(self_test, "self_test", lambda: iter(findings))
+    assert main(["doctor", "--self-test"]) == 1
+    told = capsys.readouterr().out
+    assert re.search(r"^FAILED  turn left +turned 3.0°", told, re.M) and "MISSING" not in told
+    assert told.strip().endswith(doctor.FAILED) and doctor.MISSING not in told
+    assert main(["doctor", "--self-test", "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["ok"] is False
+
+
+def test_what_is_missing_comes_with_an_arrow(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(doctor, "needed", lambda: ["numpy", "no-such-package"])
+    assert main(["doctor"]) == 1
+    told = capsys.readouterr().out
+    assert "MISSING no-such-package" in told and "→ pip install no-such-package" in told
+    assert doctor.MISSING in told and doctor.FAILED not in told and doctor.WELL not in told
