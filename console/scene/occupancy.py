@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 
 import cv2
@@ -26,6 +27,8 @@ class Occupancy:
     def __init__(self, scene: SceneApi, robot: Profile) -> None:
         self._scene = scene
         self._node: ImageHandle | None = None
+        self._former: ImageHandle | None = None  # stays until the browser has unpacked what replaces it
+        self._numbers = itertools.count(1)
         self._revision = -1
         self._drawn_at = -PERIOD
         self._placed: tuple[float, ...] = ()
@@ -37,27 +40,27 @@ class Occupancy:
             return
         self._revision, self._drawn_at = grid.revision, now
         picture = paint(grid)
+        if self._former is not None:
+            self._former.remove()
+            self._former = None
         rows, columns = grid.log_odds.shape
         width, height = columns * grid.resolution, rows * grid.resolution
-        centre = (float(grid.origin[0]) + width / 2, float(grid.origin[1]) + height / 2, LOW)
-        if self._node is None:
-            self._node = self._scene.add_image(
-                "/map",
-                picture,
-                render_width=width,
-                render_height=height,
-                format="png",
-                wxyz=(0.0, 1.0, 0.0, 0.0),
-                position=centre,
-                cast_shadow=False,
-                receive_shadow=False,
-            )
-        else:
+        placed = (width, height, float(grid.origin[0]) + width / 2, float(grid.origin[1]) + height / 2)
+        if self._node is not None and placed == self._placed:
             self._node.image = picture
-            if self._placed != (width, height, *centre):
-                self._node.render_width, self._node.render_height = width, height
-                self._node.position = centre
-        self._placed = (width, height, *centre)
+            return
+        self._former, self._placed = self._node, placed
+        self._node = self._scene.add_image(
+            f"/map/{next(self._numbers)}",
+            picture,
+            render_width=width,
+            render_height=height,
+            format="png",
+            wxyz=(0.0, 1.0, 0.0, 0.0),
+            position=(*placed[2:], LOW),
+            cast_shadow=False,
+            receive_shadow=False,
+        )
 
 
 def paint(grid: Grid) -> Array:
