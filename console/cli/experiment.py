@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from typing import Any
 
 from console.cli.answer import add_json, tell, write, write_json
 from core.experiments import EXPERIMENTS
 
-SET_OUT = ("text", "table")  # a result's own layout, and what it lays out
+SET_OUT = ("text", "table", "boards")  # a result's own layout, and what it lays out
 MOST_RUNS = 100_000
 
 
@@ -27,6 +28,8 @@ def add(places: Any) -> None:
 def run(chosen: argparse.Namespace) -> int:
     """Run it and say what came out."""
     result = EXPERIMENTS[chosen.name](runs=chosen.runs, seed=chosen.seed, out=chosen.out, tell=tell)
+    if chosen.out is not None and "boards" in result:
+        result["files"]["figure_15_scene"] = board_scene(result["boards"], chosen.out)
     if chosen.json:
         write_json(result)
     else:
@@ -35,6 +38,18 @@ def run(chosen: argparse.Namespace) -> int:
         for line in sentences({name: value for name, value in result.items() if name not in SET_OUT}):
             write(line)
     return 0
+
+
+def board_scene(boards: list[dict[str, Any]], out: Path) -> str:
+    """Figure 15 as a scene to be turned, in one file → its path. Raises Unavailable."""
+    from console.scene.boards import boards_html  # viser takes a moment: only where it is needed
+    from core.calibration.written import write as write_file
+    from core.experiments.camera_table import BOARD
+    from core.optics import TABLE_3
+
+    angle = 2 * math.atan(TABLE_3.height / 2 / TABLE_3.fy)
+    page = boards_html(boards, BOARD, angle, TABLE_3.width / TABLE_3.height)
+    return write_file(out / "figure_15.html", page.encode())
 
 
 def runs(text: str) -> int:

@@ -71,6 +71,7 @@ def run(
         "scatter": dict(zip(PARAMETERS, off.std(axis=0).tolist(), strict=False)),
         "f_u_within_printed_share": float(np.mean(np.abs(off[:, 0]) <= PRINTED[0])),
         "text": "\n".join(layout(first[0])),
+        "boards": boards(first[0]),
         "files": {} if out is None else figures(*first, out),
     }
 
@@ -111,6 +112,15 @@ def layout(calibration: Calibration) -> list[str]:
         numbers = (row["value"], row["standard_dev"], row["paper_value"], row["paper_standard_dev"])
         lines.append("{:16}{:12.5f}{:16.5f}{:14.5f}{:10.5f}".format(row["parameter"], *numbers))
     return lines
+
+
+def boards(calibration: Calibration) -> list[dict[str, Any]]:
+    """Where the boards stood in the camera's frame: `rotation` 3x3 and `translation_m` [3]."""
+    poses = calibration.poses.take(calibration.used)
+    return [
+        {"rotation": rotation.tolist(), "translation_m": translation.tolist()}
+        for rotation, translation in zip(poses.rotations, poses.translations, strict=True)
+    ]
 
 
 def figures(calibration: Calibration, captured: Captured, out: Path) -> dict[str, str]:

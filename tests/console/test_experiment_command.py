@@ -20,6 +20,8 @@ def test_table_3_is_printed_in_its_layout_and_drawn(tmp_path: Path, capsys: pyte
     for name in ("figure_13", "figure_14", "figure_15"):
         drawn = cv2.imread(told["files"][name])
         assert drawn is not None and drawn.shape[1] >= 800 and (drawn < 250).any(axis=2).mean() > 0.02
+    scene = Path(told["files"]["figure_15_scene"]).read_text()
+    assert len(told["boards"]) == 20 and "<script" in scene and 'src="http' not in scene
     assert main(asked) == 0
     printed = capsys.readouterr()
     assert printed.out.startswith(told["text"]) and "run 1 of 1" in printed.err
