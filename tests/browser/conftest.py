@@ -34,8 +34,8 @@ def chromium_path(playwright: playwright_api.Playwright) -> str | None:
 
 @pytest.fixture(scope="module")
 def chromium_flags() -> list[str]:
-    """What a file of tests asks of its Chromium besides."""
-    return []
+    """How a file of tests wants its Chromium: by default with WebGL, for the 3-D map, which costs a processor."""
+    return FLAGS
 
 
 @pytest.fixture(scope="module")
@@ -47,9 +47,8 @@ def browser(request: pytest.FixtureRequest, chromium_flags: list[str]) -> Iterat
             why = "There is no Chromium here: apt install chromium, or set BECKON_CHROMIUM."
             must = request.config.getoption("--require-browser") or os.environ.get("BECKON_REQUIRE_BROWSER")
             pytest.fail(why) if must else pytest.skip(why)
-        flags = [*FLAGS, *chromium_flags]
-        flags += ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
-        browser = playwright.chromium.launch(executable_path=path, args=flags)
+        caged = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
+        browser = playwright.chromium.launch(executable_path=path, args=[*chromium_flags, *caged])
         yield browser
         browser.close()
 

@@ -240,11 +240,17 @@ class CalibrationCapture extends Room {
     const { kind, source, board, id } = calibration;
     const panel_m = board.panel_m ?? null;
     const wish = { kind, source, board: { ...board, ...counts, panel_m }, height_m: null };
+    const eye = this.#eye;
+    eye?.close();
+    if (eye instanceof Webcam) await eye.idle();
     const begun = await this.bench.tried(() => api.begin(wish));
-    if (!begun) return;
+    if (!begun) {
+      this.#eyeOf = ""; // look again
+      return;
+    }
     remember("board", JSON.stringify(wish.board));
-    await this.bench.tried(() => api.forget(id));
     this.bench.go({ at: "capture", id: begun.id });
+    await this.bench.tried(() => api.forget(id));
   }
 
   async #takeOne() {
@@ -252,7 +258,7 @@ class CalibrationCapture extends Room {
     const eye = this.#eye;
     const verdict = await bench.wish(async (id) => {
       if (!(eye instanceof Webcam)) return api.capture(id);
-      const picture = await eye.snapshot();
+      const picture = eye.snapshot();
       if (!picture) throw new Error(eye.why || "There is no picture yet.");
       const number = (bench.calibration?.views.length ?? 0) + 1;
       return api.send(id, picture, { name: `view ${number}` });

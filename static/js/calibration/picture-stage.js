@@ -37,6 +37,7 @@ export class PictureStage extends HTMLElement {
     const [width, height] = [Math.floor(frame.width * scale), Math.floor(frame.height * scale)];
     const advice = calibration.progress.ready ? null : calibration.advice;
     const seen = fits(frame, verdict) ? verdict : null;
+    const film = this.#film(frame, `${width}px`, `${height}px`, mirrored);
     const drawn = [frame.key, seen?.number, seen?.stamp_s, advice?.words, width, unit, mirrored].join();
     if (drawn === this.#drawn) return;
     this.#drawn = drawn;
@@ -49,11 +50,8 @@ export class PictureStage extends HTMLElement {
     }
     const brush = canvas.getContext("2d", { willReadFrequently: true });
     if (!brush) return;
-    brush.imageSmoothingQuality = "high";
-    brush.save();
-    if (mirrored) brush.transform(-1, 0, 0, 1, across, 0);
-    brush.drawImage(frame.image, 0, 0, across, down);
-    brush.restore();
+    if (film) brush.clearRect(0, 0, across, down);
+    else paint(brush, frame.image, mirrored);
 
     const factor = across / (calibration.size?.[0] ?? frame.width);
     /** @param {Pixel} pixel @returns {Pixel} */
@@ -72,12 +70,43 @@ export class PictureStage extends HTMLElement {
     );
   }
 
+  /**
+   * A running film is shown by the browser itself, below the drawing; it would be slow to draw every picture of it.
+   * @param {Frame} frame
+   * @param {string} width
+   * @param {string} height
+   * @param {boolean} mirrored
+   */
+  #film({ image }, width, height, mirrored) {
+    const film = image instanceof HTMLVideoElement ? image : null;
+    const shown = this.querySelector("video");
+    if (shown !== film) shown?.remove();
+    if (film && film.parentElement !== this) this.prepend(film);
+    if (film) [film.style.width, film.style.height] = [width, height];
+    film?.classList.toggle("is-mirrored", mirrored);
+    return film !== null;
+  }
+
   /** A view was counted: the frame lights up once. */
   flash() {
     this.classList.add("is-counted");
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => this.classList.remove("is-counted"), FLASH_MS);
   }
+}
+
+/**
+ * @param {CanvasRenderingContext2D} brush
+ * @param {CanvasImageSource} image
+ * @param {boolean} mirrored
+ */
+function paint(brush, image, mirrored) {
+  const { width, height } = brush.canvas;
+  brush.imageSmoothingQuality = "high";
+  brush.save();
+  if (mirrored) brush.transform(-1, 0, 0, 1, width, 0);
+  brush.drawImage(image, 0, 0, width, height);
+  brush.restore();
 }
 
 /**

@@ -28,6 +28,9 @@ const LIGHT = {
 export class ScanView extends HTMLElement {
   #canvas = make("canvas", { class: "scan-picture", role: "img", "aria-label": "Laser scan" });
   #reach = 3;
+  /** @type {ScanPicture | null} */
+  #scan = null;
+  #drawn = "";
 
   connectedCallback() {
     if (!this.children.length) this.append(this.#canvas);
@@ -38,6 +41,9 @@ export class ScanView extends HTMLElement {
     mark(this, "data-empty", scan === null);
     if (!scan || !this.clientWidth) return;
     const unit = Math.min(devicePixelRatio, 2);
+    const drawn = [this.clientWidth, this.clientHeight, unit, isDark()].join();
+    if (scan === this.#scan && drawn === this.#drawn) return;
+    [this.#scan, this.#drawn] = [scan, drawn];
     const [across, down] = [Math.round(this.clientWidth * unit), Math.round(this.clientHeight * unit)];
     const canvas = this.#canvas;
     if (canvas.width !== across || canvas.height !== down) [canvas.width, canvas.height] = [across, down];

@@ -32,7 +32,8 @@ export class Webcam {
   #canvas = document.createElement("canvas");
   #why = "";
   #timer = 0;
-  #busy = false;
+  /** @type {Promise<unknown> | null} the frame that is on its way */
+  #sent = null;
   #paused = false;
   #turn = 0;
 
@@ -57,7 +58,7 @@ export class Webcam {
   get frame() {
     const { videoWidth: width, videoHeight: height } = this.#video;
     if (!this.#stream || !width) return null;
-    return { image: this.#video, width, height, key: `webcam ${this.#video.currentTime}`, stamp_s: null };
+    return { image: this.#video, width, height, key: `webcam ${this.#turn}`, stamp_s: null };
   }
 
   set paused(/** @type {boolean} */ paused) {
@@ -111,11 +112,8 @@ export class Webcam {
       .map((device, index) => ({ id: device.deviceId, name: device.label || `Camera ${index + 1}` }));
   }
 
-  /**
-   * The present picture as a JPEG.
-   * @returns {Promise<Blob | null>}
-   */
-  async snapshot() {
+  /** @returns {Blob | null} the present picture as a JPEG */
+  snapshot() {
     const frame = this.frame;
     const brush = this.#canvas.getContext("2d", { willReadFrequently: true });
     if (!frame || !brush) return null;
@@ -124,19 +122,24 @@ export class Webcam {
     if (this.#canvas.width !== width || this.#canvas.height !== height)
       [this.#canvas.width, this.#canvas.height] = [width, height];
     brush.drawImage(frame.image, 0, 0, width, height);
-    return new Promise((resolve) => this.#canvas.toBlob(resolve, "image/jpeg", QUALITY));
+    // toBlob would wait for an idle moment, of which a busy page has one a second
+    const [, coded = ""] = this.#canvas.toDataURL("image/jpeg", QUALITY).split(",");
+    const bytes = Uint8Array.from(atob(coded), (letter) => letter.charCodeAt(0));
+    return new Blob([bytes], { type: "image/jpeg" });
+  }
+
+  /** Resolves when no frame is on its way any more. */
+  async idle() {
+    await this.#sent;
   }
 
   async #beat() {
-    if (this.#busy || this.#paused || document.visibilityState === "hidden") return;
-    this.#busy = true;
-    try {
-      const picture = await this.snapshot();
-      if (picture) await this.send(picture, performance.timeOrigin / 1e3 + performance.now() / 1e3);
-    } catch {
-      // the console did not take it; the page says so in other places, and the next frame is on its way
-    } finally {
-      this.#busy = false;
-    }
+    if (this.#sent || this.#paused || document.visibilityState === "hidden") return;
+    const picture = this.snapshot();
+    if (!picture) return;
+    const stamp_s = (performance.timeOrigin + performance.now()) / 1e3;
+    this.#sent = this.send(picture, stamp_s).catch(() => null); // the next frame is on its way; the page says the rest
+    await this.#sent;
+    this.#sent = null;
   }
 }

@@ -1,0 +1,106 @@
+"""The camera's wizard from the empty form to the calibration in use, with a film instead of this browser's camera."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from film import CAMERA, film
+from playwright.sync_api import Page, expect
+from running_console import Running
+from visit import Visit
+
+Open = Callable[..., Visit]
+SOON, LONG = 30_000, 120_000  # [ms]
+
+
+@pytest.fixture(scope="module")
+def chromium_flags(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    shown = film(tmp_path_factory.mktemp("film") / "board.y4m")
+    return [
+        "--disable-gpu",
+        "--use-fake-device-for-media-stream",
+        "--use-fake-ui-for-media-stream",
+        f"--use-file-for-fake-video-capture={shown}",
+    ]
+
+
+def session(here: Visit) -> dict[str, Any]:
+    """The session that the page shows, as the server has it."""
+    found = re.search(r"#s=(\w+)", here.page.url)
+    assert found is not None, here.page.url
+    return here.console.ask(f"api/calibration/sessions/{found[1]}")
+
+
+def begin(page: Page, columns: int, rows: int) -> None:
+    expect(page.get_by_role("heading", name="Calibrate the camera")).to_be_visible(timeout=SOON)
+    page.get_by_label("This device’s camera").check(force=True)
+    page.get_by_label("Inner corners across", exact=True).fill(str(columns))
+    page.get_by_label("Inner corners down", exact=True).fill(str(rows))
+    page.get_by_label("Side of a square").fill("30")
+    page.get_by_role("button", name="Start", exact=True).click()
+
+
+def test_a_camera_is_calibrated_by_whoever_follows_the_page(visit: Open, console: Running) -> None:
+    here = visit(size=(1100, 760))
+    page = here.page
+    page.goto(console.url + "calibrate")
+    expect(page.get_by_role("heading", name="Teach the robot")).to_be_visible(timeout=SOON)
+    page.get_by_role("button", name="Begin", exact=True).first.click()
+
+    begin(page, 10, 7)  # as those do who count squares
+    expect(here.find("verdict-line")).to_contain_text("squares instead of inner corners", timeout=LONG)
+    page.get_by_role("button", name="Begin anew with 9 × 6").click()
+
+    verdict = here.find("verdict-line")
+    expect(verdict).to_contain_text("Blurred", timeout=LONG)
+    here.until(lambda: len(session(here)["views"]) >= 2, "two views were counted", 120.0)
+    before = session(here)
+    page.reload()
+    expect(here.find("views-card h2:visible")).to_have_text(re.compile(r"^\d+ views"), timeout=SOON)
+    after = session(here)
+    assert after["id"] == before["id"]
+    assert [view["name"] for view in after["views"]][:2] != []
+    assert len(after["views"]) >= len(before["views"])
+    expect(page.get_by_role("button", name="Mirror")).to_have_attribute("aria-pressed", "true")
+
+    expect(here.find("progress-card[data-ready]")).to_be_visible(timeout=LONG)
+    expect(here.find("progress-card")).to_contain_text("Done: 95 % of the picture")
+    page.get_by_role("button", name="Done: review and use").click()
+    review(here)
+    page.get_by_role("button", name="Use this calibration").click()
+    expect(page.get_by_role("heading", name="In use", exact=True)).to_be_visible(timeout=SOON)
+    used = console.ask("api/calibration/in-use")["camera"]
+    assert abs(used["fx"] - CAMERA.fx) < max(4 * used["sd"]["fx"], 1.0)
+    assert used["image_size"] == [CAMERA.width, CAMERA.height]
+
+
+def review(here: Visit) -> None:
+    """What speaks for and against it is on the page, a view can be left out and taken back, files can be had."""
+    page = here.page
+    expect(page.get_by_role("heading", name="Good enough to be used")).to_be_visible(timeout=SOON)
+    rows = here.find("values-card tbody tr")
+    expect(rows.first).to_contain_text("±")
+    assert rows.count() >= 8
+    for picture in ("before-after img.after", ".review views-card img"):
+        loaded = f"document.querySelector('{picture}').naturalWidth > 0"
+        here.until(lambda loaded=loaded: page.evaluate(loaded), f"{picture} is loaded", 30.0)
+    slider = page.get_by_label("Straightened from here on")
+    slider.focus()
+    page.keyboard.press("ArrowLeft")
+    expect(slider).to_have_attribute("aria-valuetext", "51 % straightened")
+
+    worst = session(here)["views"][0]["name"]
+    page.get_by_role("button", name=f"Leave out: {worst}", exact=True).click()
+    expect(page.get_by_role("button", name=f"Take back: {worst}", exact=True)).to_be_visible(timeout=SOON)
+    here.until(
+        lambda: session(here)["solution"]["views_used"] == len(session(here)["views"]) - 1, "solved anew", 30.0
+    )
+    page.get_by_role("button", name=f"Take back: {worst}", exact=True).click()
+    here.until(lambda: session(here)["progress"]["ready"], "solved with all of them", 30.0)
+    for link in here.find("a.export").all():
+        answer = page.request.get(str(link.get_attribute("href")))
+        assert answer.status == 200, link.inner_text()
+        assert len(answer.body()) > 100
