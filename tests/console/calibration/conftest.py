@@ -1,4 +1,4 @@
-"""A console with the fixed simulated robot, for the wizards' tests."""
+"""The console that all tests of this folder's parent share, left as it was found."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from tests.console.live import Live
 
 
 @pytest.fixture(scope="module")
-def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
-    """One console for the tests of a module."""
-    with Live(tmp_path_factory.mktemp("bench")) as live:
-        yield live
+def bench(shared_live: Live) -> Iterator[Live]:
+    """One console for the tests of a module; its sessions are gone afterwards."""
+    yield shared_live
+    for row in shared_live.ask("GET", "/api/calibration/sessions", token=shared_live.viewer).json["sessions"]:
+        shared_live.ask("DELETE", f"/api/calibration/sessions/{row['id']}", token=shared_live.operator)

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import asyncio
 import io
-import json
 import os
+import shutil
 import signal
 import zipfile
 from pathlib import Path
 from urllib.parse import quote
 
+import msgspec
 import pytest
 
+from console.calibration.camera_desk import CameraDesk
+from console.calibration.workbench import Workbench
+from console.latest import Hub
 from core.calibration.camera_files import parse_camera
 from core.optics import TABLE_3
 from tests.console.calibration.wizard import JPEG, Wizard, blurred, boards
+from tests.console.in_process import InProcessRobot
 from tests.console.live import Live, hear, say
 
 
@@ -49,9 +55,10 @@ def test_a_picture_that_is_no_use_is_refused_in_words(walked: Wizard) -> None:
     assert walked.told["progress"]["views"] == views
 
 
-def test_a_wrong_board_size_is_noticed(bench: Live) -> None:
-    wizard = Wizard(bench, board={"columns": 10, "rows": 7, "square_m": 0.03, "panel_m": None})
-    words = " ".join(wizard.send(content).json["words"] for content in boards()[:3])
+def test_a_wrong_board_size_is_noticed() -> None:
+    desk = CameraDesk()
+    desk.open({"columns": 10, "rows": 7, "square_m": 0.03, "panel_m": None}, None, None, [])
+    words = " ".join(desk.take(content, "a")["parts"]["verdict"]["words"] for content in boards()[:3])
     assert "9x6 inner corners, not 10x7" in words and "squares instead of inner corners" in words
 
 
@@ -133,42 +140,43 @@ def test_the_webcams_pictures_are_taken_when_still(bench: Live) -> None:
     assert kinds[0] == "moving" and kinds[-1] == "counted"
     assert wizard.told["verdict"]["stamp_s"] == 5 / 8 and wizard.told["progress"]["views"] == 1
     assert wizard.send(bytes(2_000_001), kind=JPEG, more="&live=1").status == 413
-
-
-def test_too_few_views_are_not_solved(bench: Live) -> None:
-    wizard = Wizard(bench)
-    wizard.show(2)
-    answer = wizard.post("solve")
-    assert answer.status == 409 and "more views" in answer.json["detail"]
+    too_few = wizard.post("solve")
+    assert too_few.status == 409 and "more views" in too_few.json["detail"]
     refused = wizard.post("accept", {"anyway": True})
     assert refused.status == 409 and "more views" in refused.json["detail"]
 
 
 def test_a_deleted_session_is_gone(bench: Live) -> None:
     wizard = Wizard(bench)
-    wizard.show(1)
     assert bench.ask("DELETE", wizard.base, token=bench.operator).status == 204
     assert bench.ask("GET", wizard.base, token=bench.operator).status == 404
     listed = bench.ask("GET", "/api/calibration/sessions", token=bench.viewer).json["sessions"]
     assert wizard.id not in [row["id"] for row in listed]
 
 
-def test_sessions_outlast_the_console(tmp_path: Path) -> None:
-    with Live(tmp_path) as live:
-        wizard = Wizard(live)
-        wizard.show(6)
-        before = wizard.solved()
-        damaged = tmp_path / "calibration" / "abc" / "session.json"
-        damaged.parent.mkdir()
-        damaged.write_text('{"version": 1, "card"')
-    with Live(tmp_path) as live:
-        wizard.live = live
-        again = wizard.told
+def test_sessions_outlast_the_console(walked: Wizard, tmp_path: Path) -> None:
+    before = walked.solved()
+    shutil.copytree(
+        walked.live.runtime.workbench.sittings[walked.id].folder.path, tmp_path / "calibration" / walked.id
+    )
+    damaged = tmp_path / "calibration" / "abc" / "session.json"
+    damaged.parent.mkdir()
+    damaged.write_text('{"version": 1, "card"')
+
+    async def next_console() -> None:
+        told: list[str] = []
+        bench = Workbench(tmp_path, InProcessRobot(), Hub(), lambda _, words: told.append(words), lambda _: None)
+        await bench.open()
+        sitting = bench.find(walked.id)
+        again = msgspec.to_builtins(sitting.session)
         assert again["views"] == before["views"] and again["solution"]["fx"] == before["solution"]["fx"]
-        assert wizard.send(boards()[6], "6.png").json["kind"] == "counted"
-        after = live.until(
-            lambda: (told := wizard.told)["solution"]["views_used"] > before["solution"]["views_used"] and told
-        )
-        assert after["progress"]["views"] == before["progress"]["views"] + 1
-        assert damaged.exists()
-        json.dumps(after, allow_nan=False)
+        assert len(bench.sittings) == 1 and damaged.exists()
+        await sitting.act("drop", {"name": before["views"][0]["name"]})
+        assert sitting.solver is not None
+        await sitting.solver
+        assert sitting.session.solution is not None and sitting.session.solving is None
+        assert sitting.session.solution["views_used"] == before["solution"]["views_used"] - 1
+        assert told == []
+        await bench.close()
+
+    asyncio.run(next_console())

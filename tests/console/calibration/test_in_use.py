@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from console.calibration.in_use import InUse
+from console.calibration.robot_sensors import calibrated
 from core.calibration.camera_files import kalibr_yaml, ros_yaml
 from core.optics import TABLE_3
 from tests.console.calibration.wizard import Wizard
@@ -15,12 +16,6 @@ from tests.console.live import Live
 
 TEXT = {"Content-Type": "text/plain"}
 NEAR = replace(TABLE_3, fx=305.0)
-
-
-@pytest.fixture
-def live(tmp_path: Path) -> Iterator[Live]:
-    with Live(tmp_path) as live:
-        yield live
 
 
 def in_use(live: Live) -> dict[str, object]:
@@ -46,9 +41,12 @@ def notices(live: Live) -> str:
     return " ".join(told.text for told in live.runtime.board.shown)
 
 
-def test_what_is_accepted_is_used_at_once_and_after_a_restart_and_can_be_taken_back(
-    live: Live, tmp_path: Path
-) -> None:
+def home(live: Live) -> Path:
+    return live.runtime.workbench._home
+
+
+def test_what_is_accepted_is_used_at_once_and_after_a_restart_and_can_be_taken_back(bench: Live) -> None:
+    live = bench
     assert in_use(live) == {"camera": None, "laser": None} and seen_with(live) == TABLE_3.fx
     assert undo(live) == 409
     wizard = Wizard(live)
@@ -61,29 +59,27 @@ def test_what_is_accepted_is_used_at_once_and_after_a_restart_and_can_be_taken_b
     assert bring(live, ros_yaml(NEAR)) == 200
     assert seen_with(live) == NEAR.fx
     assert Wizard(live, "laser", "robot").told["kind"] == "laser"
-    with Live(tmp_path) as next_one:
-        assert seen_with(next_one) == NEAR.fx
+    after_a_restart = InUse(home(live))
+    after_a_restart.open()
+    profile, why_not = calibrated(live.robot.profile, after_a_restart)
+    assert profile.camera is not None and profile.camera.model.fx == NEAR.fx and why_not == ""
     assert undo(live) == 200 and seen_with(live) == fx
     assert undo(live) == 200 and seen_with(live) == TABLE_3.fx
     assert in_use(live)["camera"] is None
-    kept = list((tmp_path / "calibration").glob("camera-taken-back-*.json"))
-    assert len(kept) == 2
+    assert len(list(home(live).glob("camera-taken-back-*.json"))) == 2
 
 
-def test_a_camera_of_another_size_is_kept_but_not_used_and_the_person_is_told(live: Live) -> None:
-    other = replace(TABLE_3, width=640, height=480, cx=320.0, cy=240.0)
-    assert bring(live, kalibr_yaml(other)) == 200
-    assert seen_with(live) == TABLE_3.fx
-    assert "640x480" in notices(live) and "320x256" in notices(live)
+def test_a_camera_of_another_size_is_kept_but_not_used_and_the_person_is_told(bench: Live) -> None:
     laser = {"kind": "laser", "board": {"columns": 9, "rows": 6, "square_m": 0.03}, "source": "robot"}
-    refused = live.ask("POST", "/api/calibration/sessions", laser, token=live.operator)
-    assert refused.status == 409 and "another size" in refused.json["detail"]
-
-
-def test_a_laser_without_a_calibrated_camera_is_refused_in_words(live: Live) -> None:
-    laser = {"kind": "laser", "board": {"columns": 9, "rows": 6, "square_m": 0.03}, "source": "robot"}
-    refused = live.ask("POST", "/api/calibration/sessions", laser, token=live.operator)
+    refused = bench.ask("POST", "/api/calibration/sessions", laser, token=bench.operator)
     assert refused.status == 409 and "camera first" in refused.json["detail"]
+    other = replace(TABLE_3, width=640, height=480, cx=320.0, cy=240.0)
+    assert bring(bench, kalibr_yaml(other)) == 200
+    assert seen_with(bench) == TABLE_3.fx
+    assert "640x480" in notices(bench) and "320x256" in notices(bench)
+    refused = bench.ask("POST", "/api/calibration/sessions", laser, token=bench.operator)
+    assert refused.status == 409 and "another size" in refused.json["detail"]
+    assert undo(bench) == 200
 
 
 @pytest.mark.parametrize(
@@ -91,16 +87,17 @@ def test_a_laser_without_a_calibrated_camera_is_refused_in_words(live: Live) -> 
     ["", "{", "words", '{"camera": {"K": [[NaN]]}}', "a: &a [1]\nb: *a", "fx: 1\n" * 100_000, "[" * 100_000],
     ids=lambda text: repr(text[:20]),
 )
-def test_what_is_no_camera_file_is_refused_and_changes_nothing(shared_live: Live, text: str) -> None:
-    assert bring(shared_live, text) == 422
-    assert in_use(shared_live)["camera"] is None
+def test_what_is_no_camera_file_is_refused_and_changes_nothing(bench: Live, text: str) -> None:
+    assert bring(bench, text) == 422
+    assert in_use(bench)["camera"] is None
 
 
 def test_a_damaged_calibration_is_not_used_and_not_touched(tmp_path: Path) -> None:
     path = tmp_path / "calibration" / "camera.json"
     path.parent.mkdir()
     path.write_text('{"camera": {"K": 1}}')
-    with Live(tmp_path) as live:
-        assert in_use(live)["camera"] is None and seen_with(live) == TABLE_3.fx
-        assert "camera.json cannot be used" in notices(live)
+    kept = InUse(path.parent)
+    kept.open()
+    assert kept.camera is None and kept.report("camera") is None
+    assert "camera.json cannot be used" in kept.trouble
     assert path.read_text() == '{"camera": {"K": 1}}'
