@@ -8,8 +8,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from running_console import Running
-from visit import Visit
+
+from tests.browser.running_console import Running
+from tests.browser.visit import Visit
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 FLAGS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
@@ -53,7 +54,7 @@ def browser(request: pytest.FixtureRequest, chromium_flags: list[str]) -> Iterat
         browser.close()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     """The console on the simulated robot, with login, as a person starts it."""
     with Running(tmp_path_factory.mktemp("console")) as running:

@@ -7,10 +7,11 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from film import CAMERA, film
 from playwright.sync_api import Page, expect
-from running_console import Running
-from visit import Visit
+
+from tests.browser.film import CAMERA, film
+from tests.browser.running_console import Running
+from tests.browser.visit import Visit
 
 Open = Callable[..., Visit]
 SOON, LONG = 30_000, 120_000  # [ms]

@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import expect
-from running_console import Running
-from visit import PHONE, Visit
 
 from core.optics import TABLE_3
+from tests.browser.running_console import Running
+from tests.browser.visit import PHONE, Visit
 
 Open = Callable[..., Visit]
 SOON, LONG = 30_000, 240_000  # [ms]

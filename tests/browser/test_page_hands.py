@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator
 
 import pytest
 from playwright.sync_api import Page, WebSocketRoute, expect
-from running_console import Running
-from visit import Visit
 
 from core.gate.limits import Limits
 from core.gate.trace import check, read_trace
+from tests.browser.running_console import Running
+from tests.browser.visit import Visit
 
 Open = Callable[..., Visit]
 

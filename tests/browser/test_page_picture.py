@@ -8,8 +8,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from running_console import Running
-from visit import Visit
+
+from tests.browser.running_console import Running
+from tests.browser.visit import Visit
 
 Open = Callable[..., Visit]
 MAP = np.s_[90:640, 200:1000]  # rows, columns [px] of the picture where the map lies

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, expect
-from running_console import Running
-from visit import DESK, PHONE, Visit
+
+from tests.browser.running_console import Running
+from tests.browser.visit import DESK, PHONE, Visit
 
 Open = Callable[..., Visit]
 SMALLEST = 64  # [px] of STOP

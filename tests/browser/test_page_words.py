@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from playwright.sync_api import expect
-from running_console import Running
-from visit import PHONE, Visit
+
+from tests.browser.running_console import Running
+from tests.browser.visit import PHONE, Visit
 
 SMALL_DESK = (1024, 640)  # [px]: less to draw where the processor does it
 Open = Callable[..., Visit]
