@@ -100,3 +100,4 @@ def test_stop_is_in_reach_on_the_wizards_page_and_a_viewer_may_press_it(visit: O
     stop.click()
     here.until(lambda: console.newest()["state"] != "running", "the robot was stopped", 5.0)
     here.still()
+    console.ask("api/lease", {"do": "release"})
