@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import logging
 import os
@@ -93,12 +94,22 @@ def small_name(name: str) -> str:
 
 def replace(path: Path, raw: bytes) -> None:
     """Write a file so that a crash leaves the old one or the new one."""
+    written(path, raw).replace(path)
+
+
+def written(path: Path, raw: bytes) -> Path:
+    """What is to replace a file, safe on the disk beside it → its path. Raises OSError; then nothing is left."""
     aside = path.with_name(path.name + ".new")
-    with aside.open("wb") as file:
-        file.write(raw)
-        file.flush()
-        os.fsync(file.fileno())
-    aside.replace(path)
+    try:
+        with aside.open("wb") as file:
+            file.write(raw)
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError:
+        with contextlib.suppress(OSError):
+            aside.unlink()
+        raise
+    return aside
 
 
 def kept_sessions(base: Path) -> Iterator[Kept]:

@@ -1,7 +1,8 @@
 """The calibrations in use: `camera.json` and `mount.json`, each with its formers beside it.
 
 They hold the form of `core.calibration.reports.kept` and who accepted them when. Nothing that was accepted is ever
-deleted: another one moves it aside under its date, and undoing moves that back.
+deleted: another one keeps it beside itself under its date, and undoing takes that back. At every moment of both, and
+on a full disk, the file in use is whole.
 
 The pilot looks through them at once, and from every later start on: `robot_sensors.calibrated` puts the camera's
 model and the mount into the robot's profile, from which perception takes both.
@@ -11,14 +12,16 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 import time
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from console.calibration.folder import replace
+from console.calibration.folder import replace, written
 from console.problems import Problem
 from console.wire_calibration import CalibrationKind
 from core.calibration.camera_files import parse_camera, read_json
@@ -42,6 +45,7 @@ class InUse:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._documents: dict[CalibrationKind, Document] = {}
+        self._turn = Lock()
         self.trouble = ""  # a file that is there but cannot be used
 
     def open(self) -> None:
@@ -81,26 +85,53 @@ class InUse:
         whole = {**document, "accepted": {"when_s": time.time(), "who": who, "report": report}}
         checked(whole, kind)
         path = self._folder / f"{NAMES[kind]}.json"
-        try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-            if path.is_file():
-                path.replace(self._aside(path))
-            replace(path, json.dumps(whole, indent=1).encode())
-        except OSError as wrong:
-            raise Problem(503, f"The calibration could not be saved ({wrong.strerror}); check the disk.") from None
-        self._documents[kind] = whole
+        with self._turn:
+            try:
+                self._folder.mkdir(parents=True, exist_ok=True)
+                fresh = written(path, json.dumps(whole, indent=1).encode())
+                if path.is_file():
+                    keep(path, self._aside(path))
+                fresh.replace(path)
+            except OSError as wrong:
+                raise Problem(
+                    503, f"The calibration could not be saved ({wrong.strerror}); check the disk."
+                ) from None
+            self._documents[kind] = whole
 
     def undo(self, kind: CalibrationKind) -> None:
-        """Take the former back; the present one is kept aside. Raises Problem 409 when there is nothing to undo."""
-        if kind not in self._documents:
-            raise Problem(409, "There is no calibration in use that could be taken back.")
-        path = self._folder / f"{NAMES[kind]}.json"
-        formers = sorted(self._folder.glob(f"{NAMES[kind]}-2*.json"), key=lambda former: former.stem)
-        path.replace(self._aside(path, "taken-back-"))
-        del self._documents[kind]
-        if formers:
-            formers[-1].replace(path)
-            self._documents[kind] = read(path, kind)
+        """Take the former back; the present one is kept aside.
+
+        Raises Problem: 409 when there is nothing to undo, 503 when the disk does not take part; nothing has changed.
+        """
+        with self._turn:
+            if kind not in self._documents:
+                raise Problem(409, "There is no calibration in use that could be taken back.")
+            path = self._folder / f"{NAMES[kind]}.json"
+            try:
+                former = self._former(kind)
+                if path.is_file():
+                    keep(path, self._aside(path, "taken-back-"))
+                if former is None:
+                    path.unlink(missing_ok=True)
+                else:
+                    former[0].replace(path)
+            except OSError as wrong:
+                words = f"The calibration could not be taken back ({wrong.strerror}); check the disk."
+                raise Problem(503, words) from None
+            if former is None:
+                del self._documents[kind]
+            else:
+                self._documents[kind] = former[1]
+
+    def _former(self, kind: CalibrationKind) -> tuple[Path, Document] | None:
+        """The newest former that can be used; a damaged one is passed over and stays. Raises OSError."""
+        formers = self._folder.glob(f"{NAMES[kind]}-2*.json")
+        for path in sorted(formers, key=lambda former: former.stem, reverse=True):
+            try:
+                return path, read(path, kind)
+            except BeckonError as wrong:
+                log.warning("The former calibration in %s cannot be used: %s", path.name, wrong)
+        return None
 
     def compare(self, kind: CalibrationKind, report: Document) -> dict[str, tuple[float, float]] | None:
         """A new report beside the one in use, number by number: now, in use."""
@@ -116,6 +147,14 @@ class InUse:
         name = f"{path.stem}-{why}{stamp}"
         free = (path.with_name(f"{name}{f'-{number:03d}' if number else ''}.json") for number in range(1000))
         return next(each for each in free if not each.exists())
+
+
+def keep(path: Path, aside: Path) -> None:
+    """The file under a second name, which stays when the first is given to another. Raises OSError."""
+    try:
+        os.link(path, aside)
+    except OSError:  # no links on this disk
+        replace(aside, path.read_bytes())
 
 
 def read(path: Path, kind: CalibrationKind) -> Document:

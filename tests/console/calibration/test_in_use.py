@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from console.calibration.in_use import InUse
 from console.calibration.robot_sensors import calibrated
+from console.problems import Problem
 from core.calibration.camera_files import kalibr_yaml, ros_yaml
+from core.calibration.reports import kept as kept_form
 from core.optics import TABLE_3
 from tests.console.calibration.wizard import Wizard
 from tests.console.live import Live
@@ -101,3 +105,63 @@ def test_a_damaged_calibration_is_not_used_and_not_touched(tmp_path: Path) -> No
     assert kept.camera is None and kept.report("camera") is None
     assert "camera.json cannot be used" in kept.trouble
     assert path.read_text() == '{"camera": {"K": 1}}'
+
+
+def document(fx: float) -> Any:
+    return kept_form(replace(TABLE_3, fx=fx), "camera")
+
+
+def accepted(folder: Path, *lengths: float) -> InUse:
+    kept = InUse(folder)
+    for fx in lengths:
+        kept.put("camera", document(fx), {"fx": fx}, "somebody")
+    return kept
+
+
+def as_restarted(folder: Path) -> float:
+    """Focal length of the camera that the next console finds."""
+    kept = InUse(folder)
+    kept.open()
+    assert kept.camera is not None
+    return kept.camera.fx
+
+
+def test_a_disk_that_is_full_costs_nothing_that_was_in_use(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kept = accepted(tmp_path, 301.0, 302.0)
+
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(Problem, match="No space left"):
+        kept.put("camera", document(303.0), {"fx": 303.0}, "somebody")
+    assert kept.camera is not None and kept.camera.fx == as_restarted(tmp_path) == 302.0
+    assert sorted(path.suffix for path in tmp_path.iterdir()) == [".json", ".json"]
+
+
+def test_a_crash_while_accepting_or_taking_back_leaves_a_calibration_in_use(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = accepted(tmp_path, 301.0, 302.0)
+
+    def stop(*_: object) -> None:
+        raise OSError(errno.EIO, "Input/output error")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(Path, "replace", stop)
+        with pytest.raises(Problem, match="could not be saved"):
+            kept.put("camera", document(303.0), {"fx": 303.0}, "somebody")
+        with pytest.raises(Problem, match="could not be taken back"):
+            kept.undo("camera")
+    assert kept.camera is not None and kept.camera.fx == as_restarted(tmp_path) == 302.0
+
+
+def test_a_damaged_former_is_passed_over_and_the_one_before_it_is_taken_back(tmp_path: Path) -> None:
+    kept = accepted(tmp_path, 301.0, 302.0, 303.0)
+    damaged = sorted(tmp_path.glob("camera-2*.json"), key=lambda path: path.stem)[-1]
+    damaged.write_text("{")
+    kept.undo("camera")
+    assert kept.camera is not None and kept.camera.fx == as_restarted(tmp_path) == 301.0
+    assert damaged.read_text() == "{"
+    kept.undo("camera")
+    assert kept.camera is None and not (tmp_path / "camera.json").exists()
