@@ -8,7 +8,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from console.calibration.values import SMALL, Told, advice_told, board_of, grey_of, jpeg, png, points
+from console.calibration.values import OTHER_VIEWS, SMALL, Told, advice_told, board_of, grey_of, jpeg, png, points
 from core.calibration.board import Board
 from core.calibration.intrinsics import View
 from core.calibration.pictures import decode
@@ -25,6 +25,7 @@ class CameraDesk:
 
     def __init__(self) -> None:
         self._session = CameraSession(Board(columns=9, rows=6, square=0.03))
+        self._solved: tuple[str, ...] = ()  # names of the views in the solution
         self._sized = False  # the page knows the pictures' size
 
     def open(self, board: Told, state: Told | None, calibration: bytes | None, names: list[str]) -> Told:
@@ -83,6 +84,7 @@ class CameraDesk:
             View(name=each.name, corners=each.corners) for each in self._session.taken if each.name in names
         )
         self._session.adopt(pickle.loads(calibration), views)
+        self._solved = tuple(view.name for view in views)
         return self._answer(changed=True)
 
     def accept(self, anyway: bool) -> Told:
@@ -93,6 +95,8 @@ class CameraDesk:
         found = session.calibration
         if found is None or session.stale:
             raise Refused(session.progress().words)
+        if self._solved != tuple(view.name for view in session.views):
+            raise Refused(OTHER_VIEWS)
         if found.sds["fx"] > UNKNOWN * found.model.fx:
             raise Refused("The focal length is not known from these views; tilt the board by 20 to 50 degrees.")
         report = camera_report(found)

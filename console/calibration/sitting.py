@@ -11,15 +11,19 @@ import msgspec
 
 from console import wire_calibration as wire
 from console.calibration.folder import VERSION, Folder, Kept
+from console.calibration.writing import Writing
 from console.problems import Problem
 from console.workers import Lost, Worker
 from core.errors import BadInput, BeckonError, Refused
+from core.geometry import Pose
 
 PICTURE_BUDGET = 2.0  # [s] of processor time for one picture
 BUDGET = 10.0  # [s] for anything else at the desk
 SOLVE_BUDGET = 60.0  # [s]
+SOLVE_PATIENCE = 30.0  # [s] by the clock that accepting waits for a solution that a restart has cost
 DWELL = 1.0  # [s] that "counted" stays before the live picture's "same as …" may replace it
 MOST_WAITING = 3  # requests that may wait for the desk
+COVERED = "The solution is of all these views already. Show more of them, or leave one out; then it is solved anew."
 PARTS = get_type_hints(wire.CalibrationSession)
 
 Shown = Callable[["Sitting", bool], None]
@@ -33,9 +37,13 @@ class Sitting:
     ) -> None:
         self.card, self.session = kept.card, kept.shown
         self.pictures, self.exports = kept.pictures, kept.exports
-        self.folder = folder
+        self.folder, self._writing = folder, Writing(folder)
         self.pose: dict[str, Any] | None = None  # of the board as advised, camera_from_board
+        self.stood: Pose | None = None  # by odometry, when the robot began to look at the empty room (live)
         self.solver: asyncio.Task[None] | None = None
+        self._task: asyncio.Task[None] | None = None  # the solver, and then the measuring of its correction
+        self._settled = asyncio.Event()  # no solver is at work
+        self._settled.set()
         self.compare: Callable[[], dict[str, tuple[float, float]] | None] = lambda: None
         self.used = self.looked_at = time.monotonic()  # when its worker, and when the session, was last asked for
         self.last_counted = 0  # number of the newest verdict that counted
@@ -44,8 +52,7 @@ class Sitting:
         self._stale = False
         self._given_up: list[str] | None = None  # views that could not be solved
         self._calibration: tuple[bytes, list[str]] | None = None
-        self._back_room, self._shown, self._tell = back_room, shown, tell
-        self._desk = Worker(kept.card.kind)
+        self._back_room, self._shown, self._tell, self._desk = back_room, shown, tell, Worker(kept.card.kind)
         self._opened = 0  # the desk's start at which the session was laid on it
         self._turn = asyncio.Lock()
         self._waiting = 0
@@ -79,15 +86,33 @@ class Sitting:
         if self._waiting >= MOST_WAITING and not patient:
             raise Problem(429, "One thing at a time: wait for the answer before you send the next picture.")
         self._waiting += 1
-        self.used = time.monotonic()
+        self.used, rests = time.monotonic(), self._rests
         try:
             async with self._turn:
                 answer = await self._asked(do, given, budget)
                 await self._took(answer, given.get("content"), stamp)
+        except (BeckonError, Problem):
+            if rests == self._rests:
+                self.solve_soon()  # what was laid on the desk for this may not be solved
+            raise
         finally:
             self._waiting -= 1
         self.solve_soon()
         return answer
+
+    async def accept(self, *, anyway: bool) -> dict[str, Any]:
+        """The document and the report of the solution. Raises Refused with the reason, Problem 503.
+
+        A restart costs the solution all but what is shown of it; then it is solved anew first, of the same views.
+        """
+        if self._calibration is None and self.session.solution is not None:
+            await self.act("refresh", {})
+            try:
+                async with asyncio.timeout(SOLVE_PATIENCE):
+                    await self._settled.wait()
+            except TimeoutError:
+                raise Problem(503, "It is still being solved; try again when the solution is there.") from None
+        return await self.act("accept", {"anyway": anyway})
 
     def trouble(self, words: str, kind: wire.VerdictKind = "trouble") -> None:
         """Tell the person what went wrong."""
@@ -100,32 +125,43 @@ class Sitting:
 
     async def save(self) -> None:
         """Write all of it."""
-        kept = Kept(VERSION, self.card, self.session, self._state, self.pictures, self.exports)
         try:
-            await asyncio.to_thread(self.folder.save, msgspec.json.encode(kept))
+            await self._writing.save(self._encoded)
         except OSError:
             self._tell("The calibration cannot be saved on disk now; it goes on in memory. Check the data folder.")
+
+    async def remove(self) -> None:
+        """From the disk, for good; what is being written now is waited for, and nothing is written any more."""
+        await self._writing.remove()
 
     def solve_soon(self, *, again: bool = False) -> None:
         """Solve in the background, when the solution does not cover the views."""
         if again:
             self._given_up = None
         if self._stale and self.solver is None and self._names != self._given_up:
-            self.solver = asyncio.get_running_loop().create_task(self._solve())
+            self._settled.clear()
+            self.solver = self._task = asyncio.get_running_loop().create_task(self._solve())
 
     async def solve_now(self) -> None:
-        """Solve, even what could not be solved before. Raises Refused with too few views."""
+        """Solve, even what could not be solved before. Raises Refused with too few views, or with nothing new."""
         await self.act("refresh", {})
-        if not self._stale and self.session.solution is None:
-            raise Refused(self.session.progress.words)
+        if not self._stale:
+            covered = self._calibration is not None and self._calibration[1] == self._names
+            raise Refused(COVERED if covered else self.session.progress.words)
         self.solve_soon(again=True)
 
     def close(self) -> None:
         """End the worker; the session stays. A job under way is not done again."""
         self._rests += 1
-        if self.solver is not None:
-            self.solver.cancel()
+        if self._task is not None:
+            self._task.cancel()
+        self.solver = self._task = self.session.solving = None
+        self._settled.set()
         self._desk.kill()
+
+    def _encoded(self) -> bytes:
+        """All of it, as it is now."""
+        return msgspec.json.encode(Kept(VERSION, self.card, self.session, self._state, self.pictures, self.exports))
 
     async def _asked(self, do: str, given: dict[str, Any], budget: float) -> dict[str, Any]:
         """The worker's answer. A job whose worker was killed from outside is done again, once."""
@@ -147,10 +183,7 @@ class Sitting:
         if self._desk.alive and self._opened == self._desk.starts:
             return
         calibration, names = self._calibration or (None, [])
-        given = {"board": msgspec.to_builtins(self.card.board), "state": self._state}
-        given |= {"calibration": calibration, "names": names}
-        if self.card.kind == "laser":
-            given |= {"camera": self.card.camera, "mount": self.card.mount}
+        given = {**self._job(), "calibration": calibration, "names": names}
         try:
             answer = await self._desk.ask("open", given, budget=BUDGET)
         except Lost as lost:
@@ -197,15 +230,12 @@ class Sitting:
         if not picture:
             return
         try:
-            name = await asyncio.to_thread(
-                self.folder.save_picture, len(self.pictures) + 1, picture, counted["small"]
-            )
+            name = await self._writing.picture(len(self.pictures) + 1, picture, counted["small"])
         except OSError:
             self._tell("A view's picture cannot be saved on disk; its corners are kept. Check the data folder.")
             return
-        self.pictures[counted["name"]] = name
-
-    # solving
+        if name is not None:
+            self.pictures[counted["name"]] = name
 
     async def _solve(self) -> None:
         try:
@@ -215,7 +245,9 @@ class Sitting:
                 self._shown(self, True)
                 await self._solve_once(names)
         finally:
-            self.session.solving = self.solver = None
+            if self.solver is asyncio.current_task():
+                self.session.solving = self.solver = None
+                self._settled.set()
             self._shown(self, True)
         await self._measure_correction()
 

@@ -14,6 +14,10 @@ from core.optics import CameraModel
 
 SMALL = 200  # [pixel] longest side of a thumbnail
 CAMERA_NAMES = ("width", "height", "fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+OTHER_VIEWS = (
+    "The solution is of other views than those that take part now. Take the views back that it was made of, or show "
+    "more until it is solved anew."
+)
 
 Told = dict[str, Any]
 

@@ -126,7 +126,7 @@ class Workbench:
         self.rest(sitting)
         self.sittings.pop(sitting.card.id, None)
         self._news.forget(sitting.card.id)
-        await asyncio.to_thread(sitting.folder.remove)
+        await sitting.remove()
 
     def rest(self, sitting: Sitting) -> None:
         """Look no more, and let its worker go."""
@@ -153,7 +153,7 @@ class Workbench:
 
     async def accept(self, sitting: Sitting, *, anyway: bool, who: str) -> dict[str, Any]:
         """Use a session's calibration from now on → its report. Raises Refused with the reason."""
-        told = await sitting.act("accept", {"anyway": anyway})
+        told = await sitting.accept(anyway=anyway)
         await self.use(sitting.card.kind, told, who)
         sitting.session.accepted_s = time.time()
         await sitting.save()

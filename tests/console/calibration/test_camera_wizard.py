@@ -18,6 +18,7 @@ from console.calibration.camera_desk import CameraDesk
 from console.calibration.workbench import Workbench
 from console.latest import Hub
 from core.calibration.camera_files import parse_camera
+from core.errors import Refused
 from core.optics import TABLE_3
 from tests.console.calibration.wizard import JPEG, Wizard, blurred, boards
 from tests.console.in_process import InProcessRobot
@@ -171,12 +172,25 @@ def test_sessions_outlast_the_console(walked: Wizard, tmp_path: Path) -> None:
         again = msgspec.to_builtins(sitting.session)
         assert again["views"] == before["views"] and again["solution"]["fx"] == before["solution"]["fx"]
         assert len(bench.sittings) == 1 and damaged.exists()
+        report = await bench.accept(sitting, anyway=False, who="operator")
+        assert report["fx"] == pytest.approx(before["solution"]["fx"]) and bench.in_use.camera is not None
         await sitting.act("drop", {"name": before["views"][0]["name"]})
         assert sitting.solver is not None
         await sitting.solver
         assert sitting.session.solution is not None and sitting.session.solving is None
         assert sitting.session.solution["views_used"] == before["solution"]["views_used"] - 1
+        with pytest.raises(Refused, match="all these views already"):
+            await sitting.solve_now()
+        for view in sitting.session.views[:-3]:
+            if not view.dropped:
+                await sitting.act("drop", {"name": view.name})
+        with pytest.raises(Refused, match="other views"):
+            await bench.accept(sitting, anyway=True, who="operator")
         assert told == []
+        saves = [asyncio.create_task(sitting.save()) for _ in range(3)]
+        await bench.delete(sitting)
+        await asyncio.gather(*saves, sitting.save())
+        assert not sitting.folder.path.exists()
         await bench.close()
 
     asyncio.run(next_console())
