@@ -5,7 +5,8 @@ import { heat, heatWords } from "../../static/js/calibration/heat.js";
 import { hint } from "../../static/js/calibration/hint.js";
 import { hashOf, placeOf } from "../../static/js/calibration/place.js";
 import { known, share } from "../../static/js/calibration/progress.js";
-import { Pace, mirrored } from "../../static/js/calibration/words.js";
+import { webcamRefusal } from "../../static/js/calibration/webcam.js";
+import { Pace, mirrored, quietWords } from "../../static/js/calibration/words.js";
 
 /** @typedef {import("../../static/js/calibration/shape.js").Verdict} Verdict */
 /** @typedef {import("../../static/js/calibration/shape.js").Calibration} Calibration */
@@ -50,6 +51,19 @@ test("an address leads back to the place it was made for", () => {
 test("in a mirror left is right, in every word and nowhere else", () => {
   assert.equal(mirrored("Left edge away, fill the top right."), "Right edge away, fill the top left.");
   assert.equal(mirrored("Leftover brightness"), "Leftover brightness");
+});
+
+test("while nothing is judged the page says why, or what to do", () => {
+  const seeing = { paused: false, blind: "", simulated: true };
+  const robot = { source: /** @type {const} */ ("robot"), verdict: null, showing: false };
+  assert.match(quietWords(robot, seeing), /press Show me/);
+  assert.match(quietWords(robot, { ...seeing, simulated: false }), /Show the board/);
+  assert.match(quietWords({ ...robot, verdict: verdict({}) }, { ...seeing, paused: true }), /Paused/);
+  assert.equal(
+    quietWords({ ...robot, verdict: verdict({}) }, { ...seeing, blind: "No new pictures." }),
+    "No new pictures.",
+  );
+  assert.equal(quietWords({ ...robot, verdict: verdict({}) }, seeing), "");
 });
 
 test("a judgement stays long enough to be read, a newer judgement replaces it", () => {
@@ -139,6 +153,10 @@ test("a direction that is not known has no number", () => {
   assert.equal(rows[3]?.value, "41.2 mm");
   assert.equal(rows[1]?.value, "−1.20°");
   assert.deepEqual([known(0.9), known(0.6), known(0.1)], ["known", "weak", "open"]);
+});
+
+test("where the browser lends no camera, the page says why and what else can be done", () => {
+  assert.match(webcamRefusal(), /http:\/\/127\.0\.0\.1.*https.*picture files/s);
 });
 
 test("the heat map gets warmer with doubt and says in words where it is least sure", () => {

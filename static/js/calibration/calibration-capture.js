@@ -1,9 +1,12 @@
 // Where views are taken: the big picture, what to show next, what became of it, and how far it has come.
 
-import { icon, make, mark, redraw, write } from "../element.js";
+import { make, mark, write } from "../element.js";
 import { remember, remembered } from "../memory.js";
+import { action, say } from "./action.js";
 import * as api from "./api.js";
 import { AdviceLine } from "./advice-line.js";
+import { CameraChoice } from "./camera-choice.js";
+import { EmptyStage } from "./empty-stage.js";
 import { GainsCard } from "./gains-card.js";
 import { KnownCard } from "./known-card.js";
 import { PictureStage } from "./picture-stage.js";
@@ -16,6 +19,7 @@ import { UploadsCard } from "./uploads-card.js";
 import { VerdictLine } from "./verdict-line.js";
 import { ViewsCard } from "./views-card.js";
 import { Webcam } from "./webcam.js";
+import { quietWords } from "./words.js";
 
 /** @typedef {import("./shape.js").Calibration} Calibration */
 /** @typedef {RobotEye | Webcam | Uploads} Eye */
@@ -25,9 +29,7 @@ class CalibrationCapture extends Room {
   #scan = new ScanView();
   #advice = new AdviceLine();
   #verdict = new VerdictLine();
-  #empty = make("div", { class: "stage-empty" });
-  #emptyWords = make("p");
-  #emptyButton = make("button", { type: "button", class: "button primary large" });
+  #empty = new EmptyStage();
   #showMe = action("assistant", "Show me");
   #live = action("pause", "Pause");
   #take = action("camera", "Take this picture");
@@ -35,7 +37,7 @@ class CalibrationCapture extends Room {
   #room = action("again", "Empty room anew");
   #choose = action("upload", "Choose pictures");
   #review = make("button", { type: "button", class: "button large to-review" });
-  #cameras = make("select", { class: "words small", "aria-label": "Which camera", hidden: true });
+  #cameras = new CameraChoice();
   #file = make("input", {
     type: "file",
     class: "visually-hidden",
@@ -56,7 +58,6 @@ class CalibrationCapture extends Room {
 
   /** @override */
   build() {
-    this.#empty.append(this.#emptyWords, this.#emptyButton);
     this.append(
       make(
         "div",
@@ -115,14 +116,13 @@ class CalibrationCapture extends Room {
       this.#add(this.#file.files ?? []);
       this.#file.value = "";
     });
-    this.#emptyButton.addEventListener("click", () => {
+    this.#empty.pressed = () => {
       if (this.#eye instanceof Uploads) this.#file.click();
       else if (this.#eye instanceof Webcam) void this.#openWebcam(this.#eye);
-    });
-    this.#cameras.addEventListener("change", () => {
-      remember("webcam", this.#cameras.value);
+    };
+    this.#cameras.changed = () => {
       if (this.#eye instanceof Webcam) void this.#openWebcam(this.#eye);
-    });
+    };
     this.addEventListener("dragover", (event) => {
       if (!(this.#eye instanceof Uploads)) return;
       event.preventDefault();
@@ -183,6 +183,7 @@ class CalibrationCapture extends Room {
     this.#take.hidden = !bench.may || source === "upload" || kind === "laser";
     this.#choose.hidden = !bench.may || source !== "upload";
     this.#room.hidden = !bench.may || kind !== "laser";
+    this.#mirror.hidden = source === "upload";
     mark(this.#mirror, "aria-pressed", String(this.#mirrored));
     write(this.#review, progress.ready ? "Done: review and use" : "Review");
     mark(this.#review, "class", `button large to-review${progress.ready ? " primary" : ""}`);
@@ -196,27 +197,23 @@ class CalibrationCapture extends Room {
     const { frame, why } = this.#eye;
     this.#stage.show({ frame, calibration, verdict: calibration.verdict, mirrored });
     if (calibration.kind === "laser") this.#scan.show(calibration.scan);
+    const offer = this.#eye instanceof Uploads ? "Choose pictures" : "Turn the camera on";
+    const helps = this.#eye instanceof Uploads || (this.#eye instanceof Webcam && this.#eye.refused);
+    this.#empty.show(frame && !(this.#eye instanceof Webcam) ? "" : why, this.bench.may && helps ? offer : "");
+    if (this.#eye instanceof Webcam && why) {
+      this.#verdict.hidden = true; // why there is no picture stands in its middle
+      return;
+    }
     this.#verdict.show(calibration, {
       mirrored,
-      quiet: this.#quiet(calibration),
+      quiet: quietWords(calibration, {
+        paused: calibration.source === "robot" ? !calibration.live : this.#paused,
+        blind: this.#eye instanceof RobotEye && frame ? why : "",
+        simulated: this.bench.simulated,
+      }),
       say: (sentence) => this.session.announce(sentence),
       counted: () => this.#stage.flash(),
     });
-    this.#empty.hidden = frame !== null && !(this.#eye instanceof Webcam && why);
-    write(this.#emptyWords, why);
-    const files = this.#eye instanceof Uploads;
-    this.#emptyButton.hidden = !this.bench.may || !(files || (this.#eye instanceof Webcam && this.#eye.refused));
-    write(this.#emptyButton, files ? "Choose pictures" : "Turn the camera on");
-  }
-
-  /** @param {Calibration} calibration @returns {string} what stands in the verdict's place when there is none */
-  #quiet({ source, live, verdict, showing }) {
-    if (source === "upload") return "";
-    if (source === "robot" && !live) return "Paused. Nothing is taken until you press Go on.";
-    if (source === "webcam" && this.#paused) return "Paused. Nothing is taken until you press Go on.";
-    if (!verdict && this.bench.simulated && source === "robot" && !showing)
-      return "This robot is simulated: press Show me, and an assistant holds the board.";
-    return verdict ? "" : "Show the board to the camera.";
   }
 
   #pause() {
@@ -296,40 +293,14 @@ class CalibrationCapture extends Room {
 
   /** @param {Webcam} webcam */
   async #openWebcam(webcam) {
-    await webcam.open(remembered("webcam", "") || undefined);
-    const choices = await webcam.choices();
-    this.#cameras.hidden = choices.length < 2;
-    this.#cameras.replaceChildren(...choices.map(({ id, name }) => make("option", { value: id }, name)));
-    this.#cameras.value = choices.find(({ id }) => id === remembered("webcam", ""))?.id ?? choices[0]?.id ?? "";
+    await webcam.open(this.#cameras.chosen);
+    await this.#cameras.show(webcam);
   }
 
   /** @param {Iterable<File>} files */
   #add(files) {
     if (this.#eye instanceof Uploads && this.bench.may) void this.#eye.add(files);
   }
-}
-
-/**
- * @param {string} drawing
- * @param {string} words
- */
-function action(drawing, words) {
-  return make(
-    "button",
-    { type: "button", class: "button", "data-does": drawing },
-    icon(drawing),
-    make("span", {}, words),
-  );
-}
-
-/**
- * @param {HTMLButtonElement} button
- * @param {string} words
- * @param {string} drawing
- */
-function say(button, words, drawing) {
-  write(/** @type {Element} */ (button.lastElementChild), words);
-  redraw(/** @type {SVGElement} */ (button.firstElementChild), drawing);
 }
 
 customElements.define("calibration-capture", CalibrationCapture);

@@ -58,9 +58,9 @@ class CalibrationReview extends Room {
         "div",
         { class: "review" },
         this.#head,
-        make("div", { class: "review-column" }, this.#values, this.#findings),
-        make("div", { class: "review-column is-wide" }, this.#both, this.#gains, this.#fields),
-        make("div", { class: "review-column" }, this.#views, this.#exports),
+        make("div", { class: "review-column" }, this.#values, this.#exports),
+        make("div", { class: "review-column is-wide" }, this.#both, this.#gains, this.#fields, this.#findings),
+        make("div", { class: "review-column" }, this.#views),
       ),
     );
     const { bench } = this;

@@ -1,4 +1,4 @@
-// What the pictures have taught so far: where corners were seen, how sure every part of the picture is, four measures.
+// What the pictures have taught so far: where corners were seen, how sure each part of the picture is, four measures.
 
 import { make, mark, write } from "../element.js";
 import { fixed } from "../format.js";
@@ -8,6 +8,8 @@ import { SPAN, heatPicture, heatWords } from "./heat.js";
 /** @typedef {import("./shape.js").Uncertainty} Uncertainty */
 
 const ENOUGH = 12; // corners in a cell until it is drawn full
+
+const NOWHERE = Array.from({ length: 6 }, () => Array.from({ length: 8 }, () => 0));
 
 const BARS = /** @type {const} */ ([
   ["x", "Left to right"],
@@ -60,7 +62,7 @@ export class KnownCard extends HTMLElement {
     this.#drawn = drawn;
     const shape = size ? `${size[0]} / ${size[1]}` : "4 / 3";
     this.#cells.style.aspectRatio = this.#heat.style.aspectRatio = shape;
-    this.#showCells(progress.cells ?? []);
+    this.#showCells(progress.cells ?? NOWHERE);
     for (const { key, fill, meter } of this.#bars) {
       const part = progress.bars?.[key] ?? 0;
       fill.style.width = `${Math.round(100 * part)}%`;
@@ -87,7 +89,7 @@ export class KnownCard extends HTMLElement {
       mark(cell, "data-seen", count > 0);
     });
     const seen = flat.filter(Boolean).length;
-    mark(this.#cells, "aria-label", `The board was seen in ${seen} of ${flat.length || 48} parts of the picture`);
+    mark(this.#cells, "aria-label", `The board was seen in ${seen} of ${flat.length} parts of the picture`);
   }
 }
 

@@ -35,8 +35,12 @@ export function share({ kind, progress }) {
  */
 export function figures({ kind, progress }) {
   if (kind === "laser") return { figure: String(progress.views), goal: `of ${LASER_POSES} poses at least` };
+  if (typeof progress.p95_px !== "number")
+    return {
+      figure: `${Math.min(progress.views, SOLVES_FROM)} of ${SOLVES_FROM}`,
+      goal: "views to the first figure",
+    };
   const goal = `goal ±${fixed(progress.target_px ?? LEAST_TARGET, 2)} px`;
-  if (typeof progress.p95_px !== "number") return { figure: "±–", goal };
   return { figure: `±${fixed(progress.p95_px, progress.p95_px < 10 ? 2 : 0)} px`, goal };
 }
 

@@ -33,7 +33,7 @@ export class VerdictLine extends HTMLElement {
    * @param {{mirrored: boolean, quiet: string, say: (sentence: string) => void, counted: () => void}} how `quiet`: what
    *   to say while there is no verdict; `counted` is called when a view was counted
    */
-  show({ id, verdict, views }, { mirrored, quiet, say, counted }) {
+  show({ id, verdict, views, progress }, { mirrored, quiet, say, counted }) {
     if (id !== this.#of) {
       this.#of = id;
       this.#pace = new Pace();
@@ -41,12 +41,13 @@ export class VerdictLine extends HTMLElement {
     }
     const now = performance.now();
     const shown = quiet ? null : this.#pace.show(verdict, views.length, now);
-    const words = shown ? shown.words : quiet;
+    const over = progress.ready && shown?.kind === "nothing"; // nobody has to show a board any more
+    const words = over ? "" : (shown?.words ?? quiet);
     write(this.#words, mirrored ? inMirror(words) : words);
     redraw(this.#icon, ICONS[shown?.kind ?? ""] ?? "info");
     mark(this, "data-kind", shown?.kind ?? "quiet");
     this.hidden = words === "";
-    const aloud = quiet ? "" : this.#pace.say(now);
+    const aloud = quiet || over ? "" : this.#pace.say(now);
     if (aloud) say(mirrored ? inMirror(aloud) : aloud);
     if (this.#pace.counted !== this.#counted) {
       this.#counted = this.#pace.counted;

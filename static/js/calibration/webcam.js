@@ -1,5 +1,5 @@
-// This device's own camera as a source of pictures. Frames leave at most eight times a second, one at a time: the next
-// one waits until the console has judged the former.
+// This device's own camera as a source of pictures. Frames leave at most eight times a second, one at a time: the
+// next one waits until the console has judged the former.
 
 /** @typedef {import("./robot-eye.js").Frame} Frame */
 
@@ -9,7 +9,8 @@ const QUALITY = 0.9;
 
 const REFUSALS = /** @type {Readonly<Record<string, string>>} */ ({
   NotAllowedError:
-    "The browser does not let this page see the camera. Allow it in the address bar (the camera sign), then press the button.",
+    "The browser does not let this page see the camera. Allow it in the address bar (the camera sign), " +
+    "then press the button.",
   NotFoundError: "This device has no camera that the browser can find. Plug one in, or use picture files instead.",
   NotReadableError: "Another program is using the camera. Close it, then press the button.",
   OverconstrainedError: "That camera cannot be had any more. Choose another one.",

@@ -17,6 +17,21 @@ export function mirrored(words) {
   });
 }
 
+/**
+ * What stands in the verdict's place while nothing is judged; "" while something is.
+ * @param {Pick<import("./shape.js").Calibration, "source" | "verdict" | "showing">} calibration
+ * @param {{paused: boolean, blind: string, simulated: boolean}} how `blind`: why no new pictures come
+ */
+export function quietWords({ source, verdict, showing }, { paused, blind, simulated }) {
+  if (source === "upload") return "";
+  if (paused) return "Paused. Nothing is taken until you press Go on.";
+  if (blind) return blind;
+  if (verdict) return "";
+  if (simulated && source === "robot" && !showing)
+    return "This robot is simulated: press Show me, and an assistant holds the board.";
+  return "Show the board to the camera.";
+}
+
 /** Which verdict to show: a judgement (counted, refused) is not swept away by the next picture. */
 export class Pace {
   /** @type {Verdict | null} */

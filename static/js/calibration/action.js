@@ -1,0 +1,26 @@
+// A button with a drawing, whose words and drawing may change.
+
+import { icon, make, redraw, write } from "../element.js";
+
+/**
+ * @param {string} drawing
+ * @param {string} words
+ */
+export function action(drawing, words) {
+  return make(
+    "button",
+    { type: "button", class: "button", "data-does": drawing },
+    icon(drawing),
+    make("span", {}, words),
+  );
+}
+
+/**
+ * @param {HTMLButtonElement} button
+ * @param {string} words
+ * @param {string} drawing
+ */
+export function say(button, words, drawing) {
+  write(/** @type {Element} */ (button.lastElementChild), words);
+  redraw(/** @type {SVGElement} */ (button.firstElementChild), drawing);
+}

@@ -1,0 +1,29 @@
+// Where no picture is: why not, and the button that helps.
+
+import { make, write } from "../element.js";
+
+export class EmptyStage extends HTMLElement {
+  #words = make("p");
+  #button = make("button", { type: "button", class: "button primary large" });
+  /** @type {() => void} */
+  pressed = () => undefined;
+
+  connectedCallback() {
+    if (this.children.length) return;
+    this.append(this.#words, this.#button);
+    this.#button.addEventListener("click", () => this.pressed());
+  }
+
+  /**
+   * @param {string} why there is no picture; "" when there is one
+   * @param {string} offer what the button says; "" for none
+   */
+  show(why, offer) {
+    this.hidden = why === "";
+    write(this.#words, why);
+    this.#button.hidden = offer === "";
+    write(this.#button, offer);
+  }
+}
+
+customElements.define("empty-stage", EmptyStage);

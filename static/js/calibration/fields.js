@@ -1,0 +1,105 @@
+// The fields of a form: a source to choose, a count with its buttons, a length in millimetres.
+
+import { icon, make } from "../element.js";
+
+/** @typedef {import("./shape.js").Source} Source */
+
+/**
+ * @param {Source} value
+ * @param {string} drawing
+ * @param {string} name
+ * @param {string} says
+ */
+export function source(value, drawing, name, says) {
+  const input = make("input", { type: "radio", name: "source", value });
+  const note = make("span", { class: "note" }, says);
+  const words = make("span", { class: "source-words" }, make("span", { class: "source-name" }, name), note);
+  return { input, note, says, row: make("label", { class: "source" }, input, icon(drawing), words) };
+}
+
+/**
+ * A whole number with − and +.
+ * @param {string} id
+ * @param {string} name
+ * @param {number} start
+ */
+export function stepper(id, name, start) {
+  const input = make("input", {
+    id,
+    class: "words",
+    type: "text",
+    inputmode: "numeric",
+    value: String(start),
+    autocomplete: "off",
+  });
+  /** @param {number} step */
+  const by = (step) => {
+    const sign = step < 0 ? "−" : "+";
+    const button = make(
+      "button",
+      { type: "button", class: "button", "aria-label": `${name}: ${step < 0 ? "one less" : "one more"}` },
+      sign,
+    );
+    button.addEventListener("click", () => {
+      told.value = Math.min(40, Math.max(3, (told.value || start) + step));
+      input.dispatchEvent(new Event("input", { bubbles: true }));
+    });
+    return button;
+  };
+  const told = {
+    row: make(
+      "div",
+      { class: "box" },
+      make("label", { for: id }, name),
+      make("div", { class: "count" }, by(-1), input, by(1)),
+    ),
+    get value() {
+      return /^\d{1,2}$/.test(input.value.trim()) ? Number(input.value) : NaN;
+    },
+    set value(count) {
+      input.value = String(count);
+    },
+  };
+  return told;
+}
+
+/**
+ * A length, entered in millimetres.
+ * @param {string} id
+ * @param {string} name
+ * @param {string} unit
+ * @param {string} start
+ */
+export function box(id, name, unit, start) {
+  const input = make("input", {
+    id,
+    class: "words",
+    type: "text",
+    inputmode: "decimal",
+    value: start,
+    autocomplete: "off",
+  });
+  const row = make(
+    "div",
+    { class: "box" },
+    make("label", { for: id }, name),
+    make("div", { class: "with-unit" }, input, make("span", {}, unit)),
+  );
+  return {
+    row,
+    get entered() {
+      return input.value.trim();
+    },
+    /** @returns {number | null} null when it is empty, NaN when it is no number */
+    get metres() {
+      const text = input.value.trim().replace(",", ".");
+      return text === "" ? null : Number(text) / 1000;
+    },
+    set metres(length) {
+      input.value = length === null ? "" : String(Math.round(length * 1e5) / 100);
+    },
+  };
+}
+
+/** @param {string} name */
+export const option = (name) => make("option", { value: name }, name === "letter" ? "US Letter" : name);
