@@ -88,12 +88,7 @@ class LaserDesk:
 
     def forget_room(self) -> Told:
         """The robot has moved, or somebody stood in the room: look at it anew. Poses stay."""
-        taken, calibration, solved = self._session.taken, self._session.calibration, self._session.poses
-        fresh = LaserSession(self._session.board, self._session.model, self._session.mount, self._session.settings)
-        fresh.taken = taken
-        if calibration is not None and not self._session.stale:
-            fresh.adopt(calibration, solved)
-        self._session = fresh
+        self._session.forget_room()
         words = "The empty room is looked at anew: step out of the laser's view."
         return self._answer(changed=True, verdict=LaserVerdict(kind="background", words=words))
 

@@ -34,9 +34,17 @@ def mount_of(told: Told) -> Mount:
 
 def state_of(session: LaserSession) -> Told:
     """All that is needed to go on after a restart."""
+    rooms: dict[bytes, Told] = {}  # each once
+    taken: list[Told] = []
+    for each in session.taken:
+        room = each.pose.background
+        key = b"" if room is None else room.tobytes()
+        rooms.setdefault(key, {"number": len(rooms), "ranges_m": None if room is None else numbers(room)})
+        taken.append(pose_told(each) | {"room": rooms[key]["number"]})
     return {
         "background": None if session.background is None else numbers(session.background),
-        "taken": [pose_told(each) for each in session.taken],
+        "rooms": [room["ranges_m"] for room in rooms.values()],
+        "taken": taken,
     }
 
 
@@ -46,7 +54,8 @@ def resumed(board: Told, camera: Told, mount: Told, state: Told | None) -> Laser
     if state is not None:
         background = state["background"]
         session.background = None if background is None else array(background)
-        session.taken = [pose_of(each) for each in state["taken"]]
+        rooms = [None if room is None else array(room) for room in state.get("rooms", ())] or [session.background]
+        session.taken = [pose_of(each, rooms[each.get("room", 0)]) for each in state["taken"]]
     return session
 
 
@@ -67,7 +76,7 @@ def pose_told(taken: TakenPose) -> Told:
     }
 
 
-def pose_of(told: Told) -> TakenPose:
+def pose_of(told: Told, background: Array | None) -> TakenPose:
     """The other way."""
     rotation, translation = np.array(told["rotation"]), np.array(told["translation_m"])
     covariance = np.array(told["covariance"])
@@ -80,7 +89,7 @@ def pose_of(told: Told) -> TakenPose:
     )
     rays = unit_rays(np.array(told["bearings_rad"]))
     scan = MeanScan(ranges=array(told["ranges_m"]), rays=rays, sd=told["range_sd_m"])
-    return TakenPose(LaserPose(name=told["name"], board=board, scan=scan), told["dropped"])
+    return TakenPose(LaserPose(name=told["name"], board=board, scan=scan, background=background), told["dropped"])
 
 
 def numbers(ranges: Array) -> list[float | None]:

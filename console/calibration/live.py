@@ -27,7 +27,6 @@ class Live:
         self._image: Image | None = None
         self._scan: Scan | None = None
         self._odometry: Pose | None = None
-        self._stood: Pose | None = None  # where the robot was when it looked at the empty room
         self._news = asyncio.Event()
         self._over = False
         self.task = asyncio.get_running_loop().create_task(self._run())
@@ -66,18 +65,26 @@ class Live:
         )
 
     async def _sweep(self, scan: Scan) -> None:
-        if self._moved():
-            await self._sitting.act("forget_room", {}, patient=True)
+        here = self._odometry
+        if moved(self._sitting.stood, here):
+            await self._forget_room(here)
         known = await self._sitting.act("sweep", scan_told(scan), stamp=scan.stamp, patient=True)
-        if not known["room_known"]:
-            self._stood = self._odometry
+        if self._sitting.stood is None and here is not None:
+            if known["room_known"]:  # from before a restart: nobody knows where the robot stood then
+                await self._forget_room(here)
+            self._sitting.stood = here
 
-    def _moved(self) -> bool:
-        """Whether the robot stands elsewhere than when it looked at the empty room."""
-        if self._stood is None or self._odometry is None:
-            return False
-        away = self._stood.inverse() @ self._odometry
-        return float(np.hypot(away.x, away.y)) > CARRIED or abs(away.heading) > TURNED
+    async def _forget_room(self, here: Pose | None) -> None:
+        await self._sitting.act("forget_room", {}, patient=True)
+        self._sitting.stood = here
+
+
+def moved(stood: Pose | None, here: Pose | None) -> bool:
+    """Whether the robot is known to stand elsewhere than when it began to look at the empty room."""
+    if stood is None or here is None:
+        return False
+    away = stood.inverse() @ here
+    return float(np.hypot(away.x, away.y)) > CARRIED or abs(away.heading) > TURNED
 
 
 def grey_told(image: Image) -> dict[str, Any]:

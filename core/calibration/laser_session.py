@@ -154,6 +154,11 @@ class LaserSession:
         self._seen, self._corners, self._scans = pose, [view.corners], []
         return LaserVerdict(kind="gathering", words="Hold still …", corners=view.corners)
 
+    def forget_room(self) -> None:
+        """The laser stands elsewhere, or somebody stood in the room: look at it anew. Poses keep their own room."""
+        self.background = None
+        self._forget()
+
     def drop(self, name: str) -> None:
         """Leave a pose out of the next solution. Raises BadInput when there is none of that name."""
         self._named(name).dropped = True
@@ -175,7 +180,7 @@ class LaserSession:
     def solve(self) -> LaserCalibration:
         """Solve here and now. Raises BadInput with too few poses."""
         poses = self.poses
-        found = calibrate_laser(poses, self.board, self.background, self.mount, settings=self.settings.solve)
+        found = calibrate_laser(poses, self.board, mount=self.mount, settings=self.settings.solve)
         return self.adopt(found, poses)
 
     def adopt(self, calibration: LaserCalibration, poses: tuple[LaserPose, ...]) -> LaserCalibration:
@@ -218,25 +223,25 @@ class LaserSession:
         return self.advice()
 
     def progress(self) -> LaserProgress:
-        """How far we are, and what is missing."""
-        if self.background is None:
-            return LaserProgress(0, {}, (), "", False, "First the empty room: step out of the laser's view.")
+        """How far we are, and what is missing; a room not known yet matters only where more poses are wanted."""
         missing = self.settings.least_poses - len(self.poses)
+        first = "First the empty room: step out of the laser's view." if self.background is None else ""
         if self.calibration is None:
-            words = f"{missing} more poses of the board at least."
+            more = f"{missing} more pose{'s' * (missing > 1)} of the board at least."
+            words = (first or more) if missing > 0 else "Not solved yet."
             return LaserProgress(len(self.poses), {}, (), "", False, words)
         found = self.calibration.extrinsics
         told = landings(found, self.model)
         open_directions = [name for name in found.weak if not self.witnessed(name)]
         near = max(told[1].sideways, told[1].up_down) <= self.settings.landing
         if missing > 0:
-            words = f"{missing} more pose{'s' * (missing > 1)} at least."
+            words = first or f"{missing} more pose{'s' * (missing > 1)} at least."
         elif self.stale:
             words = "Not solved yet."
         elif open_directions:
-            words = weak_words(found)[found.weak.index(open_directions[0])]
+            words = first or weak_words(found)[found.weak.index(open_directions[0])]
         elif not near:
-            words = f"Not yet exact: {landing_words(told)}"
+            words = first or f"Not yet exact: {landing_words(told)}"
         else:
             words = f"Done: {landing_words(told)}"
         ready = missing <= 0 and not self.stale and not open_directions and near
@@ -270,7 +275,7 @@ class LaserSession:
             words = "The laser does not meet the board: hold it at the laser's height, nearer, away from walls."
             return LaserVerdict(kind="refused", words=words, corners=corners)
         name = f"pose {len(self.taken) + 1}"
-        self.taken.append(TakenPose(LaserPose(name=name, board=pose, scan=scan)))
+        self.taken.append(TakenPose(LaserPose(name=name, board=pose, scan=scan, background=self.background)))
         words = f"Counted as {name}: {len(lines[0].beams)} beams on the board."
         return LaserVerdict(kind="counted", words=words, name=name, corners=corners, beams=lines[0].beams)
 

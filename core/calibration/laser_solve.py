@@ -40,6 +40,7 @@ class LaserPose:
     name: str
     board: BoardPose
     scan: MeanScan
+    background: Array | None = None  # (B,) [m]: the empty room from where the robot stood; None: the one for all
 
 
 @message
@@ -76,6 +77,7 @@ def calibrate_laser(
 ) -> LaserCalibration:
     """Still poses, the board, and the ranges (B,) [m] of the empty room → the mount.
 
+    A pose that brings its own empty room is looked for in that one.
     Raises BadInput where fewer than three poses show the board to the laser.
     """
     mount, settings = mount or Mount(), settings or LaserSettings()
@@ -126,6 +128,7 @@ def _first_beams(
     pose: LaserPose, board: Board, background: Array | None, mount: Mount, settings: LaserSettings
 ) -> Array:
     """The run that fits the nominal mount best; if none does, the longest before the empty room; else no beam."""
+    background = background if pose.background is None else pose.background
     lines = find_lines(pose.scan, foreground(pose.scan, background, settings.line), board, settings.line)
     if not lines:
         return np.empty(0, int)

@@ -10,7 +10,7 @@ import pytest
 
 from console.calibration.back_room import BackRoom
 from console.calibration.laser_desk import LaserDesk
-from console.calibration.laser_keeping import mount_told
+from console.calibration.laser_keeping import mount_told, resumed, state_of
 from console.calibration.values import board_told, camera_told
 from core.calibration.board import Board
 from core.calibration.mount import Mount
@@ -85,7 +85,13 @@ def test_still_poses_are_counted_and_solved_into_a_mount_that_can_be_accepted(he
     if verdict["kind"] == "counted":
         assert held.newest["parts"]["check"]["off_px"] < 3
     room_known = held.desk.forget_room()
-    assert room_known["state"]["background"] is None and len(room_known["state"]["taken"]) >= 6
+    state = room_known["state"]
+    assert state["background"] is None and len(state["taken"]) >= 6 and len(state["rooms"]) == 1
+    again = resumed(held.given["board"], held.given["camera"], held.given["mount"], state)
+    rooms = [pose.background for pose in again.poses]
+    assert all(room is not None and len(room) == LASER.beams for room in rooms)
+    assert state_of(again)["rooms"] == state["rooms"]
+    assert room_known["parts"]["progress"]["views"] == len(rooms) and room_known["parts"]["progress"]["gains"]
 
 
 def test_dots_and_scan_show_which_beams_end_on_the_board(held: Assistant) -> None:

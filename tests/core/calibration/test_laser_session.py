@@ -1,11 +1,14 @@
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from rooms_to_practise import BOARD, a_room, error_of
 
 from core.calibration.laser_proof import check, dots
 from core.calibration.laser_session import LaserSession, LaserSessionSettings, LaserVerdict
+from core.calibration.laser_solve import calibrate_laser
 from core.calibration.practice import picture, visible
 from core.calibration.practice_room import PracticeRoom
 from core.calibration.projection import Poses, exponential
@@ -79,6 +82,29 @@ def test_the_empty_room_comes_first() -> None:
     for ranges in room.background(30):
         verdict = session.sweep(scan_of(room, ranges)) or verdict
     assert "Now show the board" in verdict.words
+
+
+def test_poses_keep_the_empty_room_in_which_they_were_taken() -> None:
+    room = a_room(1)
+    session = begun(room)
+    nearer = Poses(FACING.rotations, FACING.translations - np.array([0.0, 0.0, 0.15]))
+    turned = Poses(exponential(np.array([[0.1, 0.6, 0.0]])), FACING.translations)
+    for pose in (FACING, nearer, turned):
+        shown(session, room, pose)
+    empty, poses = session.background, session.poses
+    assert len(poses) == 3 and all(pose.background is empty for pose in poses)
+    before = calibrate_laser(poses, BOARD)
+    session.adopt(before, poses)
+    session.forget_room()
+    progress = session.progress()
+    assert progress.poses == 3 and len(progress.gains) == 6 and "empty room" in progress.words
+    session.settings = dataclasses.replace(session.settings, least_poses=3)
+    assert "empty room" not in session.progress().words or session.progress().weak
+    session.background = np.full(len(room.rays), 0.05)
+    after = session.solve()
+    assert all(np.array_equal(one, other) for one, other in zip(before.beams, after.beams, strict=True))
+    closer = calibrate_laser([dataclasses.replace(pose, background=None) for pose in poses], BOARD, empty)
+    assert np.allclose(closer.extrinsics.transform.translation, after.extrinsics.transform.translation)
 
 
 def test_the_same_pose_is_not_taken_twice() -> None:
