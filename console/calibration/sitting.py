@@ -16,7 +16,6 @@ from console.problems import Problem
 from console.workers import Lost, Worker
 from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Pose
-from core.geometry import Pose
 
 PICTURE_BUDGET = 2.0  # [s] of processor time for one picture
 BUDGET = 10.0  # [s] for anything else at the desk
@@ -40,7 +39,6 @@ class Sitting:
         self.pictures, self.exports = kept.pictures, kept.exports
         self.folder, self._writing = folder, Writing(folder)
         self.pose: dict[str, Any] | None = None  # of the board as advised, camera_from_board
-        self.stood: Pose | None = None  # by odometry, when the robot began to look at the empty room (live)
         self.stood: Pose | None = None  # by odometry, when the robot began to look at the empty room (live)
         self.solver: asyncio.Task[None] | None = None
         self._task: asyncio.Task[None] | None = None  # the solver, and then the measuring of its correction
