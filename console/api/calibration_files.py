@@ -98,9 +98,8 @@ async def export(id: Id, form: Form, behind: Behind) -> Response:
 @calibration_files.get("/calibration/in-use")
 @needs("viewer")
 async def in_use(behind: Behind) -> dict[str, Any]:
-    """The calibrations in use, each with who accepted it when; null: as built."""
-    used = behind.workbench.in_use
-    return {"camera": used.report("camera"), "laser": used.report("laser")}
+    """What was accepted, each with who did when, and why the robot does not use it, or ''; null: as built."""
+    return behind.workbench.used()
 
 
 @calibration_files.post("/calibration/in-use/undo")

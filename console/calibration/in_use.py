@@ -71,6 +71,12 @@ class InUse:
         document = self._documents.get("laser")
         return None if document is None else read_mount(document["extrinsics"])
 
+    @property
+    def mount_camera(self) -> CameraModel | None:
+        """The camera through which the mount in use was found."""
+        document = self._documents.get("laser")
+        return None if document is None else model_in(document)
+
     def report(self, kind: CalibrationKind) -> Document | None:
         """Everything there is to say about it, with who accepted it and when."""
         document = self._documents.get(kind)

@@ -4,15 +4,24 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from console.calibration.in_use import InUse
 from console.calibration.laser_keeping import mount_told
 from console.calibration.values import Told, camera_told
 from console.problems import Problem
-from console.wire_calibration import CalibrationSource
+from console.wire_calibration import CalibrationKind, CalibrationSource
 from core.calibration.mount import Mount
+from core.calibration.reports import target
+from core.calibration.uncertainty import map_pixels
+from core.calibration.undistortion import undistort
 from core.geometry import Transform
 from core.optics import CameraModel
 from core.robots import Profile
+
+ALIKE = 3  # times the exactness that is asked of a camera's calibration may two of them differ for one mount
+
+Reasons = dict[CalibrationKind, str]
 
 
 def nominal_mount(profile: Profile) -> Transform:
@@ -21,23 +30,71 @@ def nominal_mount(profile: Profile) -> Transform:
     return laser_in(profile).inverse() @ profile.camera.mounting
 
 
-def calibrated(profile: Profile, in_use: InUse) -> tuple[Profile, str]:
-    """The robot as built and what was accepted → the robot as calibrated, and why something is not used, or ''.
+def calibrated(profile: Profile, in_use: InUse) -> tuple[Profile, Reasons]:
+    """The robot as built and what was accepted → the robot as calibrated, and why something is not used, by kind.
 
-    A camera's calibration holds for one picture size; one of another size is left aside, and with it the mount, which
-    was found through that camera.
+    A camera's calibration holds for one picture size; one of another size is left aside. A mount holds for the camera
+    it was found through: it is left aside where the robot now looks through another.
     """
-    camera, model, mount = profile.camera, in_use.camera, in_use.mount
-    if camera is None or model is None:
-        return profile, ""
-    if (model.width, model.height) != (camera.model.width, camera.model.height):
-        size, own = f"{model.width}x{model.height}", f"{camera.model.width}x{camera.model.height}"
-        return profile, (
-            f"The accepted camera calibration is for {size} pictures, this robot's camera gives {own}; it is not "
-            "used. Calibrate at this size, or take the calibration back."
+    model, no_model = usable_model(profile, in_use.camera)
+    mount, no_mount = usable_mount(profile, model, in_use)
+    reasons: Reasons = {}
+    if no_model:
+        reasons["camera"] = no_model
+    if no_mount:
+        reasons["laser"] = no_mount
+    if profile.camera is None or model is None:
+        return profile, reasons
+    mounting = profile.camera.mounting if mount is None else laser_in(profile) @ mount
+    return replace(profile, camera=replace(profile.camera, model=model, mounting=mounting)), reasons
+
+
+def usable_model(profile: Profile, accepted: CameraModel | None) -> tuple[CameraModel | None, str]:
+    """The camera that the robot looks through, accepted or as built, and why the accepted one is not used."""
+    camera = profile.camera
+    if camera is None:
+        return None, "" if accepted is None else "This robot has no camera; the accepted calibration is not used."
+    if accepted is None or (accepted.width, accepted.height) == (camera.model.width, camera.model.height):
+        return accepted or camera.model, ""
+    size, own = f"{accepted.width}x{accepted.height}", f"{camera.model.width}x{camera.model.height}"
+    return camera.model, (
+        f"The accepted camera calibration is for {size} pictures, this robot's camera gives {own}; it is not "
+        "used. Calibrate at this size, or take the calibration back."
+    )
+
+
+def usable_mount(profile: Profile, model: CameraModel | None, in_use: InUse) -> tuple[Transform | None, str]:
+    """The accepted mount for a robot that looks through `model`, and why it is not used."""
+    mount, through = in_use.mount, in_use.mount_camera
+    if mount is None or through is None:
+        return None, ""
+    if model is None or profile.laser is None:
+        return None, "The accepted mount is not used: this robot has not both a camera and a laser."
+    if (through.width, through.height) != (model.width, model.height):
+        return None, (
+            f"The accepted mount was found through a camera with {through.width}x{through.height} pictures, the one "
+            f"in use gives {model.width}x{model.height}; it is not used. Calibrate the laser anew."
         )
-    mounting = camera.mounting if mount is None or profile.laser is None else laser_in(profile) @ mount
-    return replace(profile, camera=replace(camera, model=model, mounting=mounting)), ""
+    away = apart(through, model)
+    if away > ALIKE * target(model.width):
+        return None, (
+            f"The accepted mount was found through another camera calibration, {away:.1f} px from the one in use; it "
+            "is not used. Calibrate the laser anew, or take the camera's calibration back."
+        )
+    return mount, ""
+
+
+def apart(one: CameraModel, other: CameraModel) -> float:
+    """How far apart two cameras in one mount see the same things, in 95 % of the picture [pixel].
+
+    Unlike `core.calibration.uncertainty.difference` no turn of the camera is allowed for: the mount holds it.
+    """
+    pixels = map_pixels(one)
+    ideal = undistort(one, (pixels - (one.cx, one.cy)) / (one.fx, one.fy))
+    seen = other.distort(ideal) * (other.fx, other.fy) + (other.cx, other.cy)
+    away = np.linalg.norm(seen - pixels, axis=1)
+    known = away[np.isfinite(away)]
+    return float(np.quantile(known, 0.95)) if len(known) else float("inf")
 
 
 def laser_start(

@@ -30,6 +30,7 @@ from core.snapshot import Level
 
 MOST_SESSIONS = 100
 FORGOTTEN = 600.0  # [s] without anybody who looks, after which a session looks no more
+KINDS: tuple[CalibrationKind, ...] = ("camera", "laser")
 IDLE = 180.0  # [s] after which a worker that nobody needs is ended
 
 
@@ -146,10 +147,19 @@ class Workbench:
 
     def profile(self) -> Profile:
         """The robot as calibrated; why a calibration is not used is told."""
-        profile, why_not = calibrated(self._robot.profile, self.in_use)
-        if why_not:
+        profile, reasons = calibrated(self._robot.profile, self.in_use)
+        for why_not in reasons.values():
             self._warn(why_not)
         return profile
+
+    def used(self) -> dict[str, Any]:
+        """The reports of what was accepted, by kind, each with why it is not used, or ''; None: as built."""
+        reasons = calibrated(self._robot.profile, self.in_use)[1]
+        told: dict[str, Any] = dict.fromkeys(KINDS)
+        for kind in KINDS:
+            if (report := self.in_use.report(kind)) is not None:
+                told[kind] = {**report, "not_used": reasons.get(kind, "")}
+        return told
 
     async def accept(self, sitting: Sitting, *, anyway: bool, who: str) -> dict[str, Any]:
         """Use a session's calibration from now on → its report. Raises Refused with the reason."""

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import asyncio
 import errno
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from console.calibration.in_use import InUse
-from console.calibration.robot_sensors import calibrated
+from console.calibration.robot_sensors import calibrated, laser_in, nominal_mount
 from console.problems import Problem
 from core.calibration.camera_files import kalibr_yaml, ros_yaml
+from core.calibration.mount_files import FORWARD, matrix
 from core.calibration.reports import kept as kept_form
+from core.geometry import Transform
+from core.message import Array
 from core.optics import TABLE_3
 from tests.console.calibration.wizard import Wizard
 from tests.console.live import Live
@@ -22,7 +27,7 @@ TEXT = {"Content-Type": "text/plain"}
 NEAR = replace(TABLE_3, fx=305.0)
 
 
-def in_use(live: Live) -> dict[str, object]:
+def in_use(live: Live) -> Any:
     return live.ask("GET", "/api/calibration/in-use", token=live.viewer).json
 
 
@@ -39,6 +44,13 @@ def seen_with(live: Live) -> float:
     pilot = live.runtime._pilot
     assert pilot is not None
     return pilot.pilot._eyes.camera.model.fx
+
+
+def mounting(live: Live) -> Array:
+    """Where the pilot's camera sits on the robot [m]."""
+    pilot = live.runtime._pilot
+    assert pilot is not None
+    return pilot.pilot._eyes.camera.mounting.translation
 
 
 def notices(live: Live) -> str:
@@ -65,8 +77,8 @@ def test_what_is_accepted_is_used_at_once_and_after_a_restart_and_can_be_taken_b
     assert Wizard(live, "laser", "robot").told["kind"] == "laser"
     after_a_restart = InUse(home(live))
     after_a_restart.open()
-    profile, why_not = calibrated(live.robot.profile, after_a_restart)
-    assert profile.camera is not None and profile.camera.model.fx == NEAR.fx and why_not == ""
+    profile, reasons = calibrated(live.robot.profile, after_a_restart)
+    assert profile.camera is not None and profile.camera.model.fx == NEAR.fx and reasons == {}
     assert undo(live) == 200 and seen_with(live) == fx
     assert undo(live) == 200 and seen_with(live) == TABLE_3.fx
     assert in_use(live)["camera"] is None
@@ -81,9 +93,33 @@ def test_a_camera_of_another_size_is_kept_but_not_used_and_the_person_is_told(be
     assert bring(bench, kalibr_yaml(other)) == 200
     assert seen_with(bench) == TABLE_3.fx
     assert "640x480" in notices(bench) and "320x256" in notices(bench)
+    assert "640x480" in in_use(bench)["camera"]["not_used"]
     refused = bench.ask("POST", "/api/calibration/sessions", laser, token=bench.operator)
     assert refused.status == 409 and "another size" in refused.json["detail"]
     assert undo(bench) == 200
+
+
+def test_a_mount_reaches_the_pilot_as_long_as_the_camera_is_the_one_it_was_found_through(bench: Live) -> None:
+    built = bench.robot.profile
+    assert built.camera is not None
+    mount = Transform(rotation=nominal_mount(built).rotation, translation=np.array([0.01, 0.02, 0.07]))
+    whole = kept_form(TABLE_3, "camera") | {"extrinsics": {FORWARD: matrix(mount).tolist()}}
+    report = {"rotation": mount.rotation.tolist(), "translation_m": mount.translation.tolist()}
+    using = bench.runtime.workbench.use("laser", {"document": whole, "report": report}, "operator")
+    asyncio.run_coroutine_threadsafe(using, bench.loop).result(10)
+    found = (laser_in(built) @ mount).translation
+    assert np.allclose(mounting(bench), found) and not np.allclose(found, built.camera.mounting.translation)
+    assert in_use(bench)["laser"]["not_used"] == ""
+    assert bring(bench, ros_yaml(replace(TABLE_3, fx=TABLE_3.fx + 0.5))) == 200
+    assert np.allclose(mounting(bench), found)
+    assert bring(bench, ros_yaml(replace(TABLE_3, cx=TABLE_3.cx + 9))) == 200
+    assert np.allclose(mounting(bench), built.camera.mounting.translation)
+    assert "Calibrate the laser anew" in notices(bench)
+    assert "another camera calibration, 9.0 px" in in_use(bench)["laser"]["not_used"]
+    assert undo(bench) == undo(bench) == 200
+    assert np.allclose(mounting(bench), found)
+    assert undo(bench, "laser") == 200
+    assert np.allclose(mounting(bench), built.camera.mounting.translation)
 
 
 @pytest.mark.parametrize(
