@@ -7,11 +7,12 @@ import pickle
 import numpy as np
 
 from console.calibration.laser_keeping import resumed, state_of
-from console.calibration.values import SMALL, Told, advice_told, board_of, grey_of, jpeg, png, points
+from console.calibration.values import OTHER_VIEWS, SMALL, Told, advice_told, board_of, grey_of, jpeg, png, points
 from core.calibration.board import Board
 from core.calibration.board_line import MeanScan, find_lines, foreground
 from core.calibration.laser_proof import check, dots
 from core.calibration.laser_session import LaserSession, LaserVerdict
+from core.calibration.laser_words import weak_words
 from core.calibration.range_lines import unit_rays
 from core.calibration.reports import kept, laser_report
 from core.errors import BadInput, Refused
@@ -119,13 +120,14 @@ class LaserDesk:
         session = self._session
         if not anyway:
             session.accept()
-        found, progress = session.calibration, session.progress()
+        found, names = session.calibration, [pose.name for pose in session.poses]
         if found is None or session.stale:
-            raise Refused(progress.words)
+            raise Refused(session.progress().words)
+        if self._solved != tuple(names):
+            raise Refused(OTHER_VIEWS)
         open_directions = [name for name in found.extrinsics.weak if not session.witnessed(name)]
         if open_directions:
-            raise Refused(progress.weak[found.extrinsics.weak.index(open_directions[0])])
-        names = [pose.name for pose in session.poses]
+            raise Refused(weak_words(found.extrinsics)[found.extrinsics.weak.index(open_directions[0])])
         document = kept(session.model, "camera", board=session.board, laser=found)
         return {"document": document, "report": laser_report(found, names, session.board, session.model)}
 
