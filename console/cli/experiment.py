@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+from console.cli import course_options
 from console.cli.answer import add_json, tell, write, write_json
 from core.experiments import EXPERIMENTS
 
@@ -21,13 +22,15 @@ def add(places: Any) -> None:
     parser.add_argument("--runs", type=runs, default=None, help="how often (the experiment's own number)")
     parser.add_argument("--seed", type=seed, default=0, help="the same seed gives the same answer (default 0)")
     parser.add_argument("--out", type=Path, default=None, metavar="DIR", help="where files go")
+    course_options.add(parser)
     add_json(parser)
     parser.set_defaults(run=run)
 
 
 def run(chosen: argparse.Namespace) -> int:
     """Run it and say what came out."""
-    result = EXPERIMENTS[chosen.name](runs=chosen.runs, seed=chosen.seed, out=chosen.out, tell=tell)
+    wishes = course_options.wishes(chosen)
+    result = EXPERIMENTS[chosen.name](runs=chosen.runs, seed=chosen.seed, out=chosen.out, tell=tell, **wishes)
     if chosen.out is not None and "boards" in result:
         result["files"]["figure_15_scene"] = board_scene(result["boards"], chosen.out)
     if chosen.json:

@@ -41,3 +41,31 @@ def test_a_folder_that_cannot_be_made_is_told_in_a_sentence(
     (tmp_path / "file").write_text("")
     assert main(["experiment", "camera-table", "--runs", "1", "--out", str(tmp_path / "file" / "x")]) == 1
     assert "cannot be made: Not a directory" in capsys.readouterr().err
+
+
+def test_figure_16_is_an_experiment_of_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["experiment", "dead-reckoning-vs-slam", "--runs", "2", "--seed", "4", "--still", "--field", "camera"]
+    assert main([*asked, "--noise", "0.5", "--workers", "1", "--out", str(tmp_path), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["runs"], told["seed"], told["setup"]["field"]) == (2, 4, "camera")
+    assert told["setup"]["speed_sd_m_s"] == 0.1 and told["setup"]["still_start"] is True
+    for name in ("dead_reckoning", "ekf_slam"):
+        figures = {"worst_average_error_m", "mean_average_error_m", "worst_run", "path_m", "nees_mean"}
+        assert figures <= told["estimators"][name].keys()
+    assert all(Path(file).is_file() for file in told["files"].values())
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        ["camera-table", "--still"],
+        ["dead-reckoning-vs-slam", "--noise", "nan"],
+        ["dead-reckoning-vs-slam", "--workers", "0"],
+    ],
+)
+def test_what_an_experiment_does_not_take_is_wrong_usage(
+    wrong: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["experiment", *wrong])
+    assert ended.value.code == 2 and "Traceback" not in capsys.readouterr().err

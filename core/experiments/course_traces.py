@@ -1,0 +1,103 @@
+"""One run through an estimator: where it thought it was, how far off that is, and how sure it was."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from core.experiments.course_draws import Run
+from core.geometry import Pose
+from core.message import Array, message
+from core.slam.consistency import nees
+from core.slam.ekf import EkfSettings, EkfSlam
+from core.slam.estimate import Estimate, Landmark
+from core.slam.motion import Increment, steered
+
+
+@message
+class Trace:
+    """What one estimator made of one run."""
+
+    times: Array  # (M,) [s] since the first move
+    places: Array  # (M, 2) [m]
+    errors: Array  # (M,) [m] of the place
+    nees: float  # mean; ideal 3
+    last: Estimate
+    landmarks: tuple[Landmark, ...] = ()
+
+    @property
+    def average(self) -> float:
+        """The average error [m] over the run: what the paper compares."""
+        return float(self.errors.mean())
+
+    @property
+    def final(self) -> float:
+        """The error [m] at the goal."""
+        return float(self.errors[-1])
+
+
+def reckoned(run: Run) -> Trace:
+    """Dead reckoning (eq. 20): errors at every control update, NEES whenever there was a sighting."""
+    way, surprises = Increment(), []
+    places = np.empty((len(run.speeds), 2))
+    for k, moved in enumerate(_moves(run), start=1):
+        way = way.then(moved)
+        places[k - 1] = way.pose.x, way.pose.y
+        if k in run.seen:
+            surprises.append(nees(Estimate(pose=way.pose, covariance=way.covariance), _truth(run, k)))
+    return Trace(
+        times=run.motion.step * np.arange(1, len(places) + 1),
+        places=places,
+        errors=_errors(places, run.truth[1:]),
+        nees=_mean(surprises),
+        last=Estimate(pose=way.pose, covariance=way.covariance),
+    )
+
+
+def mapped(run: Run, ekf: EkfSettings, still: bool) -> Trace:
+    """EKF-SLAM (eq. 17-33): errors and NEES at every sighting; with `still`, the frames at rest come first."""
+    slam = EkfSlam(replace(ekf, still_scans=max(ekf.still_scans, len(run.still))), run.motion)
+    for frame in run.still if still else ():
+        slam.see(frame)
+    places, surprises, gathered = [], [], Increment()
+    for k, moved in enumerate(_moves(run), start=1):
+        gathered = gathered.then(moved)
+        if k in run.seen:
+            slam.advance(gathered)
+            slam.see(run.seen[k])
+            gathered = Increment()
+            pose = slam.filter.pose
+            places.append((pose.x, pose.y))
+            surprises.append(slam.nees(_truth(run, k)))
+    steps = np.array(sorted(run.seen))
+    found = np.array(places)
+    return Trace(
+        times=run.motion.step * steps,
+        places=found,
+        errors=_errors(found, run.truth[steps]),
+        nees=_mean(surprises),
+        last=slam.estimate,
+        landmarks=slam.landmarks,
+    )
+
+
+def _moves(run: Run) -> list[Increment]:
+    """What every control update says of the move."""
+    told = zip(run.speeds.tolist(), run.steers.tolist(), strict=True)
+    return [steered(speed, steer, run.motion.step, run.motion) for speed, steer in told]
+
+
+def _truth(run: Run, k: int) -> Pose:
+    return Pose(*run.truth[k].tolist())
+
+
+def _errors(places: Array, truth: Array) -> Array:
+    return np.hypot(places[:, 0] - truth[:, 0], places[:, 1] - truth[:, 1])
+
+
+def _mean(values: list[float]) -> float:
+    """Mean of those that are numbers."""
+    told = [value for value in values if math.isfinite(value)]
+    return float(np.mean(told)) if told else math.nan

@@ -1,0 +1,71 @@
+"""The paper's drive as it was planned: an S of 3.2 m among twelve corners (section 6.2).
+
+The print gives speed, wheelbase, rates and noise (eq. 43); the corners, and the points the S leads through, are ours.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+
+from core.geometry import wrap
+from core.message import Array, message
+from core.slam.motion import MotionSettings, steered
+
+STEPS = 1280  # control updates: 32 s at 40 Hz, 3.2 m at 0.1 m/s
+EVERY = 8  # control updates between sightings: 5 Hz
+LANDMARKS = (
+    (-1.0, -2.0),
+    (5.0, -2.0),
+    (5.0, 3.0),
+    (-1.0, 3.0),
+    (1.2, -2.0),
+    (1.2, -1.6),
+    (3.4, 3.0),
+    (3.4, 2.6),
+    (5.0, 0.5),
+    (4.6, 0.5),
+    (-1.0, 1.0),
+    (-0.6, 1.0),
+)  # [m]
+GOALS = ((1.2, 0.2), (1.8, 0.9), (2.6, 0.9), (3.4, 0.2))  # [m]
+REACHED = 0.05  # [m] from a goal, the next one is steered for
+MOST_STEER = math.radians(30)
+STEER_RATE = math.radians(80)  # [rad/s]
+
+
+@message
+class Course:
+    """The true drive: what was commanded, and where it led."""
+
+    speeds: Array  # (K,) [m/s]
+    steers: Array  # (K,) [rad]
+    truth: Array  # (K + 1, 3) x, y [m], heading [rad]; the first is the start
+    landmarks: Array  # (N, 2) [m]
+
+
+@cache
+def paper_course(wheelbase: float, step: float, cruise: float) -> Course:
+    """Steer the S: wheelbase [m], control step [s], speed [m/s] → the drive without any noise."""
+    motion = MotionSettings(wheelbase=wheelbase, step=step)
+    x, y, heading, steer, goal = 0.0, 0.0, 0.0, 0.0, 0
+    steers: list[float] = []
+    truth = [(x, y, heading)]
+    for _ in range(STEPS):
+        if goal < len(GOALS) - 1 and math.hypot(GOALS[goal][0] - x, GOALS[goal][1] - y) < REACHED:
+            goal += 1
+        towards = math.atan2(GOALS[goal][1] - y, GOALS[goal][0] - x)
+        change = wrap(towards - heading - steer)
+        steer += min(max(change, -STEER_RATE * step), STEER_RATE * step)
+        steer = min(max(steer, -MOST_STEER), MOST_STEER)
+        moved = steered(cruise, steer, step, motion).pose
+        c, s = math.cos(heading), math.sin(heading)
+        x, y = x + c * moved.x - s * moved.y, y + s * moved.x + c * moved.y
+        heading = wrap(heading + moved.heading)
+        steers.append(steer)
+        truth.append((x, y, heading))
+    return Course(
+        speeds=np.full(STEPS, cruise), steers=np.array(steers), truth=np.array(truth), landmarks=np.array(LANDMARKS)
+    )

@@ -1,0 +1,48 @@
+"""The same work on many numbers in several processes; what comes out does not depend on how many."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from typing import TypeVar
+
+T = TypeVar("T")
+
+WORTH = 8  # numbers that a process of its own is worth: it takes a second to start
+TOLD = 10  # times progress is told
+
+
+def side_by_side(
+    work: Callable[[int], T], count: int, workers: int | None = None, tell: Callable[[str], None] | None = None
+) -> list[T]:
+    """`work` on 0 … count - 1 → the answers in that order. It must come from a module, and know its own chance.
+
+    `workers`: processes; None: as many as the machine has, where they are worth it.
+    """
+    workers = min(workers or min(os.cpu_count() or 1, math.ceil(count / WORTH)), count)
+    done: list[T] = []
+    every = max(1, count // TOLD)
+    if workers == 1:
+        for number in range(count):
+            done.append(work(number))
+            _progress(len(done), count, every, tell)
+        return done
+    for library in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(library, "1")  # the processes would stand in each other's way
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        try:
+            for answer in pool.map(work, range(count), chunksize=max(1, min(20, count // (4 * workers)))):
+                done.append(answer)
+                _progress(len(done), count, every, tell)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return done
+
+
+def _progress(done: int, count: int, every: int, tell: Callable[[str], None] | None) -> None:
+    if tell is not None and (done % every == 0 or done == count):
+        tell(f"{done} of {count} runs…")
