@@ -54,6 +54,8 @@ class CalibrationCapture extends Room {
   /** @type {Eye | null} */
   #eye = null;
   #eyeOf = "";
+  #watched = ""; // the session that looks at the robot for us
+  #showing = false;
   #paused = false;
 
   /** @override */
@@ -152,6 +154,14 @@ class CalibrationCapture extends Room {
     this.#eye?.close();
     this.#eye = null;
     this.#eyeOf = "";
+    this.#rest();
+  }
+
+  /** Nobody looks any more: views are not taken behind our back, unless the assistant is at work. */
+  #rest() {
+    const id = this.#watched;
+    this.#watched = "";
+    if (id && !this.#showing && this.bench.may) api.live(id, false).catch(() => undefined);
   }
 
   /** @override */
@@ -161,6 +171,7 @@ class CalibrationCapture extends Room {
     if (!calibration) return;
     this.#look(calibration);
     const { kind, source, live, showing, progress } = calibration;
+    this.#showing = showing;
     mark(this, "data-kind", kind);
     mark(this, "data-source", source);
     this.#scan.hidden = this.#gains.hidden = kind === "camera";
@@ -287,7 +298,8 @@ class CalibrationCapture extends Room {
     } else {
       this.#eye = new RobotEye(this.session);
       this.#eye.open();
-      if (!live && bench.may && !bench.calibration?.verdict) void bench.wish((session) => api.live(session, true));
+      this.#watched = id;
+      if (!live && bench.may) void bench.wish((session) => api.live(session, true));
     }
   }
 

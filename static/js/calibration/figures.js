@@ -14,6 +14,8 @@ import { fixed } from "../format.js";
  * @property {boolean} far the two differ by more than their doubt explains
  */
 
+const MOST_DECIMALS = 5;
+
 /** @type {ReadonlyArray<readonly [string, string, string]>} */
 const CAMERA = [
   ["fx", "fᵤ", "focal length, across"],
@@ -33,7 +35,7 @@ const CAMERA = [
  */
 export function decimals(sd) {
   if (!(sd > 0) || !Number.isFinite(sd)) return 4;
-  return Math.min(6, Math.max(0, 1 - Math.floor(Math.log10(sd))));
+  return Math.min(MOST_DECIMALS, Math.max(0, 1 - Math.floor(Math.log10(sd))));
 }
 
 /**

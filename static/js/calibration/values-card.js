@@ -31,13 +31,14 @@ export class ValuesCard extends HTMLElement {
     const rows = kind === "camera" ? cameraRows(solution, compare) : mountRows(solution, compare);
     const compared = rows.some((row) => row.other);
     write(this.#title, kind === "camera" ? "The camera" : "The camera on the laser");
+    this.classList.toggle("is-compared", compared); // no room for explanations then
     const columns = ["", "Value", "Standard dev.", ...(compared ? ["In use", "Change"] : [])];
     this.#head.replaceChildren(...columns.map((name) => make("th", { scope: "col" }, name)));
     this.#body.replaceChildren(
       ...rows.map((row) => {
         const name = make(
           "th",
-          { scope: "row" },
+          { scope: "row", title: row.says },
           make("span", { class: "value-name" }, row.name),
           make("span", { class: "note" }, row.says),
         );
