@@ -26,7 +26,7 @@ class CameraDesk:
     def __init__(self) -> None:
         self._session = CameraSession(Board(columns=9, rows=6, square=0.03))
         self._solved: tuple[str, ...] = ()  # names of the views in the solution
-        self._sized = False  # the page knows the pictures' size
+        self._sized: tuple[int, int] | None = None  # of the pictures, as the page knows it
 
     def open(self, board: Told, state: Told | None, calibration: bytes | None, names: list[str]) -> Told:
         """Begin, or go on where `state` ended; `calibration` is the solution of the views `names`."""
@@ -104,7 +104,7 @@ class CameraDesk:
 
     def _looked(self, verdict: Verdict, grey: Array, *, original: bool) -> Told:
         """`original`: the console has the picture itself, as it came."""
-        answer = self._answer(changed=verdict.kind == "counted" or not self._sized, verdict=verdict)
+        answer = self._answer(changed=verdict.kind == "counted" or self._sized != self._session.size, verdict=verdict)
         if verdict.kind == "counted":
             answer["kept"] = {
                 "name": verdict.name,
@@ -126,7 +126,7 @@ class CameraDesk:
             }
         if not changed:
             return {"parts": parts}
-        self._sized = session.size is not None
+        self._sized = session.size
         parts |= self._slow_parts()
         names = [view.name for view in session.views]
         return {"parts": parts, "state": session.state(), "stale": session.stale, "names": names}

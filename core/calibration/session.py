@@ -10,9 +10,10 @@ import numpy as np
 from core.calibration.board import Board
 from core.calibration.chessboard import BoardView, find_board
 from core.calibration.coverage import Measures, bars, cells, measures
+from core.calibration.explaining import Explainer
 from core.calibration.guidance import Advice, GuidanceSettings, advise
 from core.calibration.intrinsics import Calibration, View, calibrate
-from core.calibration.quality import judge, miscounted, unseen, why_none
+from core.calibration.quality import judge, why_none
 from core.calibration.reports import target
 from core.calibration.uncertainty import UncertaintyMap, uncertainty_map
 from core.calibration.watcher import Watcher
@@ -73,17 +74,15 @@ class CameraSession:
     def __init__(self, board: Board, settings: SessionSettings | None = None) -> None:
         self.board = board
         self.settings = settings or SessionSettings()
-        self.size: tuple[int, int] | None = None
+        self.size: tuple[int, int] | None = None  # [pixel] of the views; before the first, of the newest picture
         self.taken: list[Taken] = []
         self.calibration: Calibration | None = None
         self._solved: tuple[str, ...] = ()
         self._advice: Advice | None = None
         self._watcher = Watcher(board)
         self._still_since: float | None = None
-        self._explained = float("-inf")
+        self._explainer = Explainer(board, self.settings.explain_every)
         self._asked = 0
-        self._tries = 0
-        self._reason = ""
 
     def look(self, grey: Array, stamp: float) -> Verdict:
         """A live picture (H, W) uint8 of time `stamp` [s] → its verdict; it is taken when sharp, still and new."""
@@ -91,7 +90,7 @@ class CameraSession:
         view = self._watcher.look(grey)
         if view is None:
             self._still_since = None
-            return Verdict(kind="nothing", words=self._explanation(grey, stamp))
+            return Verdict(kind="nothing", words=self._explainer.why(grey, stamp))
         verdict = self._judged(grey, view)
         if verdict is not None:
             return verdict
@@ -208,14 +207,16 @@ class CameraSession:
         return session
 
     def _check_size(self, grey: Array) -> None:
+        """The first view that is taken fixes the size; before that it is the newest picture's. Raises BadInput."""
         size = (grey.shape[1], grey.shape[0])
-        if self.size is None:
-            self.size = size
-        if size != self.size:
-            raise BadInput(
-                f"This picture is {size[0]}x{size[1]}, the session began with {self.size[0]}x{self.size[1]}; "
-                "a calibration holds for one camera setting only."
-            )
+        if self.size is not None and size != self.size:
+            if self.taken:
+                raise BadInput(
+                    f"This picture is {size[0]}x{size[1]}, the views so far are {self.size[0]}x{self.size[1]}; "
+                    "a calibration holds for one camera setting only: begin a new session for this one."
+                )
+            self._advice, self._still_since, self._watcher = None, None, Watcher(self.board)
+        self.size = size
 
     def _judged(self, grey: Array, view: BoardView) -> Verdict | None:
         """The reason against taking a view, or None."""
@@ -250,11 +251,3 @@ class CameraSession:
             if each.name == name:
                 return each
         raise BadInput("There is no view of that name in this session.")
-
-    def _explanation(self, grey: Array, stamp: float) -> str:
-        """Why no board is seen; one way of miscounting is tried now and then, for they are slow to try."""
-        if stamp - self._explained >= self.settings.explain_every:
-            self._explained = stamp
-            self._reason = miscounted(grey, self.board, self._tries, 320) or unseen(grey, self.board)
-            self._tries += 0 if self._reason.startswith("I see a ") else 1
-        return self._reason

@@ -85,8 +85,21 @@ def test_squares_entered_for_corners_are_noticed_while_looking() -> None:
 def test_pictures_of_another_size_are_refused() -> None:
     session = CameraSession(BOARD)
     session.capture(shot(np.random.default_rng(0)), "first")
-    with pytest.raises(BadInput, match="320x256"):
+    with pytest.raises(BadInput, match=r"320x256.*begin a new session"):
         session.capture(np.zeros((480, 640), np.uint8), "second")
+
+
+def test_a_picture_that_was_not_taken_does_not_fix_the_size() -> None:
+    session = CameraSession(BOARD)
+    blank = np.full((240, 424), 128, np.uint8)
+    assert session.look(blank, 0.0).kind == "nothing" and session.size == (424, 240)
+    before = session.advice()
+    assert session.capture(shot(np.random.default_rng(0)), "first").kind == "counted" and session.size == SIZE
+    after = session.advice()
+    assert before is not None and after is not None and np.all(after.corners < SIZE)
+    with pytest.raises(BadInput, match="424x240"):
+        session.look(blank, 1.0)
+    assert session.size == SIZE
 
 
 def gathered(count: int = 8, poison: int | None = None) -> CameraSession:
