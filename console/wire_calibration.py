@@ -67,6 +67,8 @@ class CalibrationProgress(Struct):
     gains: dict[str, float] | None = None  # by direction, 0..1
     weak: list[str] | None = None
     landing: str | None = None
+    witnessed: dict[str, str] | None = None  # direction → "by ruler" or "as level": measured, not told by the poses
+    known_from: float | None = None  # gain from which a direction counts as known
 
 
 class CalibrationView(Struct):

@@ -56,7 +56,7 @@ class LaserDesk:
                 "calibrate the camera at this size first."
             )
         self._grey = grey
-        return self._answer(verdict=self._session.look(grey))
+        return self._answer(verdict=self._session.look(grey, stamp))
 
     def sweep(
         self, ranges: bytes, angle_min: float, angle_step: float, range_min: float, range_max: float, stamp: float
@@ -125,9 +125,8 @@ class LaserDesk:
             raise Refused(session.progress().words)
         if self._solved != tuple(names):
             raise Refused(OTHER_VIEWS)
-        open_directions = [name for name in found.extrinsics.weak if not session.witnessed(name)]
-        if open_directions:
-            raise Refused(weak_words(found.extrinsics)[found.extrinsics.weak.index(open_directions[0])])
+        if found.extrinsics.unknown:
+            raise Refused(weak_words(found.extrinsics)[0])
         document = kept(session.model, "camera", board=session.board, laser=found)
         return {"document": document, "report": laser_report(found, names, session.board, session.model)}
 
@@ -164,6 +163,8 @@ class LaserDesk:
                 "gains": progress.gains,
                 "weak": list(progress.weak),
                 "landing": progress.landing,
+                "witnessed": progress.witnessed,
+                "known_from": progress.known_from,
             },
             "views": self._views(),
         }

@@ -54,7 +54,7 @@ def run_laser(chosen: argparse.Namespace) -> int:
             with_offset=chosen.offset,
             say=say,
         )
-    return _answer(chosen, told, laser_lines(told, board, chosen.height is not None))
+    return _answer(chosen, told, laser_lines(told, board))
 
 
 def run_board_page(chosen: argparse.Namespace) -> int:

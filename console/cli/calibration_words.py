@@ -22,7 +22,6 @@ SYMBOLS = {
 }
 """The chapter's letters."""
 NOT_KNOWN = "not known"
-BY_RULER = {"roll": "as level", "pitch": "as level", "height": "as measured"}
 WIDEST = 110  # columns of text
 
 
@@ -47,18 +46,15 @@ def camera_lines(told: dict[str, Any], board: Board) -> list[str]:
     ]
 
 
-def laser_lines(told: dict[str, Any], board: Board, by_ruler: bool = False) -> list[str]:
-    """The report of a mount → lines. What is not known gets words and no number.
-
-    `by_ruler`: height, roll and pitch that the data leave open are what the operator measured.
-    """
+def laser_lines(told: dict[str, Any], board: Board) -> list[str]:
+    """The report of a mount → lines. What is not known, or was measured beforehand, gets words and no number."""
     used = told["poses_used"]
     values = [*told["turn_deg"], *told["translation_m"]]
     sds = [*told["sd_rotation_deg"], *told["sd_translation_m"]]
     units = ["degrees"] * 3 + ["metres"] * 3
-    assumed = BY_RULER if by_ruler else {}
+    worded = told["witnessed"] | dict.fromkeys(told["not_known"], NOT_KNOWN)
     rows: list[tuple[str, float | str, float]] = [
-        (f"{name} ({unit})", assumed.get(name, NOT_KNOWN) if name in told["not_known"] else value, sd)
+        (f"{name} ({unit})", worded.get(name, value), sd)
         for name, unit, value, sd in zip(told["axes"], units, values, sds, strict=True)
     ]
     if told["range_offset_m"] is not None:
@@ -70,10 +66,7 @@ def laser_lines(told: dict[str, Any], board: Board, by_ruler: bool = False) -> l
         *_table("P_laser = R P_camera + t", rows),
         "",
         *_wrapped(f"RMS {told['residual_rms_m'] * 1e3:.1f} mm. {told['landing_words']} {told['square_words']}."),
-        *_notes(
-            "Not known from these poses" if by_ruler else "Not known",
-            (("", each) for each in told["weak_directions"]),
-        ),
+        *_notes("Not known", (("", each) for each in told["weak_directions"])),
         *_notes("Not used", ((each["image"], each["reason"]) for each in told["poses_refused"])),
         *_ending(told),
         *(["", told["static_transform"]] if complete else []),

@@ -70,6 +70,12 @@ class Problem:
     free: Array  # (8,) bool
     settings: ExtrinsicsSettings
     used: Array = field(default_factory=lambda: np.zeros(0, bool))  # (M,)
+    turned: bool = False  # another mount than the nominal one
+
+    @property
+    def measured(self) -> dict[str, str]:
+        """What was measured of the mount, unless the data have shown it to be another one."""
+        return {} if self.turned else self.mount.witnessed
 
     def seen(self) -> Stack:
         """The pairs that take part."""
@@ -117,6 +123,7 @@ def solve(
         misfit=misfit,
         gain=gain,
         weak=weak,
+        measured=problem.measured,
         offset=(answer.guess.offset, float(extra.pop())) if freedom.offset else None,
         scale=scale,
     )
@@ -143,6 +150,7 @@ def _search(problem: Problem) -> Transform:
         return nominal
     axes = turns[int(np.argmax(np.trace(turns @ best.T, axis1=1, axis2=2)))]
     problem.mount = Mount(nominal=Transform(rotation=axes, translation=np.zeros(3)), spread=problem.mount.spread)
+    problem.turned = True
     return problem.mount.nominal
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -40,7 +41,8 @@ def advise_pose(
 
     `rays` (B, 3) are the laser's beams, `range_sd` [m] the noise of an averaged range, `so_far` a solution or, before
     there is one, the poses taken. Planes of the board that are not `fresh` would not be taken; `asked` counts the
-    times that somebody asked for another pose. None where no fresh pose is in view of both sensors.
+    times that somebody asked for another pose. Where the mount's height was measured the board is only turned to
+    the left and right: it stands upright. None where no fresh pose is in view of both sensors.
     """
     if isinstance(so_far, Poses):
         guess, known = Guess(mount.nominal.rotation, mount.nominal.translation), np.diag(1 / mount.sds**2)
@@ -48,7 +50,8 @@ def advise_pose(
             known = known + (0.0 if told is None else told)
     else:
         guess, known = so_far.guess, np.linalg.inv(so_far.covariance)
-    poses = held(np.random.default_rng(SEED + asked), CANDIDATES, model, board, HOLDING)
+    holding = dataclasses.replace(HOLDING, upright="height" in mount.witnessed)
+    poses = held(np.random.default_rng(SEED + asked), CANDIDATES, model, board, holding)
     poses = poses.take(clear(model, poses, board, GuidanceSettings.spacing))
     best, best_left = None, np.inf
     for number, told in enumerate(_all_told(poses, board, model, rays, range_sd, guess, fresh)):

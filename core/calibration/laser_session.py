@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
 from core.calibration.board import Board
 from core.calibration.board_line import average, find_lines, foreground
+from core.calibration.explaining import Explainer
 from core.calibration.guidance import Advice
 from core.calibration.laser_guidance import advise_pose
+from core.calibration.laser_progress import LaserProgress, progress_of
 from core.calibration.laser_solve import LaserCalibration, LaserPose, LaserSettings, calibrate_laser
-from core.calibration.laser_words import landing_words, landings, weak_words
-from core.calibration.mount import NAMES, Mount
+from core.calibration.mount import Mount
 from core.calibration.planes import BoardPose, Plane, board_pose
 from core.calibration.projection import Poses
-from core.calibration.quality import judge, unseen
+from core.calibration.quality import judge
 from core.calibration.range_lines import unit_rays
 from core.calibration.watcher import Watcher
 from core.errors import BadInput, Refused
@@ -58,17 +59,6 @@ class LaserVerdict:
     beams: Array | None = None  # (K,) numbers of the beams taken for the board, to be highlighted
 
 
-class LaserProgress(NamedTuple):
-    """How far the wizard is."""
-
-    poses: int
-    gains: dict[str, float]  # per direction: share by which the data have shrunk the mount's doubt, 0..1
-    weak: tuple[str, ...]  # sentences
-    landing: str  # a sentence; empty before the first solution
-    ready: bool
-    words: str
-
-
 @dataclass
 class TakenPose:
     """A pose in the session."""
@@ -94,7 +84,7 @@ class LaserSession:
         self.background: Array | None = None  # (B,) [m]
         self._scans: list[Array] = []
         self._rays = np.empty((0, 3))
-        self._watcher = Watcher(board)
+        self._watcher, self._explainer = Watcher(board), Explainer(board)
         self._seen: BoardPose | None = None
         self._corners: list[Array] = []  # (N, 2) [pixel] each, in every picture since gathering began
         self._blind = 0  # scans since the last picture
@@ -122,8 +112,8 @@ class LaserSession:
             return LaserVerdict(kind="gathering", words=words, corners=self._watcher.corners)
         return self._take()
 
-    def look(self, grey: Array) -> LaserVerdict:
-        """One picture (H, W) uint8 → its verdict. The board has to be still while scans are gathered."""
+    def look(self, grey: Array, stamp: float = 0.0) -> LaserVerdict:
+        """One picture (H, W) uint8 of time `stamp` [s] → its verdict. The board is still while scans are gathered."""
         if self.background is None:
             words = (
                 f"Looking at the empty room: keep out of it. {len(self._scans)} of {self.settings.background} scans."
@@ -133,7 +123,7 @@ class LaserSession:
         self._blind = 0
         if view is None:
             self._forget()
-            return LaserVerdict(kind="nothing", words=unseen(grey, self.board))
+            return LaserVerdict(kind="nothing", words=self._explainer.why(grey, stamp))
         start = self._corners[0] if self._corners else None
         wandered = self._watcher.apart(view.corners, start, grey.shape[1]) > self.settings.drift
         if self._watcher.moved > self.settings.still or (self._seen is not None and wandered):
@@ -223,35 +213,16 @@ class LaserSession:
         return self.advice()
 
     def progress(self) -> LaserProgress:
-        """How far we are, and what is missing; a room not known yet matters only where more poses are wanted."""
-        missing = self.settings.least_poses - len(self.poses)
-        first = "First the empty room: step out of the laser's view." if self.background is None else ""
-        if self.calibration is None:
-            more = f"{missing} more pose{'s' * (missing > 1)} of the board at least."
-            words = (first or more) if missing > 0 else "Not solved yet."
-            return LaserProgress(len(self.poses), {}, (), "", False, words)
-        found = self.calibration.extrinsics
-        told = landings(found, self.model)
-        open_directions = [name for name in found.weak if not self.witnessed(name)]
-        near = max(told[1].sideways, told[1].up_down) <= self.settings.landing
-        if missing > 0:
-            words = first or f"{missing} more pose{'s' * (missing > 1)} at least."
-        elif self.stale:
-            words = "Not solved yet."
-        elif open_directions:
-            words = first or weak_words(found)[found.weak.index(open_directions[0])]
-        elif not near:
-            words = first or f"Not yet exact: {landing_words(told)}"
-        else:
-            words = f"Done: {landing_words(told)}"
-        ready = missing <= 0 and not self.stale and not open_directions and near
-        gains = {name: float(gain) for name, gain in zip(NAMES, found.gain, strict=True)}
-        return LaserProgress(len(self.poses), gains, weak_words(found), landing_words(told), ready, words)
-
-    def witnessed(self, name: str) -> bool:
-        """Whether a direction was measured by ruler or level, as for upright boards."""
-        number = NAMES.index(name)
-        return self.mount.sds[number] < (np.deg2rad(1) if number < 3 else 0.01)
+        """How far we are, and what is missing."""
+        return progress_of(
+            self.calibration,
+            self.model,
+            self.mount,
+            poses=len(self.poses),
+            wanted=(self.settings.least_poses, self.settings.landing),
+            stale=self.stale,
+            room_known=self.background is not None,
+        )
 
     def _empty_room(self) -> LaserVerdict:
         count, wanted = len(self._scans), self.settings.background

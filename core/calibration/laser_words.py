@@ -8,7 +8,7 @@ import numpy as np
 
 from core.calibration.board import Board
 from core.calibration.laser_solve import LaserCalibration
-from core.calibration.mount import NAMES, Extrinsics
+from core.calibration.mount import Extrinsics
 from core.calibration.projection import Poses, cross_matrices, linearise, vector_of
 from core.message import Array
 from core.optics import CameraModel
@@ -61,16 +61,11 @@ def landing_words(told: tuple[Landing, ...]) -> str:
 
 
 def weak_words(found: Extrinsics) -> tuple[str, ...]:
-    """A sentence for every direction that the poses leave open; never a bare number."""
+    """A sentence for every direction that neither poses nor ruler tell; never a bare number."""
     return tuple(
         f"{MEANING[name]} is not known from these poses and stays near the nominal mount: {ADVICE[name]}."
-        for name in found.weak
+        for name in found.unknown
     )
-
-
-def next_pose_words(found: Extrinsics) -> str:
-    """What to show next: help for the direction that the data tell least about."""
-    return f"Next, {ADVICE[NAMES[int(np.argmin(found.gain))]]}."
 
 
 def warnings(calibration: LaserCalibration, board: Board) -> tuple[str, ...]:

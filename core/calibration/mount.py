@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import field
+
 import numpy as np
 
 from core.calibration.pairs import Guess
@@ -13,6 +15,7 @@ NAMES = ("roll", "pitch", "yaw", "forward", "sideways", "height")
 """The six unknowns: turns about the laser's x, y, z axes and shifts along them."""
 
 LOOSE_TURN, LOOSE_SHIFT = np.deg2rad(3), 0.05  # [rad], [m]: how well a mount is known by looking at it
+CLOSE_TURN, CLOSE_SHIFT = np.deg2rad(1), 0.01  # [rad], [m]: below this a direction was measured
 FREE_TURN, FREE_SHIFT = np.deg2rad(10), 0.3  # [rad], [m]: as good as nothing
 
 
@@ -27,6 +30,16 @@ class Mount:
     def sds(self) -> Array:
         """(6,) [rad, m] in the order of NAMES."""
         return np.array(self.spread)
+
+    @property
+    def witnessed(self) -> dict[str, str]:
+        """Directions known well enough without any board, and how they were measured."""
+        closely = [sd < (CLOSE_TURN if number < 3 else CLOSE_SHIFT) for number, sd in enumerate(self.spread)]
+        return {
+            name: "as level" if number < 3 else "by ruler"
+            for number, (name, close) in enumerate(zip(NAMES, closely, strict=True))
+            if close
+        }
 
     @staticmethod
     def measured(height: float, height_sd: float = 0.005, level_sd: float = np.deg2rad(0.5)) -> Mount:
@@ -46,6 +59,7 @@ class Extrinsics:
     misfit: float  # chi-square per degree of freedom; 1 where the stated noise explains the residuals
     gain: Array  # (6,): 1 - sd / sd of the mount alone
     weak: tuple[str, ...]  # the NAMES that the data leave open; there the mount's nominal value speaks
+    measured: dict[str, str] = field(default_factory=dict[str, str])  # the NAMES that were, and how: Mount.witnessed
     offset: tuple[float, float] | None = None  # [m] range offset and its sd, when asked for
     scale: tuple[float, float] | None = None  # board size factor and its sd, when asked for
 
@@ -53,6 +67,16 @@ class Extrinsics:
     def sds(self) -> Array:
         """(6,) [rad, m] in the order of NAMES."""
         return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def witnessed(self) -> dict[str, str]:
+        """Directions that the data leave open and that are known all the same → how they were measured."""
+        return {name: told for name, told in self.measured.items() if name in self.weak}
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """The NAMES that neither data nor measurement tell."""
+        return tuple(name for name in self.weak if name not in self.measured)
 
     @property
     def guess(self) -> Guess:

@@ -54,7 +54,8 @@ def mount_entry(found: Extrinsics) -> dict[str, Any]:
             BACK: inverse_covariance(found.transform, found.covariance).tolist(),
         },
         "chi2_per_freedom": found.misfit,
-        "not_known": list(found.weak),
+        "not_known": list(found.unknown),
+        "witnessed": found.witnessed,
         "poses_used": int(np.count_nonzero(found.used)),
     }
 

@@ -28,6 +28,7 @@ class Holding:
     most_tilt: float = np.deg2rad(45)
     roll: float = np.deg2rad(20)  # either way, about the line of sight
     margin: float = 4.0  # [pixel] that every corner keeps from the rim of the picture
+    upright: bool = False  # turned to the left and right only, as a board that stands
 
 
 @dataclass(frozen=True)
@@ -95,10 +96,11 @@ def _any(rng: np.random.Generator, count: int, model: CameraModel, board: Board,
     place = np.column_stack((rng.uniform(0, model.width, count), rng.uniform(0, model.height, count)))
     ideal = undistort(model, (place - (model.cx, model.cy)) / (model.fx, model.fy))  # NaN where no ray reaches
     middle = np.column_stack((ideal, np.ones(count))) * depth[:, None]
-    about = rng.uniform(0, 2 * np.pi, count)
+    about = rng.choice([-np.pi / 2, np.pi / 2], count) if how.upright else rng.uniform(0, 2 * np.pi, count)
+    roll = 0.0 if how.upright else how.roll
     tilt = rng.uniform(how.least_tilt, how.most_tilt, count)
     leaning = exponential(np.column_stack((np.cos(about), np.sin(about), np.zeros(count))) * tilt[:, None])
-    rolled = exponential(np.column_stack((np.zeros((count, 2)), rng.uniform(-how.roll, how.roll, count))))
+    rolled = exponential(np.column_stack((np.zeros((count, 2)), rng.uniform(-roll, roll, count))))
     rotations = leaning @ rolled
     return Poses(rotations, middle - rotations @ board.centre)
 

@@ -105,7 +105,8 @@ def laser_report(
         "sd_translation_m": sds[3:].tolist(),
         "axes": list(NAMES),
         "covariance": covariance.tolist(),
-        "not_known": list(found.weak),
+        "not_known": list(found.unknown),
+        "witnessed": found.witnessed,
         "weak_directions": list(weak_words(found)),
         "poses_used": int(np.count_nonzero(calibration.used)),
         "poses_refused": [

@@ -62,6 +62,8 @@ export const CAMERA_HEADER_BYTES = 16;
  * @property {Object<string, number> | null} [gains]
  * @property {string[] | null} [weak]
  * @property {string | null} [landing]
+ * @property {Object<string, string> | null} [witnessed]
+ * @property {number | null} [known_from]
  */
 
 /**

@@ -82,7 +82,7 @@ def test_a_measured_height_is_taken_as_measured(
     asked = ["calibrate", "laser", str(shared_data / "camera-lidar2d-acfr"), "--camera", str(camera)]
     assert main([*asked, "--square", "0.019", "--height", "0.05", "--offset"]) == 0
     rows = {line[:26].strip(): line[26:].split() for line in capsys.readouterr().out.splitlines()}
-    assert rows["height (metres)"] == ["as", "measured"] and rows["roll (degrees)"] == ["as", "level"]
+    assert rows["height (metres)"] == ["by", "ruler"] and rows["roll (degrees)"] == ["as", "level"]
     assert float(rows["yaw (degrees)"][0]) == pytest.approx(1.15, abs=0.4)
     assert len(rows["range offset (metres)"]) == 2
 

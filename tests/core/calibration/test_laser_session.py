@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from rooms_to_practise import BOARD, a_room, error_of
 
+from core.calibration.board import Board
 from core.calibration.laser_proof import check, dots
 from core.calibration.laser_session import LaserSession, LaserSessionSettings, LaserVerdict
 from core.calibration.laser_solve import calibrate_laser
+from core.calibration.mount import Mount
 from core.calibration.practice import picture, visible
 from core.calibration.practice_room import PracticeRoom
 from core.calibration.projection import Poses, exponential
@@ -149,6 +151,26 @@ def test_scans_without_pictures_prove_nothing() -> None:
     verdicts = [session.sweep(scan_of(room, ranges)) for ranges in scans]
     assert any(verdict is not None and "No pictures" in verdict.words for verdict in verdicts)
     assert session.taken == []
+
+
+def test_an_upright_board_is_only_turned_and_what_was_measured_is_said() -> None:
+    room = a_room(5)
+    session = LaserSession(BOARD, TABLE_3, Mount.measured(0.05))
+    for ranges in room.background(30):
+        session.sweep(scan_of(room, ranges))
+    advice = session.advice()
+    assert advice is not None and np.allclose(advice.rotation[1], [0, 1, 0], atol=1e-9)
+    progress = session.progress()
+    assert progress.witnessed == {"roll": "as level", "pitch": "as level", "height": "by ruler"}
+    assert progress.known_from == 0.7
+
+
+def test_a_board_of_another_size_is_noticed() -> None:
+    room = a_room(2)
+    session = LaserSession(Board(columns=10, rows=7, square=0.03), TABLE_3)
+    session.background = np.full(len(room.rays), 3.0)
+    grey = picture(room.rng, TABLE_3, FACING, BOARD)
+    assert "9x6 inner corners" in session.look(grey).words
 
 
 def test_nothing_is_accepted_too_early_and_names_must_exist() -> None:
