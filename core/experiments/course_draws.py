@@ -25,7 +25,7 @@ from core.slam.motion import MotionSettings
 
 Field = Literal["laser", "camera"]
 FIELDS: dict[Field, float] = {"laser": math.radians(120), "camera": math.radians(28)}
-"""Half of the field of view: of the URG, and of the camera of Table 3 (where an edge must be seen beside a corner)."""
+"""Half of the field of view: of the URG, and of the camera of Table 3 (where edges are seen)."""
 
 NEAREST, FARTHEST = 0.06, 4.0  # [m] that the laser sees
 STILL = 10  # frames at rest before the first move

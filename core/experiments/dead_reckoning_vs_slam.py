@@ -24,6 +24,7 @@ from core.errors import BadInput
 from core.experiments.course_draws import Draws, Field, frozen
 from core.experiments.course_traces import Trace, mapped, reckoned
 from core.experiments.figure_16 import Panel, figure_16
+from core.experiments.paper_course import EVERY
 from core.experiments.side_by_side import side_by_side
 from core.log import Ids
 from core.message import Array, message
@@ -170,10 +171,10 @@ def save(out: Path, result: dict[str, Any], done: list[Outcome], plan: Plan) -> 
 
 def caption(plan: Plan, result: dict[str, Any]) -> str:
     """The set-up in a line."""
-    noise = result["setup"]
+    noise, step = result["setup"], plan.draws.motion.step
     source = plan.draws.data.name if plan.draws.data else f"seed {result['seed']}"
     return (
-        f"{noise['speed_m_s']:g} m/s, controls 40 Hz, sightings 5 Hz  ·  "
+        f"{noise['speed_m_s']:g} m/s, controls {1 / step:g} Hz, sightings {1 / (EVERY * step):g} Hz  ·  "
         f"Q = diag({noise['speed_sd_m_s']:g} m/s, {noise['steer_sd_deg']:g}°)²  ·  "
         f"R = diag({noise['range_sd_m']:g} m, {noise['bearing_sd_deg']:g}°)²  ·  "
         f"{'ten frames at rest first' if plan.still else 'moving at once'}  ·  "
