@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import logging
 import signal
 import socket
+import threading
 from typing import Any
 
 import msgspec
@@ -19,6 +19,7 @@ from core.errors import BadInput, BeckonError, Unavailable
 log = logging.getLogger(__name__)
 
 STARTING = 30.0  # [s] until a worker has to be ready
+GOING = 1.0  # [s] that a worker whose pipe is closed may take to end by itself
 LONGER = 4.0  # times its processor time that a job may take by the clock
 MOST_TOLD = 2**26  # [bytes] of one answer
 
@@ -44,6 +45,7 @@ class Worker:
         self._reader: asyncio.StreamReader | None = None
         self._writer: asyncio.StreamWriter | None = None
         self._turn = asyncio.Lock()
+        self._reaper: threading.Thread | None = None
 
     @property
     def alive(self) -> bool:
@@ -81,13 +83,19 @@ class Worker:
         return told.get("told")
 
     def kill(self) -> None:
-        """End it now; a job under way is lost."""
+        """End it now; a job under way is lost. Nobody waits here until the process is gone."""
         if self._writer is not None:
             self._writer.close()
         if self._child is not None:
             self._child.kill()
-            self._child.end(1.0)
+            self._reaper = threading.Thread(target=self._child.end, args=(GOING,), daemon=True)
+            self._reaper.start()
         self._child = self._reader = self._writer = None
+
+    async def gone(self) -> None:
+        """It was killed: wait a while until no process is left."""
+        if self._reaper is not None:
+            await asyncio.to_thread(self._reaper.join, GOING)
 
     async def _ready(self) -> None:
         if self.alive:
@@ -118,7 +126,7 @@ class Worker:
             self.kill()
             raise Lost("That took too long, so it was given up.") from None
         except (OSError, asyncio.IncompleteReadError):
-            raise self._last_words() from None
+            raise await self._last_words() from None
         except msgspec.MsgspecError:
             self.kill()
             raise Lost("The calibration's worker talks nonsense; it is started anew.") from None
@@ -129,15 +137,18 @@ class Worker:
             raise Unavailable("The calibration's worker did not answer properly.")
         return told
 
-    def _last_words(self) -> Lost:
+    async def _last_words(self) -> Lost:
         """It has ended by itself, or was killed."""
-        child = self._child
-        code = None
-        if child is not None:
-            with contextlib.suppress(Exception):
-                child.end(1.0)
-            code = child.code
-        self.kill()
+        child, code = self._child, None
+        try:
+            if child is not None:
+                async with asyncio.timeout(2 * GOING):
+                    await asyncio.to_thread(child.end, GOING)
+                code = child.code
+        except TimeoutError:
+            log.warning("A calibration worker does not end: process %d.", child.pid if child else 0)
+        finally:
+            self.kill()
         if code == -signal.SIGPROF:
             return Lost("That took too long, so it was given up.")
         killed = code in (-signal.SIGKILL, -signal.SIGTERM)

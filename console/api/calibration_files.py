@@ -10,7 +10,8 @@ from fastapi import Path, Query, Request, Response
 from console.api import Behind, Who, Wish, router
 from console.api.calibration import Id, Name
 from console.calibration.folder import small_name
-from console.calibration.sitting import PICTURE_BUDGET, Sitting, camera_in
+from console.calibration.sitting import PICTURE_BUDGET, Sitting
+from console.calibration.values import camera_in
 from console.problems import Problem
 from console.roles import TEXT, needs
 from console.wire_calibration import CalibrationKind

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from typing import Any
 
 import cv2
@@ -15,6 +16,9 @@ from core.geometry import Pose
 from core.message import Array
 from core.sensors import Image, Scan, SensorFrame
 
+log = logging.getLogger(__name__)
+
+BROKE_OFF = "Looking at the robot broke off; nothing was lost. Switch it on again; the log says more."
 PAUSE = 0.5  # [s] after something went wrong
 CARRIED, TURNED = 0.02, np.deg2rad(1.5)  # [m], [rad] the robot may move after it has looked at the empty room
 
@@ -58,6 +62,10 @@ class Live:
                     return
                 self._sitting.trouble(str(wrong))
                 await asyncio.sleep(PAUSE)
+            except Exception:
+                log.exception("Looking at the robot broke off.")
+                self._sitting.trouble(BROKE_OFF)
+                return
 
     async def _look(self, image: Image) -> None:
         await self._sitting.act(

@@ -11,6 +11,7 @@ import msgspec
 
 from console import wire_calibration as wire
 from console.calibration.folder import VERSION, Folder, Kept
+from console.calibration.values import camera_in
 from console.calibration.writing import Writing
 from console.problems import Problem
 from console.workers import Lost, Worker
@@ -159,6 +160,10 @@ class Sitting:
         self._settled.set()
         self._desk.kill()
 
+    async def gone(self) -> None:
+        """Its worker was ended: wait until there is no process any more."""
+        await self._desk.gone()
+
     def _encoded(self) -> bytes:
         """All of it, as it is now."""
         return msgspec.json.encode(Kept(VERSION, self.card, self.session, self._state, self.pictures, self.exports))
@@ -281,18 +286,3 @@ class Sitting:
             return
         await self.save()
         self._shown(self, False)
-
-
-def camera_in(session: wire.CalibrationSession) -> dict[str, Any] | None:
-    """The solved camera's parameters by name, where there is one."""
-    solution = session.solution
-    if session.kind != "camera" or solution is None:
-        return None
-    width, height = solution["image_size"]
-    names = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2")
-    return {
-        "width": width,
-        "height": height,
-        "k3": solution.get("k3", 0.0),
-        **{name: solution[name] for name in names},
-    }

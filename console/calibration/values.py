@@ -7,6 +7,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from console.wire_calibration import CalibrationSession
 from core.calibration.board import Board
 from core.calibration.guidance import Advice
 from core.message import Array
@@ -84,3 +85,18 @@ def jpeg(picture: Array, longest: int | None = None, quality: int = 85) -> bytes
     if scale < 1:
         picture = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
     return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
+
+
+def camera_in(session: CalibrationSession) -> Told | None:
+    """The solved camera's parameters by name, where there is one."""
+    solution = session.solution
+    if session.kind != "camera" or solution is None:
+        return None
+    width, height = solution["image_size"]
+    names = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2")
+    return {
+        "width": width,
+        "height": height,
+        "k3": solution.get("k3", 0.0),
+        **{name: solution[name] for name in names},
+    }

@@ -71,12 +71,13 @@ class Workbench:
             self._tell("warning", self.in_use.trouble)
 
     async def close(self) -> None:
-        """End every worker; the sessions stay on disk."""
+        """End every worker and wait until it is gone; the sessions stay on disk."""
         for task in (*self._shows.values(), *(live.task for live in self._live.values())):
             task.cancel()
         for sitting in self.sittings.values():
             sitting.close()
         self.back_room.kill()
+        await asyncio.gather(self.back_room.gone(), *(sitting.gone() for sitting in self.sittings.values()))
 
     def tick(self, now: float) -> None:
         """Now and then: workers that nobody has needed for a while are ended, and looking that nobody looks at."""
@@ -163,6 +164,8 @@ class Workbench:
 
     async def accept(self, sitting: Sitting, *, anyway: bool, who: str) -> dict[str, Any]:
         """Use a session's calibration from now on → its report. Raises Refused with the reason."""
+        await self.show_me(sitting, on=False)
+        self.live(sitting, on=False)  # what was looked through is what is used
         told = await sitting.accept(anyway=anyway)
         await self.use(sitting.card.kind, told, who)
         sitting.session.accepted_s = time.time()
@@ -200,13 +203,19 @@ class Workbench:
             for other in self.sittings.values():
                 if other is not sitting and other.card.kind == sitting.card.kind:
                     self.rest(other)
-            self._live[sitting.card.id] = live or Live(sitting)
+            self._live[sitting.card.id] = live = live or Live(sitting)
+            live.task.add_done_callback(lambda _: self._looked(sitting, live))
         elif live is not None:
             live.end()
         self.watching = bool(self._live)
         if sitting.session.live != on:
             sitting.session.live = on
             sitting.show(urgent=True)
+
+    def _looked(self, sitting: Sitting, live: Live) -> None:
+        """It has ended, perhaps by itself."""
+        if self._live.get(sitting.card.id) is live and not live.task.cancelled():
+            self.live(sitting, on=False)
 
     def saw(self, frame: SensorFrame) -> None:
         """A frame of the robot."""

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from console.calibration.sitting import Sitting
 from core.calibration.camera_files import ros_yaml
 from core.optics import TABLE_3
 from tests.console.calibration.wizard import Wizard
@@ -50,6 +51,24 @@ def test_the_assistant_shows_the_board_and_views_are_taken_by_themselves(live: L
     assert not wizard.told["live"]
     assert live.ask("DELETE", other.base, token=live.operator).status == 204
     assert live.runtime.workbench.watching is False
+
+
+def test_looking_ends_with_a_sentence_when_it_breaks_and_when_the_session_is_accepted(
+    live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wizard = Wizard(live, source="robot")
+
+    async def broken(*_: object, **__: object) -> None:
+        raise ValueError("an accident")
+
+    with monkeypatch.context() as accident:
+        accident.setattr(Sitting, "act", broken)
+        assert wizard.post("live", {"on": True}).json["live"]
+        live.until(lambda: not wizard.told["live"])
+    assert "broke off" in wizard.told["verdict"]["words"] and live.runtime.workbench.watching is False
+    assert wizard.post("live", {"on": True}).json["live"]
+    assert wizard.post("accept", {"anyway": True}).status == 409
+    assert not wizard.told["live"]
 
 
 def test_a_session_of_uploads_does_not_look_at_the_robot(live: Live) -> None:

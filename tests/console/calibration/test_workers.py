@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from console.child import Child
 from console.workers import Lost, Worker
 from core.errors import BadInput
 from tests.console.calibration.wizard import boards, png
@@ -65,6 +66,27 @@ def test_a_worker_that_hangs_or_was_killed_is_given_up_and_started_anew() -> Non
         with pytest.raises(Lost, match="too long"):
             await worker.ask("picture", job, budget=0.05)
         assert time.monotonic() - began < 2.0 and not worker.alive
+
+    working(work)
+
+
+def test_a_worker_that_does_not_die_at_once_holds_nobody_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def work(worker: Worker) -> None:
+        await worker.ready()
+        pid, end = worker.pid, Child.end
+        ended: list[float] = []
+
+        def slowly(child: Child, patience: float) -> None:
+            time.sleep(0.3)
+            end(child, patience)
+            ended.append(patience)
+
+        monkeypatch.setattr(Child, "end", slowly)
+        began = time.monotonic()
+        worker.kill()
+        assert time.monotonic() - began < 0.2 and not worker.alive and not ended
+        await worker.gone()
+        assert ended and not Path(f"/proc/{pid}").exists()
 
     working(work)
 
