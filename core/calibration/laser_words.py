@@ -8,13 +8,12 @@ import numpy as np
 
 from core.calibration.board import Board
 from core.calibration.laser_solve import LaserCalibration
-from core.calibration.mount import Extrinsics
+from core.calibration.mount import FEW, Extrinsics
 from core.calibration.projection import Poses, cross_matrices, linearise, vector_of
 from core.message import Array
 from core.optics import CameraModel
 
 DISTANCES = (0.5, 1.0, 3.0)  # [m]
-FEW = 10  # poses below which scatter was up to three times the computed sd, so the sd is doubled
 DISAGREE = 4.0  # misfit above which the sensors contradict each other by more than twice their noise
 SURE, CLEAR = 3.0, 0.01  # the laser contradicts the ruler by so many sds and by so large a share
 
@@ -106,12 +105,6 @@ def square_doubt(calibration: LaserCalibration, board: Board) -> str:
     return f"{square_words(calibration)}, not {entered}. Measure five squares with a ruler."
 
 
-def shown_covariance(calibration: LaserCalibration) -> Array:
-    """(6, 6): the covariance to be shown; with few poses the standard deviations are doubled."""
-    few = np.count_nonzero(calibration.used) < FEW
-    return calibration.extrinsics.covariance * (4.0 if few else 1.0)
-
-
 def _landing(found: Extrinsics, model: CameraModel, point: Array) -> Landing:
     """J = d pixel / d P_camera times d P_camera / d mount."""
     away = point - found.transform.translation
@@ -119,7 +112,6 @@ def _landing(found: Extrinsics, model: CameraModel, point: Array) -> Landing:
     by_mount = np.concatenate((into_camera @ cross_matrices(away), -into_camera), axis=1)
     there = Poses(np.eye(3)[None], (into_camera @ away)[None])
     by_space = linearise(vector_of(model), there, np.zeros((1, 3))).by_pose[0][:, 3:]
-    spread = by_space @ by_mount @ found.covariance @ (by_space @ by_mount).T
-    few = 2.0 if np.count_nonzero(found.used) < FEW else 1.0
-    sideways, up_down = 2 * few * np.sqrt(np.diag(spread))
+    spread = by_space @ by_mount @ found.shown_covariance @ (by_space @ by_mount).T
+    sideways, up_down = 2 * np.sqrt(np.diag(spread))
     return Landing(float(np.linalg.norm(point)), float(sideways), float(up_down))

@@ -1,4 +1,4 @@
-"""The camera's mount in files: static transform, URDF joint, 4x4 both ways, and back from JSON."""
+"""The camera's mount in files: static transform, URDF joint, 4x4 both ways, and back from our own JSON."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ def matrix(transform: Transform) -> Array:
 
 
 def mount_entry(found: Extrinsics) -> dict[str, Any]:
-    """The mount as it stands in our own JSON: both directions, each with its covariance."""
+    """The mount as it stands in our own JSON: both directions, each with its covariance as it is shown."""
     back = found.transform.inverse()
     return {
         FORWARD: matrix(found.transform).tolist(),
         BACK: matrix(back).tolist(),
         "covariance_rxyz_txyz": {
-            FORWARD: found.covariance.tolist(),
-            BACK: inverse_covariance(found.transform, found.covariance).tolist(),
+            FORWARD: found.shown_covariance.tolist(),
+            BACK: inverse_covariance(found.transform, found.shown_covariance).tolist(),
         },
         "chi2_per_freedom": found.misfit,
         "not_known": list(found.unknown),
@@ -62,10 +62,17 @@ def mount_entry(found: Extrinsics) -> dict[str, Any]:
 
 def read_mount(entry: dict[str, Any]) -> Transform:
     """The entry of our own JSON → laser_from_camera. Raises BadInput where it is no rigid transform."""
+    if FORWARD not in entry:
+        raise BadInput(f"The mount needs a 4x4 matrix under '{FORWARD}'.")
+    return rigid(entry[FORWARD])
+
+
+def rigid(told: Any) -> Transform:
+    """A 4x4 matrix as lists → transform. Raises BadInput where it is no rigid transform."""
     try:
-        whole = np.array(entry[FORWARD], dtype=float)
-    except (KeyError, ValueError, TypeError):
-        raise BadInput(f"The mount needs a 4x4 matrix under '{FORWARD}'.") from None
+        whole = np.array(told, dtype=float)
+    except (ValueError, TypeError):
+        raise BadInput("The mount is not a 4x4 matrix of numbers.") from None
     if whole.shape != (4, 4) or not np.all(np.isfinite(whole)) or not np.allclose(whole[3], [0, 0, 0, 1]):
         raise BadInput("The mount is not a 4x4 matrix of finite numbers that ends in 0 0 0 1.")
     turn = whole[:3, :3]

@@ -17,7 +17,6 @@ from core.calibration.laser_solve import LaserCalibration
 from core.calibration.laser_words import (
     landing_words,
     landings,
-    shown_covariance,
     square_words,
     warnings,
     weak_words,
@@ -93,7 +92,7 @@ def laser_report(
 ) -> dict[str, Any]:
     """Everything there is to say about a mount's calibration."""
     found = calibration.extrinsics
-    covariance = shown_covariance(calibration)
+    covariance = found.shown_covariance
     sds = np.sqrt(np.diag(covariance))
     where = landings(found, model)
     turn = Rotation.from_matrix(found.transform.rotation @ OPTICAL.T)
