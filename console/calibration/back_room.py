@@ -11,7 +11,8 @@ from console.calibration.camera_desk import read
 from console.calibration.laser_keeping import resumed
 from console.calibration.values import Told, board_of, camera_of, jpeg
 from core.calibration.board import Board
-from core.calibration.camera_files import kalibr_yaml, opencv_yaml, parse_camera, read_json, ros_yaml
+from core.calibration.camera_facts import PARAMETERS, known_facts
+from core.calibration.camera_files import kalibr_yaml, opencv_yaml, parse_camera, ros_yaml
 from core.calibration.correction import exact_map, straighten
 from core.calibration.intrinsics import Calibration
 from core.calibration.laser_solve import LaserCalibration
@@ -20,7 +21,6 @@ from core.calibration.reports import camera_report, correction_report, kept, las
 from core.calibration.session import CameraSession
 from core.errors import BadInput
 
-PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 ARROWS = 800  # residuals shown at most
 
 Exports = dict[str, list[str]]  # form → file name, text
@@ -72,28 +72,16 @@ class BackRoom:
         document = kept(model, "camera")
         report: Told = {"image_size": [model.width, model.height], **parameters(model)}
         report["warnings"] = ["Read from a file; how exact it is stands only in the file it came from."]
-        document["camera"] |= facts(text)
+        known, board = known_facts(text)
+        document["camera"] |= known
+        if board is not None:
+            document["board"] = board
         return {"document": document, "report": report | sds(document["camera"])}
 
 
 def parameters(model: object) -> Told:
     """fx … k3 by name."""
     return {name: getattr(model, name) for name in PARAMETERS}
-
-
-def facts(text: str) -> Told:
-    """What our own file knows beyond the camera itself: free parameters and their deviations."""
-    if not text.lstrip().startswith("{"):
-        return {}
-    entry = read_json(text).get("camera")
-    if not isinstance(entry, dict):
-        return {}
-    free, sd = entry.get("free"), entry.get("sd")
-    if not isinstance(free, list) or not isinstance(sd, list) or len(free) != len(sd):
-        return {}
-    if not set(map(str, free)) <= set(PARAMETERS) or not all(isinstance(each, float) for each in sd):
-        return {}
-    return {"free": free, "sd": sd}
 
 
 def sds(entry: Told) -> Told:
