@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Annotated, Any, Literal
+import os
+from collections.abc import Iterator
+from typing import IO, Annotated, Any, Literal
 
 from fastapi import Path, Query, Request, Response
+from fastapi.responses import StreamingResponse
 
 from console.api import Behind, Who, Wish, router
 from console.api.calibration import Id, Name
@@ -20,6 +23,7 @@ from core.calibration.board_page import board_svg
 
 calibration_files = router("calibration")
 
+PIECE = 2**18  # [bytes] of a zip on its way
 Form = Annotated[str, Path(max_length=40)]
 MEDIA = {"json": "application/json", "xml": "application/xml", "yaml": "application/yaml", "yml": "application/yaml"}
 FILE: dict[str, Any] = {
@@ -65,12 +69,12 @@ async def view(
     if file is None:
         raise Problem(404, "There is no picture of that view.")
     small = full == corrected == "0"
-    content = await read(sitting, small_name(file) if small else file)
     if small:
-        return Response(content, media_type="image/jpeg")
+        return Response(await read(sitting, small_name(file)), media_type="image/jpeg")
     camera = straightener(sitting) if corrected == "1" else None
-    given = {"content": content, "camera": camera}
-    picture = await behind.workbench.back_room.ask("picture", given, budget=PICTURE_BUDGET)
+    async with behind.workbench.picture_turns.taken():
+        given = {"content": await read(sitting, file), "camera": camera}
+        picture = await behind.workbench.back_room.ask("picture", given, budget=PICTURE_BUDGET)
     return Response(picture, media_type="image/jpeg")
 
 
@@ -84,11 +88,11 @@ async def export(id: Id, form: Form, behind: Behind) -> Response:
     """A file: of a camera ros, opencv, kalibr, json; of a laser json, urdf, static_transform, matrix; of both all."""
     sitting = behind.workbench.find(id)
     if form == "all":
-        try:
-            packed = await asyncio.to_thread(sitting.folder.packed, sitting.exports, sitting.pictures)
-        except OSError:
-            raise Problem(404, "The session's files cannot be read any more.") from None
-        return file_named(packed, f"calibration_{sitting.card.kind}.zip", "application/zip")
+        async with behind.workbench.export_turns.taken():
+            packed = await pack(sitting)
+        size = await asyncio.to_thread(lambda: os.fstat(packed.fileno()).st_size)
+        headers = {**named(f"calibration_{sitting.card.kind}.zip"), "Content-Length": str(size)}
+        return StreamingResponse(pieces(packed), media_type="application/zip", headers=headers)
     if form not in sitting.exports:
         wanted = "Solve it first." if not sitting.exports else f"There are: {', '.join(sitting.exports)}, all."
         raise Problem(404, f"This session has no file of that form. {wanted}")
@@ -163,4 +167,26 @@ def straightener(sitting: Sitting) -> dict[str, Any]:
 
 def file_named(content: bytes, name: str, kind: str) -> Response:
     """A file to take away."""
-    return Response(content, media_type=kind, headers={"Content-Disposition": f'attachment; filename="{name}"'})
+    return Response(content, media_type=kind, headers=named(name))
+
+
+def named(name: str) -> dict[str, str]:
+    """The header by which a browser saves what it gets under this name."""
+    return {"Content-Disposition": f'attachment; filename="{name}"'}
+
+
+async def pack(sitting: Sitting) -> IO[bytes]:
+    """A session as a zip on the disk. Raises Problem."""
+    try:
+        return await asyncio.to_thread(sitting.folder.packed, dict(sitting.exports), dict(sitting.pictures))
+    except FileNotFoundError:
+        raise Problem(404, "The session's files cannot be read any more.") from None
+    except OSError as wrong:
+        raise Problem(503, f"The session cannot be packed now ({wrong.strerror}); check the disk.") from None
+
+
+def pieces(file: IO[bytes]) -> Iterator[bytes]:
+    """A file piece by piece, in threads; it is closed at the end."""
+    with file:
+        while piece := file.read(PIECE):
+            yield piece

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import logging
 import os
 import shutil
+import tempfile
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import msgspec
 
@@ -70,17 +70,23 @@ class Folder:
         """A file of this session. Raises OSError."""
         return (self.path / name).read_bytes()
 
-    def packed(self, exports: dict[str, tuple[str, str]], pictures: dict[str, str]) -> bytes:
-        """Everything needed to solve again, as a zip."""
-        packed = io.BytesIO()
-        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as box:
-            box.write(self.path / NAME, NAME)
-            for name, text in exports.values():
-                box.writestr(name, text)
-            for name in pictures.values():
-                if (self.path / name).is_file():
-                    box.write(self.path / name, f"views/{name}", zipfile.ZIP_STORED)
-        return packed.getvalue()
+    def packed(self, exports: dict[str, tuple[str, str]], pictures: dict[str, str]) -> IO[bytes]:
+        """Everything needed to solve again, as a zip at its beginning; its file is gone when it is closed.
+
+        It lies on this session's disk, not in memory. Raises OSError.
+        """
+        with contextlib.ExitStack() as held:
+            packed: IO[bytes] = held.enter_context(tempfile.TemporaryFile(dir=self.path))
+            with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as box:
+                box.write(self.path / NAME, NAME)
+                for name, text in exports.values():
+                    box.writestr(name, text)
+                for name in pictures.values():
+                    if (self.path / name).is_file():
+                        box.write(self.path / name, f"views/{name}", zipfile.ZIP_STORED)
+            packed.seek(0)
+            held.pop_all()
+        return packed
 
     def remove(self) -> None:
         """For good."""

@@ -18,6 +18,7 @@ from console.calibration.news import News
 from console.calibration.robot_sensors import calibrated, laser_start
 from console.calibration.showing import show
 from console.calibration.sitting import PICTURE_BUDGET, Sitting
+from console.calibration.turns import Turns
 from console.calibration.values import board_of
 from console.latest import Hub
 from console.problems import Problem
@@ -30,6 +31,7 @@ from core.snapshot import Level
 
 MOST_SESSIONS = 100
 FORGOTTEN = 600.0  # [s] without anybody who looks, after which a session looks no more
+MOST_PICTURES, MOST_EXPORTS = 8, 3  # whole pictures and zips that may be asked for at once
 KINDS: tuple[CalibrationKind, ...] = ("camera", "laser")
 IDLE = 180.0  # [s] after which a worker that nobody needs is ended
 
@@ -49,6 +51,7 @@ class Workbench:
         self.in_use = InUse(home / "calibration")
         self.sittings: dict[str, Sitting] = {}
         self.back_room = Worker("back room")
+        self.picture_turns, self.export_turns = Turns(MOST_PICTURES), Turns(MOST_EXPORTS)
         self.newest: Image | None = None  # the robot's picture; set by the pilot's thread
         self.watching = False  # some session wants the robot's frames
         self._home = home / "calibration"

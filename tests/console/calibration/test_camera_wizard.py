@@ -8,6 +8,7 @@ import os
 import shutil
 import signal
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from urllib.parse import quote
 
@@ -15,7 +16,8 @@ import msgspec
 import pytest
 
 from console.calibration.camera_desk import CameraDesk
-from console.calibration.workbench import Workbench
+from console.calibration.folder import Folder
+from console.calibration.workbench import MOST_EXPORTS, MOST_PICTURES, Workbench
 from console.latest import Hub
 from core.calibration.camera_files import parse_camera
 from core.errors import Refused
@@ -106,6 +108,33 @@ def test_views_are_shown_small_whole_and_straight(walked: Wizard) -> None:
         sizes.append(len(answer.body))
     assert sizes[0] < sizes[1]
     assert walked.live.ask("GET", f"{walked.base}/views/nobody.jpg", token=walked.live.viewer).status == 404
+
+
+def test_many_who_ask_for_whole_pictures_or_zips_are_sent_away_before_anything_is_read(
+    walked: Wizard, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    live, name = walked.live, quote(walked.told["views"][0]["name"])
+    bench = live.runtime.workbench
+    reads: list[str] = []
+    read = Folder.read
+
+    def counting(folder: Folder, file: str) -> bytes:
+        reads.append(file)
+        return read(folder, file)
+
+    monkeypatch.setattr(Folder, "read", counting)
+    paths = [(f"{walked.base}/views/{name}.jpg?full=1", bench.picture_turns, MOST_PICTURES)]
+    paths.append((f"{walked.base}/export/all", bench.export_turns, MOST_EXPORTS))
+    with ThreadPoolExecutor(12) as viewers:
+        for path, turns, most in paths:
+            asyncio.run_coroutine_threadsafe(turns._turn.acquire(), live.loop).result(10)
+            asked = [viewers.submit(live.ask, "GET", path, token=live.viewer) for _ in range(12)]
+            live.until(lambda asked=asked, most=most: sum(each.done() for each in asked) == 12 - most)
+            assert not reads and all(each.result().status == 429 for each in asked if each.done())
+            live.on_loop(turns._turn.release)
+            assert sorted(each.result().status for each in asked) == [200] * most + [429] * (12 - most)
+            reads.clear()
+    assert not list(bench.sittings[walked.id].folder.path.glob("tmp*"))
 
 
 def test_a_session_survives_the_death_of_its_worker(walked: Wizard) -> None:
