@@ -288,7 +288,7 @@ class CalibrationCapture extends Room {
     if (source === "webcam") {
       const webcam = new Webcam(async (picture, stamp_s) => bench.judge(await api.send(id, picture, { stamp_s })));
       this.#eye = webcam;
-      void this.#openWebcam(webcam);
+      if (bench.may) void this.#openWebcam(webcam); // who only watches is not asked for a camera
     } else if (source === "upload") {
       this.#eye = new Uploads(async (picture, name) => {
         const verdict = await api.send(id, picture, { name });
