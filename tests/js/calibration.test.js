@@ -153,6 +153,7 @@ test("a direction that is not known has no number", () => {
   assert.equal(rows[3]?.value, "41.2 mm");
   assert.equal(rows[1]?.value, "−1.20°");
   assert.deepEqual([known(0.9), known(0.6), known(0.1)], ["known", "weak", "open"]);
+  assert.deepEqual([known(0.75, 0.8), known(0.75, 0.7), known(0.75)], ["weak", "known", "known"]);
 });
 
 test("where the browser lends no camera, the page says why and what else can be done", () => {

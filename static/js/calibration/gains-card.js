@@ -31,9 +31,11 @@ export class GainsCard extends HTMLElement {
       const gain = Math.max(0, gains[key] ?? 0);
       fill.style.width = `${Math.round(100 * gain)}%`;
       mark(meter, "aria-valuenow", String(Math.round(100 * gain)));
-      mark(meter, "data-full", known(gain) === "known");
-      mark(row, "data-known", known(gain));
-      write(word, WORDS[known(gain)]);
+      const measured = progress.witnessed?.[key];
+      const state = measured ? "known" : known(gain, progress.known_from);
+      mark(meter, "data-full", state === "known");
+      mark(row, "data-known", state);
+      write(word, measured ?? WORDS[state]);
     }
     write(this.#landing, landing);
     this.#landing.hidden = landing === "";

@@ -8,7 +8,7 @@ const SOLVES_FROM = 4; // views
 const LEAST_TARGET = 0.5; // [px]
 const FIRST = 0.3; // share of the way that is done when the first solution is there
 const ROUGH = 16; // a first solution is that many times worse than wanted
-export const KNOWN = 0.8; // gain from which a direction counts as known
+const KNOWN = 0.7; // gain from which a direction counts as known, until the console has said it
 export const LASER_POSES = 10;
 
 /**
@@ -23,8 +23,9 @@ export function share({ kind, progress }) {
     const left = Math.log(Math.max(p95 / (progress.target_px ?? LEAST_TARGET), 1)) / Math.log(ROUGH);
     return Math.min(0.98, FIRST + (1 - FIRST) * Math.max(0, 1 - left));
   }
-  const gains = Object.values(progress.gains ?? {});
-  const known = gains.reduce((sum, gain) => sum + Math.min(1, Math.max(0, gain) / KNOWN), 0) / 6;
+  const [from, witnessed] = [progress.known_from ?? KNOWN, progress.witnessed ?? {}];
+  const gains = Object.entries(progress.gains ?? {}).map(([name, gain]) => (name in witnessed ? from : gain));
+  const known = gains.reduce((sum, gain) => sum + Math.min(1, Math.max(0, gain) / from), 0) / 6;
   return Math.min(0.98, 0.4 * Math.min(1, views / LASER_POSES) + 0.6 * known);
 }
 
@@ -44,8 +45,11 @@ export function figures({ kind, progress }) {
   return { figure: `±${fixed(progress.p95_px, progress.p95_px < 10 ? 2 : 0)} px`, goal };
 }
 
-/** @param {number} gain 0..1 */
-export function known(gain) {
-  if (gain >= KNOWN) return "known";
+/**
+ * @param {number} gain 0..1
+ * @param {number | null} [from] gain from which a direction counts as known
+ */
+export function known(gain, from) {
+  if (gain >= (from ?? KNOWN)) return "known";
   return gain >= 0.4 ? "weak" : "open";
 }
