@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 TAKES = {
-    "dead-reckoning-vs-slam": ("data", "noise", "field", "still", "ids", "settings", "workers"),
+    "dead-reckoning-vs-slam": ("data", "noise", "field", "still", "ids", "through", "settings", "workers"),
     "tour": ("settings",),
 }
 LEAST_NOISE, MOST_NOISE = 0.05, 20.0
@@ -23,6 +23,11 @@ def add(parser: argparse.ArgumentParser) -> None:
     own.add_argument("--field", choices=("laser", "camera"), help="what is seen: 240 degrees (default), or 56")
     own.add_argument("--still", action="store_true", default=None, help="ten frames at rest before the first move")
     own.add_argument("--ids", choices=("given", "hidden"), help="whether the filter is told which corner it sees")
+    own.add_argument(
+        "--through",
+        choices=("drawn", "sensors"),
+        help="sightings drawn about the true corners (default), or made out by the whole robot in sim:lab",
+    )
     own.add_argument("--workers", type=workers, metavar="N", help="processes; the answer does not depend on it")
     own.add_argument(
         "--settings",

@@ -22,10 +22,16 @@ class Trace:
 
     times: Array  # (M,) [s] since the first move
     places: Array  # (M, 2) [m]
-    errors: Array  # (M,) [m] of the place
+    truth: Array  # (M, 2) [m], where it was
+    path: float  # [m] really travelled
     nees: float  # mean; ideal 3
     last: Estimate
     landmarks: tuple[Landmark, ...] = ()
+
+    @property
+    def errors(self) -> Array:
+        """How far off each place is (M,) [m]."""
+        return np.hypot(self.places[:, 0] - self.truth[:, 0], self.places[:, 1] - self.truth[:, 1])
 
     @property
     def average(self) -> float:
@@ -50,7 +56,8 @@ def reckoned(run: Run) -> Trace:
     return Trace(
         times=run.motion.step * np.arange(1, len(places) + 1),
         places=places,
-        errors=_errors(places, run.truth[1:]),
+        truth=run.truth[1:, :2],
+        path=_path(run),
         nees=_mean(surprises),
         last=Estimate(pose=way.pose, covariance=way.covariance),
     )
@@ -72,11 +79,11 @@ def mapped(run: Run, ekf: EkfSettings, still: bool) -> Trace:
             places.append((pose.x, pose.y))
             surprises.append(slam.nees(_truth(run, k)))
     steps = np.array(sorted(run.seen))
-    found = np.array(places)
     return Trace(
         times=run.motion.step * steps,
-        places=found,
-        errors=_errors(found, run.truth[steps]),
+        places=np.array(places),
+        truth=run.truth[steps, :2],
+        path=_path(run),
         nees=_mean(surprises),
         last=slam.estimate,
         landmarks=slam.landmarks,
@@ -93,8 +100,8 @@ def _truth(run: Run, k: int) -> Pose:
     return Pose(*run.truth[k].tolist())
 
 
-def _errors(places: Array, truth: Array) -> Array:
-    return np.hypot(places[:, 0] - truth[:, 0], places[:, 1] - truth[:, 1])
+def _path(run: Run) -> float:
+    return float(np.hypot(*np.diff(run.truth[:, :2], axis=0).T).sum())
 
 
 def _mean(values: list[float]) -> float:

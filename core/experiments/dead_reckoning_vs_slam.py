@@ -10,53 +10,31 @@ from __future__ import annotations
 import csv
 import io
 import json
-import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from core.calibration.written import write_all
 from core.errors import BadInput
-from core.experiments.course_draws import Draws, Field, frozen
-from core.experiments.course_traces import Trace, mapped, reckoned
+from core.experiments.course_draws import Field, frozen
+from core.experiments.drawn_drives import drawn_drives
+from core.experiments.drives import Drives
 from core.experiments.figure_16 import Panel, figure_16
-from core.experiments.paper_course import EVERY
+from core.experiments.lab_drives import lab_drives
 from core.experiments.side_by_side import side_by_side
 from core.log import Ids
 from core.message import Array, message
 from core.settings import Settings
-from core.slam.ekf import EkfSettings
 
+Through = Literal["drawn", "sensors"]
 RUNS = 40
+MOST_RUNS = 100_000  # of a seed: beyond, the next seed begins
 SHOWN = 40  # runs drawn faintly behind the worst
 PRINTED = {"dead_reckoning": (0.2, 0.06), "ekf_slam": (0.08, 0.025)}
 """The paper's worst average error [m], and what it is of the path ("more than")."""
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What every run goes through."""
-
-    draws: Draws
-    ekf: EkfSettings
-    still: bool
-
-    @property
-    def forms(self) -> dict[str, EkfSettings]:
-        """The filters by the name of their row: the figure's first, then its other form."""
-        other = "invariant" if self.ekf.mode == "paper" else "paper"
-        return {"ekf_slam": self.ekf, f"ekf_slam_{other}": replace(self.ekf, mode=other)}
-
-    def traces(self, number: int) -> dict[str, Trace]:
-        """One run through every estimator."""
-        run = self.draws.run(number)
-        return {"dead_reckoning": reckoned(run)} | {
-            name: mapped(run, ekf, self.still) for name, ekf in self.forms.items()
-        }
 
 
 @message
@@ -64,18 +42,20 @@ class Outcome:
     """Figures of one run by estimator, and for the figure its errors."""
 
     average: dict[str, float]  # [m]
+    path: dict[str, float]  # [m]
     final: dict[str, float]  # [m]
     nees: dict[str, float]
     errors: dict[str, Array]  # times [s] and errors [m] as rows (2, M); empty for runs that are not drawn
     places: dict[str, Array]  # (M, 2) [m]
 
 
-def outcome(plan: Plan, number: int) -> Outcome:
+def outcome(drives: Drives, number: int) -> Outcome:
     """One run."""
-    traces = plan.traces(number)
+    traces = drives.traces(number)
     drawn = {name: trace for name, trace in traces.items() if number < SHOWN}
     return Outcome(
         average={name: trace.average for name, trace in traces.items()},
+        path={name: trace.path for name, trace in traces.items()},
         final={name: trace.final for name, trace in traces.items()},
         nees={name: trace.nees for name, trace in traces.items()},
         errors={name: np.stack((trace.times, trace.errors)) for name, trace in drawn.items()},
@@ -94,32 +74,40 @@ def run(
     noise: float | None = None,
     field: Field | None = None,
     still: bool = False,
-    ids: Ids = "given",
+    ids: Ids | None = None,
+    through: Through = "drawn",
     workers: int | None = None,
 ) -> dict[str, Any]:
     """`runs` drives (40) → the worst and mean average error of each estimator; `out` receives figure and tables.
 
+    `through`: sightings drawn about the true corners, or made out by the whole robot in `sim:lab`. Of drawn ones:
     `data`: frozen draws instead of the simulator; `noise`: all of eq. 43 times so much; `field`: what is seen of the
     room ("laser"); `still`: ten frames at rest first. Raises BadInput, Unavailable.
     """
-    if data is not None and still and not len(frozen(data).still):
-        raise BadInput(f"{data.name} has no frames at rest (still_obs).")
-    plan = Plan(_draws(settings, seed, data, noise, field, ids), _filter(settings), still)
-    count = runs or (RUNS if data is None else min(RUNS, len(frozen(data).speeds)))
-    if data is not None and count > len(frozen(data).speeds):
-        raise BadInput(f"{data.name} has {len(frozen(data).speeds)} runs; {count} cannot be had from it.")
-    done = side_by_side(partial(outcome, plan), count, workers, tell)
-    rows = {name: _row(name, done, plan) for name in ("dead_reckoning", *plan.forms)}
+    if through == "sensors":
+        if data is not None or noise is not None or field is not None or still or ids is not None:
+            raise BadInput(
+                "Through its sensors the robot sees what it sees; leave out data, noise, field, still, ids."
+            )
+        drives, most = lab_drives(settings, seed), MOST_RUNS
+    else:
+        drives = drawn_drives(settings, seed, data, noise, field, still, ids or "given")
+        most = MOST_RUNS if data is None else len(frozen(data).speeds)
+    count = runs or min(RUNS, most)
+    if count > most:
+        raise BadInput(f"{data.name if data else 'The seed'} has {most} runs; {count} cannot be had from it.")
+    done = side_by_side(partial(outcome, drives), count, workers, tell)
+    rows = {name: _row(name, done) for name in drives.rows}
     result: dict[str, Any] = {
         "runs": count,
         "seed": seed,
-        "setup": _setup(plan),
+        "setup": drives.setup,
         "estimators": rows,
         "text": "\n".join(layout(rows, count)),
         "files": {},
     }
     if out is not None:
-        result["files"] = save(out, result, done, plan)
+        result["files"] = save(out, result, done, drives)
     return result
 
 
@@ -145,10 +133,9 @@ TITLES = {
 }
 
 
-def save(out: Path, result: dict[str, Any], done: list[Outcome], plan: Plan) -> dict[str, str]:
+def save(out: Path, result: dict[str, Any], done: list[Outcome], drives: Drives) -> dict[str, str]:
     """Figure 16, every run's errors, and the result itself → what lies where. Raises Unavailable."""
-    worst = {name: plan.traces(row["worst_run"])[name] for name, row in result["estimators"].items()}
-    first = plan.draws.run(0)
+    worst = {name: drives.traces(row["worst_run"])[name] for name, row in result["estimators"].items()}
     panels = [
         Panel(
             title=title,
@@ -160,7 +147,7 @@ def save(out: Path, result: dict[str, Any], done: list[Outcome], plan: Plan) -> 
         )
         for name, title in (("dead_reckoning", "Dead reckoning"), ("ekf_slam", "EKF-SLAM"))
     ]
-    drawing = figure_16(panels, first.truth[:, :2], first.landmarks, caption(plan, result))
+    drawing = figure_16(panels, drives.room, drives.words)
     files = {
         "figure_16": ("figure_16.svg", drawing),
         "csv": ("dead_reckoning_vs_slam.csv", _table(done)),
@@ -169,66 +156,11 @@ def save(out: Path, result: dict[str, Any], done: list[Outcome], plan: Plan) -> 
     return write_all(out, files)
 
 
-def caption(plan: Plan, result: dict[str, Any]) -> str:
-    """The set-up in a line."""
-    noise, step = result["setup"], plan.draws.motion.step
-    source = plan.draws.data.name if plan.draws.data else f"seed {result['seed']}"
-    return (
-        f"{noise['speed_m_s']:g} m/s, controls {1 / step:g} Hz, sightings {1 / (EVERY * step):g} Hz  ·  "
-        f"Q = diag({noise['speed_sd_m_s']:g} m/s, {noise['steer_sd_deg']:g}°)²  ·  "
-        f"R = diag({noise['range_sd_m']:g} m, {noise['bearing_sd_deg']:g}°)²  ·  "
-        f"{'ten frames at rest first' if plan.still else 'moving at once'}  ·  "
-        f"{plan.ekf.mode} form  ·  {source}"
-    )
-
-
-def _draws(
-    settings: Settings | None, seed: int, data: Path | None, noise: float | None, field: Field | None, ids: Ids
-) -> Draws:
-    if data is not None:
-        if noise is not None or field is not None:
-            raise BadInput(f"The draws in {data.name} are made; leave out noise and field, or leave out the file.")
-        return Draws(seed=seed, data=data, ids=ids)
-    settings, factor = settings or Settings(), 1.0 if noise is None else noise
-    motion = replace(
-        settings.motion,
-        model="paper",
-        speed_sd=factor * settings.motion.speed_sd,
-        steer_sd=factor * settings.motion.steer_sd,
-    )
-    spread = factor * settings.ekf.range_sd, factor * settings.ekf.bearing_sd
-    return Draws(seed=seed, motion=motion, sighting_noise=spread, field=field or "laser", ids=ids)
-
-
-def _filter(settings: Settings | None) -> EkfSettings:
-    """The figure's filter; every sighting brings its own noise."""
-    ekf = EkfSettings(mode="paper") if settings is None else settings.ekf
-    return replace(ekf, sighting_noise="corner")
-
-
-def _setup(plan: Plan) -> dict[str, Any]:
-    motion, (far, aside) = plan.draws.motion, plan.draws.sighting_noise
-    return {
-        "data": plan.draws.data.name if plan.draws.data else None,
-        "mode": plan.ekf.mode,
-        "still_start": plan.still,
-        "ids": plan.draws.ids,
-        "field": plan.draws.field,
-        "speed_m_s": motion.cruise,
-        "wheelbase_m": motion.wheelbase,
-        "speed_sd_m_s": motion.speed_sd,
-        "steer_sd_deg": math.degrees(motion.steer_sd),
-        "range_sd_m": far,
-        "bearing_sd_deg": math.degrees(aside),
-    }
-
-
-def _row(name: str, done: list[Outcome], plan: Plan) -> dict[str, Any]:
+def _row(name: str, done: list[Outcome]) -> dict[str, Any]:
     """The figures of one estimator over all runs."""
     averages = np.array([one.average[name] for one in done])
     worst = int(averages.argmax())
-    truth = plan.draws.run(worst).truth[:, :2]
-    path = float(np.hypot(*np.diff(truth, axis=0).T).sum())
+    path = done[worst].path[name]
     row: dict[str, Any] = {
         "worst_average_error_m": float(averages.max()),
         "mean_average_error_m": float(averages.mean()),

@@ -8,6 +8,7 @@ import numpy as np
 
 from core.experiments.chart import SOFT, TEXT, Area, Chart, rounded_up, sheet
 from core.experiments.course_traces import Trace
+from core.experiments.drives import Room
 from core.experiments.legend import Mark, legend
 from core.message import Array
 
@@ -17,6 +18,7 @@ TOPS, DOWNS = (148, 668), (430, 290)  # [px] of the two rows
 RIM = 0.5  # [m] around everything on the map
 COLOURS = ("#c8671b", "#0b7fb0")  # dead reckoning, EKF-SLAM: as in the 3-D scene, darker for white paper
 TRUTH = TEXT
+START = np.zeros((1, 2))  # [m]: the world begins where the robot woke
 PROBABLE = 2.4477  # standard deviations that hold 95 % in the plane
 KEY_AT = (36, 98)  # [px]
 FAINT = 160  # points that a faint line is drawn through
@@ -26,7 +28,7 @@ KEY = (
     Mark("its average error so far", TEXT, 2.4),
     Mark("the paper’s average", SOFT, 1.4, dash="2 5"),
     Mark("the other runs", COLOURS, 0.8, opacity=0.5),
-    Mark("corner, true", SOFT, 1.4, form="cross"),
+    Mark("corner or wall, true", SOFT, 1.4, form="cross"),
     Mark("95 % region it believes", COLOURS, 1.2, form="ellipse"),
 )
 
@@ -43,35 +45,39 @@ class Panel:
     printed: float  # [m], the paper's average error
 
 
-def figure_16(panels: list[Panel], truth: Array, landmarks: Array, subtitle: str) -> str:
-    """Both columns, the true path (K, 2) and landmarks (N, 2) → an SVG file."""
+def figure_16(panels: list[Panel], room: Room, subtitle: str) -> str:
+    """Both columns and the room around → an SVG file."""
     parts = [legend(KEY_AT, KEY)]
     for number, panel in enumerate(panels):
-        parts.append(_map(number, panel, truth, landmarks).svg(f"map{number}"))
+        parts.append(_map(number, panel, room).svg(f"map{number}"))
         parts.append(_errors(number, panel).svg(f"errors{number}"))
     return sheet(WIDTH, HEIGHT, "Figure 16: dead reckoning and EKF-SLAM on the paper’s drive", subtitle, parts)
 
 
-def _map(number: int, panel: Panel, truth: Array, landmarks: Array) -> Chart:
+def _map(number: int, panel: Panel, room: Room) -> Chart:
     """Paths in the room."""
     area = Area(LEFTS[number], TOPS[0], ACROSS, DOWNS[0])
-    chart = Chart(area, *_extent(np.vstack((landmarks, truth)), area))
+    chart = Chart(
+        area, *_extent(np.vstack((room.corners, room.walls.reshape(-1, 2), START, panel.trace.truth)), area)
+    )
     chart.scales("x [m]", "y [m]")
     colour, trace = COLOURS[number], panel.trace
+    for ends in room.walls:
+        chart.line(ends, SOFT, 1.4)
     for _, places in panel.others:
         chart.line(places[:: max(1, len(places) // FAINT)], colour, 0.8, opacity=0.16)
-    for place in landmarks:
+    for place in room.corners:
         chart.cross(place.tolist(), SOFT)
     for mark in trace.landmarks:
         chart.ellipse(mark.position, mark.covariance, colour, PROBABLE)
-    chart.line(truth, TRUTH, 1.6, dash="6 4")
-    chart.line(np.vstack((truth[:1], trace.places)), colour, 2.2)
+    chart.line(np.vstack((START, trace.truth)), TRUTH, 1.6, dash="6 4")
+    chart.line(np.vstack((START, trace.places)), colour, 2.2)
     pose = trace.last.pose
     chart.ellipse(np.array([pose.x, pose.y]), trace.last.covariance[:2, :2], colour, PROBABLE)
-    chart.dot(truth[0].tolist(), TRUTH, hollow=True)
-    chart.dot(truth[-1].tolist(), TRUTH)
+    chart.dot(START[0].tolist(), TRUTH, hollow=True)
+    chart.dot(trace.truth[-1].tolist(), TRUTH)
     chart.dot((pose.x, pose.y), colour)
-    chart.word("start", truth[0].tolist(), TRUTH, shift=(-8, -8), anchor="end")
+    chart.word("start", START[0].tolist(), TRUTH, shift=(-8, -8), anchor="end")
     chart.title("ab"[number], panel.title, f"worst of {panel.runs} runs: run {panel.run}")
     return chart
 

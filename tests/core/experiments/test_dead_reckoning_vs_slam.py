@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from core.errors import BadInput
+from core.experiments import lab_drives
 from core.experiments.course_draws import FIELDS, Draws
 from core.experiments.course_traces import mapped, reckoned
 from core.experiments.dead_reckoning_vs_slam import run
@@ -133,3 +134,20 @@ def test_files_that_cannot_be_are_refused_in_sentences(tmp_path: Path) -> None:
     ):
         with pytest.raises(BadInput, match=sentence):
             run(data=frozen_file(tmp_path / f"{name}.npz", **changes), still=True)
+
+
+def test_through_its_sensors_the_robot_errs_by_centimetres(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(lab_drives, "PATH", 0.3)
+    told = run(runs=1, through="sensors", out=tmp_path)
+    wheels, slam = told["estimators"]["dead_reckoning"], told["estimators"]["ekf_slam"]
+    assert slam["worst_average_error_m"] < 0.03 and slam["path_m"] == pytest.approx(0.3, abs=0.01)
+    assert wheels["worst_average_error_m"] > 0 and told["setup"]["ids"] == "hidden"
+    assert Path(told["files"]["figure_16"]).read_text().count("<path") > 60
+    with pytest.raises(BadInput, match="leave out data, noise, field, still, ids"):
+        run(runs=1, through="sensors", still=True)
+
+
+@pytest.mark.campaign
+def test_through_its_sensors_no_run_of_forty_errs_by_five_centimetres() -> None:
+    slam = run(runs=40, through="sensors")["estimators"]["ekf_slam"]
+    assert slam["worst_average_error_m"] <= 0.05
