@@ -9,6 +9,7 @@ from core.geometry import Pose
 from core.message import Array, message
 from core.perception.edges import Edge
 from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
+from core.slam.floor import FloorHealth
 from core.slam.occupancy import Grid
 
 Level = Literal["info", "warning", "error"]
@@ -67,6 +68,7 @@ class Snapshot:
     landmarks: tuple[Landmark, ...] = ()
     associations: tuple[Association, ...] = ()
     slam: SlamHealth
+    floor: FloorHealth = FloorHealth()
     grid: Grid
     trail: Array  # (K, 2) [m], world: the path so far, thinned
     dead_reckoning_trail: Array  # (K, 2) [m]
