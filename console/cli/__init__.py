@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from console.cli import calibrate, correct, doctor, experiment, run, slam, understand
+from console.cli import calibrate, correct, doctor, experiment, run, slam, speech_quality, understand
 
-SUBCOMMANDS = (run, calibrate, correct, slam, understand, experiment, doctor)
+SUBCOMMANDS = (run, calibrate, correct, slam, understand, speech_quality, experiment, doctor)

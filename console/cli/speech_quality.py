@@ -1,0 +1,145 @@
+"""`beckon speech-quality`: how well speech survives the robot's hearing (eq. 41-42), as figures and as a page."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from console.cli.answer import add_json, plain, write, write_json
+from core.errors import BadInput
+
+if TYPE_CHECKING:
+    from core.speech.likeness import Likeness
+    from core.speech.quality import Quality
+
+LARGEST = 4_000_000  # [bytes] of a text
+
+
+def add(places: Any) -> None:
+    """Add the subcommand."""
+    parser: argparse.ArgumentParser = places.add_parser(
+        "speech-quality", help="how well speech survives the robot's hearing: OSQE and measures of the sound"
+    )
+    parser.add_argument("--original", type=Path, metavar="A.txt", help="the text that was spoken")
+    parser.add_argument("--person", type=Path, metavar="STT.txt", help="what the person's path wrote down")
+    parser.add_argument("--robot", type=Path, metavar="REV_STT.txt", help="what the robot heard")
+    parser.add_argument("--marked", action="store_true", help="count the words between =equal signs= instead")
+    parser.add_argument("--orig-wav", type=Path, metavar="ORIG.wav", help="the sound that was spoken")
+    parser.add_argument("--rev-wav", type=Path, metavar="REV.wav", help="the sound that was received")
+    parser.add_argument("--out", type=Path, default=None, metavar="DIR", help="where report page and figures go")
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(chosen: argparse.Namespace) -> int:
+    """Compare, save, tell."""
+    told = marked(chosen) if chosen.marked else compared(chosen)
+    if chosen.json:
+        write_json(told)
+        return 0
+    for line in sentences(told):
+        write(line)
+    return 0
+
+
+def marked(chosen: argparse.Namespace) -> dict[str, Any]:
+    """Texts in which somebody has marked the erroneous words."""
+    from core.speech.marks import as_json
+
+    if chosen.person is None or chosen.robot is None:
+        raise BadInput("Give both marked texts: --person and --robot.")
+    told = as_json(read_text(chosen.person), read_text(chosen.robot))
+    return told | {"files": save(chosen.out, told, None)}
+
+
+def compared(chosen: argparse.Namespace) -> dict[str, Any]:
+    """The texts word by word, the recordings by their measures, or both."""
+    from core.speech import likeness as sounds  # scipy takes a moment
+    from core.speech import quality as texts
+    from core.speech.quality_page import page
+
+    quality, likeness = of_texts(chosen), of_sounds(chosen)
+    if quality is None and likeness is None:
+        raise BadInput(
+            "Give the three texts (--original, --person, --robot), two recordings (--orig-wav, --rev-wav)."
+        )
+    told: dict[str, Any] = {} if quality is None else texts.as_json(quality)
+    if likeness is not None:
+        told["audio"] = sounds.as_json(likeness)
+    return told | {"files": save(chosen.out, told, page(quality, likeness))}
+
+
+def of_texts(chosen: argparse.Namespace) -> Quality | None:
+    """Three texts, or none of them."""
+    from core.speech.quality import compare
+
+    given = (chosen.original, chosen.person, chosen.robot)
+    if all(one is None for one in given):
+        return None
+    if any(one is None for one in given):
+        raise BadInput("Three texts belong together: --original, --person and --robot.")
+    original, person, robot = map(read_text, given)
+    return compare(original, person, robot)
+
+
+def of_sounds(chosen: argparse.Namespace) -> Likeness | None:
+    """Two recordings, or none."""
+    if chosen.orig_wav is None and chosen.rev_wav is None:
+        return None
+    if chosen.orig_wav is None or chosen.rev_wav is None:
+        raise BadInput("Two recordings belong together: --orig-wav and --rev-wav.")
+    from core.log.sound_file import read_sound
+    from core.speech.likeness import liken
+
+    return liken(read_sound(chosen.orig_wav), read_sound(chosen.rev_wav))
+
+
+def read_text(path: Path) -> str:
+    """A text file. Raises BadInput with a sentence."""
+    try:
+        if path.stat().st_size > LARGEST:
+            raise BadInput(f"{path.name} is too large for a text that was spoken.")
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise BadInput(f"{path.name} is not a text file in UTF-8; save it as one.") from None
+    except OSError as trouble:
+        raise BadInput(f"The text {path.name} cannot be read: {trouble.strerror or trouble}.") from None
+
+
+def save(out: Path | None, told: dict[str, Any], html: str | None) -> dict[str, str]:
+    """Figures and page into a folder → what lies where."""
+    if out is None:
+        return {}
+    out.mkdir(parents=True, exist_ok=True)
+    figures, report = out / "speech_quality.json", out / "speech_quality.html"
+    figures.write_text(json.dumps(plain(told), indent=1, ensure_ascii=False), encoding="utf-8")
+    if html is None:
+        return {"json": str(figures)}
+    report.write_text(html, encoding="utf-8")
+    return {"json": str(figures), "page": str(report)}
+
+
+def sentences(told: dict[str, Any]) -> list[str]:
+    """For people."""
+    lines: list[str] = []
+    if "osqe_d" in told:
+        ratio = "undefined" if told["osqe_r"] is None else f"{told['osqe_r']:.3g}"
+        lines += [
+            f"Erroneous words: person {told['erroneous_words_person']}, robot {told['erroneous_words_robot']}",
+            f"OSQE_D {told['osqe_d']:+d}, OSQE_R {ratio}" + (f" ({told['reason']})" if told["reason"] else ""),
+        ]
+    if "verdict" in told:
+        low, high = told["osqe_d_interval_95"]
+        lines += [f"95 % of OSQE_D: {low:g} to {high:g} ({told['words']} words)", told["verdict"]]
+    if audio := told.get("audio"):
+        shown = {"STOI": "stoi", "ESTOI": "estoi", "SI-SDR [dB]": "si_sdr_db", "PESQ": "pesq_wb"}
+        found = [f"{name} {audio[key]:.3g}" for name, key in shown.items() if audio[key] is not None]
+        lines += [
+            ", ".join(found),
+            f"delay {1000 * audio['delay_s']:.1f} ms, level {audio['level_change_db']:+.1f} dB",
+        ]
+        if audio["pesq_reason"]:
+            lines.append(audio["pesq_reason"])
+    return lines + [f"{name}: {path}" for name, path in told["files"].items()]
