@@ -103,21 +103,21 @@ def test_the_word_error_count_is_that_of_jiwer() -> None:
 
 
 def test_what_was_substituted_lost_and_added_stands_at_its_phrase() -> None:
-    original = "come; stop moving; turn left"
-    told = figures(compare(original, "here stop turn left left", original))
+    original = "come; stop moving; turn left; follow me"
+    told = figures(compare(original, "here stop turn left follow me me", original))
     assert [(one["kind"], one["phrase"]) for one in told["differences"]] == [
         ("substituted", 0),
         ("deleted", 1),
-        ("inserted", 2),
+        ("inserted", 3),
     ]
     assert told["person"] == {
         "substitutions": 1,
         "deletions": 1,
         "insertions": 1,
-        "word_error_rate": 3 / 5,
-        "commands_exact": 0,
+        "word_error_rate": 3 / 7,
+        "commands_exact": 1,
     }
-    assert told["robot"]["commands_exact"] == 3
+    assert told["robot"]["commands_exact"] == 4
 
 
 def test_an_empty_text_has_lost_all_words() -> None:
