@@ -1,0 +1,155 @@
+"""What is known of the floor, made ready for finding a place on it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+
+import cv2
+import numpy as np
+
+from core.geometry import Pose
+from core.message import Array, message
+from core.slam.likelihood import CELL, LikelihoodField
+from core.slam.occupancy import Grid
+
+OCCUPIED = 0.6  # log odds from which a cell holds something
+FREE = -0.3  # log odds up to which it is known to hold nothing
+COARSE = 6  # cells of the likelihood field to a coarse one
+POOL = COARSE * CELL  # [m] of a coarse cell
+NEAR = 0.2  # [m] around a wall where a point still belongs to it
+REACH = 12.0  # [m] beyond which points are not searched with: they ask for finer headings
+FEWEST_CELLS = 40  # occupied ones; with fewer there is nothing to be found again
+
+
+@message
+class View:
+    """What the laser saw at one instant, in the robot frame of that instant."""
+
+    stamp: float  # [s]
+    odometry: Pose  # where wheels or scans believe to be, in a frame of their own that is smooth
+    start: Array  # (2,) [m]: where the beams begin
+    points: Array  # (K, 2) [m]: where they ended on something
+    misses: Array  # (M, 2) [m]: ends of those that met nothing
+
+    @staticmethod
+    def of_beams(stamp: float, odometry: Pose, mounting: Pose, ends: Array, hits: Array, grain: float = 0.1) -> View:
+        """Beam ends (N, 2) [m] in the robot frame, NaN where nothing was measured, and which are hits (N,) bool.
+
+        Of the ends in each square of `grain` [m] one is kept: so that near walls count no more than far ones.
+        """
+        known = np.isfinite(ends).all(axis=1)
+        return View(
+            stamp=stamp,
+            odometry=odometry,
+            start=np.array([mounting.x, mounting.y]),
+            points=thinned(ends[known & hits], grain),
+            misses=thinned(ends[known & ~hits], 3 * grain),
+        )
+
+
+class Chart:
+    """A map as a likelihood field, as a coarse spectrum, and as what is known to be free.
+
+    Make it with `prepare`, which works in small pieces. It does not change: a later map needs another one.
+    """
+
+    def __init__(self, grid: Grid, field: LikelihoodField) -> None:
+        self.grid, self.field = grid, field
+        self.occupied = grid.log_odds > OCCUPIED
+        self.free = grid.log_odds < FREE
+        gap = cv2.distanceTransform((~self.occupied).astype(np.uint8), cv2.DIST_L2, 3)
+        self.gap = gap * np.float32(grid.resolution)  # [m] to the next wall
+        self.bound, self.standable = self._pool()
+        self._spectra: dict[tuple[int, int], Array] = {}
+
+    @staticmethod
+    def prepare(grid: Grid, points: Array | None = None) -> Generator[None, None, Chart | None]:
+        """The map's grid and the points (K, 2) [m], world, that its walls are made of (none: the occupied cells).
+
+        Yields between pieces of work; returns None for a map too empty to find anything on.
+        """
+        cells = np.argwhere(grid.log_odds > OCCUPIED)
+        if len(cells) < FEWEST_CELLS:
+            return None
+        yield
+        field = LikelihoodField(grid.origin + (cells[:, ::-1] + 0.5) * grid.resolution if points is None else points)
+        yield
+        return Chart(grid, field)
+
+    def spectrum(self, size: tuple[int, int]) -> Array:
+        """The coarse bound's transform, padded to `size` (rows, columns); kept."""
+        if size not in self._spectra:
+            padded = np.zeros(size, np.float32)
+            padded[: self.bound.shape[0], : self.bound.shape[1]] = self.bound
+            self._spectra[size] = cv2.dft(padded)
+        return self._spectra[size]
+
+    def values(self, points: Array) -> Array:
+        """Points (..., 2) [m], world → the field's value (...) in their cells; 0 outside."""
+        cells = np.floor((points - self.field.origin) / CELL).astype(int)
+        rows, columns = self.field.values.shape
+        inside = (cells[..., 0] >= 0) & (cells[..., 0] < columns) & (cells[..., 1] >= 0) & (cells[..., 1] < rows)
+        flat = np.where(inside, cells[..., 1] * columns + cells[..., 0], 0)
+        return np.where(inside, self.field.values.ravel()[flat], 0.0)
+
+    def standing(self, x: float, y: float) -> bool:
+        """Whether the map knows free floor at (x, y) [m] or beside it."""
+        (column, row), (rows, columns) = self._cells(np.array([x, y])), self.free.shape
+        if not (0 <= row < rows and 0 <= column < columns):
+            return False
+        return bool(self.free[max(0, row - 1) : row + 2, max(0, column - 1) : column + 2].any())
+
+    def known(self, points: Array) -> Array:
+        """Points (K, 2) [m], world → (K,) int: 1 at a wall, -1 in the middle of free floor, 0 anything else."""
+        row, column, inside = self._indices(points)
+        return np.where(inside, np.where(self.gap[row, column] < NEAR, 1, -1 * self.free[row, column]), 0)
+
+    def crossed(self, start: Array, ends: Array) -> Array:
+        """Beams from `start` (2,) to `ends` (K, 2) [m], world → (K,) bool: those that went through a wall.
+
+        Through means: a cell of a wall, and behind it a place that is well away from any wall, still before the end.
+        """
+        way = ends - start
+        length = np.hypot(way[:, 0], way[:, 1])
+        count = max(2, math.ceil(min(float(length.max(initial=0.0)), REACH) / self.grid.resolution))
+        along = self.grid.resolution * np.arange(1, count)
+        ray = way / np.maximum(length, 1e-9)[:, None]
+        row, column, inside = self._indices(start + along[None, :, None] * ray[:, None, :])
+        before = (along[None, :] < (length - NEAR)[:, None]) & inside
+        behind = np.maximum.accumulate(self.occupied[row, column] & before, axis=1)
+        return (behind & before & (self.gap[row, column] > 0.75 * NEAR)).any(axis=1)
+
+    def _cells(self, points: Array) -> Array:
+        return np.floor((points - self.grid.origin) / self.grid.resolution).astype(int)
+
+    def _indices(self, points: Array) -> tuple[Array, Array, Array]:
+        """Points (..., 2) [m], world → rows and columns of the grid (...) and whether they lie in it (...)."""
+        cells = self._cells(points)
+        inside = ((cells >= 0) & (cells < self.free.shape[::-1])).all(axis=-1)
+        return np.where(inside, cells[..., 1], 0), np.where(inside, cells[..., 0], 0), inside
+
+    def _pool(self) -> tuple[Array, Array]:
+        """The field's coarse upper bound (rows, columns), and alike where a robot may stand (rows, columns) bool.
+
+        The bound of a cell holds for any shift within one: it looks at the next cells too.
+        """
+        values = self.field.values
+        rows, columns = (-(-side // COARSE) for side in values.shape)
+        grown = np.zeros(((rows + 1) * COARSE, (columns + 1) * COARSE), np.float32)
+        grown[: values.shape[0], : values.shape[1]] = values
+        most = grown.reshape(rows + 1, COARSE, columns + 1, COARSE).max(axis=(1, 3))
+        bound = np.maximum.reduce([most[:-1, :-1], most[1:, :-1], most[:-1, 1:], most[1:, 1:]])
+        free = self.grid.origin + (np.argwhere(self.free)[:, ::-1] + 0.5) * self.grid.resolution
+        coarse = np.floor((free - self.field.origin) / POOL).astype(int)
+        coarse = coarse[((coarse >= 0) & (coarse < (columns, rows))).all(axis=1)]
+        standable = np.zeros((rows, columns), bool)
+        standable[coarse[:, 1], coarse[:, 0]] = True
+        return bound, standable
+
+
+def thinned(points: Array, grain: float) -> Array:
+    """Points (K, 2) [m] → the first of every square of `grain` [m], in their order."""
+    cells = np.floor(points.reshape(-1, 2) / grain).astype(np.int64)
+    _, first = np.unique(cells[:, 0] * 1_000_003 + cells[:, 1], return_index=True)
+    return points[np.sort(first)]

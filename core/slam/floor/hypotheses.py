@@ -1,0 +1,160 @@
+"""Where the robot may be after several views: every place is carried along with the odometry and doubted anew."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from core.geometry import Pose, wrap
+from core.slam.floor.chart import Chart, View
+from core.slam.floor.relocation import Fit, SearchSettings, aside, judge, ring, same, search
+
+
+@dataclass(frozen=True)
+class BeliefSettings:
+    """When a place is believed. Rather none than a wrong one."""
+
+    search: SearchSettings = field(default_factory=SearchSettings)
+    apart: float = 0.3  # [m] between two views that confirm each other, or …
+    turned: float = math.radians(20)  # [rad] … this
+    score: float = 0.65  # mean over the views, at least
+    least: float = 0.5  # of every view
+    conflict: float = 0.2  # mean over the views, at most
+    rival: float = 0.88  # share of the best place's score that any other place may reach
+    views: int = 6  # that are kept
+    drift: float = 0.15  # [m] by which two views may disagree with the odometry between them …
+    drift_share: float = 0.1  # … and this share of the way
+    veer: float = math.radians(3)  # [rad] and as much in heading …
+    veer_share: float = 0.1  # … and this share of the turn
+    veer_way: float = math.radians(4)  # [rad/m] … and this for the way
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """One place for the newest view, with how all views fit that are tied to it by the odometry."""
+
+    fits: tuple[Fit, ...]  # one for each view, oldest first
+
+    @property
+    def pose(self) -> Pose:
+        """At the newest view."""
+        return self.fits[-1].pose
+
+    @property
+    def score(self) -> float:
+        """Mean over the views."""
+        return float(np.mean([fit.score for fit in self.fits]))
+
+    @property
+    def conflict(self) -> float:
+        """Mean over the views."""
+        return float(np.mean([fit.conflict for fit in self.fits]))
+
+
+class Hypotheses:
+    """The places that all views allow."""
+
+    def __init__(self, chart: Chart, settings: BeliefSettings | None = None) -> None:
+        self.chart, self.settings = chart, settings or BeliefSettings()
+        self.views: list[View] = []
+        self.places: list[Hypothesis] = []  # best first
+
+    def is_news(self, view: View) -> bool:
+        """Whether a view was taken far enough from the last one to tell something new."""
+        return not self.views or self._apart(self.views[-1], view)
+
+    def consider(self, view: View) -> Generator[None, None, None]:
+        """Take in a view: search the whole map with it, carry on what the former views allowed, and intersect."""
+        found = yield from search(self.chart, view, self.settings.search)
+        yield from self.weigh(view, found)
+
+    def weigh(self, view: View, found: list[Fit]) -> Generator[None, None, None]:
+        """Take in a view that was found at these places."""
+        carried: list[Hypothesis] = []
+        for place in self.places:
+            fit = self._follow(self.views[-1], view, place.pose)
+            if fit is not None:
+                carried.append(Hypothesis((*place.fits, fit)))
+            yield
+        for fit in found:
+            if not any(same(fit.pose, place.pose) for place in carried):
+                traced = self._trace(view, fit)
+                if traced is not None:
+                    carried.append(traced)
+                yield
+        self.views.append(view)
+        if len(self.views) > self.settings.views:
+            del self.views[0]
+            carried = [Hypothesis(place.fits[1:]) for place in carried]
+        ranked: list[Hypothesis] = []
+        for place in sorted(carried, key=lambda place: -place.score):
+            if not any(same(place.pose, better.pose) for better in ranked):
+                ranked.append(place)
+        self.places = ranked[: self.settings.search.most]
+
+    def forget(self) -> None:
+        """Nothing fitted: begin anew with the next view."""
+        self.views.clear()
+        self.places.clear()
+
+    def believed(self) -> Hypothesis | None:
+        """The one place that fits every view well, that no other rivals, and that is pinned down; else None."""
+        return None if self.doubt() else self.places[0]
+
+    def doubt(self) -> str:
+        """Why the best place is not believed; "" when it is."""
+        settings = self.settings
+        if not self.places:
+            return "nothing on the map fits"
+        best = self.places[0]
+        if not any(self._apart(one, self.views[-1]) for one in self.views[:-1]):
+            return "one view only"
+        if best.score < settings.score or min(fit.score for fit in best.fits) < settings.least:
+            return "the walls fit badly"
+        if best.conflict > settings.conflict:
+            return "beams went through walls"
+        if any(other.score > settings.rival * best.score for other in self.places[1:]):
+            return "other places look the same"
+        if self.looseness(best) > settings.rival:
+            return "the walls here leave it open along them"
+        return ""
+
+    def looseness(self, place: Hypothesis) -> float:
+        """How well all views would fit 0.3 to 0.75 m aside, as a share of how well they fit at the place."""
+        scores = np.mean([aside(self.chart, v, f.pose) for v, f in zip(self.views, place.fits, strict=True)], axis=0)
+        return float(scores[ring()].max() / max(float(scores[15, 15]), 1e-9))
+
+    def _follow(self, before: View, view: View, pose: Pose) -> Fit | None:
+        """The view's fit where the odometry leads from a pose at the view before; None where it does not fit."""
+        settings = self.settings
+        move = before.odometry.inverse() @ view.odometry
+        way = math.hypot(move.x, move.y)
+        reach = settings.drift + settings.drift_share * way
+        angle = settings.veer + settings.veer_share * abs(move.heading) + settings.veer_way * way
+        expected = pose @ move
+        few = view.points[:: max(1, len(view.points) // settings.search.points)]
+        found = self.chart.field.search(few, expected, reach, angle, 0.1, math.radians(1.5))
+        fit = judge(self.chart, view, found)
+        if fit is None or fit.score < settings.search.hopeful:
+            return None
+        strayed = expected.distance_to(fit.pose.x, fit.pose.y) > 1.5 * reach
+        veered = abs(wrap(expected.heading - fit.pose.heading)) > 1.5 * angle
+        return None if strayed or veered else fit
+
+    def _trace(self, view: View, fit: Fit) -> Hypothesis | None:
+        """A place of the newest view, followed back through all former views; None when one of them forbids it."""
+        fits, later = [fit], view
+        for former in reversed(self.views):
+            back = self._follow(later, former, fits[0].pose)
+            if back is None:
+                return None
+            fits.insert(0, back)
+            later = former
+        return Hypothesis(tuple(fits))
+
+    def _apart(self, one: View, other: View) -> bool:
+        move = one.odometry.inverse() @ other.odometry
+        return math.hypot(move.x, move.y) >= self.settings.apart or abs(move.heading) >= self.settings.turned
