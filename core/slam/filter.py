@@ -63,6 +63,32 @@ class Filter(ABC):
             self.pose = self.pose @ increment.pose
             self._pending = self._pending.then(increment)
 
+    @property
+    def pending(self) -> Increment:
+        """The moves since the covariance was settled, as one."""
+        return self._pending
+
+    def amend(self, move: Increment) -> None:
+        """The moves since the covariance was settled were together this one."""
+        self.pose, self._pending = self._base @ move.pose, move
+
+    def seat(self, pose: Pose, covariance: Array) -> None:
+        """The robot is here now, with covariance (3, 3) in the world's axes, whatever was thought of it before.
+
+        The landmarks keep what they know of the world and of each other; nothing binds them to the robot any more.
+        """
+        self.settle()
+        onto = self._world_from_error()
+        spread = onto @ self.covariance.dense() @ onto.T
+        spread[:ROBOT] = spread[:, :ROBOT] = 0.0
+        spread[:ROBOT, :ROBOT] = covariance
+        self.pose = self._base = pose
+        back = 2 * np.eye(len(spread)) - self._world_from_error()
+        spread = back @ spread @ back.T
+        self.covariance = Covariance(spread[:ROBOT, :ROBOT])
+        if len(self.places):
+            self.covariance.append(spread[ROBOT:, :ROBOT], spread[ROBOT:, ROBOT:])
+
     def settle(self) -> None:
         """Bring the covariance up to the present pose (eq. 21)."""
         if not self._pending.still:
@@ -167,6 +193,13 @@ class Filter(ABC):
         crossing = rows[0] - rows[1] + np.outer(turning, self.covariance.row(2))
         spread = crossing[:, first] - crossing[:, second] + np.outer(crossing[:, 2], turning)
         return self.places[a] - self.places[b], crossing, spread
+
+    def _world_from_error(self) -> Array:
+        """(size, size): the state's errors in the world's axes from the errors as this form measures them."""
+        onto = np.eye(ROBOT + 2 * len(self.places))
+        onto[:2, 2] = self.turning(np.array([self.pose.x, self.pose.y]))
+        onto[ROBOT:, 2] = self.turning(self.places).ravel()
+        return onto
 
     def _own_blocks(self) -> Array:
         """Every landmark's own block of the covariance (N, 2, 2)."""
