@@ -87,6 +87,10 @@ class LikelihoodField:
         values, _ = self._slopes(points, x, y, heading)
         return Match(Pose(x, y, wrap(heading)), float(values.mean()))
 
+    def values_at(self, points: Array, pose: Pose) -> Array:
+        """Points (M, 2) at a pose → field values (M,)."""
+        return self._slopes(points, pose.x, pose.y, pose.heading)[0]
+
     def _slopes(self, points: Array, x: float, y: float, heading: float) -> tuple[Array, Array]:
         """Points (M, 2) at a pose → field values (M,) and their change with x, y, heading (M, 3)."""
         turned = points @ rotation(heading).T

@@ -37,6 +37,7 @@ class OccupancySettings:
     waits: int = 5  # scans from the same place of which one is drawn: what moves away must vanish
     block: float = 5.0  # [m] by which the map grows
     widest: float = 100.0  # [m] from the world's origin; what lies beyond is not drawn
+    farthest: float = 20.0  # [m] to which a beam is drawn; one that goes on is free up to there
 
 
 class OccupancyMap:
@@ -58,6 +59,7 @@ class OccupancyMap:
         """
         if not self._is_worth_drawing(pose):
             return False
+        ends, hits = self._shortened(pose, ends, hits)
         known = np.all(np.abs(np.nan_to_num(ends, nan=np.inf)) < self._settings.widest, axis=1)
         if not known.any() or max(abs(pose.x), abs(pose.y)) >= self._settings.widest:
             return False
@@ -78,6 +80,26 @@ class OccupancyMap:
                 log_odds=self._log_odds,
             )
         return self._grid
+
+    @property
+    def cells(self) -> tuple[Array, Array]:
+        """The map as it is now, to look at and not to keep: origin (2,) [m], log odds (rows, columns)."""
+        return self._origin, self._log_odds
+
+    @property
+    def revision(self) -> int:
+        """Rises with every change."""
+        return self._revision
+
+    def _shortened(self, pose: Pose, ends: Array, hits: Array) -> tuple[Array, Array]:
+        """Ends and hits with the beams that go farther than is drawn cut there."""
+        away = ends - (pose.x, pose.y)
+        length = np.hypot(away[:, 0], away[:, 1])
+        far = length > self._settings.farthest
+        if not far.any():
+            return ends, hits
+        share = np.where(far, self._settings.farthest / np.where(far, length, 1.0), 1.0)
+        return away * share[:, None] + (pose.x, pose.y), hits & ~far
 
     def _is_worth_drawing(self, pose: Pose) -> bool:
         last, settings = self._drawn_at, self._settings

@@ -13,6 +13,7 @@ from core.perception.deskew import deskew
 from core.sensors import Laser, Scan, Wheels
 from core.slam.likelihood import LikelihoodField, Match
 from core.slam.motion import Increment
+from core.slam.spread import match_spread
 
 
 @dataclass(frozen=True)
@@ -96,16 +97,13 @@ class ScanOdometry:
     def _spread(self, points: Array) -> Array:
         """Covariance (3, 3) of a matched move: what the directions of the walls in the scan can tell, and a floor."""
         settings = self.settings
-        along = points[2:] - points[:-2]
-        reach = np.hypot(along[:, 0], along[:, 1])
-        wall = (reach > 1e-6) & (reach < settings.wall)
-        normals = np.column_stack((-along[wall, 1], along[wall, 0])) / reach[wall, None]
-        middle = points[1:-1][wall]
-        turning = middle[:, 0] * normals[:, 1] - middle[:, 1] * normals[:, 0]
-        told = np.column_stack((normals, turning)) / settings.point_sd
-        unknown = np.diag([1 / settings.reach**2, 1 / settings.reach**2, 1 / settings.angle**2])
-        floor = np.diag([settings.place_sd**2, settings.place_sd**2, settings.heading_sd**2])
-        return np.linalg.inv(told.T @ told + unknown) + floor
+        return match_spread(
+            points,
+            point_sd=settings.point_sd,
+            wall=settings.wall,
+            unknown=np.array([settings.reach, settings.reach, settings.angle]),
+            floor=np.array([settings.place_sd, settings.place_sd, settings.heading_sd]),
+        )
 
     def _report(self, covariance: Array) -> Increment:
         """The move since the last pose told; what is no more than the match's own trembling is none."""
