@@ -95,7 +95,7 @@ class OccupancyMap:
         """Ends and hits with the beams that go farther than is drawn cut there."""
         away = ends - (pose.x, pose.y)
         length = np.hypot(away[:, 0], away[:, 1])
-        far = length > self._settings.farthest
+        far = (length > self._settings.farthest) & (length < self._settings.widest)
         if not far.any():
             return ends, hits
         share = np.where(far, self._settings.farthest / np.where(far, length, 1.0), 1.0)
