@@ -93,10 +93,10 @@ class Covariance:
     def absorb(self, crossing: Array, innovation: Array, surprise: Array) -> Array:
         """One stacked update (eq. 28-30 without the inverse) → the correction of the state (size,).
 
-        `crossing` HP (k, size), `innovation` S (k, k), `surprise` ν (k,): with S = LLᵀ and W = L⁻¹HP,
+        `crossing` HP (k, size), `innovation` S (k, k), symmetric, `surprise` ν (k,): with S = LLᵀ and W = L⁻¹HP,
         P ← P − WᵀW, correction WᵀL⁻¹ν. Raises ValueError if S is not positive definite.
         """
-        root, failed = potrf(0.5 * (innovation + innovation.T), lower=1)
+        root, failed = potrf(innovation, lower=1)
         if failed:
             raise ValueError("The innovation covariance is not positive definite.")
         both = np.column_stack((crossing, surprise))

@@ -16,12 +16,13 @@ from core.sensors import Laser, SensorFrame
 from core.slam.association import Assignment, associate
 from core.slam.consistency import squared_error
 from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
-from core.slam.filter import Filter
+from core.slam.filter import Filter, Innovation
 from core.slam.invariant import InvariantFilter
 from core.slam.life import LandmarkTable, LifeSettings
 from core.slam.motion import Increment, MotionSettings, WheelTrack
 from core.slam.paper import PaperFilter
-from core.slam.sighting_model import place_of, soften, squared_distance, surprise
+from core.slam.robust import SlipSettings, displaced, oddness, trust, with_noise
+from core.slam.sighting_model import place_of, squared_distance, surprise
 from core.slam.view import View
 
 FORMS: dict[str, type[Filter]] = {"invariant": InvariantFilter, "paper": PaperFilter}
@@ -42,7 +43,7 @@ class Look:
 
 
 @dataclass(frozen=True)
-class EkfSettings(LifeSettings):
+class EkfSettings(LifeSettings, SlipSettings):
     """The estimator."""
 
     mode: Literal["invariant", "paper"] = "invariant"
@@ -78,6 +79,7 @@ class EkfSlam:
         self._looked = 0  # scans at rest in all
         self._updates = 0
         self._nis: float | None = None
+        self._slipped = False  # by the newest sightings
 
     def update(
         self, frame: SensorFrame, sightings: Sequence[Sighting] | None = None, increment: Increment | None = None
@@ -157,6 +159,7 @@ class EkfSlam:
             ignored=fates.count("ignored"),
             tentative=len(self.table.rows) - self.table.believed,
             looking_around=self.looking_around,
+            slipping=self._slipped,
         )
 
     @property
@@ -205,6 +208,7 @@ class EkfSlam:
     def _correct(self, look: Look, assignment: Assignment) -> None:
         """Count the hits, and let the landmarks past their probation correct the state, all at once."""
         used: list[tuple[int, int]] = []
+        self._slipped = False
         for row, index in assignment.matches:
             self.table.hit(index, look.seen[row], self.filter.pose.heading)
             life = self.table.rows[index]
@@ -214,13 +218,37 @@ class EkfSlam:
         if not used:
             return
         rows, indices = np.array(used).T
-        readings, noises, states = look.readings[rows], look.noises[rows], look.states[indices]
-        surprises = surprise(readings, look.expectations[indices])
-        for distance in squared_distance(surprises, states + noises)[0].tolist():
-            self._nis = distance / 2 if self._nis is None else FADE * self._nis + (1 - FADE) * distance / 2
+        readings, noises = look.readings[rows], look.noises[rows]
+        innovation = self.filter.innovate(indices, readings)
+        self._note(innovation, noises)
+        total = with_noise(innovation.state, noises)
+        odd = oddness(total, innovation.surprises)
+        if self._notice_slip(indices, innovation, total, odd):
+            innovation = self.filter.innovate(indices, readings)
+            total = with_noise(innovation.state, noises)
+            odd = oddness(total, innovation.surprises)
         if self.settings.soft_gate > 0:
-            noises = noises * soften(surprises, states, noises, self.settings.soft_gate)[:, None, None]
-        self.filter.correct(indices, readings, noises)
+            weights = trust(total, noises, innovation.surprises, odd, self.settings.soft_gate)
+            total = with_noise(total, (weights - 1.0)[:, None, None] * noises)
+        self.filter.take_in(innovation, total)
+
+    def _note(self, innovation: Innovation, noises: Array) -> None:
+        """The running NIS: every sighting by its own covariance, before anything is softened."""
+        count = len(noises)
+        own = innovation.state.reshape(count, 2, count, 2)[np.arange(count), :, np.arange(count), :]
+        for distance in squared_distance(innovation.surprises, own + noises)[0].tolist():
+            self._nis = distance / 2 if self._nis is None else FADE * self._nis + (1 - FADE) * distance / 2
+
+    def _notice_slip(self, indices: Array, innovation: Innovation, total: Array, odd: Array) -> bool:
+        """Whether the sightings say together that the robot is elsewhere: then its place is in doubt, not the map."""
+        if np.count_nonzero(odd > self.settings.slip_odd) < self.settings.slip_fewest:
+            return False
+        unnoticed = self.settings.unnoticed
+        moved = self.filter.shaken(indices, unnoticed)
+        self._slipped = displaced(total, innovation.surprises, odd, moved, self.settings)
+        if self._slipped:
+            self.filter.doubt(unnoticed)
+        return self._slipped
 
     def _admit(self, look: Look, assignment: Assignment) -> None:
         """New landmarks join the state at once, on probation: they keep their first sighting and its own pose."""

@@ -49,3 +49,4 @@ class SlamHealth:
     tentative: int = 0
     update_ms: float | None = None
     looking_around: bool = False  # the still start: motion waits
+    slipping: bool = False  # the newest sightings say together that the robot is not where its wheels say

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from core.geometry import Pose, rotation
 from core.message import Array
 from core.slam.covariance import Covariance
 from core.slam.motion import Increment
+from core.slam.robust import with_noise
 from core.slam.sighting_model import expected, place_of, surprise
 
 ROBOT = 3  # states of the robot: x, y, heading; two for every landmark follow
@@ -18,6 +20,15 @@ ROBOT = 3  # states of the robot: x, y, heading; two for every landmark follow
 def perpendicular(vectors: Array) -> Array:
     """Vectors (..., 2) → the same turned by 90 degrees: how they change when the plane turns."""
     return np.stack((-vectors[..., 1], vectors[..., 0]), axis=-1)
+
+
+@dataclass(frozen=True)
+class Innovation:
+    """How M sightings differ from what was expected."""
+
+    crossing: Array  # (2M, size): covariance of what was expected with the state
+    state: Array  # (2M, 2M): its own, without the sensor's noise
+    surprises: Array  # (M, 2) range [m], bearing [rad]
 
 
 class Filter(ABC):
@@ -116,6 +127,11 @@ class Filter(ABC):
 
     def correct(self, indices: Array, sightings: Array, noises: Array) -> None:
         """Landmarks (M,) were sighted (M, 2) with noise (M, 2, 2): one stacked update (eq. 28-30)."""
+        innovation = self.innovate(indices, sightings)
+        self.take_in(innovation, with_noise(innovation.state, noises))
+
+    def innovate(self, indices: Array, sightings: Array) -> Innovation:
+        """Landmarks (M,) were sighted (M, 2): how that differs from what was expected (eq. 29)."""
         self.settle()
         count = len(indices)
         expectations, slopes = expected(self.pose, self.places[indices])
@@ -125,11 +141,28 @@ class Filter(ABC):
         relative = self.covariance.rows(columns) - robot[:2] + lever[:, :, None] * robot[2]
         crossing = (slopes @ relative).reshape(2 * count, -1)
         seen = crossing[:, columns] - crossing[:, None, :2] + crossing[:, 2, None, None] * lever
-        innovation = np.einsum("amk,mjk->amj", seen, slopes).reshape(2 * count, 2 * count)
-        for k in range(count):
-            innovation[2 * k : 2 * k + 2, 2 * k : 2 * k + 2] += noises[k]
-        self._move(self.covariance.absorb(crossing, innovation, surprise(sightings, expectations).ravel()))
+        state = np.einsum("amk,mjk->amj", seen, slopes).reshape(2 * count, 2 * count)
+        return Innovation(crossing, state, surprise(sightings, expectations))
+
+    def take_in(self, innovation: Innovation, total: Array) -> None:
+        """Correct by an innovation, `total` (2M, 2M) its covariance with the sightings' noise."""
+        self._move(self.covariance.absorb(innovation.crossing, total, innovation.surprises.ravel()))
         self._base = self.pose
+
+    def doubt(self, unnoticed: Array) -> None:
+        """The robot may have moved unnoticed: covariance (3, 3) of that move, in its own frame."""
+        self.settle()
+        self._spread(self.pose, Increment(Pose(), unnoticed))
+
+    def shaken(self, indices: Array, unnoticed: Array) -> Array:
+        """What `doubt` would add to the covariance of the sightings of landmarks (M,), as (2M, 2M)."""
+        _, slopes = expected(self.pose, self.places[indices])
+        arms = perpendicular(self.places[indices] - (self.pose.x, self.pose.y))
+        onto = np.empty((len(indices), 2, ROBOT))
+        onto[:, :, :2] = -rotation(self.pose.heading)
+        onto[:, :, 2] = -arms
+        change = (slopes @ onto).reshape(-1, ROBOT)
+        return change @ unnoticed @ change.T
 
     def add(self, sighting: Array, noise: Array) -> int:
         """A new landmark (eq. 31-33) → its index."""

@@ -50,16 +50,3 @@ def squared_distance(surprises: Array, spreads: Array) -> tuple[Array, Array]:
     determinant = np.maximum(a * c - b * b, 1e-300)
     u, v = surprises[..., 0], surprises[..., 1]
     return (c * u * u - 2 * b * u * v + a * v * v) / determinant, np.log(determinant)
-
-
-def soften(surprises: Array, states: Array, noises: Array, limit: float) -> Array:
-    """Soft gate: surprises (M, 2), covariances (M, 2, 2) from the state and of the sightings → weights (M,) on those.
-
-    A sighting further than `limit` (squared) is trusted less, not thrown away: after a bump a hard gate would refuse
-    every later sighting and lock the filter out.
-    """
-    weights = np.ones(len(surprises))
-    for _ in range(3):
-        distance, _ = squared_distance(surprises, states + weights[:, None, None] * noises)
-        weights = np.where(distance > limit, weights * (distance / limit) ** 1.5, weights)
-    return weights

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.geometry import Pose, wrap, wrap_all
-from core.slam.sighting_model import expected, place_of, soften, squared_distance, surprise
+from core.slam.sighting_model import expected, place_of, squared_distance, surprise
 
 STEP = 1e-6
 coordinate = st.floats(-5, 5)
@@ -57,11 +57,3 @@ def test_squared_distance_is_mahalanobis() -> None:
     distances, sizes = squared_distance(offs, spreads)
     assert np.allclose(distances, [e @ np.linalg.solve(s, e) for e, s in zip(offs, spreads, strict=True)])
     assert np.allclose(sizes, np.log(np.linalg.det(spreads)))
-
-
-def test_the_soft_gate_leaves_likely_sightings_alone_and_still_hears_the_others() -> None:
-    state, noise = np.repeat(1e-4 * np.eye(2)[None], 3, 0), np.repeat(1e-4 * np.eye(2)[None], 3, 0)
-    offs = np.array([[0.01, 0.0], [0.1, 0.0], [1.0, 0.0]])
-    weights = soften(offs, state, noise, 4.0)
-    assert weights[0] == 1.0
-    assert 1.0 < weights[1] < weights[2] < np.inf

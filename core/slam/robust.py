@@ -1,0 +1,95 @@
+"""Which sightings of one update to trust: each is judged by what all the others say, and the prediction by them all."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.message import Array
+
+ROUNDS = 3  # in which trust is withdrawn, at most
+STEEPNESS = 1.5  # with which it falls beyond the limit
+
+
+@dataclass(frozen=True)
+class SlipSettings:
+    """When the sightings overrule the prediction: the robot was pushed, or its wheels slipped."""
+
+    slip_odd: float = 16.3  # chi-square, 2 degrees of freedom, 99.97 %: a sighting that contradicts the prediction
+    slip_agree: float = 9.21  # chi-square, 99 %: one that fits once the robot may be elsewhere
+    slip_fewest: int = 3  # sightings that must agree on where it is
+    slip_share: float = 0.6  # of all sightings, at least, that are odd before and that agree afterwards
+    slip_place_sd: float = 0.5  # [m] that the robot may be elsewhere
+    slip_heading_sd: float = math.radians(20)  # [rad]
+
+    @property
+    def unnoticed(self) -> Array:
+        """Covariance (3, 3) of the move that nobody told of, in the robot's frame."""
+        return np.diag([self.slip_place_sd**2, self.slip_place_sd**2, self.slip_heading_sd**2])
+
+
+def oddness(innovation: Array, surprises: Array) -> Array:
+    """Innovation covariance (2M, 2M), surprises (M, 2) → squared distance (M,) of each from what the others tell of it.
+
+    The others' surprises have a common cause where the robot is not quite where it was predicted; what they share is
+    taken off. With S the covariance and ν the surprises, (S⁻¹ν)_i has the covariance (S⁻¹)_ii.
+    """
+    inverse = np.linalg.inv(innovation)
+    pulls = (inverse @ surprises.ravel()).reshape(-1, 2)
+    count = len(surprises)
+    own = inverse.reshape(count, 2, count, 2)[np.arange(count), :, np.arange(count), :]
+    a, b, c = own[:, 0, 0], own[:, 0, 1], own[:, 1, 1]
+    u, v = pulls.T
+    return (c * u * u - 2 * b * u * v + a * v * v) / np.maximum(a * c - b * b, 1e-300)
+
+
+def with_noise(state: Array, noises: Array) -> Array:
+    """Covariance (2M, 2M) that comes from the state, and of the sightings (M, 2, 2) → their sum, symmetric."""
+    count = len(noises)
+    total = 0.5 * (state + state.T)
+    total.reshape(count, 2, count, 2)[np.arange(count), :, np.arange(count), :] += noises
+    return total
+
+
+def trust(innovation: Array, noises: Array, surprises: Array, odd: Array, limit: float) -> Array:
+    """Soft gate: S (2M, 2M), what of it is the sightings' (M, 2, 2), surprises (M, 2), their oddness (M,) → weights.
+
+    The weights (M,) ≥ 1 go on the sightings' covariances. A sighting odder than `limit` is trusted less, not thrown
+    away: a hard gate would refuse every later sighting of what moved, and lock the filter out. Were they judged one
+    by one, sightings that all err alike because the prediction does would lose their say just when they are right.
+    """
+    weights = np.ones(len(surprises))
+    for _ in range(ROUNDS):
+        beyond = odd > limit
+        if not beyond.any():
+            break
+        weights[beyond] *= (odd[beyond] / limit) ** STEEPNESS
+        odd = oddness(with_noise(innovation, (weights - 1.0)[:, None, None] * noises), surprises)
+    return weights
+
+
+def displaced(innovation: Array, surprises: Array, odd: Array, moved: Array, settings: SlipSettings) -> bool:
+    """Whether most sightings contradict the prediction, and agree with each other once the robot may be elsewhere.
+
+    S (2M, 2M), surprises (M, 2), their oddness (M,); `moved` (2M, 2M): what doubt in the robot's place adds to S. A
+    few sightings of the wrong landmarks do not do that.
+    """
+    least = max(settings.slip_fewest, settings.slip_share * len(odd))
+    if np.count_nonzero(odd > settings.slip_odd) < least:
+        return False
+    return _agreeing(innovation + moved, surprises, settings.slip_agree) >= least
+
+
+def _agreeing(innovation: Array, surprises: Array, limit: float) -> int:
+    """How many sightings are left when the oddest is taken out again and again until none is odd."""
+    kept = np.arange(len(surprises))
+    while len(kept) > 1:
+        rows = (2 * kept[:, None] + np.arange(2)).ravel()
+        odd = oddness(innovation[np.ix_(rows, rows)], surprises[kept])
+        worst = int(odd.argmax())
+        if odd[worst] <= limit:
+            break
+        kept = np.delete(kept, worst)
+    return len(kept)
