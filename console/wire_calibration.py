@@ -123,6 +123,7 @@ class CalibrationSession(Struct):
     source: CalibrationSource
     board: CalibrationBoard
     created_s: float
+    height_m: float | None = None  # laser: of the camera above it, by ruler
     size: tuple[int, int] | None = None
     live: bool = False
     showing: bool = False

@@ -119,10 +119,11 @@ async def undo(asked: UndoWish, behind: Behind, who: Who) -> dict[str, Any]:
 @calibration_files.post("/calibration/import", openapi_extra=FILE)
 @needs("operator", body=TEXT)
 async def read_file(request: Request, behind: Behind, who: Who) -> dict[str, Any]:
-    """Use the camera in a file from now on: ROS camera_info, OpenCV, Kalibr, or Beckon's own JSON."""
+    """Use what is in a file from now on: a camera (ROS camera_info, OpenCV, Kalibr, Beckon's own JSON) or a mount
+    (static transform command, URDF joint, 4x4 matrices, Beckon's own JSON). `kind` in the answer tells which."""
     text = (await request.body()).decode("utf-8", "replace")
     report = await behind.workbench.read(text, who.name)
-    behind.history.add("calibration", who, words="import camera")
+    behind.history.add("calibration", who, words=f"import {report['kind']}")
     return report
 
 

@@ -1,4 +1,4 @@
-"""What takes long or needs nothing remembered: solving, straightening pictures, reading camera files."""
+"""What takes long or needs nothing remembered: solving, straightening pictures, reading files."""
 
 from __future__ import annotations
 
@@ -12,16 +12,18 @@ from console.calibration.laser_keeping import resumed
 from console.calibration.values import Told, board_of, camera_of, jpeg
 from core.calibration.board import Board
 from core.calibration.camera_facts import PARAMETERS, known_facts
-from core.calibration.camera_files import kalibr_yaml, opencv_yaml, parse_camera, ros_yaml
+from core.calibration.camera_files import kalibr_yaml, opencv_yaml, parse_camera, read_json, ros_yaml
 from core.calibration.correction import exact_map, straighten
 from core.calibration.intrinsics import Calibration
 from core.calibration.laser_solve import LaserCalibration
-from core.calibration.mount_files import matrix, static_transform, urdf_joint
+from core.calibration.mount_files import both_ways, matrix, static_transform, urdf_joint
+from core.calibration.mount_reading import holds_mount, parse_mount
 from core.calibration.reports import camera_report, correction_report, kept, laser_report
 from core.calibration.session import CameraSession
 from core.errors import BadInput
 
 ARROWS = 800  # residuals shown at most
+FROM_FILE = "Read from a file; how exact it is stands only in the file it came from."
 
 Exports = dict[str, list[str]]  # form → file name, text
 
@@ -66,12 +68,31 @@ class BackRoom:
             grey = straighten(grey, exact_map(model))
         return jpeg(grey)
 
-    def read_camera(self, text: str) -> Told:
-        """A camera file in any form → how it is kept, and what is known about it. Raises BadInput."""
+    def read_file(self, text: str, camera: Told | None) -> Told:
+        """A camera's or a mount's file in any form → which it is, how it is kept, and what is known about it.
+
+        A mount belongs to a camera: the one in its own file, else `camera`, which is in use. Raises BadInput.
+        """
+        if not holds_mount(text):
+            return {"kind": "camera", **self._camera_file(text)}
+        mount = parse_mount(text)
+        own = read_json(text) if text.lstrip().startswith("{") else {}
+        if "camera" not in own and camera is None:
+            raise BadInput("A mount belongs to a camera: calibrate the camera first, or bring the camera's file.")
+        model = parse_camera(text) if "camera" in own else camera_of(camera or {})
+        entry = own["extrinsics"] if "extrinsics" in own else both_ways(mount)
+        report = {
+            "rotation": mount.rotation.tolist(),
+            "translation_m": mount.translation.tolist(),
+            "warnings": [FROM_FILE],
+        }
+        return {"kind": "laser", "document": {**kept(model, "camera"), "extrinsics": entry}, "report": report}
+
+    def _camera_file(self, text: str) -> Told:
         model = parse_camera(text)
         document = kept(model, "camera")
         report: Told = {"image_size": [model.width, model.height], **parameters(model)}
-        report["warnings"] = ["Read from a file; how exact it is stands only in the file it came from."]
+        report["warnings"] = [FROM_FILE]
         known, board = known_facts(text)
         document["camera"] |= known
         if board is not None:

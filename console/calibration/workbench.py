@@ -19,7 +19,7 @@ from console.calibration.robot_sensors import calibrated, laser_start
 from console.calibration.showing import show
 from console.calibration.sitting import PICTURE_BUDGET, Sitting
 from console.calibration.turns import Turns
-from console.calibration.values import board_of
+from console.calibration.values import board_of, camera_told
 from console.latest import Hub
 from console.problems import Problem
 from console.robot_link import RobotLink
@@ -118,7 +118,7 @@ class Workbench:
         card = Card(secrets.token_hex(6), kind, source, board, time.time())
         if kind == "laser":
             card.camera, card.mount = laser_start(self._robot.profile, source, self.in_use.camera, height)
-        shown = CalibrationSession(card.id, kind, source, board, card.created_s)
+        shown = CalibrationSession(card.id, kind, source, board, card.created_s, height_m=height)
         for other in list(self.sittings.values()):
             if other.card.kind == kind:
                 self.rest(other)
@@ -177,10 +177,12 @@ class Workbench:
         return told["report"]
 
     async def read(self, text: str, who: str) -> dict[str, Any]:
-        """Use the camera in a file of any form from now on → its report. Raises BadInput."""
-        told = await self.back_room.ask("read_camera", {"text": text}, budget=PICTURE_BUDGET)
-        await self.use("camera", told, who)
-        return told["report"]
+        """Use the camera or the mount in a file of any form from now on → its kind and report. Raises BadInput."""
+        model = self.in_use.camera
+        given = {"text": text, "camera": None if model is None else camera_told(model)}
+        told = await self.back_room.ask("read_file", given, budget=PICTURE_BUDGET)
+        await self.use(told["kind"], told, who)
+        return {"kind": told["kind"], **told["report"]}
 
     async def use(self, kind: CalibrationKind, told: dict[str, Any], who: str) -> None:
         """A document with its report becomes the calibration in use. Raises BadInput, Problem 503."""

@@ -45,10 +45,8 @@ def matrix(transform: Transform) -> Array:
 
 def mount_entry(found: Extrinsics) -> dict[str, Any]:
     """The mount as it stands in our own JSON: both directions, each with its covariance as it is shown."""
-    back = found.transform.inverse()
     return {
-        FORWARD: matrix(found.transform).tolist(),
-        BACK: matrix(back).tolist(),
+        **both_ways(found.transform),
         "covariance_rxyz_txyz": {
             FORWARD: found.shown_covariance.tolist(),
             BACK: inverse_covariance(found.transform, found.shown_covariance).tolist(),
@@ -58,6 +56,11 @@ def mount_entry(found: Extrinsics) -> dict[str, Any]:
         "witnessed": found.witnessed,
         "poses_used": int(np.count_nonzero(found.used)),
     }
+
+
+def both_ways(laser_from_camera: Transform) -> dict[str, Any]:
+    """The 4x4 matrices of both directions, under the names of our own JSON."""
+    return {FORWARD: matrix(laser_from_camera).tolist(), BACK: matrix(laser_from_camera.inverse()).tolist()}
 
 
 def read_mount(entry: dict[str, Any]) -> Transform:

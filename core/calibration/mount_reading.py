@@ -21,6 +21,15 @@ PAIRS = ((FORWARD, BACK), ("laser_from_camera", "camera_from_laser"))
 AGREE = 1e-6  # [rad, m] within which both directions of one file have to agree
 
 
+def holds_mount(text: str) -> bool:
+    """Whether a file tells of a mount, rather than of a camera alone. Raises BadInput for JSON that is none."""
+    if text.lstrip()[:1] != "{":
+        return text.lstrip()[:1] == "<" or PUBLISHER in text
+    document = read_json(text)
+    names = {name for pair in PAIRS for name in pair} | {"rotation", "extrinsics"}
+    return not names.isdisjoint(document)
+
+
 def parse_mount(text: str) -> Transform:
     """The text of a mount's file in any of the forms → laser_from_camera. Raises BadInput."""
     begin = text.lstrip()[:1]

@@ -6,6 +6,7 @@ import { action, say } from "./action.js";
 import * as api from "./api.js";
 import { AdviceLine } from "./advice-line.js";
 import { CameraChoice } from "./camera-choice.js";
+import { takeDrops } from "./drops.js";
 import { EmptyStage } from "./empty-stage.js";
 import { GainsCard } from "./gains-card.js";
 import { KnownCard } from "./known-card.js";
@@ -125,18 +126,7 @@ class CalibrationCapture extends Room {
     this.#cameras.changed = () => {
       if (this.#eye instanceof Webcam) void this.#openWebcam(this.#eye);
     };
-    this.addEventListener("dragover", (event) => {
-      if (!(this.#eye instanceof Uploads)) return;
-      event.preventDefault();
-      mark(this, "data-dropping", true);
-    });
-    this.addEventListener("dragleave", () => mark(this, "data-dropping", null));
-    this.addEventListener("drop", (event) => {
-      mark(this, "data-dropping", null);
-      if (!(this.#eye instanceof Uploads)) return;
-      event.preventDefault();
-      this.#add(event.dataTransfer?.files ?? []);
-    });
+    takeDrops(this, () => this.#eye instanceof Uploads, (files) => this.#add(files));
     const beat = () => {
       requestAnimationFrame(beat);
       if (!this.hidden && this.#eye) this.#paint();
@@ -245,9 +235,9 @@ class CalibrationCapture extends Room {
   async #amend(counts) {
     const { calibration } = this.bench;
     if (!calibration) return;
-    const { kind, source, board, id } = calibration;
+    const { kind, source, board, id, height_m = null } = calibration;
     const panel_m = board.panel_m ?? null;
-    const wish = { kind, source, board: { ...board, ...counts, panel_m }, height_m: null };
+    const wish = { kind, source, board: { ...board, ...counts, panel_m }, height_m };
     const eye = this.#eye;
     eye?.close();
     if (eye instanceof Webcam) await eye.idle();

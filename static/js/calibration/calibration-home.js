@@ -29,7 +29,7 @@ class CalibrationHome extends Room {
     type: "file",
     class: "visually-hidden",
     id: "camera-file",
-    accept: ".json,.yaml,.yml,.txt",
+    accept: ".json,.yaml,.yml,.txt,.xml,.urdf,.sh",
   });
   #drawn = "";
 
@@ -61,9 +61,9 @@ class CalibrationHome extends Room {
           "p",
           { class: "home-foot" },
           icon("upload"),
-          make("label", { for: "camera-file", class: "link" }, "Bring a camera file"),
+          make("label", { for: "camera-file", class: "link" }, "Bring a file"),
           this.#file,
-          make("span", { class: "note" }, "from ROS, OpenCV, Kalibr or Beckon, to be used as it is"),
+          make("span", { class: "note" }, "of a camera (ROS, OpenCV, Kalibr, Beckon) or of its mount (URDF, static transform, 4x4), to be used as it is"),
         ),
       ),
     );
@@ -161,7 +161,7 @@ class CalibrationHome extends Room {
     this.#file.value = "";
     if (!file) return;
     const told = await this.bench.tried(async () => api.bring(await file.text()));
-    if (told !== null) this.session.announce("The camera file is in use.");
+    if (told !== null) this.session.announce(`The ${told.kind === "laser" ? "mount" : "camera"} in the file is in use.`);
     await this.bench.readLists();
   }
 }

@@ -100,7 +100,9 @@ class CalibrationReview extends Room {
       this.#title,
       used ? "In use" : good ? "Good enough to be used" : solution ? "Not yet exact enough" : "No solution yet",
     );
-    write(this.#words, solving ? `${solving.words} …` : `${progress.words}${used ? KEPT : older ? OTHER : ""}`);
+    const former = calibration.in_use_compare ? KEPT : "";
+    const foreign = solution && kind === "camera" ? FOREIGN[calibration.source] : "";
+    write(this.#words, solving ? `${solving.words} …` : `${progress.words}${used ? former : older ? OTHER : foreign}`);
     write(this.#says, may ? this.#refused : "You are watching. Only an operator can decide.");
     this.#accept.hidden = !may || used || !solution;
     this.#anyway.hidden = !may || used || this.#refused === "" || !solution;
@@ -151,6 +153,12 @@ class CalibrationReview extends Room {
 }
 
 const KEPT = " The former one is kept and can be taken back.";
+/** @type {Readonly<Record<import("./shape.js").Source, string>>} */
+const FOREIGN = {
+  robot: "",
+  webcam: " These pictures are from this browser’s camera: use it only where that camera is the robot’s.",
+  upload: " Use it only where the pictures are from the robot’s camera. Otherwise take the files away below.",
+};
 const OTHER = " What is in use is another solution than this one.";
 
 customElements.define("calibration-review", CalibrationReview);

@@ -133,8 +133,8 @@ def test_the_console_keeps_its_rate_meanwhile(wizard: Wizard) -> None:
     over.set()
     for thread in threads:
         thread.join()
-    assert sorted(late)[36] < 0.1
-    assert live.runtime.pace.rate(time.monotonic()) > 0.6 * before
+    assert sorted(late)[20] < 0.05 and sorted(late)[36] < 0.25
+    assert live.runtime.pace.rate(time.monotonic()) > 0.5 * before
 
 
 def test_uploads_have_their_own_limits(wizard: Wizard) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import errno
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,9 +16,9 @@ from console.calibration.in_use import InUse
 from console.calibration.robot_sensors import calibrated, laser_in, nominal_mount
 from console.problems import Problem
 from core.calibration.camera_files import kalibr_yaml, ros_yaml
-from core.calibration.mount_files import FORWARD, matrix
+from core.calibration.mount_files import FORWARD, both_ways, matrix, static_transform, urdf_joint
 from core.calibration.reports import kept as kept_form
-from core.geometry import Transform
+from core.geometry import OPTICAL, Transform
 from core.message import Array
 from core.optics import TABLE_3
 from tests.console.calibration.wizard import Wizard
@@ -201,3 +202,20 @@ def test_a_damaged_former_is_passed_over_and_the_one_before_it_is_taken_back(tmp
     assert damaged.read_text() == "{"
     kept.undo("camera")
     assert kept.camera is None and not (tmp_path / "camera.json").exists()
+
+
+def test_a_mount_comes_from_a_file_in_every_form_and_belongs_to_the_camera_in_use(live: Live) -> None:
+    turned = Transform(rotation=OPTICAL, translation=np.array([0.03, 0.01, 0.12]))
+    while undo(live, "laser") == 200 or undo(live) == 200:
+        pass
+    assert bring(live, static_transform(turned)) == 422
+    assert bring(live, ros_yaml(NEAR)) == 200
+    for text in (static_transform(turned), urdf_joint(turned), json.dumps(both_ways(turned))):
+        assert bring(live, text) == 200
+        told = in_use(live)["laser"]
+        assert told["not_used"] == ""
+        assert np.allclose(told["rotation"], turned.rotation, atol=1e-9)
+        assert np.allclose(told["translation_m"], turned.translation, atol=1e-9)
+        assert undo(live, "laser") == 200
+    assert bring(live, "<robot/>") == 422
+    assert undo(live) == 200

@@ -27,7 +27,7 @@ def text(facts: dict[str, Any], board: dict[str, Any]) -> str:
 
 
 def test_a_camera_that_comes_back_keeps_its_uncertainty_and_its_board() -> None:
-    told = BackRoom().read_camera(text(FACTS, BOARD))
+    told = BackRoom().read_file(text(FACTS, BOARD), None)
     assert {name: told["document"]["camera"][name] for name in FACTS} == FACTS
     assert told["document"]["board"] == BOARD and told["report"]["sd"] == dict(zip(FREE, FACTS["sd"], strict=True))
 
