@@ -11,6 +11,27 @@ for library in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(library, "1")  # as in the console; must come before the first import of numpy
 
 REPOSITORY = Path(__file__).resolve().parent.parent
+BEHIND = 10  # niceness of tests that only compute
+LIVE = ("browser", "console")  # folders whose tests share a running console, which keeps real time
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests that keep real time run one after another in one process, the others beside them, file by file."""
+    items.sort(key=lambda item: folder_of(item) not in LIVE)
+    for item in items:
+        group = "live" if folder_of(item) in LIVE else item.path.name
+        item.add_marker(pytest.mark.xdist_group(group))
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """What only computes steps back behind what keeps real time."""
+    if "PYTEST_XDIST_WORKER" in os.environ and folder_of(item) not in LIVE and hasattr(os, "nice"):
+        os.nice(BEHIND - os.nice(0))
+
+
+def folder_of(item: pytest.Item) -> str:
+    """The first folder under tests/."""
+    return item.path.relative_to(REPOSITORY / "tests").parts[0]
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
