@@ -12,26 +12,25 @@ for library in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 BEHIND = 10  # niceness of tests that only compute
-LIVE = ("browser", "console")  # folders whose tests share a running console, which keeps real time
+LIVE = ("benchmarks/", "browser/", "console/", "core/gate/test_gate_process.py")  # these keep real time
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Tests that keep real time run one after another in one process, the others beside them, file by file."""
-    items.sort(key=lambda item: folder_of(item) not in LIVE)
+    items.sort(key=lambda item: not is_live(item))
     for item in items:
-        group = "live" if folder_of(item) in LIVE else item.path.name
-        item.add_marker(pytest.mark.xdist_group(group))
+        item.add_marker(pytest.mark.xdist_group("live" if is_live(item) else str(item.path)))
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """What only computes steps back behind what keeps real time."""
-    if "PYTEST_XDIST_WORKER" in os.environ and folder_of(item) not in LIVE and hasattr(os, "nice"):
+    if "PYTEST_XDIST_WORKER" in os.environ and not is_live(item) and hasattr(os, "nice"):
         os.nice(BEHIND - os.nice(0))
 
 
-def folder_of(item: pytest.Item) -> str:
-    """The first folder under tests/."""
-    return item.path.relative_to(REPOSITORY / "tests").parts[0]
+def is_live(item: pytest.Item) -> bool:
+    """Whether a test keeps real time, with processes of a running console."""
+    return item.path.relative_to(REPOSITORY / "tests").as_posix().startswith(LIVE)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -139,7 +139,7 @@ def test_a_map_of_fifty_metres_is_planned_in_time() -> None:
         gap = slice(20, 60) if at % 200 else slice(940, 980)
         log_odds[gap, at] = -2
     maze = Grid(revision=1, resolution=0.05, origin=np.zeros(2), log_odds=log_odds)
-    began = time.perf_counter()
+    began = time.process_time()
     way = go(maze, (2.0, 25.0), (8.0, 25.0))
-    assert time.perf_counter() - began < 1.0
+    assert time.process_time() - began < 1.0
     assert clearance(maze, way) > RADIUS
