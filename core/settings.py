@@ -30,6 +30,7 @@ from core.slam.ekf import EkfSettings
 from core.slam.motion import MotionSettings
 from core.slam.occupancy import OccupancySettings
 from core.slam.scan_odometry import ScanOdometrySettings
+from core.speech.settings import SpeechSettings
 
 LARGEST = 1_000_000  # bytes of a settings file
 
@@ -41,6 +42,7 @@ class Settings:
     corners: CornerSettings = field(default_factory=CornerSettings)
     edges: EdgeSettings = field(default_factory=EdgeSettings)
     hearing: HearingSettings = field(default_factory=HearingSettings)
+    speech: SpeechSettings = field(default_factory=SpeechSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     ekf: EkfSettings = field(default_factory=EkfSettings)
     scan_odometry: ScanOdometrySettings = field(default_factory=ScanOdometrySettings)

@@ -1,0 +1,52 @@
+"""Sound → short-time spectra of the whole band, and back to the same sound."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from core.message import Array
+
+FRAME = 0.032  # [s]
+STEPS = 4  # frames per frame length
+
+
+def size_of(rate: int) -> int:
+    """Samples of a frame: the power of two nearest to FRAME."""
+    return 2 ** max(4, round(math.log2(rate * FRAME)))
+
+
+def analyse(samples: Array, rate: int) -> Array:
+    """Samples (N, M) → spectra (K, T, M); frame t begins `(t - 3)` quarter frames after the first sample."""
+    size = size_of(rate)
+    hop = size // STEPS
+    behind = -len(samples) % hop + size - hop
+    padded = np.pad(samples, ((size - hop, behind), (0, 0)))
+    frames = sliding_window_view(padded, size, axis=0)[::hop]  # (T, M, N)
+    return np.fft.rfft(frames * _window(size), axis=2).transpose(2, 0, 1)
+
+
+def synthesise(spectra: Array, rate: int, length: int) -> Array:
+    """Spectra (K, T) of one channel → its samples (`length`,): the inverse of `analyse`."""
+    size = size_of(rate)
+    hop = size // STEPS
+    frames = np.fft.irfft(spectra, size, axis=0).T * _window(size)  # (T, N)
+    quarters = frames.reshape(len(frames), STEPS, hop)
+    total = np.zeros((len(frames) + STEPS - 1, hop))
+    for step in range(STEPS):
+        total[step : step + len(frames)] += quarters[:, step]
+    return total.ravel()[size - hop :][:length]
+
+
+def quiet(frames: int, before: int, rate: int) -> slice:
+    """Which of `frames` hold only what was heard in the first `before` samples."""
+    size = size_of(rate)
+    hop = size // STEPS
+    return slice(STEPS - 1, min(frames, max(STEPS, (before - size) // hop + STEPS)))
+
+
+def _window(size: int) -> Array:
+    """Root of a Hann window, scaled so that analysis and synthesis together give one."""
+    return np.sin(np.pi * (np.arange(size) + 0.5) / size) * math.sqrt(2 / STEPS)

@@ -1,0 +1,219 @@
+"""Where utterances begin and end in sound as it comes; the half second before each one stays with it.
+
+A frame holds a voice where clearly more bins of its spectrum stand out of the noise than the noise itself lifts
+there; the noise, and how unquiet it is, are learnt in silence.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from core.message import Array
+from core.sensors.microphones import Sound
+from core.speech.recognizer import Utterance, checked
+from core.speech.settings import RATE, SpeechSettings
+
+SIZE = 512  # samples of a frame
+HOP = 128  # between frames: 8 ms
+BAND = slice(6, 160)  # bins from 190 to 5000 Hz
+STEP = HOP / RATE  # [s]
+FIRST = 0.4  # [s] of sound after which something can be heard at all
+LIVELY = 10.0  # times the quietest frames' power, that the mean has where somebody speaks
+GAP = 0.02  # [s] missing between two pieces of sound, beyond which listening begins anew
+SILENT = 1e-7  # power of a bin that counts as silence whatever the noise: about -75 dB of full scale
+QUIET_SHARE = 0.3  # of the frames, that are taken for noise where nothing is known of it
+SMOOTHING = 15  # bins over which that noise is averaged
+WITHIN, ABOVE = 20.0, 6.0  # [dB] below the loudest and above the quietest frames, between which a voice begins
+ENOUGH = 12  # frames with a voice, that make an utterance
+
+
+class Endpointer:
+    """Cuts sound into utterances."""
+
+    def __init__(self, settings: SpeechSettings | None = None) -> None:
+        self._settings = settings or SpeechSettings()
+        self._forget(0.0)
+
+    def _forget(self, now: float) -> None:
+        self._samples = np.zeros(0)  # all that is remembered
+        self._start = now  # [s] of the first of them
+        self._framed = 0  # of them, where the next frame begins
+        self._first: list[Array] = []  # spectra from which the noise is learnt before anything is heard
+        self._noise: Array | None = None  # (K,) power
+        self._unquiet = self._unrest = 0.0  # share of bins that the noise itself lifts, and its variance
+        self._recent: deque[tuple[float, bool]] = deque(maxlen=6)
+        self._begin: float | None = None
+        self._last_voice = now
+
+    @property
+    def speaking(self) -> bool:
+        """Whether an utterance is under way."""
+        return self._begin is not None
+
+    def feed(self, sound: Sound) -> tuple[Utterance, ...]:
+        """The next piece of sound → utterances that ended in it. A gap in time begins anew. Raises BadInput."""
+        samples = checked(sound)
+        if abs(sound.stamp - self._now) > GAP:
+            self._forget(sound.stamp)
+        self._samples = np.concatenate((self._samples, samples))
+        count = (len(self._samples) - self._framed - SIZE) // HOP + 1
+        if count <= 0:
+            return ()
+        fresh = self._samples[self._framed : self._framed + SIZE + (count - 1) * HOP]
+        power = _powers(fresh)  # (T, K)
+        times = self._start + (self._framed + SIZE / 2 + HOP * np.arange(count)) / RATE
+        self._framed += count * HOP
+        ended = [one for row, time in zip(power, times, strict=True) if (one := self._step(row, float(time)))]
+        self._drop_old()
+        return tuple(ended)
+
+    def finish(self) -> tuple[Utterance, ...]:
+        """The sound is over → the utterance that was under way."""
+        last = self._cut(False) if self._begin is not None else None
+        self._forget(self._now)
+        return (last,) if last else ()
+
+    @property
+    def _now(self) -> float:
+        return self._start + len(self._samples) / RATE
+
+    def _step(self, power: Array, time: float) -> Utterance | None:
+        """One frame (K,) at `time` [s] → the utterance that it ends."""
+        settings = self._settings
+        if self._noise is None:
+            self._first.append(power)
+            if len(self._first) * STEP >= FIRST:
+                self._learn(np.array(self._first))
+            return None
+        share = float(np.mean(power > settings.evidence * self._noise))
+        voice = share > max(settings.voice_share, self._unquiet + settings.voice_margin * self._unrest**0.5)
+        self._recent.append((time, voice))
+        if voice:
+            self._last_voice = time
+        if self._begin is None:
+            self._attend(power, share, voice)
+            voices = [when for when, was in self._recent if was]
+            if len(voices) >= settings.onset:
+                self._begin = voices[0]
+            return None
+        if time - self._last_voice > settings.hangover:
+            return self._cut(False)
+        if time - self._begin > settings.longest:
+            told = self._cut(True)
+            self._learn(_powers(self._samples))
+            return told
+        return None
+
+    def _learn(self, power: Array) -> None:
+        """Frames (T, K) of what is there now: all of them are noise, unless somebody already speaks among them."""
+        quiet, mean = quietest(power), _smoothed(power.mean(0))
+        speech = mean.mean() > LIVELY * quiet.mean()
+        self._noise = np.maximum(quiet if speech else mean, SILENT)
+        shares = np.mean(power > self._settings.evidence * self._noise, axis=1)
+        self._unquiet = 0.0 if speech else float(shares.mean())
+        self._unrest = 0.0 if speech else float(shares.var())
+
+    def _attend(self, power: Array, share: float, voice: bool) -> None:
+        """Silence, as far as is known: the noise follows what is heard; slowly where it may be a voice."""
+        assert self._noise is not None
+        weight = STEP / self._settings.noise_memory * (0.1 if voice else 1.0)
+        self._noise = np.maximum(self._noise + weight * (power - self._noise), SILENT)
+        self._unquiet += weight * (share - self._unquiet)
+        self._unrest += weight * ((share - self._unquiet) ** 2 - self._unrest)
+
+    def _cut(self, too_long: bool) -> Utterance | None:
+        """The utterance under way, ended; None for a click."""
+        begin, end = self._begin or 0.0, self._last_voice
+        self._begin = None
+        self._recent.clear()
+        if end - begin < self._settings.shortest:
+            return None
+        whole = Sound(stamp=self._start, rate=RATE, samples=self._samples[:, None])
+        return Utterance(
+            sound=whole.part(begin - self._settings.pre_roll, self._now), begin=begin, end=end, cut=too_long
+        )
+
+    def _drop_old(self) -> None:
+        """Forget what no utterance can reach back to."""
+        since = self._begin if self._begin is not None else self._now
+        old = round((since - self._settings.pre_roll - 2 * SIZE / RATE - self._start) * RATE)
+        if old > RATE // 4:
+            old = min(old, self._framed)
+            self._samples = self._samples[old:]
+            self._start += old / RATE
+            self._framed -= old
+
+
+def _powers(samples: Array) -> Array:
+    """Samples (N,) → power of the band (T, K)."""
+    window = np.sin(np.pi * (np.arange(SIZE) + 0.5) / SIZE) ** 2
+    frames = sliding_window_view(samples, SIZE)[::HOP]
+    return np.abs(np.fft.rfft(frames * window)[:, BAND]) ** 2 / (window @ window)
+
+
+def quietest(power: Array) -> Array:
+    """Frames (T, K) → power of the noise (K,): of the quietest frames, averaged over neighbouring bins too."""
+    level = np.log(power + SILENT).mean(1)
+    mean = power[level <= np.quantile(level, QUIET_SHARE)].mean(0)
+    return np.maximum(_smoothed(mean), SILENT)
+
+
+def _smoothed(power: Array) -> Array:
+    """(K,) averaged over neighbouring bins."""
+    wide = np.pad(power, SMOOTHING // 2, mode="edge")
+    return np.convolve(wide, np.full(SMOOTHING, 1 / SMOOTHING), mode="valid")
+
+
+class Held:
+    """Hold-to-talk: all sound until the button is let go is one utterance."""
+
+    def __init__(self, settings: SpeechSettings | None = None) -> None:
+        self._settings = settings or SpeechSettings()
+        self._pieces: list[Sound] = []
+
+    @property
+    def speaking(self) -> bool:
+        """Whether the button is down, as far as sound came."""
+        return bool(self._pieces)
+
+    def feed(self, sound: Sound) -> tuple[Utterance, ...]:
+        """The next piece of sound. What is too long is told at once, and cut. Raises BadInput."""
+        checked(sound)
+        self._pieces.append(sound)
+        if sum(piece.duration for piece in self._pieces) > self._settings.longest + 2 * self._settings.pre_roll:
+            return self._told(True)
+        return ()
+
+    def finish(self) -> tuple[Utterance, ...]:
+        """The button was let go."""
+        return self._told(False) if self._pieces else ()
+
+    def _told(self, cut: bool) -> tuple[Utterance, ...]:
+        samples = np.concatenate([piece.samples for piece in self._pieces])
+        whole = Sound(stamp=self._pieces[0].stamp, rate=RATE, samples=samples)
+        self._pieces = []
+        begin, end = voiced(samples[:, 0])
+        if begin >= end:
+            return ()
+        return (Utterance(sound=whole, begin=whole.stamp + begin, end=whole.stamp + end, cut=cut),)
+
+
+def voiced(samples: Array) -> tuple[float, float]:
+    """Samples (N,) of one utterance → first and last moment [s] with a voice; (0, 0) for none."""
+    if len(samples) < SIZE:
+        return 0.0, 0.0
+    level = levels(samples)
+    least = max(float(np.quantile(level, 0.95)) - WITHIN, float(np.quantile(level, QUIET_SHARE)) + ABOVE)
+    voices = np.flatnonzero(level > least)
+    if len(voices) < ENOUGH:
+        return 0.0, 0.0
+    begin, end = (SIZE / 2 + HOP * voices[[0, -1]]) / RATE
+    return float(begin), float(end)
+
+
+def levels(samples: Array) -> Array:
+    """Samples (N,) → level [dB] of frames that begin every HOP samples, (T,)."""
+    return 10 * np.log10(_powers(samples).mean(1) + SILENT)

@@ -1,0 +1,61 @@
+"""The grammar of the commands as recognizers take it (JSGF), written out of VOCABULARY, OTHER_WORDS and the numbers.
+
+Nothing is listed here a second time: what `understand` reads can be heard, and only that.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from core.commands import VOCABULARY
+from core.speech.grammar import OTHER_WORDS
+from core.speech.numbers import DIGITS, TEENS, TENS
+
+SLOT = re.compile(r"\{\w+\}")
+UNITS = ("meters", "meter")  # spoken; other spellings sound the same
+
+NUMBER_RULES = {
+    "number": "[minus] <size>",
+    "size": "<whole> [<decimals>] | <decimals>",
+    "decimals": "point <digit>+",
+    "whole": "<below_hundred> | <one_to_nine> hundred [<below_hundred>]",
+    "below_hundred": f"<digit> | {' | '.join(TEENS)} | <tens> [<one_to_nine>]",
+    "tens": " | ".join(TENS),
+    "one_to_nine": " | ".join(DIGITS[1:]),
+    "digit": " | ".join(DIGITS),
+}
+"""Numbers as core.speech.numbers reads them."""
+
+
+def phrases() -> tuple[str, ...]:
+    """All phrases worth hearing, as JSGF: those that move the robot and those that are refused with a reason."""
+    spoken = [pattern for kind in VOCABULARY for pattern in kind.words] + list(OTHER_WORDS)
+    return tuple(dict.fromkeys(_as_jsgf(pattern) for pattern in spoken))
+
+
+def command_rules() -> dict[str, str]:
+    """Rule name → JSGF, from <command> down."""
+    return {"command": " | ".join(phrases())} | NUMBER_RULES
+
+
+def written(rules: dict[str, str], heard: str) -> str:
+    """A whole grammar whose public rule is `heard`."""
+    lines = [f"<{name}> = {body};" for name, body in rules.items()]
+    return "\n".join(("#JSGF V1.0;", "grammar beckon;", f"public <heard> = {heard};", *lines, ""))
+
+
+def plain_grammar() -> str:
+    """The commands and nothing beside them: every sound is one of them. For comparison only."""
+    return written(command_rules(), "<command>")
+
+
+def words_of(rules: Iterable[str]) -> tuple[str, ...]:
+    """All words that occur in JSGF rule bodies, in order of appearance."""
+    bare = (re.sub(r"<\w+>|/[\d.e+-]+/", " ", body) for body in rules)
+    return tuple(dict.fromkeys(word for body in bare for word in re.findall(r"[a-z_']+", body)))
+
+
+def _as_jsgf(pattern: str) -> str:
+    text = SLOT.sub("<number>", pattern)
+    return re.sub(rf"\b{UNITS[0]}\b", f"({' | '.join(UNITS)})", text)

@@ -1,0 +1,69 @@
+"""What comes with the package pocketsphinx: the decoder, the acoustic model, the dictionary and the word frequencies.
+
+The package is imported when it is first needed, never before: nothing else of Beckon depends on it.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from core.errors import Unavailable
+from core.speech.competing import PHONE_WORD, choose, phones_of, read_dictionary
+
+MISSING = (
+    "Recognising words needs the package pocketsphinx, which brings its model: pip install 'pocketsphinx>=5.1.1'"
+)
+MODEL = "en-us"
+
+
+def decoder(**options: Any) -> Any:
+    """A decoder of American English with the given options of pocketsphinx. Raises Unavailable."""
+    sphinx = _package()
+    common = {"lm": None, "loglevel": "FATAL"}
+    try:
+        return sphinx.Decoder(**(common | options))
+    except (RuntimeError, ValueError, OSError) as trouble:
+        raise Unavailable(f"pocketsphinx does not start ({trouble}). {MISSING}") from None
+
+
+def grammar_decoder(jsgf: str, **options: Any) -> Any:
+    """A decoder that hears sentences of the grammar, which may use PHONE_WORD. Raises Unavailable."""
+    made = decoder(**options)
+    phones = phones_of(read_dictionary(_file("cmudict-en-us.dict")))
+    for phone in phones:
+        made.add_word(PHONE_WORD.format(phone.lower()), phone, phone == phones[-1])
+    made.add_jsgf_string("heard", jsgf)
+    made.activate_search("heard")
+    return made
+
+
+@cache
+def competing_words(count: int) -> tuple[str, ...]:
+    """The phones as words, and the `count` most common words that no command's word can be mistaken for."""
+    sphinx = _package()
+    dictionary = read_dictionary(_file("cmudict-en-us.dict"))
+    any_decoder = decoder()
+    model = sphinx.NGramModel(any_decoder.config, any_decoder.logmath, str(_file("en-us.lm.bin")))
+    phones = tuple(PHONE_WORD.format(phone.lower()) for phone in phones_of(dictionary))
+    return phones + choose(dictionary, lambda word: model.prob([word]), count)
+
+
+def _package() -> Any:
+    """The package; its sound-card part, which wants PortAudio, is never touched. Raises Unavailable."""
+    try:
+        return import_module("pocketsphinx")
+    except (ImportError, OSError):
+        raise Unavailable(MISSING) from None
+
+
+def _file(name: str) -> Path:
+    """A file of the model. Raises Unavailable when the package came without."""
+    path = Path(_package().get_model_path(MODEL)) / name
+    if not path.is_file():
+        raise Unavailable(
+            f"pocketsphinx came without its model ({name}). Install its wheel: pip install -U pocketsphinx"
+        )
+    return path

@@ -1,0 +1,33 @@
+"""What the recognition of words can be told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+RATE = 16_000  # [Hz] of all sound that goes into a recognizer
+
+
+@dataclass(frozen=True)
+class SpeechSettings:
+    """Recognition of the commands; the defaults lie on plateaus of `tests.benchmarks.words`."""
+
+    engine: Literal["sphinx", "vosk", "faster-whisper", "sherpa"] = "sphinx"
+    model: str = ""  # the folder with the engine's model; sphinx brings its own
+    pre_roll: float = 0.5  # [s] of sound before the speech that stay with it: noise and direction are learnt there
+    hangover: float = 0.45  # [s] of silence that end an utterance
+    shortest: float = 0.12  # [s] of speech; what is shorter is a click
+    longest: float = 10.0  # [s] of one utterance; what is longer is no command
+    onset: int = 4  # frames with a voice, of the last six, that begin an utterance
+    evidence: float = 5.0  # power over the noise's from which a bin of a frame counts as voice
+    voice_share: float = 0.06  # of the bins that must count, for a frame with a voice
+    voice_margin: float = 3.0  # times the share that the noise itself reaches
+    noise_memory: float = 1.0  # [s] over which the noise is averaged
+    insertion: float = 0.05  # probability with which sphinx begins another word
+    gaussians: int = 8  # that sphinx evaluates in each codebook
+    competing_words: int = 800  # common words that compete with the commands, beside the 39 phones
+    competing_share: float = 0.01  # probability that what is said begins with no command at all
+    competing_price: float = 30_000.0  # one over the probability of each competing word
+    opinions: int = 2  # readings with slightly different sound that must agree before the robot moves
+    stop_threshold: float = 1.0  # likelihood ratio from which a word is taken for STOP; less is more easily
+    stop_delay: int = 10  # frames of 10 ms that the spotter of STOP waits for a better end of the word

@@ -1,0 +1,50 @@
+"""STOP, heard in whatever is said, before the sentence is over. Rather once too often than once too late."""
+
+from __future__ import annotations
+
+from core.sensors.microphones import Sound
+from core.speech.pocketsphinx import decoder
+from core.speech.recognizer import Hypothesis, checked, pcm
+from core.speech.settings import RATE, SpeechSettings
+
+WORD = "stop"
+RENEWAL = 20.0  # [s] after which the spotter begins anew, so that it remembers no more than that
+FRAME = 0.01  # [s] of pocketsphinx
+GAP = 0.02  # [s] missing between two pieces of sound, beyond which spotting begins anew
+
+
+class StopSpotter:
+    """Listens to all sound for one word, apart from any grammar, and tells it from sound that is still going on."""
+
+    def __init__(self, settings: SpeechSettings | None = None) -> None:
+        """Raises Unavailable when pocketsphinx is not installed."""
+        chosen = settings or SpeechSettings()
+        self._decoder = decoder(keyphrase=WORD, kws_threshold=chosen.stop_threshold, kws_delay=chosen.stop_delay)
+        self._decoder.start_utt()
+        self._start = 0.0
+        self._heard = 0
+
+    def feed(self, sound: Sound) -> tuple[Hypothesis, ...]:
+        """The next piece of sound → STOP, if it was in there. Raises BadInput."""
+        samples = checked(sound)
+        if abs(sound.stamp - self._now) > GAP:
+            self._renew(sound.stamp)
+        self._decoder.process_raw(pcm(samples))
+        self._heard += len(samples)
+        found = list(self._decoder.seg() or ()) if self._decoder.hyp() is not None else []
+        if found:
+            begin, end = (self._start + FRAME * frame for frame in (found[-1].start_frame, found[-1].end_frame + 1))
+            self._renew(self._now)
+            return (Hypothesis(words=WORD, begin=begin, end=end, final=False),)
+        if self._heard > RENEWAL * RATE:
+            self._renew(self._now)
+        return ()
+
+    @property
+    def _now(self) -> float:
+        return self._start + self._heard / RATE
+
+    def _renew(self, now: float) -> None:
+        self._decoder.end_utt()
+        self._decoder.start_utt()
+        self._start, self._heard = now, 0

@@ -1,0 +1,296 @@
+"""What is heard as a command and what is not: `python -m tests.benchmarks.words --data FOLDER [--parts talk near …]`.
+
+FOLDER holds speech_real and speech_commands_tts. Parts: `talk` (real speech that is no command, beside the plain
+grammar), `near` (synthetic commands and near misses), `numbers` (real digits), `noise` (commands two metres away in
+noise and rooms: one microphone and the array), `stop` (delays). Sound goes through the endpoints, 20 ms at a time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from core.message import Array
+from core.perception.sound.beam import towards_voice
+from core.perception.sound.locate import locate
+from core.sensors.microphones import Sound
+from core.speech.grammar import OTHER_WORDS, Refusal, understand
+from core.speech.jsgf import plain_grammar
+from core.speech.pocketsphinx import grammar_decoder
+from core.speech.recognizer import Hypothesis, Utterance, pcm
+from core.speech.settings import RATE, SpeechSettings
+from core.speech.sphinx import Sphinx
+from core.speech.spoken import judge
+from core.speech.transcriber import Transcriber
+from tests.benchmarks.word_scenes import ARRAY, CONDITIONS, LEAD, TAIL, Clip, real, scene, synthetic
+
+PIECE = 320  # samples that are fed at a time
+BOUND = "by voice"  # in the reason why a number that was heard right is refused
+
+
+class PlainGrammar:
+    """The commands and nothing beside them, as the peers do it."""
+
+    def __init__(self) -> None:
+        self._decoder = grammar_decoder(plain_grammar(), bestpath=False, wip=0.05, topn=8)
+
+    def read(self, utterance: Utterance) -> Hypothesis:
+        self._decoder.start_utt()
+        self._decoder.process_raw(pcm(utterance.samples), full_utt=True)
+        self._decoder.end_utt()
+        best = self._decoder.hyp()
+        return Hypothesis(words=best.hypstr if best else "", begin=utterance.begin, end=utterance.end)
+
+
+@dataclass(frozen=True)
+class Told:
+    """One hypothesis, and when it was there."""
+
+    hypothesis: Hypothesis
+    fed: float  # [s] of sound fed when it was told
+    worked: float  # [s] of processor time for the piece that told it
+
+
+def listened(transcriber: Transcriber, samples: Array, stamp: float) -> list[Told]:
+    """All that is told while samples (N,) come in; fed times count from their begin."""
+    told: list[Told] = []
+    for at in range(0, len(samples), PIECE):
+        piece = Sound(stamp=stamp + at / RATE, rate=RATE, samples=samples[at : at + PIECE, None])
+        begun = time.process_time()
+        found = transcriber.feed(piece)
+        worked = time.process_time() - begun
+        told += [Told(one, (at + PIECE) / RATE, worked) for one in found]
+    return told + [Told(one, len(samples) / RATE, 0.0) for one in transcriber.finish()]
+
+
+def padded(samples: Array, seed: int, lead: float = LEAD, tail: float = TAIL) -> Array:
+    """A clip with faint noise before, behind and beneath it."""
+    rng = np.random.default_rng(seed)
+    whole = np.concatenate((np.zeros(int(lead * RATE)), samples, np.zeros(int(tail * RATE))))
+    return whole + 3e-4 * rng.normal(size=len(whole))
+
+
+def meaning(words: str) -> tuple[str, tuple[float, ...]] | None:
+    """What words ask for, whether or not it is within the bounds of speech; None for no phrase of the grammar."""
+    if words in OTHER_WORDS:
+        return words, ()
+    read = understand(words)
+    return None if isinstance(read, Refusal) else (read.name, tuple(read.numbers.values()))
+
+
+def acted_on(hypothesis: Hypothesis) -> bool:
+    """Whether it passes for one of the phrases: as a command, or as one that is refused by its bounds or for now."""
+    return hypothesis.final and not hypothesis.doubt and meaning(hypothesis.words) is not None
+
+
+def outcome(told: list[Told], text: str) -> str:
+    """Right, wrong (another phrase passes) or refused."""
+    passed = [one.hypothesis.words for one in told if acted_on(one.hypothesis)]
+    if not passed:
+        return "refused"
+    return "right" if all(meaning(words) == meaning(text) for words in passed) else "wrong"
+
+
+def share(count: int, of: int) -> str:
+    return f"{count}/{of} = {100 * count / max(of, 1):.1f} %"
+
+
+def talk(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> dict[str, Any]:
+    """Real speech for all its length, as one long sound."""
+    clips = [clip for kind, clip in real(data) if kind != "real-digit"]
+    sound = np.concatenate([padded(clip.samples, n, 0.6, 0.6) for n, clip in enumerate(clips)])
+    figures: dict[str, Any] = {"seconds": round(len(sound) / RATE, 1)}
+    for name, engine in (("ours", Sphinx(settings)), ("plain grammar", PlainGrammar())):
+        begun = time.process_time()
+        told = listened(Transcriber(settings, engine=engine), sound, 0.0)
+        final = [one.hypothesis for one in told if one.hypothesis.final]
+        passed = [one.words for one in final if acted_on(one)]
+        figures[name] = {
+            "utterances": len(final),
+            "accepted": len(passed),
+            "accepted_words": passed,
+            "per_hour": round(3600 * len(passed) / figures["seconds"]),
+            "false_stops": sum(not one.hypothesis.final for one in told),
+            "doubted": [f"{one.words}: {one.doubt}" for one in final if one.doubt],
+            "real_time_factor": round((time.process_time() - begun) / figures["seconds"], 3),
+        }
+        say(f"talk, {name}: {json.dumps(figures[name])}")
+    return figures
+
+
+def near(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> dict[str, Any]:
+    """Synthetic commands and near misses, clean."""
+    transcriber = Transcriber(settings)
+    figures: dict[str, Any] = {}
+    delays: list[float] = []
+    worked = audio = 0.0
+    kept: Counter[str] = Counter()
+    lost: list[tuple[str, ...]] = []
+    for n, clip in enumerate(synthetic(data, "command")):
+        samples = padded(clip.samples, n)
+        begun = time.process_time()
+        told = listened(transcriber, samples, 100.0 * n)
+        worked, audio = worked + time.process_time() - begun, audio + len(samples) / RATE
+        kept[outcome(told, clip.text)] += 1
+        if outcome(told, clip.text) != "right":
+            lost.append((clip.name, clip.text, *(f"{one.hypothesis.words} {one.hypothesis.doubt}" for one in told)))
+        delays += [one.fed + one.worked - (one.hypothesis.end - 100.0 * n) for one in told if one.hypothesis.final]
+    figures["commands"] = dict(kept) | {"lost": lost}
+    figures["word_end_to_result_s"] = {
+        "median": round(float(np.median(delays)), 2),
+        "p95": round(float(np.quantile(delays, 0.95)), 2),
+    }
+    figures["real_time_factor"] = round(worked / audio, 3)
+    say(f"commands: {json.dumps(figures)}")
+    passed, moving = [], 0
+    clips = synthetic(data, "near")
+    for n, clip in enumerate(clips):
+        told = listened(transcriber, padded(clip.samples, n), 100.0 * n)
+        for one in (one.hypothesis for one in told if acted_on(one.hypothesis)):
+            passed.append((clip.text, one.words))
+            command = judge(one).command
+            moving += command is not None and command.name not in ("stop_moving", "start")
+    figures["near_misses"] = {"accepted": share(len(passed), len(clips)), "which": passed, "moving_today": moving}
+    say(f"near misses: {json.dumps(figures['near_misses'])}")
+    return figures
+
+
+def numbers(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> dict[str, Any]:
+    """Real digits, put in the place of the number of a synthetic "continue … meters"; and other real numbers."""
+    transcriber = Transcriber(settings)
+    host = next(clip for clip in synthetic(data, "command") if clip.text == "continue one meters")
+    begin, end = hole(host)
+    counted: dict[str, Counter[str]] = {}
+    wrong: list[tuple[str, ...]] = []
+    for n, clip in enumerate(clip for kind, clip in real(data) if kind == "real-digit"):
+        level = np.abs(host.samples).max() / max(np.abs(clip.samples).max(), 1e-9)
+        pause = np.zeros(int(0.08 * RATE))
+        parts = (host.samples[:begin], pause, level * clip.samples, pause, host.samples[end:])
+        told = listened(transcriber, padded(np.concatenate(parts), n), 100.0 * n)
+        result = outcome(told, f"continue {clip.text} meters")
+        counted.setdefault("all", Counter())[result] += 1
+        counted.setdefault(clip.text, Counter())[result] += 1
+        if result == "wrong":
+            wrong.append((clip.name, *(one.hypothesis.words for one in told)))
+    figures = {name: dict(one) for name, one in counted.items()} | {"which_wrong": wrong}
+    say(f"real digits within a synthetic sentence: {json.dumps(figures)}")
+    return figures
+
+
+def hole(host: Clip) -> tuple[int, int]:
+    """First and last sample of the number in "continue one meters"."""
+    decoder = grammar_decoder(plain_grammar(), bestpath=False)
+    decoder.start_utt()
+    decoder.process_raw(pcm(host.samples), full_utt=True)
+    decoder.end_utt()
+    found = next(one for one in decoder.seg() if one.word.startswith("one"))
+    return int(0.01 * found.start_frame * RATE), int(0.01 * (found.end_frame + 1) * RATE)
+
+
+def noise(
+    data: Path, settings: SpeechSettings, say: Callable[[str], None], every: int, only: str = ""
+) -> dict[str, Any]:
+    """Commands in noise and in rooms: one microphone, and the array's beams towards the direction it finds itself."""
+    engine = Sphinx(settings)
+    babble = [clip.samples for kind, clip in real(data) if kind == "real-speech"]
+    clips = synthetic(data, "command")[::every]
+    figures: dict[str, Any] = {}
+    for condition in CONDITIONS:
+        if only and only not in condition.name:
+            continue
+        counted: dict[str, Counter[str]] = {
+            "one microphone": Counter(),
+            "delay-and-sum": Counter(),
+            "mvdr": Counter(),
+        }
+        wrong: list[tuple[str, ...]] = []
+        for n, clip in enumerate(clips):
+            sound = scene(clip, condition, babble, n)
+            for name, samples in heard_by(sound).items():
+                told = listened(Transcriber(settings, engine=engine), samples, 0.0)
+                result = outcome(told, clip.text)
+                counted[name][result] += 1
+                if result == "wrong":
+                    wrong.append(
+                        (name, clip.text, *(one.hypothesis.words for one in told if acted_on(one.hypothesis)))
+                    )
+        figures[condition.name] = {name: dict(one) for name, one in counted.items()} | {"which_wrong": wrong}
+        say(f"{condition.name}: {json.dumps(figures[condition.name])}")
+    return figures
+
+
+def heard_by(sound: Sound) -> dict[str, Array]:
+    """A scene's sound → what goes into the recognizer, by who listens."""
+    heard = {"one microphone": sound.samples[:, 0]}
+    direction = locate(sound, ARRAY, speech_from=LEAD)
+    for how in ("delay-and-sum", "mvdr"):
+        found = towards_voice(sound, ARRAY, direction.towards, LEAD, how) if direction is not None else None
+        heard[how] = sound.samples[:, 0] if found is None else found.samples[:, 0]
+    return heard
+
+
+def stop(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> dict[str, Any]:
+    """How long after its last phoneme STOP is told, and how often it is missed."""
+    transcriber = Transcriber(settings)
+    after_word: list[float] = []
+    missed = 0
+    clips = [clip for clip in synthetic(data, "command") if clip.text.startswith("stop ")]
+    for n, clip in enumerate(clips):
+        told = listened(transcriber, padded(clip.samples, n), 100.0 * n)
+        early = [one for one in told if not one.hypothesis.final]
+        missed += not early
+        if early:
+            after_word.append(early[0].fed + early[0].worked - (end_of_stop(clip) + LEAD))
+    figures = {
+        "spotted": share(len(clips) - missed, len(clips)),
+        "last_phoneme_to_stop_s": {
+            "median": round(float(np.median(after_word)), 2),
+            "worst": round(float(np.max(after_word)), 2),
+        },
+    }
+    say(f"stop: {json.dumps(figures)}")
+    return figures
+
+
+def end_of_stop(clip: Clip) -> float:
+    """[s] from the clip's begin to the end of its word STOP, by aligning its own text."""
+    decoder = grammar_decoder(f"#JSGF V1.0;\ngrammar one;\npublic <one> = {clip.text};\n", bestpath=False)
+    decoder.start_utt()
+    decoder.process_raw(pcm(clip.samples), full_utt=True)
+    decoder.end_utt()
+    return 0.01 * (next(one for one in decoder.seg() if one.word.startswith("stop")).end_frame + 1)
+
+
+def main() -> None:
+    """Run the parts and print their figures, one JSON object a line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, required=True)
+    parser.add_argument("--parts", nargs="+", default=["talk", "near", "numbers", "noise", "stop"])
+    parser.add_argument("--every", type=int, default=1, help="in noise, only every so many of the commands")
+    parser.add_argument("--only", default="", help="in noise, only the conditions whose name holds this")
+    parser.add_argument("--opinions", type=int, default=SpeechSettings.opinions)
+    chosen = parser.parse_args()
+    settings = SpeechSettings(opinions=chosen.opinions)
+
+    def say(words: str) -> None:
+        sys.stdout.write(f"{words}\n")
+        sys.stdout.flush()
+
+    for part in chosen.parts:
+        if part == "noise":
+            noise(chosen.data, settings, say, chosen.every, chosen.only)
+        else:
+            {"talk": talk, "near": near, "numbers": numbers, "stop": stop}[part](chosen.data, settings, say)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,57 @@
+"""The default recognizer, without recordings: what it must not hear, and what competes with the commands."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from core.acoustics import pink_noise
+from core.experiments.practice_voice import practice_voice
+from core.speech.competing import choose, command_words, grammar, is_competing, phones_of
+from core.speech.settings import RATE
+from core.speech.transcriber import Transcriber
+from tests.core.speech.ears import engine, listened, padded
+
+DICTIONARY = {
+    "turn": (("T", "ER", "N"),),
+    "burn": (("B", "ER", "N"),),
+    "turner": (("T", "ER", "N", "ER"),),
+    "a": (("AH",), ("EY",)),
+    "window": (("W", "IH", "N", "D", "OW"),),
+    "garden": (("G", "AA", "R", "D", "AH", "N"),),
+    "zebra": (("Z", "IY", "B", "R", "AH"),),
+}
+
+
+def test_words_that_resemble_a_command_and_very_short_ones_do_not_compete():
+    often = {"a": 9.0, "burn": 8.0, "turner": 7.0, "turn": 6.0, "garden": 5.0, "window": 5.0, "zebra": 1.0}
+    assert choose(DICTIONARY, often.__getitem__, 2) == ("garden", "window")
+    assert choose(DICTIONARY, often.__getitem__, 10) == ("garden", "window", "zebra")
+
+
+def test_a_phone_is_no_command_and_a_number_is():
+    assert phones_of(DICTIONARY)[:3] == ("AA", "AH", "B")
+    assert is_competing("phone_aa")
+    assert not is_competing("seven")
+    assert {"turn", "meters", "minus", "point", "wall"} <= command_words()
+
+
+def test_the_grammar_holds_all_that_competes_with_its_price():
+    text = grammar(("garden", "window"), 30_000, 0.01)
+    assert "/30000/ antidisestablishmentarianism | /1/ garden | /1/ window" in text
+    assert "public <heard> = /1/ <command> | /0.01/ <other>+;" in text
+
+
+@pytest.mark.parametrize("noise", ["white", "pink", "babble without words", "silence", "clicks"])
+def test_noise_is_no_command(noise):
+    rng = np.random.default_rng(11)
+    length = 4 * RATE
+    samples = {
+        "white": 0.05 * rng.normal(size=length),
+        "pink": 0.05 * pink_noise(rng, 1, length, RATE)[0],
+        "babble without words": 0.05 * practice_voice(rng, 4.0, RATE)[:length],
+        "silence": np.zeros(length),
+        "clicks": np.where(rng.random(length) < 0.001, 0.5, 0.0),
+    }[noise]
+    told = listened(Transcriber(engine=engine()), padded(samples))
+    assert [one.words for one in told if one.words and not one.doubt] == []
