@@ -1,4 +1,4 @@
-"""Which sightings of one update to trust: each is judged by what all the others say, and the prediction by them all."""
+"""Which sightings of one update to trust: each is judged by what the others say, and the prediction by them all."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class SlipSettings:
 
 
 def oddness(innovation: Array, surprises: Array) -> Array:
-    """Innovation covariance (2M, 2M), surprises (M, 2) → squared distance (M,) of each from what the others tell of it.
+    """Innovation covariance (2M, 2M), surprises (M, 2) → squared distance (M,) of each from what the others tell.
 
     The others' surprises have a common cause where the robot is not quite where it was predicted; what they share is
     taken off. With S the covariance and ν the surprises, (S⁻¹ν)_i has the covariance (S⁻¹)_ii.
@@ -71,7 +71,7 @@ def trust(innovation: Array, noises: Array, surprises: Array, odd: Array, limit:
 
 
 def displaced(innovation: Array, surprises: Array, odd: Array, moved: Array, settings: SlipSettings) -> bool:
-    """Whether most sightings contradict the prediction, and agree with each other once the robot may be elsewhere.
+    """Whether most sightings contradict the prediction, but agree with each other once the robot may be elsewhere.
 
     S (2M, 2M), surprises (M, 2), their oddness (M,); `moved` (2M, 2M): what doubt in the robot's place adds to S. A
     few sightings of the wrong landmarks do not do that.
@@ -79,7 +79,8 @@ def displaced(innovation: Array, surprises: Array, odd: Array, moved: Array, set
     least = max(settings.slip_fewest, settings.slip_share * len(odd))
     if np.count_nonzero(odd > settings.slip_odd) < least:
         return False
-    return _agreeing(innovation + moved, surprises, settings.slip_agree) >= least
+    agree = settings.slip_agree
+    return _agreeing(innovation, surprises, agree) < least <= _agreeing(innovation + moved, surprises, agree)
 
 
 def _agreeing(innovation: Array, surprises: Array, limit: float) -> int:

@@ -64,7 +64,9 @@ def test_doubt_in_the_robot_s_place_adds_to_sightings_what_was_foretold(form: ty
 
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize(("wrong", "slipped"), [(0, False), (1, False), (4, True)])
-def test_a_robot_that_was_moved_is_told_from_one_wrong_landmark(form: type[Filter], wrong: int, slipped: bool) -> None:
+def test_a_robot_that_was_moved_is_told_from_one_wrong_landmark(
+    form: type[Filter], wrong: int, slipped: bool
+) -> None:
     state, indices = some_filter(form, size=1e-3), np.arange(4)
     if wrong == 4:  # all, and alike: the robot was pushed by 0.7 m and turned
         elsewhere = type(state.pose)(state.pose.x + 0.6, state.pose.y - 0.4, state.pose.heading + 0.2)
