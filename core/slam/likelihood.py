@@ -91,6 +91,13 @@ class LikelihoodField:
         """Points (M, 2) at a pose → field values (M,)."""
         return self._slopes(points, pose.x, pose.y, pose.heading)[0]
 
+    def cells_at(self, points: Array) -> Array:
+        """Points (..., 2) [m] in the field's frame → the values (...) of their cells; 0 outside."""
+        cells = np.floor((points - self.origin) / CELL).astype(int)
+        u, v = cells[..., 0], cells[..., 1]
+        inside = (u >= 0) & (u < self._width) & (v >= 0) & (v < self._height)
+        return np.where(inside, self._flat[np.where(inside, v * self._width + u, 0)], 0.0)
+
     def _slopes(self, points: Array, x: float, y: float, heading: float) -> tuple[Array, Array]:
         """Points (M, 2) at a pose → field values (M,) and their change with x, y, heading (M, 3)."""
         turned = points @ rotation(heading).T

@@ -87,6 +87,11 @@ class OccupancyMap:
         return self._origin, self._log_odds
 
     @property
+    def resolution(self) -> float:
+        """Side of a cell [m]."""
+        return self._settings.resolution
+
+    @property
     def revision(self) -> int:
         """Rises with every change."""
         return self._revision

@@ -1,0 +1,112 @@
+"""The map of the floor: submaps, views, how they were driven to, and which places were recognised."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from core.geometry import Pose
+from core.message import Array
+from core.slam.floor.closure import Bond, Link, inverted
+from core.slam.floor.keyframe import Keyframe
+from core.slam.floor.pose_graph import Edge, compose_covariance, marginal
+from core.slam.floor.submap import Submap
+from core.slam.motion import Increment
+
+LONG = 400  # views: a longer way is told without its covariance's every step
+
+
+class Atlas:
+    """Views are the nodes of the pose graph; a submap lies where its first view does."""
+
+    def __init__(self) -> None:
+        self.submaps: list[Submap] = []
+        self.views: list[Keyframe] = []
+        self.poses: list[Pose] = []  # world, one per view
+        self.driven: list[Increment] = []  # from every view to the next one
+        self.tied: list[Edge] = []  # from submaps' anchors to their views, as the filters have it
+        self.bonds: list[Bond] = []
+        self.revision = 0
+
+    def add(self, view: Keyframe, driven: Increment | None, tie: Edge | None, pose: Pose) -> None:
+        """A new view at a world pose; `driven` from the newest one, `tie` from an anchor."""
+        self.views.append(view)
+        self.poses.append(pose)
+        self.submaps[view.submap].views.append(view)
+        if driven is not None:
+            self.driven.append(driven)
+        if tie is not None:
+            self.tied.append(tie)
+
+    def world_from(self, submap: int) -> Pose:
+        """Where a submap lies."""
+        anchor = self.submaps[submap].anchor
+        return self.poses[anchor.id] @ anchor.local.inverse()
+
+    def edges(self, links: Iterable[Link] = ()) -> list[Edge]:
+        """Everything that holds the views together, and these links."""
+        way = [Edge(k, k + 1, move.pose, move.covariance) for k, move in enumerate(self.driven)]
+        return way + self.tied + [link.edge for link in links]
+
+    def links(self) -> list[Link]:
+        """The links of all bonds that hold."""
+        return [link for bond in self.bonds if bond.holds for link in bond.accepted]
+
+    def pose_array(self) -> Array:
+        """World poses (N, 3) of all views."""
+        return np.array([(pose.x, pose.y, pose.heading) for pose in self.poses]).reshape(-1, 3)
+
+    def way(self, a: int, b: int) -> Increment:
+        """From view a to view b as it was driven, no recognised place in between."""
+        if a > b:
+            return inverted(self.way(b, a))
+        move = Increment()
+        if b - a > LONG:
+            between = self.poses[a].inverse() @ self.poses[b]
+            return Increment(between, sum((step.covariance for step in self.driven[a:b]), np.eye(3)))
+        for step in self.driven[a:b]:
+            move = move.then(step)
+        return move
+
+    def ways_from(self, view: int) -> Array:
+        """Length [m] of the shortest way to every view (N,) along what holds the views together."""
+        edges = self.edges(self.links())
+        lengths = [max(0.01, float(np.hypot(edge.move.x, edge.move.y))) for edge in edges]
+        for number, edge in enumerate(edges):
+            if edge.doubted:
+                lengths[number] = 0.01
+        ends = ([edge.a for edge in edges], [edge.b for edge in edges])
+        graph = sparse.csr_matrix((lengths, ends), shape=(len(self.views), len(self.views)))
+        return csgraph.dijkstra(graph, directed=False, indices=view)
+
+    def spread_of(self, submap: int) -> Array:
+        """Covariance (3, 3) of a submap's place in the world."""
+        anchor = self.submaps[submap].anchor
+        if not anchor.id and not anchor.local.vector.any():
+            return np.zeros((3, 3))
+        covariance = marginal(self.pose_array(), self.edges(self.links()), [anchor.id])[0]
+        return compose_covariance(self.poses[anchor.id], covariance, anchor.local.inverse(), np.zeros((3, 3)))
+
+    def bond(self, one: int, other: int) -> Bond:
+        """The bond between two submaps, made where there was none."""
+        known = self.bond_between(one, other)
+        if known is not None:
+            return known
+        older, newer = min(one, other), max(one, other)
+        self.bonds.append(Bond(len(self.bonds) + 1, older, newer, newer == older + 1))
+        return self.bonds[-1]
+
+    def bond_between(self, one: int, other: int) -> Bond | None:
+        """The bond between two submaps, if there is one."""
+        ends = min(one, other), max(one, other)
+        return next((bond for bond in self.bonds if (bond.older, bond.newer) == ends), None)
+
+    def revise(self, poses: Array, count: int) -> None:
+        """New world poses (count, 3) of the first views; the later ones follow the last of these."""
+        follow = Pose(*poses[-1].tolist()) @ self.poses[count - 1].inverse()
+        later = [follow @ pose for pose in self.poses[count:]]
+        self.poses = [Pose(*row) for row in poses.tolist()] + later
+        self.revision += 1

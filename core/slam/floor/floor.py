@@ -1,0 +1,221 @@
+"""The floor's story: track, see, draw, keep a view, and use what time is left to straighten the map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.geometry import Pose
+from core.message import Array
+from core.perception.landmarks import Sighting
+from core.sensors import Laser, SensorFrame
+from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
+from core.slam.floor.atlas import Atlas
+from core.slam.floor.health import FloorHealth, Lost
+from core.slam.floor.lost import Click
+from core.slam.floor.mosaic import Mosaic
+from core.slam.floor.rooms import Parts, Rooms
+from core.slam.floor.surveyor import Surveyor
+from core.slam.floor.telling import Telling
+from core.slam.floor.tracker import Tracker
+from core.slam.floor.watch import Watch
+from core.slam.motion import Increment, WheelTrack
+from core.slam.occupancy import Grid
+from core.slam.view import View
+
+NO_POINTS = np.zeros((0, 2))
+
+
+@dataclass(frozen=True)
+class Stand:
+    """A place on the map that moves with the map: seen from a view."""
+
+    view: int  # -1: there is none yet
+    seen: Pose  # view_from_robot
+
+
+class Floor:
+    """Estimator of pose and map through a building; `update` with every frame."""
+
+    def __init__(self, parts: Parts | None = None, laser: Laser | None = None, watched: bool = True) -> None:
+        """`watched`: the robot can be lost, then it is looked for; a recording is taken as it comes."""
+        self.parts = parts or Parts()
+        self.atlas = Atlas()
+        self._laser = laser
+        self._track = WheelTrack(self.parts.motion)
+        self._tracker = Tracker(self.parts.matching)
+        self._surveyor = Surveyor(self.atlas, self.parts.matching, self.parts.closures)
+        self._mosaic = Mosaic(self.atlas, self.parts.occupancy)
+        self._telling = Telling(self.atlas)
+        self._watch = Watch(laser, self.parts.lost, watched)
+        self.rooms = Rooms(self.parts, laser, self.atlas)
+        self._points = NO_POINTS  # (M, 2) [m] of the newest scan, in the active submap
+        self._revision = 0  # of the atlas that the rest has taken in
+        self._stamp: float | None = None
+        self._owed = 0.0  # pieces of work
+
+    def update(
+        self,
+        frame: SensorFrame,
+        sightings: tuple[Sighting, ...] | None,
+        ends: Array | None = None,
+        hits: Array | None = None,
+        move: Increment | None = None,
+    ) -> Estimate:
+        """One frame further.
+
+        With a scan: its sightings, and the ends of its beams (N, 2) [m] in the robot frame of the frame's stamp, NaN
+        where nothing was measured, and which are hits (N,). `move`: one that does not come from the wheels.
+        """
+        step = self._track.step(frame) if move is None else move
+        slam = self.rooms.active.slam
+        slam.advance(step)
+        if ends is not None and hits is not None:
+            self._follow(frame.stamp, ends[hits], by_scans=move is not None)
+        if sightings is not None and not self._watch.lost:
+            slam.see(sightings, self._view(frame))
+        if ends is not None and hits is not None:
+            self._map(frame.stamp, ends, hits)
+        self._find_back(frame.stamp, step, ends, hits)
+        self._work(frame.stamp)
+        return self.estimate
+
+    @property
+    def estimate(self) -> Estimate:
+        """The pose and its covariance in the world's axes."""
+        return self.rooms.estimate
+
+    @property
+    def points(self) -> Array:
+        """The newest scan's points (M, 2) [m], in the world."""
+        return self.rooms.base.apply(self._points)
+
+    @property
+    def stand(self) -> Stand:
+        """Where the robot is, told so that it moves with the map."""
+        active = self.rooms.active
+        local = active.slam.filter.pose
+        if not active.views:
+            return Stand(-1, local)
+        newest = active.views[-1]
+        return Stand(newest.id, newest.local.inverse() @ local)
+
+    def where(self, stand: Stand) -> Pose:
+        """The world pose of a place by the present map."""
+        return stand.seen if stand.view < 0 else self.atlas.poses[stand.view] @ stand.seen
+
+    @property
+    def grid(self) -> Grid:
+        """The occupancy map of the world."""
+        return self._mosaic.grid(self.rooms.active, self._stamp or 0.0)
+
+    @property
+    def landmarks(self) -> tuple[Landmark, ...]:
+        """The landmarks of all submaps, in the world."""
+        return self._telling.landmarks()
+
+    @property
+    def associations(self) -> tuple[Association, ...]:
+        """What became of the newest sightings."""
+        return self._telling.associations(self.rooms.active)
+
+    @property
+    def slam(self) -> SlamHealth:
+        """How the filter in the active submap fares."""
+        return self.rooms.active.slam.health
+
+    @property
+    def lost(self) -> Lost | None:
+        """What is done to find the robot's place; None: it is known."""
+        return self._watch.told
+
+    @property
+    def health(self) -> FloorHealth:
+        """How the scan layer fares."""
+        return FloorHealth(
+            submaps=self._telling.submaps(self.rooms.active),
+            closures=self._telling.closures(),
+            lost=self.lost,
+            match_score=self._tracker.score,
+            slipping=self._tracker.slipping,
+            graph_revision=self.atlas.revision,
+        )
+
+    @property
+    def looking_around(self) -> bool:
+        """The still start is not over: the first move had better wait."""
+        return len(self.atlas.submaps) == 1 and self.rooms.active.slam.looking_around
+
+    def undo(self, closure: int) -> bool:
+        """Take a closure back: the map no longer bends to it → whether there is one of that number."""
+        return self._surveyor.believe(closure, False)
+
+    def redo(self, closure: int) -> bool:
+        """Believe a closure again that was undone → whether there is one of that number."""
+        return self._surveyor.believe(closure, True)
+
+    def place_at(self, x: float, y: float, heading: float | None) -> None:
+        """The operator says "I am here": world [m], [rad]."""
+        self._watch.clicked(self._stamp or 0.0, Click(x, y, heading), self.grid)
+
+    def finish(self) -> None:
+        """The log is over: do all the work that is left."""
+        while not self._surveyor.work(1000):
+            pass
+        self._settle()
+
+    def _view(self, frame: SensorFrame) -> View | None:
+        return View(frame.scan, self._laser) if frame.scan is not None and self._laser is not None else None
+
+    def _follow(self, stamp: float, points: Array, by_scans: bool) -> None:
+        """Let the scan correct the wheels' move since the sightings before, and see whether all is well."""
+        slam = self.rooms.active.slam
+        wheels = moved = slam.filter.pending
+        if not by_scans and not self._watch.lost:
+            moved = self._tracker.track(slam.filter.pose @ wheels.pose.inverse(), wheels, points)
+            slam.filter.amend(moved)
+        self.rooms.moved(moved)
+        if self._watch.needs(stamp):
+            world = self.estimate.pose.apply(points)
+            self._watch.heed(stamp, self._tracker, wheels.pose, slam.health, world, self.grid)
+
+    def _map(self, stamp: float, ends: Array, hits: Array) -> None:
+        """Draw the scan, and keep it if it shows anything new; nothing is written while the place is in doubt."""
+        rooms = self.rooms
+        if not self._watch.doubtful:
+            rooms.draw(ends, hits)
+            known = len(self.atlas.views)
+            left = rooms.keep(stamp, ends, hits)
+            if left is not None:
+                self._mosaic.rest(left)
+            if len(self.atlas.views) > known:
+                self._surveyor.look_at(known, stamp)
+                self._tracker.around(rooms.points_around())
+        self._points = rooms.active.slam.filter.pose.apply(ends[hits])
+
+    def _find_back(self, stamp: float, step: Increment, ends: Array | None, hits: Array | None) -> None:
+        """One step of looking for the robot's place, if it is lost."""
+        found = self._watch.search(stamp, step.pose, ends, hits)
+        if found is not None:
+            self.rooms.seat(found.pose, found.covariance)
+            self._tracker.around(self.rooms.points_around())
+
+    def _work(self, stamp: float) -> None:
+        """Pieces of work for the time that has passed."""
+        elapsed = 0.0 if self._stamp is None else max(0.0, stamp - self._stamp)
+        self._stamp = stamp
+        settings = self.parts.floor
+        self._owed = min(self._owed + elapsed * settings.pieces, settings.most_pieces)
+        pieces = int(self._owed)
+        self._owed -= pieces
+        self._mosaic.work(self.rooms.active.id, 1)
+        self._surveyor.work(pieces)
+        self._settle()
+
+    def _settle(self) -> None:
+        """Take in the map's new shape."""
+        if self._revision != self.atlas.revision:
+            self._revision = self.atlas.revision
+            self.rooms.respread()
+            self._tracker.around(self.rooms.points_around())

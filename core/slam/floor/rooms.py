@@ -1,0 +1,218 @@
+"""Which room the robot is in: views are kept, rooms are left for new ones or for those that are known."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from core.geometry import Pose, rotation, wrap
+from core.message import Array
+from core.sensors import Laser
+from core.slam.ekf import EkfSettings, EkfSlam
+from core.slam.estimate import Estimate
+from core.slam.floor.atlas import Atlas
+from core.slam.floor.closure import ClosureSettings
+from core.slam.floor.keyframe import Keyframe, thinned
+from core.slam.floor.matching import MatchingSettings, lay, spread
+from core.slam.floor.pose_graph import Edge, compose_covariance
+from core.slam.floor.settings import FloorSettings
+from core.slam.floor.submap import Submap
+from core.slam.floor.watch import WatchSettings
+from core.slam.likelihood import LikelihoodField
+from core.slam.motion import Increment, MotionSettings
+from core.slam.occupancy import OccupancyMap, OccupancySettings
+
+UNSURE = 1e-6  # [m²], [rad²] that a driven way is uncertain at least, so that the graph can be solved
+CARRIED = np.diag([1e4, 1e4, 1e2])  # [m²], [rad²] of a way that nobody has measured
+
+
+@dataclass(frozen=True)
+class Parts:
+    """The settings of everything the floor is made of."""
+
+    floor: FloorSettings = field(default_factory=FloorSettings)
+    matching: MatchingSettings = field(default_factory=MatchingSettings)
+    closures: ClosureSettings = field(default_factory=ClosureSettings)
+    ekf: EkfSettings = field(default_factory=EkfSettings)
+    motion: MotionSettings = field(default_factory=MotionSettings)
+    occupancy: OccupancySettings = field(default_factory=OccupancySettings)
+    lost: WatchSettings = field(default_factory=WatchSettings)
+
+
+class Rooms:
+    """Owns the active submap; puts views into the atlas."""
+
+    def __init__(self, parts: Parts, laser: Laser | None, atlas: Atlas) -> None:
+        self._parts, self._laser, self._atlas = parts, laser, atlas
+        self._mounting = laser.mounting if laser else Pose()
+        self._driven: Increment | None = Increment()  # since the newest view; None: the robot was carried
+        self.spread = np.zeros((3, 3))  # of the active submap in the world
+        self.active = self._new()
+
+    @property
+    def base(self) -> Pose:
+        """Where the active submap lies in the world."""
+        return self._atlas.world_from(self.active.id) if self.active.views else Pose()
+
+    @property
+    def estimate(self) -> Estimate:
+        """The robot's pose and its covariance in the world's axes."""
+        inner, base = self.active.slam.estimate, self.base
+        if base == Pose() and not self.spread.any():
+            return inner
+        covariance = compose_covariance(base, self.spread, inner.pose, inner.covariance)
+        return Estimate(pose=base @ inner.pose, covariance=covariance)
+
+    def moved(self, move: Increment) -> None:
+        """The robot went on since the scan before."""
+        if self._driven is not None and not move.still:
+            self._driven = self._driven.then(move)
+
+    def draw(self, ends: Array, hits: Array) -> None:
+        """Put a scan on the active submap's tile: ends (N, 2) [m] in the robot frame, hits (N,)."""
+        pose = self.active.slam.filter.pose
+        self.active.tile.insert(pose @ self._mounting, pose.apply(ends), hits)
+
+    def keep(self, stamp: float, ends: Array, hits: Array) -> Submap | None:
+        """Keep the scan as a view if it is a new one; change rooms where it is time to → the room that was left."""
+        if not self.is_new or int(hits.sum()) < 2:
+            return None
+        if not self.active.views or not self._leaves():
+            self._add(stamp, ends, hits, self._tie() if self.active.views else None)
+            return None
+        left, tie, here = self.active, self._tie(), self.estimate
+        entered = self._known_here(thinned(ends[hits]))
+        if entered is None:
+            self.active, self.spread = self._new(), here.covariance
+            self._add(stamp, ends, hits, tie)
+            self.draw(ends, hits)
+        else:
+            self._enter(*entered)
+            self._add(stamp, ends, hits, self._tie())
+        return left
+
+    def seat(self, pose: Pose, covariance: Array) -> None:
+        """The robot was found at this world pose, with covariance (3, 3); the way there is unknown."""
+        views = self._atlas.views
+        if not views:
+            self.active.slam.filter.seat(pose, covariance)
+            return
+        places = self._atlas.pose_array()
+        nearest = int(np.argmin(np.hypot(places[:, 0] - pose.x, places[:, 1] - pose.y)))
+        submap = self._atlas.submaps[views[nearest].submap]
+        back = self._atlas.world_from(submap.id).inverse()
+        onto = np.eye(3)
+        onto[:2, :2] = rotation(back.heading)
+        self._enter(submap, back @ pose, onto @ covariance @ onto.T)
+        self._driven = None
+
+    def points_around(self) -> list[Array]:
+        """Points (K, 2) [m] of the newest views and of the nearest ones, in the active submap's frame."""
+        settings, atlas, here = self._parts.floor, self._atlas, self.active.slam.filter.pose
+        newest = [] if self._driven is None else atlas.views[-settings.lately :]
+        near = sorted(self.active.views, key=lambda view: view.local.distance_to(here.x, here.y))
+        chosen = {view.id: view for view in (*newest, *near[: settings.nearby])}
+        back = self.base.inverse()
+        return [
+            (view.local if view.submap == self.active.id else back @ atlas.poses[view.id]).apply(view.points)
+            for view in chosen.values()
+        ]
+
+    def respread(self) -> None:
+        """The graph has changed: how sure the active submap's place is now."""
+        self.spread = self._atlas.spread_of(self.active.id)
+
+    @property
+    def is_new(self) -> bool:
+        """Whether the map has no view like the present one."""
+        pose, views = self.active.slam.filter.pose, self.active.views
+        if views and self._driven is not None and not self._apart(pose, views[-1].local):
+            return False
+        return sum(not self._apart(pose, view.local) for view in views) < self._parts.floor.alike
+
+    def _new(self) -> Submap:
+        """A new submap, the robot at its origin."""
+        slam = EkfSlam(self._parts.ekf, self._parts.motion, self._laser)
+        submap = Submap(len(self._atlas.submaps), slam, OccupancyMap(self._parts.occupancy))
+        self._atlas.submaps.append(submap)
+        return submap
+
+    def _apart(self, one: Pose, other: Pose) -> bool:
+        settings = self._parts.floor
+        far = one.distance_to(other.x, other.y) > settings.view_distance
+        return far or abs(wrap(one.heading - other.heading)) > settings.view_turn
+
+    def _leaves(self) -> bool:
+        settings, pose = self._parts.floor, self.active.slam.filter.pose
+        far = math.hypot(pose.x, pose.y)
+        full = len(self.active.slam.table.rows) > settings.landmarks
+        return far > settings.size or (full and far > settings.smallest)
+
+    def _add(self, stamp: float, ends: Array, hits: Array, tie: Edge | None) -> None:
+        """A new view of the active submap, tied to an anchor and to the view before."""
+        local, atlas = self.active.slam.filter.pose, self._atlas
+        view = Keyframe(
+            id=len(atlas.views),
+            submap=self.active.id,
+            stamp=stamp,
+            local=local,
+            ends=ends.astype(np.float32),
+            hits=hits,
+            eye=np.array([self._mounting.x, self._mounting.y]),
+        )
+        pose = atlas.poses[tie.a] @ tie.move if tie is not None else self.base @ local
+        driven = None
+        if atlas.views:
+            covariance = CARRIED if self._driven is None else self._driven.covariance + UNSURE * np.eye(3)
+            driven = Increment(atlas.poses[-1].inverse() @ pose, covariance)
+        self._driven = Increment()
+        atlas.add(view, driven, tie, pose)
+
+    def _tie(self) -> Edge:
+        """The active submap's anchor to the robot, as the filter has it; the node is the next view."""
+        settings, anchor, inner = self._parts.floor, self.active.anchor, self.active.slam.estimate
+        floor = np.diag([settings.tie_sd**2, settings.tie_sd**2, settings.tie_heading_sd**2])
+        onto = np.eye(3)
+        onto[:2, :2] = rotation(-anchor.local.heading)
+        covariance = onto @ inner.covariance @ onto.T + floor
+        return Edge(anchor.id, len(self._atlas.views), anchor.local.inverse() @ inner.pose, covariance)
+
+    def _enter(self, submap: Submap, local: Pose, covariance: Array) -> None:
+        """Go on in a submap that is known."""
+        self.active = submap
+        submap.slam.filter.seat(local, covariance)
+        self.respread()
+
+    def _known_here(self, points: Array) -> tuple[Submap, Pose, Array] | None:
+        """A submap that lies here for certain, with the robot's pose in it and its covariance."""
+        settings, atlas, here = self._parts.floor, self._atlas, self.estimate.pose
+        places = atlas.pose_array()
+        gaps = np.hypot(places[:, 0] - here.x, places[:, 1] - here.y)
+        ways = atlas.ways_from(len(atlas.views) - 1)
+        for number in np.argsort(gaps, kind="stable").tolist():
+            if gaps[number] > settings.return_distance:
+                break
+            submap = atlas.submaps[atlas.views[number].submap]
+            bond = atlas.bond_between(submap.id, self.active.id)
+            guess = atlas.world_from(submap.id).inverse() @ here
+            near_its_rim = math.hypot(guess.x, guess.y) > settings.size - settings.inside
+            undone = bond is not None and bond.undone
+            if submap is self.active or undone or near_its_rim or ways[number] > settings.return_way:
+                continue
+            return self._fits(submap, guess, points)
+        return None
+
+    def _fits(self, submap: Submap, guess: Pose, points: Array) -> tuple[Submap, Pose, Array] | None:
+        """The scan on a known submap, near where it is thought to lie; None where it does not fit there."""
+        settings = self._parts.floor
+        near = sorted(submap.views, key=lambda view: view.local.distance_to(guess.x, guess.y))[: settings.nearby]
+        seen = LikelihoodField(np.vstack([view.local.apply(view.points) for view in near]))
+        match = lay(seen, points, guess, settings.return_reach, settings.return_angle)
+        if match.score < settings.return_score:
+            return None
+        onto = np.eye(3)
+        onto[:2, :2] = rotation(match.pose.heading)
+        own = spread(seen, points, match.pose, self._parts.matching)
+        return submap, match.pose, onto @ own @ onto.T

@@ -1,0 +1,217 @@
+"""Looks in spare moments for places that were seen before, and straightens the map where they were recognised."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Generator
+
+import numpy as np
+
+from core.geometry import Pose, wrap
+from core.slam.floor.atlas import Atlas
+from core.slam.floor.closure import Bond, ClosureSettings, Link, agreement, departure, vouched
+from core.slam.floor.keyframe import Keyframe
+from core.slam.floor.matching import MatchingSettings
+from core.slam.floor.pose_graph import edge_errors, solve
+from core.slam.floor.recognition import Place, recognise
+
+AROUND = 14  # views that make a place
+AROUND_REACH = 5.0  # [m] from its base
+PLACES = 8  # that are kept ready
+ROOMS = 3  # submaps that one view is searched in
+SPAN = 80  # views to either side whose links may vouch for a new one
+WAITING = 60  # views that wait to be looked at; the oldest are left to the second look
+MOVED, MOVED_TURN = 0.2, np.deg2rad(3.0)  # [m], [rad] of a submap against a view: reason to search again
+BENT = 0.04  # [m] and
+BENT_TURN = np.deg2rad(0.4)  # [rad] of a link that the map does not follow yet: reason to straighten it
+
+
+class Surveyor:
+    """Works piece by piece on an atlas."""
+
+    def __init__(self, atlas: Atlas, matching: MatchingSettings, settings: ClosureSettings) -> None:
+        self._atlas, self._matching, self.settings = atlas, matching, settings
+        self._waiting: deque[int] = deque()  # views to be looked at
+        self._looked: dict[int, int] = {}  # view → revision of the atlas when it was looked at
+        self._tried: dict[tuple[int, int], Pose] = {}  # view, submap → where in it the view was searched
+        self._places: dict[tuple[int, int, int], Place] = {}
+        self._crooked = False  # bonds have changed since the map was straightened
+        self._labour: Generator[None, None, None] | None = None
+        self._stamp = 0.0
+
+    def look_at(self, view: int, stamp: float) -> None:
+        """A new view: look for its place when there is time."""
+        self._stamp = stamp
+        self._waiting.append(view)
+        if len(self._waiting) > WAITING:
+            self._waiting.popleft()
+
+    def work(self, pieces: int) -> int:
+        """Do so many small pieces of work; returns how many were left over because there was nothing to do."""
+        for done in range(pieces):
+            if self._labour is None:
+                self._labour = self._next_labour()
+                if self._labour is None:
+                    return pieces - done
+            try:
+                next(self._labour)
+            except StopIteration:
+                self._labour = None
+        return 0
+
+    def believe(self, bond: int, holds: bool) -> bool:
+        """Undo a bond, or redo it; returns whether there is one of that number that can be."""
+        for each in self._atlas.bonds:
+            if each.id == bond and each.shown is not None and each.undone is holds:
+                each.state = "accepted" if holds and each.accepted else "undone" if not holds else "doubtful"
+                self._crooked = True
+                return True
+        return False
+
+    def _next_labour(self) -> Generator[None, None, None] | None:
+        if self._crooked:
+            return self._straighten()
+        if self._waiting:
+            return self._look(self._waiting.popleft())
+        again = self._second_look()
+        return None if again is None else self._look(again)
+
+    def _second_look(self) -> int | None:
+        """The newest view that was looked at on an older map and has found nothing since."""
+        revision = self._atlas.revision
+        for view in range(len(self._atlas.views) - 1, -1, -1):
+            if self._looked.get(view, -1) < revision:
+                return view
+        return None
+
+    def _look(self, number: int) -> Generator[None, None, None]:
+        """Search one view in the submaps around it."""
+        self._looked[number] = self._atlas.revision
+        view = self._atlas.views[number]
+        bases = self._bases(view)
+        ways = self._atlas.ways_from(number) if bases else None
+        yield
+        for base in bases:
+            place = self._place(base)
+            yield
+            guess = self._atlas.poses[base.id].inverse() @ self._atlas.poses[number]
+            self._tried[number, base.submap] = (
+                self._atlas.world_from(base.submap).inverse() @ self._atlas.poses[number]
+            )
+            reach = self._reach(0.0 if ways is None else float(ways[base.id]))
+            link = yield from recognise(view, place, guess, reach, self._matching, self.settings, self._stamp)
+            if link is not None:
+                self._consider(link)
+                yield
+
+    def _bases(self, view: Keyframe) -> list[Keyframe]:
+        """The nearest view of every other submap around, at most ROOMS; none where a link is known or undone."""
+        atlas, poses = self._atlas, self._atlas.pose_array()
+        gaps = np.hypot(*(poses[:, :2] - poses[view.id, :2]).T)
+        near: list[tuple[float, Keyframe]] = []
+        for submap in atlas.submaps:
+            if submap.id == view.submap:
+                continue
+            bond = atlas.bond_between(submap.id, view.submap)
+            if bond is not None and (bond.undone or any(view.id in (link.a, link.b) for link in bond.links)):
+                continue
+            nearest = submap.views[int(np.argmin(gaps[[each.id for each in submap.views]]))]
+            if gaps[nearest.id] < self.settings.near and self._is_untried(view, submap.id):
+                near.append((float(gaps[nearest.id]), nearest))
+        return [base for _, base in sorted(near, key=lambda each: each[0])[:ROOMS]]
+
+    def _is_untried(self, view: Keyframe, submap: int) -> bool:
+        """Whether the map has moved so much that a search that found nothing is worth another one."""
+        place = self._atlas.world_from(submap).inverse() @ self._atlas.poses[view.id]
+        before = self._tried.get((view.id, submap))
+        return before is None or (
+            before.distance_to(place.x, place.y) > MOVED or abs(wrap(before.heading - place.heading)) > MOVED_TURN
+        )
+
+    def _reach(self, way: float) -> tuple[float, float]:
+        """How far around to search after a way [m] between the two."""
+        settings = self.settings
+        reach = min(settings.reach + settings.reach_per_way * way, settings.widest)
+        return reach, min(settings.angle + settings.angle_per_way * way, settings.widest_angle)
+
+    def _place(self, base: Keyframe) -> Place:
+        """What was seen around a view, by the present map."""
+        atlas, submap = self._atlas, self._atlas.submaps[base.submap]
+        key = (base.id, atlas.revision, len(submap.views))
+        if key not in self._places:
+            back = atlas.poses[base.id].inverse()
+            placed = [(back @ atlas.poses[view.id], view) for view in submap.views]
+            placed.sort(key=lambda each: each[0].distance_to(0.0, 0.0))
+            around = [each for each in placed[:AROUND] if each[0].distance_to(0.0, 0.0) < AROUND_REACH]
+            if len(self._places) >= PLACES:
+                del self._places[next(iter(self._places))]
+            self._places[key] = Place.of(base, around)
+        return self._places[key]
+
+    def _consider(self, link: Link) -> None:
+        """A match that passed its own checks: does it agree with what else is known?"""
+        atlas, link = self._atlas, link.forwards()
+        bond = atlas.bond(atlas.views[link.a].submap, atlas.views[link.b].submap)
+        bond.links.append(link)
+        if bond.next_door:
+            group = [link] if self._follows_the_way(link) else []
+        elif bond.holds and any(self._agree(link, other) for other in bond.accepted):
+            group = [link]
+        else:
+            group = vouched(link, self._others(link), atlas.way, self.settings)
+            if bond.holds and sum(member in bond.links for member in group) > len(bond.accepted):
+                bond.accepted = []
+            elif bond.holds:
+                group = []
+        for member in group:
+            self._accept(member)
+
+    def _others(self, link: Link) -> list[Link]:
+        """Links near this one at both ends, in bonds that nobody has undone."""
+        return [
+            other
+            for bond in self._atlas.bonds
+            if not bond.undone
+            for other in bond.links
+            if other is not link and abs(other.a - link.a) < SPAN and abs(other.b - link.b) < SPAN
+        ]
+
+    def _accept(self, link: Link) -> None:
+        atlas = self._atlas
+        bond = atlas.bond(atlas.views[link.a].submap, atlas.views[link.b].submap)
+        if link in bond.accepted:
+            return
+        bond.accepted.append(link)
+        bond.shown = bond.shown or link
+        new, bond.state = bond.state != "accepted", "accepted"
+        off = edge_errors(atlas.pose_array()[[link.a, link.b]], np.array([0]), np.array([1]), link.move.vector[None])[
+            0
+        ]
+        self._crooked |= new or bool(np.hypot(off[0], off[1]) > BENT or abs(off[2]) > BENT_TURN)
+
+    def _follows_the_way(self, link: Link) -> bool:
+        return departure(link, self._atlas.way(link.a, link.b)) < self.settings.agree
+
+    def _agree(self, one: Link, other: Link) -> bool:
+        return agreement(one, other, self._atlas.way)[0] < self.settings.agree
+
+    def _straighten(self) -> Generator[None, None, None]:
+        """Solve the graph; what the map would not bend to is no longer accepted, and then once more."""
+        atlas, self._crooked = self._atlas, False
+        links, start = atlas.links(), atlas.pose_array()
+        solution = yield from solve(start, atlas.edges(links), self.settings.doubt)
+        left = dict(zip(links, solution.squared[len(solution.squared) - len(links) :].tolist(), strict=True))
+        for bond in atlas.bonds:
+            if bond.holds:
+                self._sift(bond, left)
+        yield
+        atlas.revise(solution.poses, len(start))
+
+    def _sift(self, bond: Bond, left: dict[Link, float]) -> None:
+        """Links that contradict the rest lose their say; with most of them gone, so does the bond."""
+        good = [link for link in bond.accepted if left.get(link, 0.0) < self.settings.contradiction]
+        if len(good) < len(bond.accepted):
+            bond.accepted = good
+            self._crooked = True
+        if not good:
+            bond.state = "doubtful"

@@ -1,0 +1,97 @@
+"""The Intel Research Lab by the Freiburg relations: our map beside GMapping's poses. Needs the shared recordings.
+
+`python -m tests.benchmarks.intel_relations [--picture FILE]`
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from core.geometry import Pose, wrap
+from core.log import logged_stamp
+from tests.conftest import REPOSITORY
+
+FOLDER = REPOSITORY.parent / "shared" / "data" / "intel-lab"
+
+
+def read_relations(folder: Path) -> np.ndarray:
+    """Rows t1, t2 [s], x, y [m], yaw [rad]: the pose at t2 seen from that at t1."""
+    return np.loadtxt(folder / "intel.relations")[:, [0, 1, 2, 3, 7]]
+
+
+def errors(folder: Path, stamps: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    """Stamps (N,) [s] and poses (N, 3) → error of every relation (R, 2): [m], [rad].
+
+    Between the stamps the smooth `dense` poses carry on: pose(t) is blended in time from C_i dense(t) and
+    C_{i+1} dense(t), C_i = X_i dense(t_i)⁻¹.
+    """
+    with np.load(folder / "intel.npz") as archive:
+        dense_t, dense = archive["dense_t"], archive["dense_pose"]
+    headings = np.unwrap(dense[:, 2])
+
+    def smooth(at: float) -> Pose:
+        x, y, heading = (float(np.interp(at, dense_t, c)) for c in (dense[:, 0], dense[:, 1], headings))
+        return Pose(x, y, wrap(heading))
+
+    carried = [Pose(*row) @ smooth(at).inverse() for at, row in zip(stamps, poses.tolist(), strict=True)]
+
+    def pose(at: float) -> Pose:
+        after = int(np.clip(np.searchsorted(stamps, at), 1, len(stamps) - 1))
+        share = float(np.clip((at - stamps[after - 1]) / (stamps[after] - stamps[after - 1]), 0.0, 1.0))
+        here = smooth(at)
+        one, two = carried[after - 1] @ here, carried[after] @ here
+        turn = wrap(two.heading - one.heading)
+        return Pose(
+            one.x + share * (two.x - one.x), one.y + share * (two.y - one.y), wrap(one.heading + share * turn)
+        )
+
+    found = []
+    for t1, t2, x, y, yaw in read_relations(folder).tolist():
+        move = pose(t1).inverse() @ pose(t2)
+        found.append((np.hypot(move.x - x, move.y - y), abs(wrap(move.heading - yaw))))
+    return np.array(found)
+
+
+def told(name: str, found: np.ndarray) -> str:
+    """One line of the table."""
+    way, turn = found[:, 0], np.degrees(found[:, 1])
+    return (
+        f"{name:10s} {way.mean():.4f} ± {way.std():.4f} m (median {np.median(way):.4f}, 99 % {np.quantile(way, 0.99):.3f})"
+        f"   {turn.mean():.2f} ± {turn.std():.2f}° (median {np.median(turn):.2f})"
+    )
+
+
+def picture(log_odds: np.ndarray) -> np.ndarray:
+    """Log odds → grey picture, north up."""
+    return np.flipud(np.clip(128 - 32 * log_odds, 0, 255).astype(np.uint8))
+
+
+def main() -> None:
+    """Run the log through the same door as `beckon slam`, and score it."""
+    from core.experiments.offline import slam_log
+
+    options = argparse.ArgumentParser()
+    options.add_argument("--picture", type=Path)
+    asked = options.parse_args()
+    with np.load(FOLDER / "intel.npz") as archive:
+        print(told("GMapping", errors(FOLDER, archive["t"], archive["pose_gmapping"])))
+    start = time.process_time()
+    result = slam_log(FOLDER / "intel.npz")
+    took = time.process_time() - start
+    stamps = np.array([logged_stamp(scan) for scan in result.recording.scans])
+    poses = np.array([pose.vector for pose in result.poses])
+    print(told("Beckon", errors(FOLDER, stamps, poses)))
+    print(
+        f"{took:.1f} s of processor for {result.recording.duration:.0f} s: {result.recording.duration / took:.0f} x real time"
+    )
+    if asked.picture is not None and result.grid is not None:
+        cv2.imwrite(str(asked.picture), picture(result.grid.log_odds))
+
+
+if __name__ == "__main__":
+    main()
