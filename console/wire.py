@@ -23,6 +23,8 @@ from console.wire_calibration import CalibrationSolving as CalibrationSolving
 from console.wire_calibration import CalibrationUncertainty as CalibrationUncertainty
 from console.wire_calibration import CalibrationVerdict as CalibrationVerdict
 from console.wire_calibration import CalibrationView as CalibrationView
+from console.wire_hearing import Ears as Ears
+from console.wire_hearing import VoiceHeard as VoiceHeard
 from console.wire_up import Count as Count
 from console.wire_up import Drive as Drive
 from console.wire_up import Echo as Echo
@@ -193,7 +195,8 @@ class State(Struct, tag_field="kind", tag="state"):
     velocity: Velocity
     landmarks: list[LandmarkRow]
     slam: Slam
-    direction: None
+    direction: VoiceHeard | None  # the voice that was heard last
+    ears: Ears | None  # None: the robot has no microphones
     goal: Place | None
     path: list[tuple[float, float]]
     command: CommandState | None

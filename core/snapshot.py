@@ -54,6 +54,33 @@ class CameraView:
 
 
 @message
+class VoiceDirection:
+    """Where somebody speaks, as heard from the robot."""
+
+    id: int
+    stamp: float  # [s] when it was last heard
+    age: float  # [s] since then
+    azimuth: float  # [rad] in the robot's frame, as the robot stands now
+    azimuth_world: float  # [rad]
+    sd: float  # [rad] of the azimuth now: who spoke may have walked on since
+    sd_heard: float  # [rad] of the azimuth when it was last heard, with the doubt of the robot's own heading
+    elevation: float | None  # [rad] above the microphones; None: not known
+    ambiguity: str = ""  # what a flat array cannot know, in words
+    strength: float  # 0..1, how much of the sound came from there
+    heard_at: Array  # (2,) [m] world: where the robot was when it was last heard
+
+
+@message
+class Hearing:
+    """What the robot's ears make of the sound."""
+
+    listening: bool  # sound comes in
+    speaking: bool  # an utterance is under way
+    level_db: float | None  # [dB of full scale]; None: no sound comes
+    voices: tuple[VoiceDirection, ...] = ()  # most recently heard first
+
+
+@message
 class Snapshot:
     """The state of everything after one frame. Only the pilot makes one."""
 
@@ -77,6 +104,7 @@ class Snapshot:
     undertaking: Undertaking | None = None  # the one that runs
     endings: tuple[Undertaking, ...] = ()  # those that ended with this frame
     view: CameraView | None = None
+    hearing: Hearing | None = None  # None: the robot has no microphones
     notices: tuple[Notice, ...] = ()  # newest last, at most 20
     contact: bool = False
     running: bool = True

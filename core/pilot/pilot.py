@@ -10,6 +10,7 @@ from core.errors import Refused
 from core.gate import ZERO, Twist
 from core.geometry import Pose
 from core.navigation.surroundings import Body, Surroundings
+from core.pilot.ears import Ears
 from core.pilot.eyes import Eyes, Look
 from core.pilot.feet import Feet
 from core.pilot.notices import Notices
@@ -54,6 +55,7 @@ class Pilot:
         self._stamp = self._scan_stamp = stamp
         self._feet = Feet(self._profile.laser, settings.scan_odometry)
         self._eyes = Eyes(self._profile, settings)
+        self._ears = Ears(self._profile, settings.hearing)
         self._slam = EkfSlam(settings.ekf, settings.motion, self._profile.laser)
         self._dead_reckoning = DeadReckoning(settings.motion)
         self._map = OccupancyMap(settings.occupancy)
@@ -134,6 +136,7 @@ class Pilot:
         blind = overdue and self._profile.drives and self._profile.laser is not None
         self._notices.watch(frame.stamp, "laser", NO_SCAN if blind else "", "error", "The laser is back.")
         self._notices.watch(frame.stamp, "camera", self._eyes.trouble, "warning")
+        self._notices.watch(frame.stamp, "microphones", self._ears.trouble, "warning")
         if frame.note:
             self._notices.add(frame.stamp, "info", frame.note)
 
@@ -160,6 +163,7 @@ class Pilot:
             undertaking=doing.undertaking,
             endings=doing.take_endings(),
             view=self._eyes.view,
+            hearing=self._ears.hear(frame.sound, frame.stamp, estimate),
             notices=self._notices.newest,
             contact=frame.contact,
             running=frame.running,

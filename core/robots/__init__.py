@@ -7,6 +7,7 @@ from typing import Any, Literal, Protocol
 from core.gate import Twist
 from core.message import message
 from core.sensors import Camera, Laser, SensorFrame
+from core.sensors.microphones import MicrophoneArray
 
 Kind = Literal["SIM", "LOG", "LIVE"]
 
@@ -26,6 +27,7 @@ class Profile:
     rate: float = 40.0  # [Hz] of frames (section 6: control updates)
     laser: Laser | None = None
     camera: Camera | None = None
+    microphones: MicrophoneArray | None = None
     drives: bool = True  # False: a recording, it cannot be commanded
     duration: float | None = None  # [s] of a recording
 

@@ -11,20 +11,24 @@ from dataclasses import replace
 from typing import Any
 
 from core.sensors import SensorFrame
+from core.sensors.microphones import joined
 
 LENGTH = struct.Struct("<Q")
+LONGEST_SOUND = 3.0  # [s] that may wait unsent
 ANSWERS = 64  # that may wait; more are nobody's
 
 
 def merged(older: SensorFrame, newer: SensorFrame) -> SensorFrame:
     """Two frames → one: the newer, with the older's scan, picture, contact and note where the newer has none.
 
-    Wheels count from the robot's waking, so a frame that is left out loses nothing.
+    The sound of both is one sound, so that no word is lost. Wheels count from the robot's waking, so a frame that
+    is left out loses nothing.
     """
     return replace(
         newer,
         scan=newer.scan or older.scan,
         image=newer.image or older.image,
+        sound=joined(older.sound, newer.sound, LONGEST_SOUND),
         contact=newer.contact or older.contact,
         note=" ".join(filter(None, (older.note, newer.note))),
     )

@@ -16,9 +16,11 @@ from core.robots import Profile
 from core.robots.base import Base
 from core.robots.hands import Hands
 from core.robots.placing import BOARD, HOLDER, describe, number, thing_asked_for
+from core.robots.voices import Voices
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame
 from core.sensors.laser import SimulatedLaser
 from core.sensors.simulated_camera import SimulatedCamera
+from core.sensors.simulated_microphones import EarSettings
 from core.sensors.wheels import EncoderWheels, PaperWheels, PerfectWheels, SimulatedWheels
 from core.world import World, world_named
 
@@ -32,7 +34,7 @@ SINCE = 0.3  # [s] for which poses are kept: longer than a turn of the mirror
 
 
 @dataclass(frozen=True)
-class SimulationSettings:
+class SimulationSettings(EarSettings):
     """How real the simulated robot is."""
 
     wheel_noise: WheelNoise = "encoder"  # "paper": eq. 43
@@ -52,6 +54,7 @@ class SimulationSettings:
     response: float = 0.06  # [s] until the base has followed 63 % of a change of speed
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if self.wheel_noise not in WHEEL_NOISE:
             raise BadInput(f"wheel_noise must be one of {', '.join(WHEEL_NOISE)}.")
         if self.laser_noise not in LASER_NOISE:
@@ -92,8 +95,10 @@ class SimulatedRobot:
             max_turn_rate=settings.max_turn_rate,
             laser=Laser(),
             camera=Camera(rate=settings.camera_rate) if settings.camera else None,
+            microphones=settings.array,
         )
-        chance = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)]
+        seeds = np.random.SeedSequence(seed).spawn(4)
+        chance = [np.random.default_rng(one) for one in seeds[:3]]
         self._base = Base(
             self._world,
             radius=self._profile.radius,
@@ -113,6 +118,7 @@ class SimulatedRobot:
             )
         self._frames = self._scans = self._images = 0
         self._hands = Hands(self._profile)
+        self._voices = Voices(settings, seeds[3], self._profile.rate, self._profile.wheelbase)
         self._heading = 0.0  # [rad], running on without jumps
         self._past: deque[tuple[float, float, float, float]] = deque([(0.0, 0.0, 0.0, 0.0)])
 
@@ -134,9 +140,11 @@ class SimulatedRobot:
         step = 1 / self._profile.rate
         self._frames += 1
         stamp = self._stamp
-        for move in self._base.advance(step):
+        moves = self._base.advance(step)
+        for move in moves:
             self._wheels.roll(move.forward, move.turn)
             self._heading += move.turn
+        speed, turn_rate = sum(move.forward for move in moves) / step, sum(move.turn for move in moves) / step
         self._change(self._hands.in_world(self._world, stamp))
         pose = self._base.pose
         self._past.append((stamp, pose.x, pose.y, self._heading))
@@ -148,6 +156,7 @@ class SimulatedRobot:
             wheels=self._wheels.read(step),
             scan=scan,
             image=None if scan else self._image(stamp, pose),
+            sound=self._voices.read(self._world, stamp, pose, speed, turn_rate),
             contact=self._base.contact,
             truth=pose,
         )
@@ -161,6 +170,7 @@ class SimulatedRobot:
         `x_m`, `y_m`, `z_m` with `rotation`? (3 rows, world from board; none: upright, facing the robot), or both in
         the camera's frame: `in_camera` {`rotation`, `translation_m` of the first corner}; `holder`? true: a person
         stands behind it; `seconds`? of the way from where it is now. Its id is board.
+        say, listen: see `core.robots.voices`.
         """
         match request.get("do"):
             case "place" if request.get("what") == "robot":
@@ -194,8 +204,12 @@ class SimulatedRobot:
                         *self._hands.described(self._stamp),
                     ],
                 }
+            case "say" | "listen":
+                return self._voices.ask(request, self._world, self._base.pose, self._stamp)
             case _:
-                raise BadInput("The simulated robot understands the requests place, remove, truth and plan.")
+                raise BadInput(
+                    "The simulated robot understands the requests place, remove, truth, plan, say and listen."
+                )
 
     def close(self) -> None:
         """Nothing is held."""

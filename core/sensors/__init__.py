@@ -6,9 +6,10 @@ from core.geometry import Pose
 from core.message import message
 from core.sensors.camera import Camera, Image
 from core.sensors.laser import Laser, Scan
+from core.sensors.microphones import Sound
 from core.sensors.wheels import Wheels
 
-__all__ = ["Camera", "Image", "Laser", "Scan", "SensorFrame", "Wheels"]
+__all__ = ["Camera", "Image", "Laser", "Scan", "SensorFrame", "Sound", "Wheels"]
 
 
 @message
@@ -20,6 +21,7 @@ class SensorFrame:
     wheels: Wheels | None = None
     scan: Scan | None = None
     image: Image | None = None
+    sound: Sound | None = None  # since the last frame; None: nobody listens
     contact: bool = False  # the bumper is pressed
     truth: Pose | None = None  # simulator only: the true pose in the world frame. For scoring, never for an estimator
     note: str = ""  # what the driver wants the operator to know: "the recording ends here"

@@ -51,6 +51,18 @@ class Sound:
         return Sound(stamp=self.stamp + first / self.rate, rate=self.rate, samples=self.samples[first:last])
 
 
+def joined(older: Sound | None, newer: Sound | None, longest: float) -> Sound | None:
+    """Two pieces that follow each other → one, of which the newest `longest` [s] are kept; after a gap, the newer."""
+    if older is None or newer is None:
+        return newer or older
+    gap = newer.stamp - older.stamp - older.duration
+    if older.rate != newer.rate or older.channels != newer.channels or abs(gap) > 0.5 / newer.rate:
+        return newer
+    whole = Sound(stamp=older.stamp, rate=older.rate, samples=np.concatenate((older.samples, newer.samples)))
+    end = newer.stamp + newer.duration
+    return whole.part(end - longest, end)
+
+
 @message
 class MicrophoneArray:
     """Microphones in the array frame: x forward, y left, z up; azimuth counter-clockwise from +x."""

@@ -139,109 +139,6 @@ export const CAMERA_HEADER_BYTES = 16;
  */
 
 /**
- * A pose of the world frame where the robot may be.
- * @typedef {object} Candidate
- * @property {number} x_m
- * @property {number} y_m
- * @property {number} heading_rad
- */
-
-/**
- * A place that was recognised.
- * @typedef {object} ClosureRow
- * @property {number} id
- * @property {number} stamp_s
- * @property {number} submap_from
- * @property {number} submap_to
- * @property {Spot} position_from
- * @property {Spot} position_to
- * @property {number} score
- * @property {'accepted' | 'undone' | 'doubtful'} state
- * @property {string} words
- */
-
-/**
- * How the scan layer fares.
- * @typedef {object} FloorState
- * @property {SubmapRow[]} submaps
- * @property {ClosureRow[]} closures
- * @property {number} closures_count
- * @property {LostState | null} lost
- * @property {number | null} match_score
- * @property {boolean} slipping
- * @property {number} graph_revision
- */
-
-/**
- * The robot does not know where it is.
- * @typedef {object} LostState
- * @property {'searching' | 'confirming' | 'asking'} phase
- * @property {string} words
- * @property {number} since_s
- * @property {Candidate[]} candidates
- */
-
-/**
- * Which saved map the robot goes on in.
- * @typedef {object} MapState
- * @property {string | null} name
- * @property {number} revision
- */
-
-/**
- * A point of the world frame.
- * @typedef {object} Spot
- * @property {number} x_m
- * @property {number} y_m
- */
-
-/**
- * A room as the map has it.
- * @typedef {object} SubmapRow
- * @property {number} id
- * @property {number} x_m
- * @property {number} y_m
- * @property {number} heading_rad
- * @property {[number, number, number, number]} extent_m
- * @property {boolean} active
- */
-
-/**
- * How the camera's mount seems to differ from the calibration in use.
- * @typedef {object} CalibrationDrift
- * @property {number} turn_rad
- * @property {number} turn_sd_rad
- * @property {number} shift_m
- * @property {number} shift_sd_m
- * @property {number} pairs
- * @property {number} corners
- * @property {boolean} alarm
- * @property {string} words
- */
-
-/**
- * How good the newest picture is, and what was done about it; grey levels are 0..255.
- * @typedef {object} PictureQuality
- * @property {'good' | 'mended' | 'poor' | 'unusable'} state
- * @property {string} label
- * @property {string} words
- * @property {number} mean
- * @property {number} low
- * @property {number} high
- * @property {number} dark_share
- * @property {number} bright_share
- * @property {number} noise_sd
- * @property {number} snr_db
- * @property {number | null} blur_px
- * @property {number | null} blur_down_px
- * @property {number} margin
- * @property {number} gain
- * @property {number} gamma
- * @property {number} contrast
- * @property {number} smoothing
- */
-
-/**
  * What the robot's ears make of the sound.
  * @typedef {object} Ears
  * @property {boolean} listening
@@ -257,6 +154,7 @@ export const CAMERA_HEADER_BYTES = 16;
  * @property {number} azimuth_rad
  * @property {number} azimuth_world_rad
  * @property {number} sd_rad
+ * @property {number} sd_heard_rad
  * @property {number | null} elevation_rad
  * @property {string} ambiguity
  * @property {number} strength
@@ -387,10 +285,6 @@ export const CAMERA_HEADER_BYTES = 16;
  * @property {string} mode
  * @property {number} updates
  * @property {number | null} nis
- * @property {[number, number]} nis_band
- * @property {number | null} nees
- * @property {number | null} error_m
- * @property {number | null} error_rad
  * @property {number} matched
  * @property {number} ignored
  * @property {number} tentative
@@ -431,7 +325,6 @@ export const CAMERA_HEADER_BYTES = 16;
  * @property {number} height
  * @property {EdgeLine[]} edges
  * @property {[number, number, number][]} laser
- * @property {PictureQuality | null} quality
  */
 
 /**
@@ -492,15 +385,12 @@ export const CAMERA_HEADER_BYTES = 16;
  * @property {Velocity} velocity
  * @property {LandmarkRow[]} landmarks
  * @property {Slam} slam
- * @property {FloorState} floor
- * @property {MapState} map
  * @property {VoiceHeard | null} direction
  * @property {Ears | null} ears
  * @property {Place | null} goal
  * @property {[number, number][]} path
  * @property {CommandState | null} command
  * @property {CameraOverlay | null} camera
- * @property {CalibrationDrift | null} calibration_drift
  * @property {RobotState} robot
  * @property {GateState} gate
  * @property {LeaseState} lease

@@ -1,0 +1,32 @@
+"""Hearing as it goes over the sockets."""
+
+from __future__ import annotations
+
+import msgspec
+
+Struct = msgspec.Struct
+
+
+class VoiceHeard(Struct):
+    """Where somebody speaks, as heard from the robot."""
+
+    id: int
+    azimuth_rad: float  # in the robot's frame, as the robot stands now
+    azimuth_world_rad: float
+    sd_rad: float  # of both now: who spoke may have walked on since
+    sd_heard_rad: float  # of both when it was heard last
+    elevation_rad: float | None  # above the microphones
+    ambiguity: str  # what a flat array cannot know, in words
+    strength: float  # 0..1
+    age_s: float
+    x_m: float  # where the robot was when it heard it, in the world frame
+    y_m: float
+
+
+class Ears(Struct):
+    """What the robot's ears make of the sound."""
+
+    listening: bool
+    speaking: bool
+    level_dbfs: float | None
+    voices: list[VoiceHeard]  # most recently heard first
