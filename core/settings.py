@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from core.calibration.drift import DriftSettings
 from core.errors import BadInput
 from core.gate import Limits
 from core.log import LogSettings
@@ -24,9 +25,14 @@ from core.navigation.planner import PlannerSettings
 from core.navigation.steering import SteeringSettings
 from core.perception.corners import CornerSettings
 from core.perception.edges import EdgeSettings
+from core.perception.remedy import PictureSettings
 from core.perception.sound.settings import HearingSettings
 from core.robots.simulated import SimulationSettings
 from core.slam.ekf import EkfSettings
+from core.slam.floor.alarm import AlarmSettings
+from core.slam.floor.closure import ClosureSettings
+from core.slam.floor.matching import MatchingSettings
+from core.slam.floor.settings import FloorSettings
 from core.slam.motion import MotionSettings
 from core.slam.occupancy import OccupancySettings
 from core.slam.scan_odometry import ScanOdometrySettings
@@ -41,12 +47,18 @@ class Settings:
 
     corners: CornerSettings = field(default_factory=CornerSettings)
     edges: EdgeSettings = field(default_factory=EdgeSettings)
+    picture: PictureSettings = field(default_factory=PictureSettings)
+    drift: DriftSettings = field(default_factory=DriftSettings)
     hearing: HearingSettings = field(default_factory=HearingSettings)
     speech: SpeechSettings = field(default_factory=SpeechSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     ekf: EkfSettings = field(default_factory=EkfSettings)
     scan_odometry: ScanOdometrySettings = field(default_factory=ScanOdometrySettings)
     occupancy: OccupancySettings = field(default_factory=OccupancySettings)
+    floor: FloorSettings = field(default_factory=FloorSettings)
+    matching: MatchingSettings = field(default_factory=MatchingSettings)
+    closures: ClosureSettings = field(default_factory=ClosureSettings)
+    alarm: AlarmSettings = field(default_factory=AlarmSettings)
     planner: PlannerSettings = field(default_factory=PlannerSettings)
     steering: SteeringSettings = field(default_factory=SteeringSettings)
     log: LogSettings = field(default_factory=LogSettings)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Literal
 
+from core.calibration.drift import Drift
 from core.gate import Twist
 from core.geometry import Pose
 from core.message import Array, message
 from core.perception.edges import Edge
+from core.perception.picture_quality import PictureQuality
 from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
 from core.slam.floor import FloorHealth
 from core.slam.occupancy import Grid
@@ -51,6 +53,7 @@ class CameraView:
     height: int
     edges: tuple[Edge, ...] = ()
     laser: Array  # (M, 3): u, v [pixel] and range [m] of the laser points in view
+    quality: PictureQuality | None = None
 
 
 @message
@@ -105,6 +108,7 @@ class Snapshot:
     endings: tuple[Undertaking, ...] = ()  # those that ended with this frame
     view: CameraView | None = None
     hearing: Hearing | None = None  # None: the robot has no microphones
+    drift: Drift | None = None  # how the camera's mount seems to differ from its calibration
     notices: tuple[Notice, ...] = ()  # newest last, at most 20
     contact: bool = False
     running: bool = True

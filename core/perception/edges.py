@@ -11,6 +11,7 @@ import numpy as np
 from core.errors import BadInput
 from core.message import Array, message
 from core.perception.level import LevelView, level_view
+from core.perception.preparation import NOTHING, Preparation
 from core.sensors import Camera, Image
 
 
@@ -38,14 +39,19 @@ class EdgeSettings:
     bearing_sd: float = math.radians(0.25)  # of an edge, with the extrinsic calibration's share
     shift_share: float = 0.1  # sd of the turn between picture and scan, as a share of it
     gate: float = 3.0  # sd between an edge and the corner it confirms
-    inflation: float = 2.0  # of a corner's covariance in a sighting: a wall can hide steps within the laser's noise
-    range_floor: float = 0.007  # [m] sd of a sighting that no averaging takes away
-    bearing_floor: float = math.radians(0.15)  # [rad]
+    inflation: float = 1.3  # of a corner's covariance in a sighting: a wall can hide steps within the laser's noise
+    range_floor: float = 0.004  # [m] sd of a sighting that no averaging takes away
+    bearing_floor: float = math.radians(0.08)  # [rad]
     edge_required: bool = False  # the paper's rule: a corner without an edge is no landmark
 
 
-def find_edges(image: Image, camera: Camera, settings: EdgeSettings | None = None) -> tuple[Edge, ...]:
-    """Picture → its vertical edges, left to right in the picture. Raises BadInput for a picture of another size."""
+def find_edges(
+    image: Image, camera: Camera, settings: EdgeSettings | None = None, preparation: Preparation = NOTHING
+) -> tuple[Edge, ...]:
+    """Picture → its vertical edges, left to right in the picture. Raises BadInput for a picture of another size.
+
+    `preparation` is what the picture's quality calls for; without it the picture is taken as it comes.
+    """
     settings = settings or EdgeSettings()
     model = camera.model
     if image.pixels.shape[:2] != (model.height, model.width):
@@ -54,8 +60,7 @@ def find_edges(image: Image, camera: Camera, settings: EdgeSettings | None = Non
             f"The picture is {size}, its calibration {model.width}x{model.height}; calibrate at this size."
         )
     view = level_view(camera)
-    grey = cv2.cvtColor(image.pixels, cv2.COLOR_BGR2GRAY) if image.pixels.ndim == 3 else image.pixels
-    outline, steepness = _outline(view.warp(grey), view, settings)
+    outline, steepness = _outline(view.warp(preparation.grey(image.pixels)), view, settings, preparation)
     edges: list[Edge] = []
     for top, bottom, column in _uprights(outline, steepness, settings):
         ends = view.to_picture(np.array([[column, top], [column, bottom]]))
@@ -64,12 +69,14 @@ def find_edges(image: Image, camera: Camera, settings: EdgeSettings | None = Non
     return tuple(edges)
 
 
-def _outline(level: Array, view: LevelView, settings: EdgeSettings) -> tuple[Array, Array]:
+def _outline(level: Array, view: LevelView, settings: EdgeSettings, preparation: Preparation) -> tuple[Array, Array]:
     """Level picture → Canny's outline where it runs upright (uint8), and the steepness across (float32)."""
-    smooth = cv2.GaussianBlur(level, (0, 0), settings.blur)
+    spread = settings.blur * preparation.across, settings.blur * preparation.along
+    smooth = cv2.GaussianBlur(level, (0, 0), sigmaX=spread[0], sigmaY=spread[1])
     across = cv2.Sobel(smooth, cv2.CV_16S, 1, 0)
     down = cv2.Sobel(smooth, cv2.CV_16S, 0, 1)
-    outline = cv2.Canny(across, down, settings.canny_low, settings.canny_high, L2gradient=True)
+    low, high = settings.canny_low / preparation.contrast, settings.canny_high / preparation.contrast
+    outline = cv2.Canny(across, down, low, high, L2gradient=True)
     steepness = np.abs(across.astype(np.float32))
     upright = (steepness > 2.0 * np.abs(down)) & view.inside
     return np.where(upright, outline, 0).astype(np.uint8), steepness

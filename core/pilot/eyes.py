@@ -7,16 +7,21 @@ import numpy as np
 from core.errors import BadInput
 from core.geometry import Pose, arc
 from core.message import Array, message
-from core.perception.corners import find_corners
+from core.perception.corners import Corner, find_corners
 from core.perception.deskew import beam_ends
+from core.perception.edge_pairs import EdgePair, edge_pairs
 from core.perception.edges import Edge, find_edges
 from core.perception.landmarks import Sighting, laser_in_picture, sight
+from core.perception.picture_quality import PictureQuality, judge
+from core.perception.preparation import NOTHING
+from core.pilot.recall import Recall
 from core.robots import Profile
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Wheels
 from core.settings import Settings
 from core.snapshot import CameraView
 
 FRESH = 0.2  # [s] for which edges may confirm corners, and points may be drawn on a picture
+RECALLED = 0.5  # [s] for which edges may confirm corners where the move between the two is remembered
 
 
 @message
@@ -28,6 +33,7 @@ class Look:
         None  # (N, 2) [m], robot frame at the frame's stamp: beam ends, NaN where nothing was measured
     )
     hits: Array | None = None  # (N,) bool: ends that are something
+    pairs: tuple[EdgePair, ...] = ()  # corners and the edges near them: whether the camera's mount has moved
 
 
 class Eyes:
@@ -39,16 +45,22 @@ class Eyes:
         self._settings = settings
         self._edges: tuple[Edge, ...] = ()
         self._edges_stamp = -np.inf
+        self._quality: PictureQuality | None = None
         self._points = np.zeros((0, 2))
         self._points_stamp = -np.inf
+        self._recall = Recall(settings.motion)
         self.view: CameraView | None = None
         self.trouble = ""  # why the newest picture is of no use
+        self.poor = ""  # what is wrong with the pictures, once they have been unusable for a while
+        self._usable_stamp = np.inf
 
     def look(self, frame: SensorFrame) -> Look:
         """One frame → what is seen in it; `view` is renewed when a picture or new matches came."""
         camera = self.camera  # another thread may replace it
+        self._recall.feel(frame)
         if frame.image is not None and camera is not None:
             try:
+                self._judge(frame.image, frame.wheels)
                 self._look_at_picture(frame.image, camera, frame.wheels)
                 self.trouble = ""
             except BadInput as trouble:
@@ -57,8 +69,20 @@ class Eyes:
             return Look()
         return self._look_at_scan(frame.scan, frame.stamp, frame.wheels)
 
+    def _judge(self, image: Image, wheels: Wheels | None) -> None:
+        """How good the picture is, and since when none could be used."""
+        settings = self._settings.picture
+        turn_rate = wheels.turn_rate if wheels else 0.0
+        quality = judge(image, turn_rate=turn_rate, settings=settings, edges=self._settings.edges)
+        self._quality = quality
+        if quality.state != "unusable" or self._usable_stamp > image.stamp:
+            self._usable_stamp, self.poor = image.stamp, ""
+        elif not self.poor and image.stamp - self._usable_stamp > settings.unusable_after:
+            self.poor = quality.complaint
+
     def _look_at_picture(self, image: Image, camera: Camera, wheels: Wheels | None) -> None:
-        self._edges = find_edges(image, camera, self._settings.edges)
+        preparation = self._quality.preparation if self._quality else NOTHING
+        self._edges = find_edges(image, camera, self._settings.edges, preparation)
         self._edges_stamp = image.stamp
         height, width = image.pixels.shape[:2]
         self.view = CameraView(
@@ -67,6 +91,7 @@ class Eyes:
             height=height,
             edges=self._edges,
             laser=self._points_in_picture(camera, wheels),
+            quality=self._quality,
         )
 
     def _points_in_picture(self, camera: Camera, wheels: Wheels | None) -> Array:
@@ -77,19 +102,26 @@ class Eyes:
         return laser_in_picture(self._points, self._laser, camera, moved)
 
     def _look_at_scan(self, scan: Scan, stamp: float, wheels: Wheels | None) -> Look:
-        ends, hits = beam_ends(scan, self._laser, wheels, stamp)
-        self._points, self._points_stamp = ends[hits], stamp
-        corners = find_corners(scan, self._laser, self._points, np.flatnonzero(hits), self._settings.corners)
-        fresh = self._edges if stamp - self._edges_stamp < FRESH else ()
+        """What comes late is seen from where it was taken."""
+        then = self._recall.taken(scan, stamp)
+        felt = self._recall.wheels(then, stamp, wheels)
+        ends, hits = beam_ends(scan, self._laser, felt, then)
+        corners = find_corners(scan, self._laser, ends[hits], np.flatnonzero(hits), self._settings.corners)
+        since = self._recall.moved(then, self._edges_stamp)
+        known = RECALLED if since is not None else FRESH
+        fresh = self._edges if abs(then - self._edges_stamp) < known else ()
         sightings, edges = sight(
             corners,
             fresh,
-            stamp=stamp,
+            stamp=then,
             edges_stamp=self._edges_stamp,
-            wheels=wheels,
+            wheels=felt,
+            moved=None if since is None else since.pose,
             camera=self.camera,
             settings=self._settings.edges,
         )
+        sightings, ends = self._recall.bring(then, stamp, sightings, ends)
+        self._points, self._points_stamp = ends[hits], stamp
         if fresh and self.view is not None:
             self.view = CameraView(
                 stamp=self.view.stamp,
@@ -97,5 +129,16 @@ class Eyes:
                 height=self.view.height,
                 edges=edges,
                 laser=self.view.laser,
+                quality=self.view.quality,
             )
-        return Look(sightings=sightings, ends=ends, hits=hits)
+        return Look(sightings=sightings, ends=ends, hits=hits, pairs=self._pairs(corners, fresh, then, felt))
+
+    def _pairs(
+        self, corners: tuple[Corner, ...], edges: tuple[Edge, ...], stamp: float, wheels: Wheels | None
+    ) -> tuple[EdgePair, ...]:
+        """What corners and edges say about the camera's mount."""
+        if self.camera is None:
+            return ()
+        elapsed = self._edges_stamp - stamp
+        moved = arc(wheels.speed * elapsed, wheels.turn_rate * elapsed) if wheels and edges else Pose()
+        return edge_pairs(corners, edges, moved, self.camera, self._settings.edges)

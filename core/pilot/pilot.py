@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from core.calibration.drift import MountWatch
 from core.commands.command import Command
 from core.errors import Refused
 from core.gate import ZERO, Twist
@@ -55,6 +56,7 @@ class Pilot:
         self._stamp = self._scan_stamp = stamp
         self._feet = Feet(self._profile.laser, settings.scan_odometry)
         self._eyes = Eyes(self._profile, settings)
+        self._mount = MountWatch(settings.drift)
         self._ears = Ears(self._profile, settings.hearing)
         self._slam = EkfSlam(settings.ekf, settings.motion, self._profile.laser)
         self._dead_reckoning = DeadReckoning(settings.motion)
@@ -89,6 +91,7 @@ class Pilot:
         estimate = self._slam.update(frame, look.sightings, move)
         dead_reckoning = self._dead_reckoning.update(frame, look.sightings, move)
         self._draw_map(estimate.pose, look)
+        self._mount.watch(frame.stamp, estimate.pose, look.pairs, self._eyes.camera)
         self._watch(frame)
         twist = self._decide(frame, estimate.pose)
         self._stamp = frame.stamp
@@ -136,6 +139,8 @@ class Pilot:
         blind = overdue and self._profile.drives and self._profile.laser is not None
         self._notices.watch(frame.stamp, "laser", NO_SCAN if blind else "", "error", "The laser is back.")
         self._notices.watch(frame.stamp, "camera", self._eyes.trouble, "warning")
+        self._notices.watch(frame.stamp, "picture", self._eyes.poor, "warning", "The camera sees well enough again.")
+        self._notices.watch(frame.stamp, "mount", self._mount.alarm, "warning", "The camera sits as calibrated.")
         self._notices.watch(frame.stamp, "microphones", self._ears.trouble, "warning")
         if frame.note:
             self._notices.add(frame.stamp, "info", frame.note)
@@ -163,6 +168,7 @@ class Pilot:
             undertaking=doing.undertaking,
             endings=doing.take_endings(),
             view=self._eyes.view,
+            drift=self._mount.drift,
             hearing=self._ears.hear(frame.sound, frame.stamp, estimate),
             notices=self._notices.newest,
             contact=frame.contact,

@@ -37,6 +37,11 @@ class Base:
         self._wanted, self._wanted_age = ZERO, math.inf
         self._room = 0.0  # [m] that is surely free around the body
 
+    @property
+    def turn_rate(self) -> float:
+        """How fast it turns [rad/s]."""
+        return self._speed.w
+
     def drive(self, twist: Twist) -> None:
         """Set the speed that holds for TIMEOUT at most; what is no number counts as zero."""
         v, w = (twist.v, twist.w) if twist.is_finite() else (0.0, 0.0)

@@ -48,6 +48,8 @@ class SimulationSettings(EarSettings):
     camera_rate: float = 10.0  # [Hz]
     light: float = 1.0  # brightness of the pictures
     picture_snr: float = 42.0  # [dB] of the sensor (section 6)
+    exposure: float = 0.0  # [s] of a picture: turning meanwhile smears it
+    defocus: float = 0.0  # [pixel] sd of the lens's blur
     cruise: float = 0.1  # [m/s] (section 6.2)
     max_speed: float = 0.3  # [m/s]
     max_turn_rate: float = 1.5  # [rad/s]
@@ -73,6 +75,8 @@ BOUNDS = {
     "camera_rate": (0.1, 40.0),
     "light": (0.05, 3.0),
     "picture_snr": (10.0, 100.0),
+    "exposure": (0.0, 0.1),
+    "defocus": (0.0, 5.0),
     "cruise": (0.01, 1.0),
     "max_speed": (0.01, 1.0),
     "max_turn_rate": (0.01, 6.0),
@@ -114,7 +118,13 @@ class SimulatedRobot:
         self._camera: SimulatedCamera | None = None
         if self._profile.camera:
             self._camera = SimulatedCamera(
-                self._profile.camera, self._world, chance[2], light=settings.light, snr=settings.picture_snr
+                self._profile.camera,
+                self._world,
+                chance[2],
+                light=settings.light,
+                snr=settings.picture_snr,
+                exposure=settings.exposure,
+                defocus=settings.defocus,
             )
         self._frames = self._scans = self._images = 0
         self._hands = Hands(self._profile)
@@ -263,7 +273,7 @@ class SimulatedRobot:
         if due <= self._images:
             return None
         self._images = due
-        return self._camera.take(self._world, stamp, pose)
+        return self._camera.take(self._world, stamp, pose, self._base.turn_rate)
 
 
 def _wheels(settings: SimulationSettings, wheelbase: float, rng: np.random.Generator) -> SimulatedWheels:

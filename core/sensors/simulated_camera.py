@@ -22,9 +22,19 @@ class SimulatedCamera:
     """A camera in a world. It must look nearly level: rays steeper than 45° are not drawn."""
 
     def __init__(
-        self, camera: Camera, world: World, rng: np.random.Generator, *, light: float = 1.0, snr: float = 42.0
+        self,
+        camera: Camera,
+        world: World,
+        rng: np.random.Generator,
+        *,
+        light: float = 1.0,
+        snr: float = 42.0,
+        exposure: float = 0.0,
+        defocus: float = 0.0,
     ) -> None:
+        """`exposure` [s] blurs by the turn meanwhile; `defocus` is the sd [pixel] of a blur everywhere."""
         self.camera, self._rng, self._light = camera, rng, light
+        self._exposure, self._defocus = exposure, defocus
         rays, self._heading = _level_rays(camera)
         view = _view_around(rays, FINER * camera.model.fx)
         map_u = (view.cx + view.focal * rays[:, :, 0]).astype(np.float32)
@@ -35,18 +45,36 @@ class SimulatedCamera:
         shape = (camera.model.height + SPARE, camera.model.width + SPARE, 3)
         self._noise = np.round(rng.normal(0.0, noise_sd, shape)).astype(np.int16)
 
-    def take(self, world: World, stamp: float, pose: Pose) -> Image:
-        """The picture of a robot at `pose`."""
+    def take(self, world: World, stamp: float, pose: Pose, turn_rate: float = 0.0) -> Image:
+        """The picture of a robot at `pose`, in the middle of the exposure, that turns at `turn_rate` [rad/s]."""
         model, mounting = self.camera.model, self.camera.mounting
         x, y = pose.apply(mounting.translation[None, :2])[0]
         eye = Eye(float(x), float(y), float(mounting.translation[2]), pose.heading + self._heading)
         drawn = cv2.GaussianBlur(self._renderer.draw(world, eye), (3, 3), 0.6)
+        drawn = self._blurred(drawn, abs(turn_rate) * self._exposure)
         pixels = cv2.remap(drawn, *self._lens, cv2.INTER_LINEAR)
         if self._light != 1.0:
             pixels = cv2.convertScaleAbs(pixels, alpha=self._light)
         row, column = self._rng.integers(SPARE, size=2)
         noise = self._noise[row : row + model.height, column : column + model.width]
         return Image(stamp=stamp, pixels=cv2.add(pixels, noise, dtype=cv2.CV_8U))
+
+    def _blurred(self, drawn: Array, turned: float) -> Array:
+        """The drawn view as it smears while the robot turns by `turned` [rad], and out of focus."""
+        length = FINER * self.camera.model.fx * turned
+        if length > 1:
+            drawn = cv2.filter2D(drawn, -1, _box(length), borderType=cv2.BORDER_REPLICATE)
+        if self._defocus > 0:
+            drawn = cv2.GaussianBlur(drawn, (0, 0), FINER * self._defocus)
+        return drawn
+
+
+def _box(length: float) -> Array:
+    """A mean over `length` > 1 [pixel] of a row (1, N), its ends taken in part."""
+    reach = math.ceil(0.5 * (length - 1))
+    away = np.abs(np.arange(-reach, reach + 1.0))
+    kernel = np.clip(0.5 * (length + 1) - away, 0.0, 1.0)
+    return (kernel / kernel.sum())[None, :]
 
 
 def _level_rays(camera: Camera) -> tuple[Array, float]:

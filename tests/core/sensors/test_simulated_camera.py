@@ -8,6 +8,7 @@ import pytest
 
 from core.geometry import OPTICAL, Pose, Transform, rotation
 from core.message import Array
+from core.perception.picture_measures import blur
 from core.sensors import Camera
 from core.sensors.simulated_camera import SimulatedCamera
 from core.world import FLOOR, LAB, Rect, Thing, World, cast, outline
@@ -162,3 +163,25 @@ def test_every_place_and_heading_can_be_drawn() -> None:
         pose = Pose(*rng.uniform((-2.4, -2.4, -np.pi), (5.4, 3.4, np.pi)))
         picture = camera.take(crowded, 0.0, pose).pixels
         assert picture.shape == (256, 320, 3)
+
+
+def test_turning_meanwhile_smears_the_picture_sideways_and_a_lens_out_of_focus_all_around() -> None:
+    rate, exposure = 1.0, 0.03
+    length = rate * exposure * CAMERA.model.fx
+    chance = np.random.default_rng(0)
+    pose = Pose(0, 0, 0.1)
+
+    def blurred(turn_rate: float, **more: float) -> tuple[float, float]:
+        camera = SimulatedCamera(CAMERA, LAB, chance, snr=100.0, **more)
+        told = blur(cv2.cvtColor(camera.take(LAB, 0.0, pose, turn_rate).pixels, cv2.COLOR_BGR2GRAY), 0.3)
+        assert told.across is not None
+        assert told.down is not None
+        return told.across, told.down
+
+    sharp = blurred(rate)
+    assert blurred(0.0, exposure=exposure) == pytest.approx(sharp, abs=0.05)
+    smeared = blurred(-rate, exposure=exposure)
+    assert smeared[0] == pytest.approx(length / np.sqrt(12), rel=0.25)
+    assert smeared[1] == pytest.approx(sharp[1], abs=0.3)
+    unfocused = blurred(0.0, defocus=2.0)
+    assert unfocused == pytest.approx((2.0, 2.0), abs=0.5)

@@ -1,0 +1,71 @@
+"""What the pilot's eyes make of bad pictures, and what the operator hears of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.pilot import Pilot
+from core.pilot.eyes import Eyes
+from core.robots.simulated import SimulatedRobot, SimulationSettings
+from core.sensors import Image, SensorFrame
+from core.settings import Settings
+
+
+def dark_robot(light: float) -> SimulatedRobot:
+    return SimulatedRobot("lab", seed=4, settings=SimulationSettings(light=light))
+
+
+def pictures(light: float, seconds: float) -> list[Image]:
+    robot = dark_robot(light)
+    frames = [robot.read() for _ in range(int(40 * seconds))]
+    return [frame.image for frame in frames if frame.image is not None]
+
+
+def test_the_view_carries_the_pictures_quality_and_a_dark_one_is_brightened() -> None:
+    robot = dark_robot(0.15)
+    pilot = Pilot(robot.profile)
+    views = [pilot.step(robot.read()).view for _ in range(20)]
+    view = views[-1]
+    assert view is not None
+    assert view.quality is not None
+    assert view.quality.state == "mended"
+    assert view.quality.words.startswith("Too dark: brightened.")
+    assert len(view.edges) > 2
+    plain = Pilot(robot.profile, replace(Settings(), picture=replace(Settings().picture, prepare=False)))
+    frame = next(frame for frame in iter(robot.read, None) if frame.image is not None)
+    seen = plain.step(frame).view
+    assert seen is not None
+    assert len(seen.edges) < len(view.edges)
+
+
+def test_unusable_pictures_are_told_once_after_a_second_and_so_is_their_end() -> None:
+    robot = dark_robot(1.0)
+    pilot = Pilot(robot.profile)
+    told: list[tuple[float, str]] = []
+    known = 0
+    for number in range(140):
+        frame = robot.read()
+        if frame.image is not None and 20 <= number < 90:
+            frame = replace(frame, image=Image(stamp=frame.image.stamp, pixels=np.zeros_like(frame.image.pixels)))
+        snapshot = pilot.step(frame)
+        new = [notice for notice in snapshot.notices if notice.id > known]
+        known = max([known, *(notice.id for notice in new)])
+        told += [(snapshot.stamp, notice.text) for notice in new if "camera" in notice.text]
+    (begun, trouble), (ended, relief) = told
+    assert begun == pytest.approx(1.5, abs=0.2)
+    assert trouble.startswith("The camera's pictures cannot be used: black.")
+    assert ended == pytest.approx(2.25, abs=0.2)
+    assert relief == "The camera sees well enough again."
+
+
+def test_a_single_black_picture_is_nothing_to_tell() -> None:
+    robot = dark_robot(1.0)
+    eyes = Eyes(robot.profile, Settings())
+    for image in pictures(1.0, 0.5):
+        eyes.look(SensorFrame(stamp=image.stamp, image=image))
+        black = Image(stamp=image.stamp + 0.05, pixels=np.zeros_like(image.pixels))
+        eyes.look(SensorFrame(stamp=black.stamp, image=black))
+        assert eyes.poor == ""
