@@ -227,10 +227,10 @@ def test_the_phrases_of_figure_17_are_all_answered() -> None:
     ],
 )
 def test_hostile_text_is_refused_at_once(words: str) -> None:
-    began = time.perf_counter()
+    began = time.process_time()
     heard = understand(words)
     assert isinstance(heard, Refusal)
-    assert time.perf_counter() - began < 0.2
+    assert time.process_time() - began < 0.2
     assert len(heard.reason) < 300
 
 
