@@ -18,6 +18,7 @@ FREE = -0.3  # log odds up to which it is known to hold nothing
 COARSE = 6  # cells of the likelihood field to a coarse one
 POOL = COARSE * CELL  # [m] of a coarse cell
 NEAR = 0.2  # [m] around a wall where a point still belongs to it
+SLACK = 0.08  # [m] to either side of a beam that may graze a wall
 REACH = 12.0  # [m] beyond which points are not searched with: they ask for finer headings
 FEWEST_CELLS = 40  # occupied ones; with fewer there is nothing to be found again
 
@@ -108,17 +109,27 @@ class Chart:
     def crossed(self, start: Array, ends: Array) -> Array:
         """Beams from `start` (2,) to `ends` (K, 2) [m], world → (K,) bool: those that went through a wall.
 
-        Through means: a cell of a wall, and behind it a place that is well away from any wall, still before the end.
+        Through means: a cell of a wall, and behind it a place that is well away from any wall, still before the end;
+        and the same for the beams a little to either side: a beam may graze a corner.
         """
         way = ends - start
         length = np.hypot(way[:, 0], way[:, 1])
-        count = max(2, math.ceil(min(float(length.max(initial=0.0)), REACH) / self.grid.resolution))
-        along = self.grid.resolution * np.arange(1, count)
         ray = way / np.maximum(length, 1e-9)[:, None]
-        row, column, inside = self._indices(start + along[None, :, None] * ray[:, None, :])
-        before = (along[None, :] < (length - NEAR)[:, None]) & inside
+        found = self._through(start, ray, length)
+        aside = SLACK * ray[:, ::-1] * (-1.0, 1.0)
+        for side in (aside, -aside):
+            found[found] = self._through(start + side[found], ray[found], length[found])
+        return found
+
+    def _through(self, starts: Array, rays: Array, lengths: Array) -> Array:
+        """Beams from (2,) or (K, 2) [m], world, along unit vectors (K, 2) → (K,) bool: those that cross a wall."""
+        count = max(2, math.ceil(min(float(lengths.max(initial=0.0)), REACH) / self.grid.resolution))
+        along = self.grid.resolution * np.arange(1, count)
+        row, column, inside = self._indices(starts[..., None, :] + along[:, None] * rays[:, None, :])
+        before = (along[None, :] < (lengths - NEAR)[:, None]) & inside
         behind = np.maximum.accumulate(self.occupied[row, column] & before, axis=1)
-        return (behind & before & (self.gap[row, column] > 0.75 * NEAR)).any(axis=1)
+        through = behind & before & (self.gap[row, column] > 0.75 * NEAR)
+        return np.logical_or.reduce(through, axis=1)
 
     def _cells(self, points: Array) -> Array:
         return np.floor((points - self.grid.origin) / self.grid.resolution).astype(int)
@@ -126,7 +137,7 @@ class Chart:
     def _indices(self, points: Array) -> tuple[Array, Array, Array]:
         """Points (..., 2) [m], world → rows and columns of the grid (...) and whether they lie in it (...)."""
         cells = self._cells(points)
-        inside = ((cells >= 0) & (cells < self.free.shape[::-1])).all(axis=-1)
+        inside = np.logical_and.reduce((cells >= 0) & (cells < self.free.shape[::-1]), axis=-1)
         return np.where(inside, cells[..., 1], 0), np.where(inside, cells[..., 0], 0), inside
 
     def _pool(self) -> tuple[Array, Array]:

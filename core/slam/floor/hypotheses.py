@@ -20,9 +20,9 @@ class BeliefSettings:
     search: SearchSettings = field(default_factory=SearchSettings)
     apart: float = 0.3  # [m] between two views that confirm each other, or …
     turned: float = math.radians(20)  # [rad] … this
-    score: float = 0.65  # mean over the views, at least
-    least: float = 0.5  # of every view
-    conflict: float = 0.2  # mean over the views, at most
+    score: float = 0.69  # mean over the views, at least …
+    merit: float = 0.58  # … and so much of it beyond the share of beams that contradict the map
+    of_two: float = 0.035  # by which both must be higher as long as there are two views only
     rival: float = 0.88  # share of the best place's score that any other place may reach
     views: int = 6  # that are kept
     drift: float = 0.15  # [m] by which two views may disagree with the odometry between them …
@@ -72,10 +72,10 @@ class Hypotheses:
         yield from self.weigh(view, found)
 
     def weigh(self, view: View, found: list[Fit]) -> Generator[None, None, None]:
-        """Take in a view that was found at these places."""
+        """Take in a view that was found at these places. Where the views agree on none, the newest begins anew."""
         carried: list[Hypothesis] = []
         for place in self.places:
-            fit = self._follow(self.views[-1], view, place.pose)
+            fit = self.follow(self.views[-1], view, place.pose)
             if fit is not None:
                 carried.append(Hypothesis((*place.fits, fit)))
             yield
@@ -85,6 +85,9 @@ class Hypotheses:
                 if traced is not None:
                     carried.append(traced)
                 yield
+        if not carried:
+            self.views.clear()
+            carried = [Hypothesis((fit,)) for fit in found]
         self.views.append(view)
         if len(self.views) > self.settings.views:
             del self.views[0]
@@ -94,11 +97,6 @@ class Hypotheses:
             if not any(same(place.pose, better.pose) for better in ranked):
                 ranked.append(place)
         self.places = ranked[: self.settings.search.most]
-
-    def forget(self) -> None:
-        """Nothing fitted: begin anew with the next view."""
-        self.views.clear()
-        self.places.clear()
 
     def believed(self) -> Hypothesis | None:
         """The one place that fits every view well, that no other rivals, and that is pinned down; else None."""
@@ -112,10 +110,11 @@ class Hypotheses:
         best = self.places[0]
         if not any(self._apart(one, self.views[-1]) for one in self.views[:-1]):
             return "one view only"
-        if best.score < settings.score or min(fit.score for fit in best.fits) < settings.least:
+        more = settings.of_two if len(best.fits) == 2 else 0.0
+        if best.score < settings.score + more:
             return "the walls fit badly"
-        if best.conflict > settings.conflict:
-            return "beams went through walls"
+        if best.score - best.conflict < settings.merit + more:
+            return "I see through walls of the map"
         if any(other.score > settings.rival * best.score for other in self.places[1:]):
             return "other places look the same"
         if self.looseness(best) > settings.rival:
@@ -127,7 +126,7 @@ class Hypotheses:
         scores = np.mean([aside(self.chart, v, f.pose) for v, f in zip(self.views, place.fits, strict=True)], axis=0)
         return float(scores[ring()].max() / max(float(scores[15, 15]), 1e-9))
 
-    def _follow(self, before: View, view: View, pose: Pose) -> Fit | None:
+    def follow(self, before: View, view: View, pose: Pose) -> Fit | None:
         """The view's fit where the odometry leads from a pose at the view before; None where it does not fit."""
         settings = self.settings
         move = before.odometry.inverse() @ view.odometry
@@ -148,7 +147,7 @@ class Hypotheses:
         """A place of the newest view, followed back through all former views; None when one of them forbids it."""
         fits, later = [fit], view
         for former in reversed(self.views):
-            back = self._follow(later, former, fits[0].pose)
+            back = self.follow(later, former, fits[0].pose)
             if back is None:
                 return None
             fits.insert(0, back)

@@ -1,0 +1,124 @@
+"""Noticing that the robot is not where it believes to be: it was carried, or it went astray."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from core.geometry import Pose, wrap
+from core.message import Array
+from core.slam.floor.chart import FREE, OCCUPIED
+from core.slam.occupancy import Grid
+
+FEWEST = 20  # points on known ground that can tell something
+AROUND = 4  # [cells] of a wall within which a point lies at it
+
+
+@dataclass(frozen=True)
+class AlarmSettings:
+    """What is taken for being lost, and after how long."""
+
+    match: float = 0.4  # score of the newest scan on the views around, at least
+    agreement: float = 0.4  # share of the points on known ground that lie at walls, at least
+    nis: float = 4.0  # normalised innovation squared per degree of freedom, at most …
+    unmatched: float = 0.5  # … where more sightings than this share match nothing
+    lasting: float = 1.0  # [s] that any of these lasts before the robot counts as lost
+    carried: float = 0.5  # [m] that the scans move within `window` while the wheels stand, or …
+    carried_turn: float = math.radians(30)  # [rad] … this
+    rolling: float = 0.05  # [m] of the wheels, a radian counted as 0.1 m: less is standing
+    window: float = 2.0  # [s]
+
+
+@dataclass(frozen=True)
+class Signs:
+    """What one scan says of whether the pose is right. None: nothing."""
+
+    stamp: float  # [s]
+    match: float | None = None  # 0..1, on the views around
+    agreement: float | None = None  # 0..1, on the map
+    nis: float | None = None  # per degree of freedom
+    unmatched: float = 0.0  # 0..1 of the sightings
+    wheels: Pose | None = None  # the move since the scan before, as the wheels tell it …
+    scans: Pose | None = None  # … and as the scans do
+
+
+class Alarm:
+    """Takes the signs of every scan; `doubt` says what is wrong, `lost` that it is certain.
+
+    As long as there is doubt nothing should be written to the map: what is drawn from a wrong pose would prove it.
+    """
+
+    def __init__(self, settings: AlarmSettings | None = None) -> None:
+        self.settings = settings or AlarmSettings()
+        self.doubt = ""  # a clause: "what the laser sees is not on the map here"
+        self._since: dict[str, float] = {}
+        self._moves: deque[tuple[float, Pose, Pose]] = deque()
+        self.lost = False
+
+    def calm(self) -> None:
+        """The robot knows where it is: forget what was."""
+        self.doubt, self.lost = "", False
+        self._since.clear()
+        self._moves.clear()
+
+    def heed(self, signs: Signs) -> bool:
+        """One scan further → whether the robot is lost."""
+        complaints = self._complaints(signs)
+        self._since = {words: self._since.get(words, signs.stamp) for words in complaints}
+        carried = self._carried(signs)
+        self.doubt = carried or next(iter(self._since), "")
+        lasting = any(signs.stamp - since >= self.settings.lasting - 1e-6 for since in self._since.values())
+        self.lost = bool(carried) or lasting
+        return self.lost
+
+    def _complaints(self, signs: Signs) -> list[str]:
+        settings, told = self.settings, list[str]()
+        if signs.match is not None and signs.match < settings.match:
+            told.append("the scans do not fit what was seen just before")
+        if signs.agreement is not None and signs.agreement < settings.agreement:
+            told.append("what the laser sees is not on the map here")
+        if signs.nis is not None and signs.nis > settings.nis and signs.unmatched > settings.unmatched:
+            told.append("the corners are not where they should be")
+        return told
+
+    def _carried(self, signs: Signs) -> str:
+        """Whether the scans moved while the wheels stood."""
+        if signs.wheels is None or signs.scans is None:
+            return ""
+        settings = self.settings
+        self._moves.append((signs.stamp, signs.wheels, signs.scans))
+        while self._moves[0][0] < signs.stamp - settings.window:
+            self._moves.popleft()
+        rolled = sum(math.hypot(w.x, w.y) + 0.1 * abs(w.heading) for _, w, _ in self._moves)
+        if rolled > settings.rolling:
+            return ""
+        moved = Pose()
+        for _, _, scans in self._moves:
+            moved = moved @ scans
+        far = math.hypot(moved.x, moved.y) > settings.carried or abs(wrap(moved.heading)) > settings.carried_turn
+        return "the robot was carried while its wheels stood" if far else ""
+
+
+class Walls:
+    """A grid's walls, widened once for each of its revisions: for asking how well a scan agrees with the map."""
+
+    def __init__(self) -> None:
+        self._grid: Grid | None = None
+        self._near = np.zeros((0, 0), bool)
+
+    def agreement(self, grid: Grid, points: Array) -> float | None:
+        """Points hit (K, 2) [m], world → the share of those on known ground that lie at walls; None: too few."""
+        if grid is not self._grid:
+            wide = np.ones((2 * AROUND + 1, 2 * AROUND + 1), np.uint8)
+            self._near = cv2.dilate((grid.log_odds > OCCUPIED).astype(np.uint8), wide) > 0
+            self._grid = grid
+        cells = np.floor((points - grid.origin) / grid.resolution).astype(int)
+        column, row = cells[((cells >= 0) & (cells < grid.log_odds.shape[::-1])).all(axis=1)].T
+        at_wall = self._near[row, column]
+        in_free = ~at_wall & (grid.log_odds[row, column] < FREE)
+        known = int(at_wall.sum() + in_free.sum())
+        return float(at_wall.sum() / known) if known >= FEWEST else None

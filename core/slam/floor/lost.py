@@ -1,0 +1,222 @@
+"""Finding back: the robot stands, looks for its place on the frozen map, turns for another view, and else asks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from core.geometry import Pose, rotation, wrap
+from core.message import Array
+from core.slam.floor.chart import Chart, View
+from core.slam.floor.health import Lost, LostPhase
+from core.slam.floor.hypotheses import BeliefSettings, Hypotheses, Hypothesis
+from core.slam.floor.relocation import Fit, search_near
+from core.slam.occupancy import Grid
+from core.slam.spread import match_spread
+
+
+@dataclass(frozen=True)
+class LostSettings:
+    """How the robot finds back."""
+
+    belief: BeliefSettings = field(default_factory=BeliefSettings)
+    turn_rate: float = 0.5  # [rad/s] of looking around on the spot
+    turn: float = math.tau  # [rad] of looking around after which the operator is asked
+    patience: float = 20.0  # [s] after which the operator is asked
+    reach: float = 1.0  # [m] around a click that are searched
+    reach_heading: float = math.radians(30)  # [rad] around the heading that came with it
+    click_score: float = 0.6  # of a place near a click, at least
+    click_conflict: float = 0.2  # at most
+    click_rival: float = 0.92  # share of its score that another place near the click may reach
+    unchecked_sd: float = 0.5  # [m] of a click that nothing on the map can confirm …
+    unchecked_heading_sd: float = math.radians(40)  # [rad] … and of its heading
+    place_sd: float = 0.03  # [m] of a found place, at least
+    heading_sd: float = math.radians(1.0)  # [rad]
+
+
+@dataclass(frozen=True)
+class Found:
+    """The robot knows where it is again."""
+
+    pose: Pose  # world, at the frame in which this was told
+    covariance: Array  # (3, 3) of x, y, heading, world
+    score: float  # 0..1 of the newest view there
+    words: str  # a sentence for the operator
+
+
+@dataclass(frozen=True)
+class Click:
+    """Where the operator says that the robot is."""
+
+    x: float  # [m], world
+    y: float  # [m]
+    heading: float | None  # [rad]; None: not told
+
+
+STANDING = "I have lost my place: {why}. I stand still and look for it on the map."
+TURNING = "I may be at one of the marked places. I turn slowly on the spot for another look."
+HOLDING = "I may be at one of the marked places, and need another look: turn me, or click where I am."
+ASKING = "I cannot tell where I am: {doubt}. Click on the map where I stand, or drive me by hand to a place I know."
+EMPTY = "I have lost my place, and there is too little on the map to find it again. Click where I stand."
+AGREED = "I know where I am again: {views} views agree."
+CLICKED = "I know where I am again: what I see fits the place that was clicked."
+TRUSTED = "There is too little on the map to check the clicked place; I take it as it was told."
+UNFIT = "What I see does not fit the map there: {doubt}. Click closer, or drive me by hand to a place I know."
+NO_VIEW = "No scan has come since; wait for the laser, then click again."
+
+
+class Finding:
+    """One search for the robot's place, from when it was lost; `step` with every frame."""
+
+    def __init__(
+        self, stamp: float, why: str, grid: Grid, points: Array | None = None, settings: LostSettings | None = None
+    ) -> None:
+        """`why`: a clause for the operator. The map as it is now: grid and points (K, 2) [m] of its walls, world."""
+        self.settings = settings or LostSettings()
+        self.turn = 0.0  # [rad/s] that the robot should turn on the spot now, if it may
+        self.waiting = False  # for a view from somewhere else
+        self._since = self._now = stamp
+        self._words = STANDING.format(why=why)
+        self._phase: LostPhase = "searching"
+        self._view: View | None = None  # the newest
+        self._odometry: Pose | None = None
+        self._turned = 0.0
+        self._mapped, self._points = grid, points
+        self._chart: Chart | None = None
+        self._places: tuple[Pose, ...] = ()
+        self._work = self._find()
+
+    @property
+    def lost(self) -> Lost:
+        """For the operator."""
+        places = np.array([place.vector for place in self._places]).reshape(-1, 3)
+        return Lost(phase=self._phase, words=self._words, since=self._since, candidates=places)
+
+    def place_at(self, click: Click) -> None:
+        """The operator says "I am here": look there first."""
+        self._work = self._find_near(click)
+
+    def step(self, stamp: float, odometry: Pose, view: View | None, may_turn: bool) -> Found | None:
+        """One frame further, with its odometry and, where it brought a scan, the view.
+
+        `may_turn`: whether the robot may turn by itself now. A little work is done each time; the place once found.
+        """
+        if self._odometry is not None:
+            self._turned += abs(wrap(odometry.heading - self._odometry.heading))
+        self._now, self._odometry, self._view = stamp, odometry, view or self._view
+        looks = self._phase != "asking" and self._view is not None
+        self.turn = self.settings.turn_rate if looks and may_turn else 0.0
+        if self._phase == "confirming":
+            self._words = TURNING if may_turn else HOLDING
+        try:
+            next(self._work)
+        except StopIteration as over:
+            return over.value
+        return None
+
+    def _find(self) -> Generator[None, None, Found | None]:
+        """Search the whole map with every new view until one place is believed."""
+        chart = yield from self._charted()
+        if chart is None:
+            return (yield from self._ask(EMPTY))
+        seen = Hypotheses(chart, self.settings.belief)
+        while True:
+            while self._view is None or not seen.is_news(self._view):
+                self._ask_after(seen)
+                self.waiting = True
+                yield
+            self.waiting = False
+            yield from seen.consider(self._view)
+            self._tell(seen)
+            best = seen.believed()
+            if best is not None:
+                yield
+                found = self._confirmed(seen, best)
+                if found is not None:
+                    return found
+
+    def _find_near(self, click: Click) -> Generator[None, None, Found | None]:
+        """Search around a click; one view is enough where it fits, for a person vouches for the place."""
+        settings = self.settings
+        guess = Pose(click.x, click.y, click.heading or 0.0)
+        chart = yield from self._charted()
+        view = self._view
+        if chart is None:
+            sd = [settings.unchecked_sd, settings.unchecked_sd, settings.unchecked_heading_sd]
+            return Found(guess, np.diag(sd) ** 2, 0.0, TRUSTED)
+        if view is None:
+            self._phase, self._words = "asking", NO_VIEW
+            return (yield from self._find())
+        self._phase, self._words = "searching", "I look around the place that was clicked."
+        angle = math.pi if click.heading is None else settings.reach_heading
+        fits = yield from search_near(chart, view, guess, settings.reach, angle, settings.belief.search)
+        doubt = self._doubt(fits)
+        if not doubt:
+            return self._found(view, fits[0], CLICKED)
+        self._phase, self._words = "asking", UNFIT.format(doubt=doubt)
+        self._places = tuple(fit.pose for fit in fits)
+        return (yield from self._find())
+
+    def _charted(self) -> Generator[None, None, Chart | None]:
+        """The frozen map, made ready once."""
+        if self._chart is None:
+            self._chart = yield from Chart.prepare(self._mapped, self._points)
+        return self._chart
+
+    def _ask(self, words: str) -> Generator[None, None, Found | None]:
+        """Nothing can be done but ask."""
+        self._phase, self._words = "asking", words
+        while True:
+            yield
+
+    def _tell(self, seen: Hypotheses) -> None:
+        """What the newest view has brought."""
+        self._places = tuple(place.pose for place in seen.places)
+        if self._phase != "asking" and self._places:
+            self._phase = "confirming"
+
+    def _ask_after(self, seen: Hypotheses) -> None:
+        """Patience has an end, and so has turning."""
+        settings = self.settings
+        over = self._turned >= settings.turn or self._now - self._since >= settings.patience
+        if over and self._phase != "asking":
+            self._phase, self._words = "asking", ASKING.format(doubt=seen.doubt())
+
+    def _doubt(self, fits: list[Fit]) -> str:
+        """Why a click is not believed; "" when it is."""
+        settings = self.settings
+        if not fits or fits[0].score < settings.click_score:
+            return "the walls fit badly"
+        if fits[0].conflict > settings.click_conflict:
+            return "I see through walls of the map"
+        if any(other.score > settings.click_rival * fits[0].score for other in fits[1:]):
+            return "several places near it look the same"
+        return ""
+
+    def _confirmed(self, seen: Hypotheses, best: Hypothesis) -> Found | None:
+        """The believed place by the newest scan of all, or None where that contradicts it."""
+        view = self._view
+        if view is None:
+            return None
+        fit = seen.follow(seen.views[-1], view, best.pose)
+        return None if fit is None else self._found(view, fit, AGREED.format(views=len(seen.views)))
+
+    def _found(self, view: View, fit: Fit, words: str) -> Found:
+        """A fit of a view, carried on to now."""
+        settings = self.settings
+        own = match_spread(
+            view.points,
+            point_sd=0.1,
+            wall=0.5,
+            unknown=np.array([1.0, 1.0, 0.5]),
+            floor=np.array([settings.place_sd, settings.place_sd, settings.heading_sd]),
+        )
+        onto = np.eye(3)
+        onto[:2, :2] = rotation(fit.pose.heading)
+        now = view.odometry if self._odometry is None else self._odometry
+        pose = fit.pose @ (view.odometry.inverse() @ now)
+        self.turn = 0.0
+        return Found(pose, onto @ own @ onto.T, fit.score, words)
