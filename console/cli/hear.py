@@ -1,0 +1,65 @@
+"""`beckon hear`: directions and words in recordings."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import Any
+
+from console.cli.answer import add_json, tell, write, write_json
+
+
+def add(places: Any) -> None:
+    """Add the subcommand."""
+    parser: argparse.ArgumentParser = places.add_parser(
+        "hear", help="where voices are in WAV or FLAC files, and what they say"
+    )
+    parser.add_argument("sounds", nargs="+", type=Path, metavar="SOUND")
+    parser.add_argument(
+        "--array", default=None, metavar="ARRAY.toml", help="the microphones: a profile or the name of a known board"
+    )
+    parser.add_argument(
+        "--channel", type=int, default=None, metavar="N", help="the channel in which words are read, from 0"
+    )
+    parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml")
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(chosen: argparse.Namespace) -> int:
+    """Listen and tell. Of several files, those that cannot be read are named; exit code 1 when none could be."""
+    from core.experiments.hearing import hear  # scipy and the recognizer take a moment: only where they are needed
+    from core.sensors.microphones import load_array
+    from core.settings import load
+
+    settings = load(chosen.settings)
+    array = None if chosen.array is None else load_array(chosen.array)
+    told = hear(chosen.sounds, settings, array, chosen.channel)
+    files: dict[str, Any] = told.get("files") or {chosen.sounds[0].name: told}
+    if chosen.json:
+        for name, one in files.items():
+            for warning in one.get("warnings", [one.get("error")]):
+                tell(f"{name}: {warning}")
+        write_json(told)
+    else:
+        for name, one in files.items():
+            for line in sentences(name, one):
+                write(line)
+    return 1 if all("error" in one for one in files.values()) else 0
+
+
+def sentences(name: str, told: dict[str, Any]) -> list[str]:
+    """One file for people."""
+    if "error" in told:
+        return [f"{name}: {told['error']}"]
+    lines = [f"{name}: {told['audio_s']:.1f} s in {told['processing_s']:.2f} s"]
+    for one in told["directions"]:
+        azimuth, sd = math.degrees(one["azimuth_rad"]), math.degrees(one["sd_rad"])
+        doubt = "" if one["sure"] else " (unsure)"
+        lines.append(f"  {one['t_s']:7.2f} s  azimuth {azimuth:6.1f}° ± {sd:.1f}°{doubt} {one['ambiguity']}".rstrip())
+    for one in told["utterances"]:
+        words = f"“{one['words']}”" if one["words"] else "no words"
+        verdict = one["command"]["name"] if one["accepted"] else one["reason"]
+        lines.append(f"  {one['t0_s']:7.2f} s  {words}: {verdict}")
+    return lines + [f"  note: {warning}" for warning in told["warnings"]]

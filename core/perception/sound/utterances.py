@@ -1,0 +1,81 @@
+"""A whole recording: when somebody speaks in it, and from where."""
+
+from __future__ import annotations
+
+from core.message import message
+from core.perception.sound.activity import Activity, active_share
+from core.perception.sound.direction import Direction
+from core.perception.sound.locate import DEFAULT
+from core.perception.sound.settings import HearingSettings
+from core.perception.sound.spectra import noise_of, quiet_frames, spectra, strangeness
+from core.perception.sound.talkers import talkers
+from core.sensors.microphones import MicrophoneArray, Sound
+
+AT_ONCE = 60.0  # [s] of sound that are looked through together
+LEAD = 0.5  # [s] before an utterance that show the noise
+LEAST_LEAD = 0.3  # [s]; with less, the quietest moments of all are taken for noise
+TAIL = 0.1  # [s]
+SHORTEST = 0.1  # [s] that can be looked at
+MOST_TALKERS = 3
+
+
+@message
+class Span:
+    """From when to when somebody speaks."""
+
+    begin: float  # [s]
+    end: float  # [s]
+
+
+def utterances(sound: Sound, array: MicrophoneArray, settings: HearingSettings = DEFAULT) -> tuple[Span, ...]:
+    """When somebody speaks. Raises BadInput when the sound does not fit the array."""
+    array.heard(sound)
+    found: list[Span] = []
+    begin, end = sound.stamp, sound.stamp + sound.duration
+    while end - begin > SHORTEST:
+        part = sound.part(begin, end if end - begin < 1.5 * AT_ONCE else begin + AT_ONCE)
+        found += _within(part, array, settings)
+        begin = part.stamp + part.duration
+    return tuple(found)
+
+
+def directions(sound: Sound, array: MicrophoneArray, settings: HearingSettings = DEFAULT) -> tuple[Direction, ...]:
+    """Where every utterance came from, in the order of time; of several talkers at once the strongest first.
+
+    Where no beginning of an utterance is found (somebody speaks all the time) the sound is looked at as a whole.
+    Raises BadInput when the sound does not fit the array.
+    """
+    found: list[Direction] = []
+    for span in utterances(sound, array, settings):
+        begin = span.begin
+        while span.end - begin > SHORTEST:
+            stop = min(span.end, begin + settings.longest)
+            part = sound.part(begin - LEAD, stop + TAIL)
+            first = begin == span.begin and begin - part.stamp >= LEAST_LEAD
+            found += _seen(part, array, begin if first else None, settings)
+            begin = stop
+    if not found and sound.duration > SHORTEST:
+        found += _seen(sound.part(sound.stamp, sound.stamp + AT_ONCE), array, None, settings)
+    return tuple(sorted(found, key=lambda one: one.stamp))
+
+
+def _seen(
+    part: Sound, array: MicrophoneArray, speech_from: float | None, settings: HearingSettings
+) -> tuple[Direction, ...]:
+    return talkers(part, array, most=MOST_TALKERS, speech_from=speech_from, settings=settings)
+
+
+def _within(part: Sound, array: MicrophoneArray, settings: HearingSettings) -> list[Span]:
+    seen = spectra(array.heard(part), part.rate, settings)
+    power = strangeness(seen, noise_of(seen, quiet_frames(seen, settings), settings))
+    activity, spans = Activity(settings), list[Span]()
+    begin: float | None = None
+    for time, share in zip(seen.times, active_share(power, settings), strict=True):
+        change = activity.step(float(share), float(time))
+        if change == "begins":
+            begin = activity.begin
+        elif change == "ends" and begin is not None:
+            spans.append(Span(begin=part.stamp + begin, end=part.stamp + activity.last_active))
+    if activity.begin is not None:
+        spans.append(Span(begin=part.stamp + activity.begin, end=part.stamp + activity.last_active))
+    return spans

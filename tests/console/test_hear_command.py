@@ -1,0 +1,185 @@
+"""`beckon hear`: directions and words of files, and a sentence for whatever is missing or wrong."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import math
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from console.__main__ import main
+from core.acoustics import plane_waves
+from core.experiments.practice_voice import practice_voice
+from core.log.sound_file import write_wav
+from core.sensors.microphones import RESPEAKER_ODAS, Sound
+
+RATE = 16_000
+AZIMUTH = math.radians(40)
+words = pytest.mark.skipif(
+    importlib.util.find_spec("pocketsphinx") is None, reason="words need pocketsphinx: pip install pocketsphinx"
+)
+
+
+def recorded(path: Path, rate: int = RATE, channels: int = 4) -> str:
+    """A made-up voice from 40° after half a second of faint noise."""
+    rng = np.random.default_rng(7)
+    dry = np.concatenate((np.zeros(rate // 2), 0.05 * practice_voice(rng, 1.2, rate), np.zeros(rate // 2)))
+    towards = np.array([[math.cos(AZIMUTH), math.sin(AZIMUTH), 0.0]])
+    heard = plane_waves(dry[None], towards, RESPEAKER_ODAS.positions, rate)
+    heard = heard + 5e-4 * rng.normal(size=heard.shape)
+    write_wav(path, Sound(stamp=0.0, rate=rate, samples=heard[:, :channels]))
+    return str(path)
+
+
+def hear(*arguments: str) -> int:
+    return main(["hear", *arguments])
+
+
+def locate(file: str, *arguments: str, array: str = "respeaker-odas") -> int:
+    """Directions alone: an engine without its model is no trouble there, and quicker than words."""
+    settings = Path(file).with_name("wordless.toml")
+    settings.write_text('[speech]\nengine = "vosk"\n')
+    return hear(file, *arguments, "--settings", str(settings), "--array", array)
+
+
+def answer(capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
+    out = capsys.readouterr().out
+    assert out.count("\n") == 1
+    return json.loads(out)
+
+
+def test_the_direction_of_a_voice_is_told_with_its_doubt(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert locate(recorded(tmp_path / "a.wav"), "--json") == 0
+    told = answer(capsys)
+    (one,) = told["directions"]
+    assert one["azimuth_rad"] == pytest.approx(AZIMUTH, abs=0.02)
+    assert 0 < one["sd_rad"] < 0.1
+    assert 0.5 < one["t_s"] < 1.8
+    assert told["audio_s"] == pytest.approx(2.2)
+    assert told["processing_s"] > 0
+    assert "flat" in one["ambiguity"]
+
+
+def test_several_files_are_one_object_and_a_bad_one_does_not_spoil_the_rest(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "b.wav").write_bytes(b"RIFF\0\0\0\0WAVE")
+    files = [recorded(tmp_path / "a.wav"), str(tmp_path / "b.wav")]
+    assert locate(*files, "--json") == 0
+    told = answer(capsys)["files"]
+    assert list(told) == ["a.wav", "b.wav"]
+    assert told["a.wav"]["directions"]
+    assert "no samples" in told["b.wav"]["error"]
+
+
+def test_an_array_profile_from_a_file_is_used(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    profile = tmp_path / "array.toml"
+    turned = [[y, -x, z] for x, y, z in RESPEAKER_ODAS.positions.tolist()]
+    profile.write_text(f"positions_m = {turned}\n")
+    assert locate(recorded(tmp_path / "a.wav"), "--json", array=str(profile)) == 0
+    assert answer(capsys)["directions"][0]["azimuth_rad"] == pytest.approx(AZIMUTH - math.pi / 2, abs=0.02)
+
+
+def test_identical_channels_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    recorded(tmp_path / "a.wav")
+    from core.log.sound_file import read_sound
+
+    samples = read_sound(tmp_path / "a.wav").samples[:, [0, 1, 1, 3]]
+    write_wav(tmp_path / "b.wav", Sound(stamp=0.0, rate=RATE, samples=samples))
+    assert locate(str(tmp_path / "b.wav"), "--json") == 0
+    assert any("2 and 3 are identical" in one for one in answer(capsys)["warnings"])
+
+
+@words
+def test_a_mono_file_without_an_array_gives_words_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert hear(recorded(tmp_path / "a.wav", channels=1), "--json") == 0
+    told = answer(capsys)
+    assert told["directions"] == []
+    assert all(not one["accepted"] and one["reason"] for one in told["utterances"])
+
+
+@words
+def test_eight_kilohertz_are_enough(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert hear(recorded(tmp_path / "a.wav", rate=8_000), "--array", "respeaker-odas", "--json") == 0
+    assert answer(capsys)["directions"][0]["azimuth_rad"] == pytest.approx(AZIMUTH, abs=0.05)
+
+
+def lying(path: Path, at: int, form: str, value: int) -> str:
+    """A sound file whose header says something else in one field."""
+    raw = bytearray(Path(recorded(path)).read_bytes())
+    struct.pack_into(form, raw, at, value)
+    path.write_bytes(bytes(raw))
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("at", "form", "value", "sentence"),
+    [
+        (22, "<H", 0, "0 channels"),
+        (22, "<H", 3, "its header is wrong"),
+        (24, "<I", 1, "1 Hz"),
+        (24, "<I", 48_000, "its header is wrong"),
+        (34, "<H", 13, "13 bits"),
+    ],
+)
+def test_a_lying_header_is_found_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], at: int, form: str, value: int, sentence: str
+) -> None:
+    assert locate(lying(tmp_path / "a.wav", at, form, value)) == 1
+    told = capsys.readouterr()
+    assert sentence in told.err
+    assert told.out == ""
+
+
+def test_a_header_that_promises_more_than_there_is_is_not_believed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert locate(lying(tmp_path / "a.wav", 40, "<I", 2**31), "--json") == 0
+    assert answer(capsys)["audio_s"] == pytest.approx(2.2)
+
+
+@pytest.mark.parametrize(
+    ("channels", "array", "sentence"),
+    [
+        (1, "respeaker-odas", "has 1 channel"),
+        (4, "ring-6", "wants channel 5"),
+        (4, "nowhere.toml", "nowhere.toml cannot be read"),
+    ],
+)
+def test_an_array_that_does_not_fit_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], channels: int, array: str, sentence: str
+) -> None:
+    assert locate(recorded(tmp_path / "a.wav", channels=channels), array=array) == 1
+    assert sentence in capsys.readouterr().err
+
+
+def test_a_recognizer_that_is_absent_is_told_and_directions_come_all_the_same(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = tmp_path / "own.toml"
+    settings.write_text('[speech]\nengine = "vosk"\n')
+    file = recorded(tmp_path / "a.wav")
+    assert hear(file, "--settings", str(settings)) == 1
+    assert "needs a model that you supply" in capsys.readouterr().err
+    assert hear(file, "--settings", str(settings), "--array", "respeaker-odas", "--json") == 0
+    told = answer(capsys)
+    assert told["directions"]
+    assert any("needs a model" in one for one in told["warnings"])
+
+
+def test_a_file_that_is_no_sound_or_not_there_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a.wav").write_text("turn left")
+    assert locate(str(tmp_path / "a.wav")) == 1
+    assert "neither WAV nor FLAC" in capsys.readouterr().err
+    assert locate(str(tmp_path / "b.wav")) == 1
+    assert "b.wav" in capsys.readouterr().err
+
+
+def test_for_people_it_speaks_in_degrees(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert locate(recorded(tmp_path / "a.wav")) == 0
+    assert "azimuth   40" in capsys.readouterr().out
