@@ -28,19 +28,19 @@ class Span:
     end: float  # [s]
 
 
-def left_over(utterance: Utterance, spans: tuple[Span, ...]) -> float:
-    """[s] of the utterance that sound like speech and belong to no word."""
+def left_over(utterance: Utterance, spans: tuple[Span, ...], offset: float = 0.0) -> float:
+    """[s] of the utterance that sound like speech and belong to no word; the words' times count from `offset` [s]."""
     if len(utterance.samples) < SIZE or not spans:
         return 0.0
     level = levels(utterance.samples)
-    times = (SIZE / 2 + HOP * np.arange(len(level))) / RATE
+    times = (SIZE / 2 + HOP * np.arange(len(level))) / RATE - offset
     within, beside = np.zeros(len(level), bool), np.zeros(len(level), bool)
     for span in spans:
         within |= (times >= span.begin) & (times <= span.end)
         beside |= (times >= span.begin - BESIDE) & (times <= span.end + BESIDE)
     if not within.any() or beside.all():
         return 0.0
-    least = max(float(np.quantile(level[within], 0.9)) - BELOW, _noise_reaches(level, times, utterance))
+    least = max(float(np.quantile(level[within], 0.9)) - BELOW, _noise_reaches(level, times + offset, utterance))
     return float(np.count_nonzero(level[~beside] > least)) * HOP / RATE
 
 

@@ -26,7 +26,7 @@ GAP = 0.02  # [s] missing between two pieces of sound, beyond which listening be
 SILENT = 1e-7  # power of a bin that counts as silence whatever the noise: about -75 dB of full scale
 QUIET_SHARE = 0.3  # of the frames, that are taken for noise where nothing is known of it
 SMOOTHING = 15  # bins over which that noise is averaged
-WITHIN, ABOVE = 20.0, 6.0  # [dB] below the loudest and above the quietest frames, between which a voice begins
+WITHIN, ABOVE = 16.0, 6.0  # [dB] below the loudest and above the quietest frames, between which a voice begins
 ENOUGH = 12  # frames with a voice, that make an utterance
 
 
@@ -70,6 +70,13 @@ class Endpointer:
         self._drop_old()
         return tuple(ended)
 
+    @property
+    def so_far(self) -> Utterance | None:
+        """The utterance under way, when its speaker has just made a short pause: it may be over."""
+        if self._begin is None or not self._settings.pause <= self._framed_until - self._last_voice:
+            return None
+        return self._utterance(self._begin, False)
+
     def finish(self) -> tuple[Utterance, ...]:
         """The sound is over → the utterance that was under way."""
         last = self._cut(False) if self._begin is not None else None
@@ -79,6 +86,10 @@ class Endpointer:
     @property
     def _now(self) -> float:
         return self._start + len(self._samples) / RATE
+
+    @property
+    def _framed_until(self) -> float:
+        return self._start + (self._framed + SIZE / 2) / RATE
 
     def _step(self, power: Array, time: float) -> Utterance | None:
         """One frame (K,) at `time` [s] → the utterance that it ends."""
@@ -126,14 +137,22 @@ class Endpointer:
 
     def _cut(self, too_long: bool) -> Utterance | None:
         """The utterance under way, ended; None for a click."""
-        begin, end = self._begin or 0.0, self._last_voice
+        assert self._begin is not None
+        told = self._utterance(self._begin, too_long)
         self._begin = None
         self._recent.clear()
-        if end - begin < self._settings.shortest:
+        return told
+
+    def _utterance(self, begin: float, too_long: bool) -> Utterance | None:
+        """What was said since `begin` [s]; None for a click."""
+        if self._last_voice - begin < self._settings.shortest:
             return None
         whole = Sound(stamp=self._start, rate=RATE, samples=self._samples[:, None])
         return Utterance(
-            sound=whole.part(begin - self._settings.pre_roll, self._now), begin=begin, end=end, cut=too_long
+            sound=whole.part(begin - self._settings.pre_roll, self._now),
+            begin=begin,
+            end=self._last_voice,
+            cut=too_long,
         )
 
     def _drop_old(self) -> None:
@@ -178,6 +197,11 @@ class Held:
     def speaking(self) -> bool:
         """Whether the button is down, as far as sound came."""
         return bool(self._pieces)
+
+    @property
+    def so_far(self) -> Utterance | None:
+        """Nothing: only the button ends the utterance."""
+        return None
 
     def feed(self, sound: Sound) -> tuple[Utterance, ...]:
         """The next piece of sound. What is too long is told at once, and cut. Raises BadInput."""

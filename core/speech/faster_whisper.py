@@ -1,6 +1,7 @@
 """faster-whisper as the engine: free dictation with the model folder that the user supplies, then read strictly.
 
 Whisper writes whole sentences with capitals, commas and digits; `understand` reads them as if they had been typed.
+It is given no hot words: they make it hear commands in noise.
 """
 
 from __future__ import annotations
@@ -12,9 +13,9 @@ import numpy as np
 
 from core.errors import BadInput
 from core.speech.engines import package
-from core.speech.grammar import examples
 from core.speech.recognizer import Hypothesis, Utterance
 
+FILES = ("model.bin", "config.json", "tokenizer.json")
 LEAST_LIKELY = math.log(0.5)  # mean log probability of the text, below which it is doubted
 MOST_SILENT = 0.5  # probability of no speech, above which the text was made up
 DOUBT = "I am not sure that I heard every word right."
@@ -26,12 +27,15 @@ class FasterWhisper:
     def __init__(self, folder: Path) -> None:
         """Loads the model. Raises Unavailable without the package, BadInput when the folder holds no model."""
         whisper = package("faster_whisper", "faster-whisper")
+        absent = [name for name in FILES if not (folder / name).is_file()]
+        if absent:  # the package would fetch some of them from the net
+            raise BadInput(f"{folder.name!r} is no whole faster-whisper model: {' and '.join(absent)} are missing.")
         try:
             self._model = whisper.WhisperModel(
                 str(folder), device="cpu", compute_type="int8", cpu_threads=1, local_files_only=True
             )
         except Exception:
-            raise BadInput(f"{folder.name!r} holds no model of faster-whisper; its folder has model.bin.") from None
+            raise BadInput(f"{folder.name!r} holds no model that faster-whisper can load.") from None
 
     def read(self, utterance: Utterance) -> Hypothesis:
         """All that was said, in whatever words."""
@@ -41,7 +45,6 @@ class FasterWhisper:
             beam_size=5,
             temperature=0.0,
             condition_on_previous_text=False,
-            hotwords=", ".join(examples()),
         )
         parts = list(found)
         words = " ".join(part.text.strip() for part in parts)

@@ -76,8 +76,8 @@ def _tidy(words: str) -> str | None:
 
 def _unreadable(words: str) -> Refusal:
     if len(words) > LONGEST:
-        return Refusal("That is longer than any command. Say one command at a time.", examples())
-    return Refusal("I read plain letters and digits on one line only. Type the command anew.", examples())
+        return Refusal("That is longer than any command. Say one command at a time.", _examples())
+    return Refusal("I read plain letters and digits on one line only. Type the command anew.", _examples())
 
 
 def _read(text: str, spoken: bool) -> Command | Refusal:
@@ -118,7 +118,7 @@ def bounds(number: Number, spoken: bool) -> tuple[float, float]:
 def _near_miss(text: str) -> Refusal:
     """Why nothing matches, and what would."""
     if not text:
-        return Refusal("Say a command.", examples())
+        return Refusal("Say a command.", _examples())
     begun = [(_opening(words), kind) for kind in VOCABULARY for words in kind.words if _begins(text, _opening(words))]
     if begun:
         opening, kind = max(begun, key=lambda found: len(found[0]))
@@ -130,7 +130,7 @@ def _near_miss(text: str) -> Refusal:
     understood = tuple(phrase for phrase in close if phrase not in OTHER_WORDS)
     if understood:
         return Refusal("I know no such command. Did you mean one of these?", understood)
-    return Refusal("I know no such command. These I know.", examples())
+    return Refusal("I know no such command. These I know.", _examples())
 
 
 def _opening(pattern: str) -> str:
@@ -162,15 +162,14 @@ def _compiled(pattern: str) -> re.Pattern[str]:
 
 
 @cache
-def examples() -> tuple[str, ...]:
-    """Words for every command that are understood as they stand."""
+def _examples() -> tuple[str, ...]:
     return tuple(kind.example for kind in VOCABULARY)
 
 
 @cache
 def _phrases() -> tuple[str, ...]:
     """All that people might have meant, with the numbers of the examples."""
-    return (*examples(), "stop", "go to 1 and 0.5", *OTHER_WORDS)
+    return (*_examples(), "stop", "go to 1 and 0.5", *OTHER_WORDS)
 
 
 def _pattern_as_read(kind: Kind) -> str:

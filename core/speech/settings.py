@@ -15,6 +15,7 @@ class SpeechSettings:
     engine: Literal["sphinx", "vosk", "faster-whisper", "sherpa"] = "sphinx"
     model: str = ""  # the folder with the engine's model; sphinx brings its own
     pre_roll: float = 0.5  # [s] of sound before the speech that stay with it: noise and direction are learnt there
+    pause: float = 0.2  # [s] of silence after which a short utterance is read already, in case it is over
     hangover: float = 0.45  # [s] of silence that end an utterance
     shortest: float = 0.12  # [s] of speech; what is shorter is a click
     longest: float = 10.0  # [s] of one utterance; what is longer is no command
@@ -24,10 +25,12 @@ class SpeechSettings:
     voice_margin: float = 3.0  # times the share that the noise itself reaches
     noise_memory: float = 1.0  # [s] over which the noise is averaged
     insertion: float = 0.05  # probability with which sphinx begins another word
+    most_models: int = 3000  # that sphinx keeps alive at a time; without a bound, babble takes as long as it lasts
     gaussians: int = 8  # that sphinx evaluates in each codebook
     competing_words: int = 800  # common words that compete with the commands, beside the 39 phones
     competing_share: float = 0.01  # probability that what is said begins with no command at all
     competing_price: float = 30_000.0  # one over the probability of each competing word
+    clear_ratio: float = 25.0  # [dB] of voice over noise from which no noise is taken out: that costs consonants
     opinions: int = 2  # readings with slightly different sound that must agree before the robot moves
     stop_threshold: float = 1.0  # likelihood ratio from which a word is taken for STOP; less is more easily
     stop_delay: int = 10  # frames of 10 ms that the spotter of STOP waits for a better end of the word

@@ -5,9 +5,11 @@ from __future__ import annotations
 from core.sensors.microphones import Sound
 from core.speech.endpointing import Endpointer, Held
 from core.speech.engines import open_engine
-from core.speech.recognizer import Engine, Hypothesis
+from core.speech.recognizer import Engine, Hypothesis, Utterance
 from core.speech.settings import SpeechSettings
 from core.speech.stop_spotter import StopSpotter
+
+LONGEST_EARLY = 5.0  # [s] of an utterance that is read in a pause; longer ones are no commands but talk
 
 
 class Transcriber:
@@ -23,6 +25,7 @@ class Transcriber:
         self._engine = engine or open_engine(chosen)
         self._spotter = StopSpotter(chosen)
         self._cutter = Held(chosen) if held else Endpointer(chosen)
+        self._early: Hypothesis | None = None
 
     @property
     def speaking(self) -> bool:
@@ -32,8 +35,23 @@ class Transcriber:
     def feed(self, sound: Sound) -> tuple[Hypothesis, ...]:
         """The next piece of sound → STOP at once, and the sentences that ended in it. Raises BadInput."""
         stops = self._spotter.feed(sound)
-        return (*stops, *(self._engine.read(utterance) for utterance in self._cutter.feed(sound)))
+        ended = self._read(self._cutter.feed(sound))
+        so_far = self._cutter.so_far
+        if so_far is not None and not self._is_early(so_far) and so_far.end - so_far.begin < LONGEST_EARLY:
+            self._early = self._engine.read(so_far)
+        return (*stops, *ended)
 
     def finish(self) -> tuple[Hypothesis, ...]:
         """The sound ends here → the sentence that was under way."""
-        return tuple(self._engine.read(utterance) for utterance in self._cutter.finish())
+        return self._read(self._cutter.finish())
+
+    def _read(self, utterances: tuple[Utterance, ...]) -> tuple[Hypothesis, ...]:
+        """Utterances that ended → what was said in them, as read in their last pause where that was the end."""
+        return tuple(
+            self._early if self._early is not None and self._is_early(one) else self._engine.read(one)
+            for one in utterances
+        )
+
+    def _is_early(self, utterance: Utterance) -> bool:
+        """Whether the utterance has been read in its last pause, and nothing was said since."""
+        return self._early is not None and (self._early.begin, self._early.end) == (utterance.begin, utterance.end)

@@ -56,20 +56,20 @@ class Told:
     """One hypothesis, and when it was there."""
 
     hypothesis: Hypothesis
-    fed: float  # [s] of sound fed when it was told
-    worked: float  # [s] of processor time for the piece that told it
+    ready: float  # [s] on the sound's clock: when it was told, had the sound come in as it is spoken
 
 
 def listened(transcriber: Transcriber, samples: Array, stamp: float) -> list[Told]:
-    """All that is told while samples (N,) come in; fed times count from their begin."""
+    """All that is told while samples (N,) come in; times count from their begin."""
     told: list[Told] = []
+    ready = 0.0
     for at in range(0, len(samples), PIECE):
         piece = Sound(stamp=stamp + at / RATE, rate=RATE, samples=samples[at : at + PIECE, None])
         begun = time.process_time()
         found = transcriber.feed(piece)
-        worked = time.process_time() - begun
-        told += [Told(one, (at + PIECE) / RATE, worked) for one in found]
-    return told + [Told(one, len(samples) / RATE, 0.0) for one in transcriber.finish()]
+        ready = max(ready, (at + PIECE) / RATE) + time.process_time() - begun
+        told += [Told(one, ready) for one in found]
+    return told + [Told(one, ready) for one in transcriber.finish()]
 
 
 def padded(samples: Array, seed: int, lead: float = LEAD, tail: float = TAIL) -> Array:
@@ -143,7 +143,7 @@ def near(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> di
         kept[outcome(told, clip.text)] += 1
         if outcome(told, clip.text) != "right":
             lost.append((clip.name, clip.text, *(f"{one.hypothesis.words} {one.hypothesis.doubt}" for one in told)))
-        delays += [one.fed + one.worked - (one.hypothesis.end - 100.0 * n) for one in told if one.hypothesis.final]
+        delays += [one.ready - (one.hypothesis.end - 100.0 * n) for one in told if one.hypothesis.final]
     figures["commands"] = dict(kept) | {"lost": lost}
     figures["word_end_to_result_s"] = {
         "median": round(float(np.median(delays)), 2),
@@ -249,7 +249,7 @@ def stop(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> di
         early = [one for one in told if not one.hypothesis.final]
         missed += not early
         if early:
-            after_word.append(early[0].fed + early[0].worked - (end_of_stop(clip) + LEAD))
+            after_word.append(early[0].ready - (end_of_stop(clip) + LEAD))
     figures = {
         "spotted": share(len(clips) - missed, len(clips)),
         "last_phoneme_to_stop_s": {

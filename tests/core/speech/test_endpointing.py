@@ -111,3 +111,14 @@ def test_a_recognizer_is_given_one_channel_at_16_khz_whatever_was_recorded():
             for_words(odd, channel=1 if odd is fitted else 0)
     with pytest.raises(BadInput, match="16000 Hz"):
         Endpointer().feed(Sound(stamp=0.0, rate=8000, samples=np.zeros((160, 1))))
+
+
+def test_a_short_pause_offers_what_was_said_so_far_before_it_is_certainly_over():
+    ears = Endpointer()
+    offered = [
+        (piece.stamp + piece.duration, ears.so_far.end)
+        for piece in pieces(said((1.5, 2.5), length=2.9))
+        if ears.feed(piece) == () and ears.so_far is not None
+    ]
+    assert offered[-1][1] == pytest.approx(2.5, abs=0.2)
+    assert any(when == pytest.approx(offered[-1][1] + 0.2, abs=0.05) for when, _ in offered)
