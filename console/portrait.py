@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from console import wire
+from console import sight_portrait, wire
 from console.lease import Lease
 from core.gate.status import GateStatus
 from core.message import Array
@@ -52,6 +52,7 @@ def draw(snapshot: Snapshot, around: Circumstances, seq: int) -> wire.State:
         path=[(x, y) for x, y in rounded(snapshot.path, 3)],
         command=None if snapshot.undertaking is None else command(snapshot.undertaking),
         camera=None if snapshot.view is None else camera(snapshot.view),
+        calibration_drift=sight_portrait.drift(snapshot.drift),
         robot=robot(snapshot, around),
         gate=gate(around.gate, snapshot),
         lease=lease(around.lease),
@@ -127,7 +128,8 @@ def camera(view: CameraView) -> wire.CameraOverlay:
         (u0, v0), (u1, v1) = rounded(np.stack((edge.top, edge.bottom)), 1)
         edges.append(wire.EdgeLine(u0, v0, u1, v1, near(edge.bearing), edge.matched))
     laser = [(u, v, distance) for u, v, distance in rounded(view.laser, 2)]
-    return wire.CameraOverlay(view.stamp, view.width, view.height, edges, laser)
+    quality = sight_portrait.quality(view.quality)
+    return wire.CameraOverlay(view.stamp, view.width, view.height, edges, laser, quality)
 
 
 def direction(snapshot: Snapshot) -> wire.VoiceHeard | None:

@@ -25,6 +25,8 @@ from console.wire_calibration import CalibrationVerdict as CalibrationVerdict
 from console.wire_calibration import CalibrationView as CalibrationView
 from console.wire_hearing import Ears as Ears
 from console.wire_hearing import VoiceHeard as VoiceHeard
+from console.wire_sight import CalibrationDrift as CalibrationDrift
+from console.wire_sight import PictureQuality as PictureQuality
 from console.wire_up import Count as Count
 from console.wire_up import Drive as Drive
 from console.wire_up import Echo as Echo
@@ -136,6 +138,7 @@ class CameraOverlay(Struct):
     height: int
     edges: list[EdgeLine]
     laser: list[tuple[float, float, float]]  # u, v [pixel], range [m]
+    quality: PictureQuality | None
 
 
 class RobotState(Struct):
@@ -201,6 +204,7 @@ class State(Struct, tag_field="kind", tag="state"):
     path: list[tuple[float, float]]
     command: CommandState | None
     camera: CameraOverlay | None
+    calibration_drift: CalibrationDrift | None
     robot: RobotState
     gate: GateState
     lease: LeaseState

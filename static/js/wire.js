@@ -164,6 +164,43 @@ export const CAMERA_HEADER_BYTES = 16;
  */
 
 /**
+ * How the camera's mount seems to differ from the calibration in use.
+ * @typedef {object} CalibrationDrift
+ * @property {number} turn_rad
+ * @property {number} turn_sd_rad
+ * @property {number} apparent_rad
+ * @property {number} apparent_sd_rad
+ * @property {number} shift_m
+ * @property {number} shift_sd_m
+ * @property {number} pairs
+ * @property {number} corners
+ * @property {boolean} alarm
+ * @property {string} words
+ */
+
+/**
+ * How good the newest picture is, and what was done about it; grey levels are 0..255.
+ * @typedef {object} PictureQuality
+ * @property {'good' | 'mended' | 'poor' | 'unusable'} state
+ * @property {string} label
+ * @property {string} words
+ * @property {number} mean
+ * @property {number} low
+ * @property {number} high
+ * @property {number} dark_share
+ * @property {number} bright_share
+ * @property {number} noise_sd
+ * @property {number} snr_db
+ * @property {number | null} blur_px
+ * @property {number | null} blur_down_px
+ * @property {number} margin
+ * @property {number} gain
+ * @property {number} gamma
+ * @property {number} contrast
+ * @property {number} smoothing
+ */
+
+/**
  * Hold to drive: sent at 20 Hz while a key or the pad is held. `press` is drawn anew with every press.
  * @typedef {object} Drive
  * @property {'drive'} kind
@@ -325,6 +362,7 @@ export const CAMERA_HEADER_BYTES = 16;
  * @property {number} height
  * @property {EdgeLine[]} edges
  * @property {[number, number, number][]} laser
+ * @property {PictureQuality | null} quality
  */
 
 /**
@@ -391,6 +429,7 @@ export const CAMERA_HEADER_BYTES = 16;
  * @property {[number, number][]} path
  * @property {CommandState | null} command
  * @property {CameraOverlay | null} camera
+ * @property {CalibrationDrift | null} calibration_drift
  * @property {RobotState} robot
  * @property {GateState} gate
  * @property {LeaseState} lease

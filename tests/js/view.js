@@ -58,6 +58,7 @@ export const STATE = {
   path: [],
   command: null,
   camera: null,
+  calibration_drift: null,
   robot: {
     url: "sim:lab",
     kind: "SIM",

@@ -4,6 +4,7 @@ import { icon, make, mark, write } from "../element.js";
 import { age } from "../format.js";
 import { remember, remembered } from "../memory.js";
 import { Panel } from "../panel.js";
+import { PictureChip } from "../picture-chip.js";
 import { FARTHEST, rangeColour } from "../ramp.js";
 
 /** @typedef {import("../session.js").View} View */
@@ -18,6 +19,7 @@ class CameraView extends Panel {
   #canvas = make("canvas", { class: "picture", role: "img", "aria-label": "Camera picture" });
   #age = make("span", { class: "tag", "data-tone": "stale" });
   #empty = make("p", { class: "camera-empty" }, icon("camera"), "Waiting for the first picture…");
+  #quality = new PictureChip();
   #edges = toggle("edges", "Edges", "Vertical edges; bright ones belong to a corner of the laser");
   #laser = toggle("laser", "Laser", "Where the laser's points fall in the picture, coloured by distance");
   #scale = make(
@@ -45,12 +47,13 @@ class CameraView extends Panel {
         "div",
         { class: "card-head" },
         make("h2", { class: "card-title" }, "Camera"),
+        this.#quality.button,
         this.#age,
         make("span", { class: "spring" }),
         this.#edges,
         this.#laser,
       ),
-      make("div", { class: "picture-box" }, this.#canvas, this.#empty, this.#scale),
+      make("div", { class: "picture-box" }, this.#canvas, this.#empty, this.#scale, this.#quality.panel),
     );
     this.session.on("picture", (picture) => void this.#take(picture));
     this.session.on("hello", () => (this.#bornAt = performance.now()));
@@ -74,6 +77,7 @@ class CameraView extends Panel {
     this.#age.hidden = old <= STALE_S;
     write(this.#age, `${age(old)} old`);
     this.#scale.hidden = !pressed(this.#laser) || !seen;
+    this.#quality.show(seen ? state : null);
     this.#draw(state?.camera ?? null);
   }
 
