@@ -29,6 +29,10 @@ from core.perception.remedy import PictureSettings
 from core.perception.sound.settings import HearingSettings
 from core.robots.simulated import SimulationSettings
 from core.slam.ekf import EkfSettings
+from core.slam.floor.alarm import AlarmSettings
+from core.slam.floor.closure import ClosureSettings
+from core.slam.floor.matching import MatchingSettings
+from core.slam.floor.settings import FloorSettings
 from core.slam.motion import MotionSettings
 from core.slam.occupancy import OccupancySettings
 from core.slam.scan_odometry import ScanOdometrySettings
@@ -51,6 +55,10 @@ class Settings:
     ekf: EkfSettings = field(default_factory=EkfSettings)
     scan_odometry: ScanOdometrySettings = field(default_factory=ScanOdometrySettings)
     occupancy: OccupancySettings = field(default_factory=OccupancySettings)
+    floor: FloorSettings = field(default_factory=FloorSettings)
+    matching: MatchingSettings = field(default_factory=MatchingSettings)
+    closures: ClosureSettings = field(default_factory=ClosureSettings)
+    alarm: AlarmSettings = field(default_factory=AlarmSettings)
     planner: PlannerSettings = field(default_factory=PlannerSettings)
     steering: SteeringSettings = field(default_factory=SteeringSettings)
     log: LogSettings = field(default_factory=LogSettings)

@@ -6,29 +6,35 @@ import math
 from dataclasses import replace
 
 from core.calibration.drift import MountWatch
+from core.commands import kind_of
 from core.commands.command import Command
 from core.errors import Refused
 from core.gate import ZERO, Twist
 from core.geometry import Pose
 from core.navigation.surroundings import Body, Surroundings
+from core.pilot.doors import Doors
 from core.pilot.ears import Ears
 from core.pilot.eyes import Eyes, Look
 from core.pilot.feet import Feet
 from core.pilot.notices import Notices
 from core.pilot.obedience import Obedience
-from core.pilot.trail import NO_POINTS, Trail, frozen
+from core.pilot.trail import NO_POINTS, MapTrail, Trail, frozen
 from core.robots import Profile
 from core.sensors import SensorFrame
 from core.settings import Settings
 from core.slam.dead_reckoning import DeadReckoning
-from core.slam.ekf import EkfSlam
 from core.slam.estimate import Estimate
-from core.slam.occupancy import OccupancyMap
+from core.slam.floor.floor import Floor, Stand
+from core.slam.floor.rooms import Parts
+from core.slam.floor.saved import SavedMap
+from core.slam.floor.watch import WatchSettings
 from core.snapshot import Ending, Snapshot
 
 LOOKING_AROUND = "Looking around before the first move…"
 NO_SCAN = "No scan comes from the laser."
 SCAN_LOST_AFTER = 0.5  # [s]
+FOUND = "I know where I am again."
+NOTHING_YET = "There is no map yet; drive a little first."
 
 
 class Pilot:
@@ -48,6 +54,7 @@ class Pilot:
         self._planner = replace(planner, guard=max(planner.guard, limits.margin + 0.005))
         self._obedience = Obedience()
         self._notices = Notices()
+        self._doors = Doors()
         self._wake(math.inf)
 
     def _wake(self, stamp: float) -> None:
@@ -58,17 +65,18 @@ class Pilot:
         self._eyes = Eyes(self._profile, settings)
         self._mount = MountWatch(settings.drift)
         self._ears = Ears(self._profile, settings.hearing)
-        self._slam = EkfSlam(settings.ekf, settings.motion, self._profile.laser)
+        self._floor = Floor(parts_of(settings), self._profile.laser, watched=self._profile.drives)
         self._dead_reckoning = DeadReckoning(settings.motion)
-        self._map = OccupancyMap(settings.occupancy)
-        self._trail, self._dead_reckoning_trail = Trail(), Trail()
-        self._scan_points = NO_POINTS  # (M, 2) [m], world: the newest scan
+        self._trail, self._dead_reckoning_trail = MapTrail(), Trail()
         self._contact = False
 
     def tell(self, undertaking_id: int, command: Command, source: str, who: str) -> None:
         """Obey this command from the next frame on; the one under way is pre-empted. Raises Refused."""
         if not self._profile.drives:
             raise Refused("This is a recording; it cannot be commanded. Connect a robot or the simulator.")
+        lost = self._floor.lost
+        if lost is not None and kind_of(command.name).moves:
+            raise Refused(f"Not now: {lost.words}")
         self._obedience.tell(undertaking_id, command, source, who)
 
     def cancel(self, state: Ending, why: str) -> None:
@@ -80,37 +88,75 @@ class Pilot:
         self._profile = profile
         self._eyes.camera = profile.camera
 
+    def undo_closure(self, number: int) -> None:
+        """Take back a place that was recognised, from the next frame on. From any thread."""
+        self._doors.put(lambda: self._floor.undo(number))
+
+    def redo_closure(self, number: int) -> None:
+        """Believe it again. From any thread."""
+        self._doors.put(lambda: self._floor.redo(number))
+
+    def place_at(self, x: float, y: float, heading: float | None = None) -> None:
+        """The operator says "I am here": world [m], [rad]. From any thread."""
+        self._doors.put(lambda: self._floor.place_at(x, y, heading))
+
+    def enter_map(self, saved: SavedMap) -> None:
+        """Go on in this map from the next frame on; the robot looks for its place in it. From any thread."""
+        self._doors.put(lambda: self._enter(saved))
+
+    def keep_map(self) -> SavedMap:
+        """The whole map as it is between two frames. From any thread. Raises Refused while there is none."""
+        with self._doors.between_frames:
+            saved = self._floor.saved()
+        if saved is None:
+            raise Refused(NOTHING_YET)
+        return saved
+
+    def finish(self) -> None:
+        """The log is over: let the map settle."""
+        self._floor.finish()
+
+    @property
+    def stand(self) -> Stand:
+        """Where the robot is, told so that `where` finds it on the map as it will be."""
+        return self._floor.stand
+
+    def where(self, stand: Stand) -> Pose:
+        """A place of before on the map of now."""
+        return self._floor.where(stand)
+
     def step(self, frame: SensorFrame) -> Snapshot:
         """One frame further."""
+        with self._doors.between_frames:
+            self._doors.open()
+            return self._step(frame)
+
+    def _step(self, frame: SensorFrame) -> Snapshot:
         if frame.stamp < self._stamp - 1e-6:
             self._obedience.end("failed", "The robot's clock began anew.")
             self._wake(frame.stamp)
         self._obedience.open_inbox(frame.stamp)
         frame, move = self._feet.feel(frame)
         look = self._eyes.look(frame)
-        estimate = self._slam.update(frame, look.sightings, move)
+        estimate = self._floor.update(frame, look.sightings, look.ends, look.hits, move)
         dead_reckoning = self._dead_reckoning.update(frame, look.sightings, move)
-        self._draw_map(estimate.pose, look)
         self._mount.watch(frame.stamp, estimate.pose, look.pairs, self._eyes.camera)
         self._watch(frame)
         twist = self._decide(frame, estimate.pose)
         self._stamp = frame.stamp
         return self._publish(frame, estimate, dead_reckoning, twist)
 
-    def _draw_map(self, pose: Pose, look: Look) -> None:
-        """Put the newest scan on the map, and remember where its points lie."""
-        if look.ends is None or look.hits is None:
-            return
-        world = pose.apply(look.ends)
-        mounting = self._profile.laser.mounting if self._profile.laser else Pose()
-        self._map.insert(pose @ mounting, world, look.hits)
-        self._scan_points = frozen(world[look.hits])
+    def _enter(self, saved: SavedMap) -> None:
+        """Forget the present map and take this one."""
+        self._obedience.end("failed", "Another map was loaded.")
+        self._trail, self._dead_reckoning_trail = MapTrail(), Trail()
+        self._floor = Floor(parts_of(self._settings), self._profile.laser, self._profile.drives, saved)
 
     def _decide(self, frame: SensorFrame, pose: Pose) -> Twist:
         """What to ask of the gate."""
         if self._obedience.undertaking is None:
             return ZERO
-        wait_for = LOOKING_AROUND if self._slam.looking_around else ""
+        wait_for = LOOKING_AROUND if self._floor.looking_around else ""
         return self._obedience.drive(self._surroundings(frame, pose), wait_for)
 
     def _surroundings(self, frame: SensorFrame, pose: Pose) -> Surroundings:
@@ -121,8 +167,8 @@ class Pilot:
             speed=wheels.speed if wheels else 0.0,
             turn_rate=wheels.turn_rate if wheels else 0.0,
             body=self._body,
-            grid=self._map.grid(),
-            scan_points=frozen(pose.inverse().apply(self._scan_points)),
+            grid=self._floor.grid,
+            scan_points=frozen(pose.inverse().apply(self._floor.points)),
             planner=self._planner,
             steering=self._settings.steering,
         )
@@ -133,6 +179,10 @@ class Pilot:
             self._obedience.end("failed", "The robot touched something and stopped.")
             self._notices.add(frame.stamp, "warning", "The robot touches something.")
         self._contact = frame.contact
+        lost = self._floor.lost
+        if lost is not None:
+            self._obedience.end("failed", lost.words)
+        self._notices.watch(frame.stamp, "place", lost.words if lost else "", "warning", self._floor.found or FOUND)
         if frame.scan is not None:
             self._scan_stamp = frame.stamp
         overdue = frame.stamp - self._scan_stamp > SCAN_LOST_AFTER
@@ -156,12 +206,13 @@ class Pilot:
             setpoint=twist,
             setpoint_press=doing.undertaking.id if doing.undertaking else 0,
             nonce=frame.nonce,
-            scan_points=self._scan_points,
-            landmarks=self._slam.landmarks,
-            associations=self._slam.associations,
-            slam=self._slam.health,
-            grid=self._map.grid(),
-            trail=self._trail.add(estimate.pose.x, estimate.pose.y),
+            scan_points=frozen(self._floor.points),
+            landmarks=self._floor.landmarks,
+            associations=self._floor.associations,
+            slam=self._floor.slam,
+            floor=self._floor.health,
+            grid=self._floor.grid,
+            trail=self._trail.add(self._floor),
             dead_reckoning_trail=self._dead_reckoning_trail.add(dead_reckoning.pose.x, dead_reckoning.pose.y),
             path=NO_POINTS if doing.path is None else doing.path,
             goal=doing.goal,
@@ -176,3 +227,16 @@ class Pilot:
             progress=frame.progress,
             truth=frame.truth,
         )
+
+
+def parts_of(settings: Settings) -> Parts:
+    """What of the settings the scan layer is made with."""
+    return Parts(
+        floor=settings.floor,
+        matching=settings.matching,
+        closures=settings.closures,
+        ekf=settings.ekf,
+        motion=settings.motion,
+        occupancy=settings.occupancy,
+        lost=WatchSettings(alarm=settings.alarm),
+    )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from core.message import Array
+from core.slam.floor.floor import Floor, Stand
 
 
 def frozen(points: Array) -> Array:
@@ -33,6 +34,35 @@ class Trail:
         self._points.append((x, y))
         if len(self._points) > self._most:
             self._points = self._points[::2]
+            self._step *= 2
+        self._array = frozen(np.array(self._points))
+        return self._array
+
+
+class MapTrail:
+    """The same along the estimated way: its points move with the map when that is straightened."""
+
+    def __init__(self, step: float = 0.02, most: int = 2000) -> None:
+        self._step, self._most = step, most
+        self._stands: list[Stand] = []
+        self._points: list[tuple[float, float]] = []
+        self._array = NO_POINTS
+        self._revision = 0  # of the map
+
+    def add(self, floor: Floor) -> Array:
+        """Go on to where the robot is now → the trail (K, 2) [m], world, read-only."""
+        if self._revision != floor.atlas.revision:
+            self._revision = floor.atlas.revision
+            poses = [floor.where(stand) for stand in self._stands]
+            self._points = [(pose.x, pose.y) for pose in poses]
+            self._array = frozen(np.array(self._points).reshape(-1, 2))
+        pose = floor.estimate.pose
+        if self._points and np.hypot(pose.x - self._points[-1][0], pose.y - self._points[-1][1]) < self._step:
+            return self._array
+        self._stands.append(floor.stand)
+        self._points.append((pose.x, pose.y))
+        if len(self._points) > self._most:
+            self._stands, self._points = self._stands[::2], self._points[::2]
             self._step *= 2
         self._array = frozen(np.array(self._points))
         return self._array

@@ -54,6 +54,11 @@ class LandmarkTable:
         self._next = 1
         self._distinct: set[frozenset[int]] = set()
 
+    def resume(self, rows: list[Life]) -> None:
+        """Go on with these rows, of a map that was saved."""
+        self.rows = rows
+        self._next = 1 + max((row.id for row in rows), default=0)
+
     @property
     def believed(self) -> int:
         """Number of landmarks past their probation."""

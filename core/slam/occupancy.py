@@ -81,6 +81,19 @@ class OccupancyMap:
             )
         return self._grid
 
+    def lay(self, origin: Array, log_odds: Array) -> None:
+        """Take a map that was drawn before: outer corner of the first cell (2,) [m], log odds (rows, columns).
+
+        Raises ValueError where it does not consist of whole blocks.
+        """
+        block = math.ceil(self._settings.block / self._settings.resolution)
+        blocks = origin / (block * self._settings.resolution)
+        if np.abs(blocks - np.round(blocks)).max() > 1e-6 or any(side % block for side in log_odds.shape):
+            raise ValueError("the map does not consist of whole blocks")
+        self._origin, self._log_odds = origin.astype(np.float64), log_odds.astype(np.float32)
+        self._revision += 1
+        self._grid = None
+
     @property
     def cells(self) -> tuple[Array, Array]:
         """The map as it is now, to look at and not to keep: origin (2,) [m], log odds (rows, columns)."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -33,12 +34,12 @@ class ClosureSettings:
     reach: float = 0.3  # [m] around the expected place that is searched at least …
     reach_per_way: float = 0.05  # [m per m] … and more the longer the way since
     widest: float = 3.0  # [m]
-    angle: float = np.deg2rad(4.0)  # [rad]
-    angle_per_way: float = np.deg2rad(0.6)  # [rad per m]
-    widest_angle: float = np.deg2rad(24.0)  # [rad]
+    angle: float = math.radians(4.0)  # [rad]
+    angle_per_way: float = math.radians(0.6)  # [rad per m]
+    widest_angle: float = math.radians(24.0)  # [rad]
     near: float = 4.0  # [m] from an older view within which its place is searched
     place_sd: float = 0.02  # [m] of a link, at least
-    heading_sd: float = np.deg2rad(0.4)  # [rad]
+    heading_sd: float = math.radians(0.4)  # [rad]
 
 
 @dataclass(frozen=True, eq=False)

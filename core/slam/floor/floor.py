@@ -13,9 +13,11 @@ from core.sensors import Laser, SensorFrame
 from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
 from core.slam.floor.atlas import Atlas
 from core.slam.floor.health import FloorHealth, Lost
+from core.slam.floor.keeping import keep, restore
 from core.slam.floor.lost import Click
 from core.slam.floor.mosaic import Mosaic
 from core.slam.floor.rooms import Parts, Rooms
+from core.slam.floor.saved import SavedMap
 from core.slam.floor.surveyor import Surveyor
 from core.slam.floor.telling import Telling
 from core.slam.floor.tracker import Tracker
@@ -38,10 +40,21 @@ class Stand:
 class Floor:
     """Estimator of pose and map through a building; `update` with every frame."""
 
-    def __init__(self, parts: Parts | None = None, laser: Laser | None = None, watched: bool = True) -> None:
-        """`watched`: the robot can be lost, then it is looked for; a recording is taken as it comes."""
+    def __init__(
+        self,
+        parts: Parts | None = None,
+        laser: Laser | None = None,
+        watched: bool = True,
+        saved: SavedMap | None = None,
+    ) -> None:
+        """`watched`: the robot can be lost, then it is looked for; a recording is taken as it comes.
+
+        `saved`: the map to go on in; the robot looks for its place there first. Raises BadInput if it does not suit.
+        """
         self.parts = parts or Parts()
         self.atlas = Atlas()
+        if saved is not None:
+            restore(saved, self.atlas, self.parts, laser)
         self._laser = laser
         self._track = WheelTrack(self.parts.motion)
         self._tracker = Tracker(self.parts.matching)
@@ -54,6 +67,8 @@ class Floor:
         self._revision = 0  # of the atlas that the rest has taken in
         self._stamp: float | None = None
         self._owed = 0.0  # pieces of work
+        self._enters = saved is not None
+        self.may_turn = False  # whether the robot may turn on the spot by itself while its place is looked for
 
     def update(
         self,
@@ -68,6 +83,9 @@ class Floor:
         With a scan: its sightings, and the ends of its beams (N, 2) [m] in the robot frame of the frame's stamp, NaN
         where nothing was measured, and which are hits (N,). `move`: one that does not come from the wheels.
         """
+        if self._enters:
+            self._enters = False
+            self._watch.begin(frame.stamp, "this map was just loaded", self.grid)
         step = self._track.step(frame) if move is None else move
         slam = self.rooms.active.slam
         slam.advance(step)
@@ -131,6 +149,11 @@ class Floor:
         return self._watch.told
 
     @property
+    def turn(self) -> float:
+        """How fast [rad/s] the robot should turn on the spot for another look at its place."""
+        return self._watch.turn
+
+    @property
     def health(self) -> FloorHealth:
         """How the scan layer fares."""
         return FloorHealth(
@@ -158,6 +181,15 @@ class Floor:
     def place_at(self, x: float, y: float, heading: float | None) -> None:
         """The operator says "I am here": world [m], [rad]."""
         self._watch.clicked(self._stamp or 0.0, Click(x, y, heading), self.grid)
+
+    @property
+    def found(self) -> str:
+        """How the robot was found last, in words; "" if it never was lost."""
+        return self._watch.words
+
+    def saved(self) -> SavedMap | None:
+        """The whole map as it is now; None while there is none."""
+        return keep(self.atlas, self.parts.occupancy.resolution) if self.atlas.views else None
 
     def finish(self) -> None:
         """The log is over: do all the work that is left."""
@@ -196,7 +228,7 @@ class Floor:
 
     def _find_back(self, stamp: float, step: Increment, ends: Array | None, hits: Array | None) -> None:
         """One step of looking for the robot's place, if it is lost."""
-        found = self._watch.search(stamp, step.pose, ends, hits)
+        found = self._watch.search(stamp, step.pose, ends, hits, self.may_turn)
         if found is not None:
             self.rooms.seat(found.pose, found.covariance)
             self._tracker.around(self.rooms.points_around())

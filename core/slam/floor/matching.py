@@ -20,7 +20,7 @@ TURN = math.radians(2.0)  # [rad] of one step of the wide search
 COARSE = 100  # points that the searches look at
 APART, APART_TURN = 0.5, math.radians(8)  # [m], [rad]: matches that differ by more are different places
 TRIED = 6  # peaks of the wide search that are refined
-SLIDE_STEP, SLIDE_STEPS = 0.1, 10  # [m]: how finely and how far around a match is asked whether it fits there too
+SLIDE, WIDE = 0.1, 1.0  # [m]: how finely and how far around a match it is asked whether it fits there too
 NEARLY = 0.04  # of score that a place may fit worse and still be possible
 AT_ONCE = 4  # headings of the wide search in one piece of work
 
@@ -72,13 +72,14 @@ def spread(field: LikelihoodField, points: Array, pose: Pose, settings: Matching
     )
 
 
-def ambiguity(field: LikelihoodField, points: Array, match: Match) -> Array:
-    """Covariance (2, 2) [m²] of where else the points (M, 2) fit nearly as well, in the field's axes.
+def ambiguity(field: LikelihoodField, points: Array, match: Match, reach: float = WIDE) -> Array:
+    """Covariance (2, 2) [m²] of where else within `reach` [m] the points (M, 2) fit nearly as well, field's axes.
 
     Every place around weighs the less the worse it fits (Olson, ICRA 2009): along a bare corridor this stays large.
     """
     few = thinned(points, COARSE)
-    steps = SLIDE_STEP * np.arange(-SLIDE_STEPS, SLIDE_STEPS + 1)
+    count = max(2, round(reach / SLIDE))
+    steps = SLIDE * np.arange(-count, count + 1)
     shifts = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
     placed = match.pose.apply(few)
     here = field.cells_at(placed[None]).mean()

@@ -27,7 +27,7 @@ class Mosaic:
         self._still_key: tuple[int, int, int] | None = None
         self._labour: Generator[None, None, None] | None = None
         self._grid: Grid | None = None
-        self._key: tuple[int, int, int, int, int] | None = None
+        self._key: tuple[tuple[int, int, int] | None, int, int] | None = None
         self._tiles: dict[int, tuple[int, _Tile]] = {}  # submap → revision of its tile, and what it knew then
         self._stamp = -np.inf
         self._revision = 0
@@ -38,7 +38,7 @@ class Mosaic:
             tile = active.tile.grid()
             self._revision = tile.revision
             return tile
-        key = (*(self._still_key or (0, 0, 0)), active.id, active.tile.revision)
+        key = self._still_key, active.id, active.tile.revision
         if self._grid is not None and (key == self._key or 0 <= stamp - self._stamp < PERIOD):
             return self._grid
         placed = self._atlas.world_from(active.id), self._known(active)

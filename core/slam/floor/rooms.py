@@ -49,7 +49,10 @@ class Rooms:
         self._mounting = laser.mounting if laser else Pose()
         self._driven: Increment | None = Increment()  # since the newest view; None: the robot was carried
         self.spread = np.zeros((3, 3))  # of the active submap in the world
-        self.active = self._new()
+        if atlas.submaps:
+            self.active, self._driven = atlas.submaps[0], None
+        else:
+            self.active = self._new()
 
     @property
     def base(self) -> Pose:

@@ -36,7 +36,7 @@ class Telling:
 
     def submaps(self, active: Submap) -> tuple[SubmapView, ...]:
         """Where the rooms lie."""
-        key = self._atlas.revision, len(self._atlas.submaps), active.id, active.tile.revision // DRAWN
+        key = self._atlas.revision, len(self._atlas.submaps), active.id, -(-active.tile.revision // DRAWN)
         if key != self._rooms[0]:
             told = tuple(
                 SubmapView(id=submap.id, pose=self._base(submap), extent=_extent(submap), active=submap is active)

@@ -10,7 +10,7 @@ import numpy as np
 from core.geometry import Pose, rotation, wrap
 from core.message import Array
 from core.slam.floor.keyframe import thinned
-from core.slam.floor.matching import MatchingSettings, lay, spread, window
+from core.slam.floor.matching import MatchingSettings, ambiguity, lay, spread, window
 from core.slam.likelihood import LikelihoodField
 from core.slam.motion import Increment
 
@@ -21,6 +21,7 @@ USUAL = 2.0  # squared distance per degree of freedom that says nothing against 
 SHOCK = 4.0  # that one scan can say, at most
 WORST = 1e4  # doubt
 FIRST = 100.0  # doubt in wheels that nobody knows yet; good ones are trusted after a few seconds of driving
+SURPRISED = 0.3  # of a contradiction remains as doubt in the scan, too
 SMALL = 1e-9  # [m²], [rad²] that keeps a standing wheel's covariance regular
 
 
@@ -48,7 +49,8 @@ class Tracker:
         if self._field is None or len(points) < FEWEST:
             return wheels
         few = thinned(points)
-        match = lay(self._field, few, start @ wheels.pose, *window(wheels.pose, self.settings))
+        reach, angle = window(wheels.pose, self.settings)
+        match = lay(self._field, few, start @ wheels.pose, reach, angle)
         self.score = match.score
         if match.score >= self.settings.score:
             self.seen = start.inverse() @ match.pose
@@ -56,7 +58,10 @@ class Tracker:
             return wheels
         if self.seen is None:
             return Increment(wheels.pose, self.doubt * wheels.covariance)
-        return self._fuse(wheels, self.seen, spread(self._field, few, match.pose, self.settings))
+        own = spread(self._field, few, match.pose, self.settings)
+        back = rotation(-match.pose.heading)
+        own[:2, :2] += back @ ambiguity(self._field, few, match, reach) @ back.T
+        return self._fuse(wheels, self.seen, own)
 
     def _fuse(self, wheels: Increment, seen: Pose, own: Array) -> Increment:
         """The wheels' move and the scan's (`own`: its covariance where it ends), by how sure each of them is."""
@@ -71,7 +76,7 @@ class Tracker:
         self.slipping = squared > SLIP
         self.doubt = min(max(self.doubt * math.exp(LEARN * min(squared / 3 - USUAL, SHOCK)), 1.0), WORST)
         if self.slipping:
-            return Increment(seen, noise)
+            return Increment(seen, noise + np.diag((SURPRISED * error) ** 2))
         gain = believed @ np.linalg.inv(believed + noise)
         fused = wheels.pose.vector + gain @ error
         covariance = believed - gain @ believed

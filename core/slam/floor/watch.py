@@ -55,6 +55,11 @@ class Watch:
         """What the operator should know."""
         return self._finding.lost if self._finding else None
 
+    @property
+    def turn(self) -> float:
+        """How fast [rad/s] the robot should turn on the spot for another look; 0 while its place is known."""
+        return self._finding.turn if self._finding else 0.0
+
     def needs(self, stamp: float) -> bool:
         """Whether a scan at this time is to be judged."""
         self._since = stamp if self._since is None or stamp < self._since else self._since
@@ -74,16 +79,18 @@ class Watch:
             scans=tracker.seen,
         )
         if self._alarm.heed(signs):
-            self._begin(stamp, self._alarm.doubt, grid)
+            self.begin(stamp, self._alarm.doubt, grid)
 
     def clicked(self, stamp: float, click: Click, grid: Grid) -> None:
         """The operator says where the robot is."""
         if self._finding is None:
-            self._begin(stamp, "you have told me so", grid)
+            self.begin(stamp, "you have told me so", grid)
         if self._finding is not None:
             self._finding.place_at(click)
 
-    def search(self, stamp: float, step: Pose, ends: Array | None, hits: Array | None) -> Found | None:
+    def search(
+        self, stamp: float, step: Pose, ends: Array | None, hits: Array | None, may_turn: bool = False
+    ) -> Found | None:
         """One frame of looking for the robot's place → the place once it is found."""
         if self._finding is None:
             return None
@@ -91,12 +98,13 @@ class Watch:
         view = None
         if ends is not None and hits is not None:
             view = View.of_beams(stamp, self._odometry, self._mounting, np.asarray(ends), hits)
-        found = self._finding.step(stamp, self._odometry, view, may_turn=False)
+        found = self._finding.step(stamp, self._odometry, view, may_turn)
         if found is not None:
             self._finding, self.words, self._since = None, found.words, stamp
             self._alarm.calm()
         return found
 
-    def _begin(self, stamp: float, why: str, grid: Grid) -> None:
+    def begin(self, stamp: float, why: str, grid: Grid) -> None:
+        """Look for the robot's place on this map; `why`: a clause for the operator."""
         self._odometry = Pose()
         self._finding = Finding(stamp, why, grid, settings=self._settings.lost)

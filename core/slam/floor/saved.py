@@ -1,0 +1,157 @@
+"""A floor's map as plain arrays and plain words: kept in files, and gone on in another day."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any, cast, get_args
+
+import numpy as np
+
+from core.errors import BadInput, Unavailable
+from core.message import Array, message
+from core.slam.floor.health import ClosureState
+from core.slam.life import Life
+
+FORM = 1  # of the files; another number is not read
+LARGEST = 2_000_000_000  # bytes of all arrays together
+WORDS, ARRAYS = "map.json", "map.npz"
+
+ROW = {each.name for each in dataclasses.fields(Life)}
+BOND = {"id", "older", "newer", "next_door", "state", "accepted", "shown"}
+SHAPES: dict[str, tuple[str, ...]] = {
+    "view_stamps": ("views",),
+    "view_submaps": ("views",),
+    "view_locals": ("views", "3"),
+    "view_poses": ("views", "3"),
+    "view_eyes": ("views", "2"),
+    "view_beams": ("views",),
+    "beam_ends": ("beams", "2"),
+    "beam_hits": ("beams",),
+    "driven_moves": ("ways", "3"),
+    "driven_covariances": ("ways", "3", "3"),
+    "tied_ends": ("ties", "2"),
+    "tied_moves": ("ties", "3"),
+    "tied_covariances": ("ties", "3", "3"),
+    "link_ends": ("links", "3"),
+    "link_moves": ("links", "3"),
+    "link_covariances": ("links", "3", "3"),
+    "link_scores": ("links", "2"),
+}
+"""Every array and its shape; the same word is the same number. Links' ends: bond, a, b; scores: score, stamp."""
+
+
+@message
+class SavedMap:
+    """Everything that is known of a floor: submaps, views, graph, closures, tiles, landmarks with covariances.
+
+    `arrays`: those of SHAPES, and for every submap k `tile_k` (rows, columns) log odds, `origin_k` (2,) [m],
+    `places_k` (N, 2) [m], `covariance_k` (3 + 2N, 3 + 2N) of robot and landmarks as its filter measures them, and
+    `pose_k` (3,) of the robot when it was there last. `facts`: resolution, landmark rows and bonds, as JSON.
+    """
+
+    arrays: dict[str, Array]
+    facts: dict[str, Any]
+
+    @property
+    def submaps(self) -> int:
+        """Number of submaps."""
+        return len(self.facts["landmarks"])
+
+    def to_files(self, folder: Path) -> None:
+        """Write `map.json` and `map.npz` into a folder. Raises Unavailable."""
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with (folder / ARRAYS).open("wb") as file:
+                np.savez_compressed(file, allow_pickle=False, **self.arrays)
+            (folder / WORDS).write_text(json.dumps(self.facts, indent=1), encoding="utf-8")
+        except OSError as trouble:
+            raise Unavailable(f"The map cannot be written to {folder.name}: {trouble.strerror or trouble}.") from None
+
+    @staticmethod
+    def from_files(folder: Path) -> SavedMap:
+        """Read what `to_files` wrote. Raises BadInput with a sentence for every fault."""
+        try:
+            facts = json.loads((folder / WORDS).read_text(encoding="utf-8"))
+            with np.load(folder / ARRAYS, allow_pickle=False) as archive:
+                sizes = sum(member.file_size for member in archive.zip.infolist())
+                if sizes > LARGEST:
+                    raise BadInput(f"The map {folder.name} is too large.")
+                arrays = {name: archive[name] for name in archive.files}
+        except BadInput:
+            raise
+        except OSError as trouble:
+            raise BadInput(f"The map {folder.name} cannot be read: {trouble.strerror or trouble}.") from None
+        except Exception:  # zipfile, zlib, json and numpy raise many kinds on damaged files
+            raise BadInput(f"The map {folder.name} is damaged; save it anew.") from None
+        return checked(SavedMap(arrays=arrays, facts=facts), folder.name)
+
+
+def checked(saved: SavedMap, name: str) -> SavedMap:
+    """The same map, if it holds together. Raises BadInput."""
+    try:
+        complaint = _complaint(saved)
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError):
+        complaint = "parts of it are missing"
+    if complaint:
+        raise BadInput(f"The map {name} is damaged: {complaint}.")
+    return saved
+
+
+def _complaint(saved: SavedMap) -> str:
+    """What does not hold together; "" if all does."""
+    facts, arrays = saved.facts, saved.arrays
+    if facts["form"] != FORM:
+        return "it is of another form"
+    if not 0.005 <= float(facts["resolution_m"]) <= 1.0:
+        return "its resolution cannot be"
+    counts: dict[str, int] = {}
+    for key, shape in SHAPES.items():
+        array = arrays[key]
+        if array.dtype.kind not in "fiub" or array.ndim != len(shape):
+            return f"{key} is no table of numbers"
+        for told, side in zip(shape, array.shape, strict=True):
+            if (int(told) if told.isdigit() else counts.setdefault(told, side)) != side:
+                return f"{key} has the wrong length"
+        if key != "beam_ends" and array.dtype.kind == "f" and not np.isfinite(array).all():
+            return f"{key} has numbers that are not finite"
+    views, rooms = counts["views"], saved.submaps
+    if views == 0 or rooms == 0 or counts["ways"] != views - 1:
+        return "it is empty"
+    if int(arrays["view_beams"].sum()) != counts["beams"] or (arrays["view_beams"] < 2).any():
+        return "its scans are cut"
+    if not _within(arrays["view_submaps"], rooms) or set(arrays["view_submaps"].tolist()) != set(range(rooms)):
+        return "views lie in submaps that are not there"
+    if not _within(arrays["tied_ends"], views) or not _within(arrays["link_ends"][:, 1:], views):
+        return "its graph names views that are not there"
+    bonds = cast(list[dict[str, Any]], facts["bonds"])
+    if not _within(arrays["link_ends"][:, 0], len(bonds)):
+        return "links belong to nothing"
+    counted = np.bincount(arrays["link_ends"][:, 0], minlength=len(bonds)).tolist()
+    for bond, links in zip(bonds, counted, strict=True):
+        shown = [] if bond["shown"] is None else [bond["shown"]]
+        wrong = set(bond) != BOND or bond["state"] not in get_args(ClosureState)
+        if wrong or any(not 0 <= int(k) < links for k in (*bond["accepted"], *shown)):
+            return "its closures are wrong"
+    return next((told for told in (_room(saved, k) for k in range(rooms)) if told), "")
+
+
+def _room(saved: SavedMap, number: int) -> str:
+    arrays, rows = saved.arrays, saved.facts["landmarks"][number]
+    size = 3 + 2 * len(rows)
+    if any(set(row) != ROW for row in rows):
+        return f"the landmarks of submap {number} are wrong"
+    shapes = {"origin": (2,), "pose": (3,), "places": (len(rows), 2), "covariance": (size, size)}
+    for key, shape in shapes.items():
+        array = arrays[f"{key}_{number}"]
+        if array.shape != shape or array.dtype.kind != "f" or not np.isfinite(array).all():
+            return f"{key} of submap {number} is wrong"
+    tile = arrays[f"tile_{number}"]
+    if tile.ndim != 2 or tile.dtype.kind != "f" or not np.isfinite(tile).all():
+        return f"the tile of submap {number} is wrong"
+    return ""
+
+
+def _within(numbers: Array, count: int) -> bool:
+    return numbers.dtype.kind in "iu" and bool(((numbers >= 0) & (numbers < count)).all())
