@@ -74,13 +74,18 @@ def for_words(sound: Sound, channel: int = 0) -> Sound:
         raise BadInput(
             f"The sound has {sound.channels} channel(s); channel {channel}, counted from 0, is none of them."
         )
+    return at_16_khz(Sound(stamp=sound.stamp, rate=sound.rate, samples=sound.samples[:, channel : channel + 1]))
+
+
+def at_16_khz(sound: Sound) -> Sound:
+    """All channels of a sound, resampled where that is needed. Raises BadInput where it has too few samples."""
     if sound.rate < LOWEST_RATE:
         raise BadInput(f"Words need sound of at least {LOWEST_RATE} Hz; this has {sound.rate} Hz. Record it anew.")
-    samples = sound.samples[:, channel]
-    if sound.rate != RATE:
-        shared = gcd(RATE, sound.rate)
-        samples = resample_poly(samples, RATE // shared, sound.rate // shared)
-    return Sound(stamp=sound.stamp, rate=RATE, samples=samples[:, None])
+    if sound.rate == RATE:
+        return sound
+    shared = gcd(RATE, sound.rate)
+    samples = resample_poly(sound.samples, RATE // shared, sound.rate // shared, axis=0)
+    return Sound(stamp=sound.stamp, rate=RATE, samples=samples)
 
 
 def checked(sound: Sound) -> Array:

@@ -20,13 +20,12 @@ from typing import Any
 import numpy as np
 
 from core.message import Array
-from core.perception.sound.beam import towards_voice
-from core.perception.sound.locate import locate
 from core.sensors.microphones import Sound
+from core.speech.array_transcriber import ArrayTranscriber
 from core.speech.grammar import OTHER_WORDS, Refusal, understand
 from core.speech.jsgf import plain_grammar
 from core.speech.pocketsphinx import grammar_decoder
-from core.speech.recognizer import Hypothesis, Utterance, pcm
+from core.speech.recognizer import Engine, Hypothesis, Recognizer, Utterance, for_words, pcm
 from core.speech.settings import RATE, SpeechSettings
 from core.speech.sphinx import Sphinx
 from core.speech.spoken import judge
@@ -59,12 +58,13 @@ class Told:
     ready: float  # [s] on the sound's clock: when it was told, had the sound come in as it is spoken
 
 
-def listened(transcriber: Transcriber, samples: Array, stamp: float) -> list[Told]:
-    """All that is told while samples (N,) come in; times count from their begin."""
+def listened(transcriber: Recognizer, samples: Array, stamp: float) -> list[Told]:
+    """All that is told while samples (N,) or (N, C) come in; times count from their begin."""
     told: list[Told] = []
     ready = 0.0
+    channels = samples.shape[1] if samples.ndim == 2 else 1
     for at in range(0, len(samples), PIECE):
-        piece = Sound(stamp=stamp + at / RATE, rate=RATE, samples=samples[at : at + PIECE, None])
+        piece = Sound(stamp=stamp + at / RATE, rate=RATE, samples=samples[at : at + PIECE].reshape(-1, channels))
         begun = time.process_time()
         found = transcriber.feed(piece)
         ready = max(ready, (at + PIECE) / RATE) + time.process_time() - begun
@@ -215,8 +215,8 @@ def noise(
         wrong: list[tuple[str, ...]] = []
         for n, clip in enumerate(clips):
             sound = scene(clip, condition, babble, n)
-            for name, samples in heard_by(sound).items():
-                told = listened(Transcriber(settings, engine=engine), samples, 0.0)
+            for name in counted:
+                told = listened(heard_by(name, settings, engine), sound.samples, 0.0)
                 result = outcome(told, clip.text)
                 counted[name][result] += 1
                 if result == "wrong":
@@ -228,14 +228,24 @@ def noise(
     return figures
 
 
-def heard_by(sound: Sound) -> dict[str, Array]:
-    """A scene's sound → what goes into the recognizer, by who listens."""
-    heard = {"one microphone": sound.samples[:, 0]}
-    direction = locate(sound, ARRAY, speech_from=LEAD)
-    for how in ("delay-and-sum", "mvdr"):
-        found = towards_voice(sound, ARRAY, direction.towards, LEAD, how) if direction is not None else None
-        heard[how] = sound.samples[:, 0] if found is None else found.samples[:, 0]
-    return heard
+def heard_by(name: str, settings: SpeechSettings, engine: Engine) -> Recognizer:
+    """Who listens to all channels."""
+    if name == "one microphone":
+        return FirstOnly(Transcriber(settings, engine=engine))
+    return ArrayTranscriber(ARRAY, settings, engine=engine, how=name)
+
+
+class FirstOnly:
+    """A recognizer that hears the first channel."""
+
+    def __init__(self, recognizer: Recognizer) -> None:
+        self._recognizer = recognizer
+
+    def feed(self, sound: Sound) -> tuple[Hypothesis, ...]:
+        return self._recognizer.feed(for_words(sound))
+
+    def finish(self) -> tuple[Hypothesis, ...]:
+        return self._recognizer.finish()
 
 
 def stop(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> dict[str, Any]:

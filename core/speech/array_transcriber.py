@@ -1,0 +1,98 @@
+"""Words out of an array: one microphone tells when somebody speaks, all of them together what is said.
+
+Every utterance is located and read from the beam towards its voice. In noise and in rooms that is what keeps numbers
+apart; `tests.benchmarks.words` shows by how much.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+from core.errors import BadInput
+from core.perception.sound.beam import How, towards_voice
+from core.perception.sound.locate import locate
+from core.perception.sound.settings import HearingSettings
+from core.sensors.microphones import MicrophoneArray, Sound
+from core.speech.engines import open_engine
+from core.speech.recognizer import Engine, Hypothesis, Utterance
+from core.speech.settings import RATE, SpeechSettings
+from core.speech.transcriber import Transcriber
+
+GAP = 0.02  # [s] missing between two pieces of sound, beyond which what was before is forgotten
+BEFORE = 0.1  # [s] before an utterance's first voiced frame, that may already belong to it
+
+
+class ArrayTranscriber:
+    """The recognizer for sound of several microphones; its sound has all channels and 16 kHz."""
+
+    def __init__(
+        self,
+        array: MicrophoneArray,
+        settings: SpeechSettings | None = None,
+        hearing: HearingSettings | None = None,
+        *,
+        held: bool = False,
+        engine: Engine | None = None,
+        how: How = "mvdr",
+    ) -> None:
+        """Raises Unavailable when the engine is not there."""
+        chosen = settings or SpeechSettings()
+        remembered = chosen.longest + 3 * chosen.pre_roll + chosen.hangover
+        inner = engine or open_engine(chosen)
+        self._beamed = _Beamed(inner, array, hearing or HearingSettings(), how, remembered)
+        self._array = array
+        self._one = Transcriber(chosen, held=held, engine=self._beamed)
+
+    @property
+    def speaking(self) -> bool:
+        """Whether an utterance is under way."""
+        return self._one.speaking
+
+    def feed(self, sound: Sound) -> tuple[Hypothesis, ...]:
+        """The next piece of sound → STOP at once, and the sentences that ended in it. Raises BadInput."""
+        samples = self._array.heard(sound)
+        if sound.rate != RATE:
+            raise BadInput(f"Words from an array need sound at {RATE} Hz; this has {sound.rate} Hz.")
+        self._beamed.remember(sound)
+        return self._one.feed(Sound(stamp=sound.stamp, rate=RATE, samples=samples[:, :1]))
+
+    def finish(self) -> tuple[Hypothesis, ...]:
+        """The sound ends here → the sentence that was under way."""
+        return self._one.finish()
+
+
+class _Beamed:
+    """An engine that reads what the array hears of an utterance."""
+
+    def __init__(
+        self, engine: Engine, array: MicrophoneArray, hearing: HearingSettings, how: How, remembered: float
+    ) -> None:
+        self._engine, self._array, self._hearing = engine, array, hearing
+        self._how: How = how
+        self._remembered = remembered  # [s]
+        self._pieces: deque[Sound] = deque()
+
+    def remember(self, sound: Sound) -> None:
+        """Keep a piece of sound of all channels."""
+        if self._pieces:
+            last = self._pieces[-1]
+            if abs(last.stamp + last.duration - sound.stamp) > GAP or last.channels != sound.channels:
+                self._pieces.clear()
+        self._pieces.append(sound)
+        while self._pieces[0].stamp + self._pieces[0].duration < sound.stamp - self._remembered:
+            self._pieces.popleft()
+
+    def read(self, utterance: Utterance) -> Hypothesis:
+        """What was said, from the beam towards the voice; from one microphone where no direction is found."""
+        begin, end = utterance.sound.stamp, utterance.sound.stamp + utterance.sound.duration
+        within = [one for one in self._pieces if one.stamp < end and one.stamp + one.duration > begin]
+        samples = np.concatenate([one.samples for one in within])
+        whole = Sound(stamp=within[0].stamp, rate=RATE, samples=samples).part(begin, end)
+        since = utterance.begin - BEFORE
+        direction = locate(whole, self._array, speech_from=since, settings=self._hearing)
+        if direction is None:
+            return self._engine.read(utterance)
+        beam = towards_voice(whole, self._array, direction.towards, since, self._how)
+        return self._engine.read(Utterance(sound=beam, begin=utterance.begin, end=utterance.end, cut=utterance.cut))

@@ -1,0 +1,63 @@
+"""Words from an array: what the engine is given to read."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from core.errors import BadInput
+from core.sensors.microphones import RESPEAKER_ODAS, Sound
+from core.speech.array_transcriber import ArrayTranscriber
+from core.speech.recognizer import Hypothesis, Utterance
+from core.speech.settings import RATE
+from core.speech.transcriber import Transcriber
+from tests.core.perception.voices import far_voice
+
+
+class Scribe:
+    """An engine that writes down what it was given."""
+
+    def __init__(self) -> None:
+        self.given: list[Utterance] = []
+
+    def read(self, utterance: Utterance) -> Hypothesis:
+        self.given.append(utterance)
+        return Hypothesis(words="", begin=utterance.begin, end=utterance.end)
+
+
+def spoken(ratio: float) -> Sound:
+    """A voice from 1.0 rad, with half a second of noise before and a second behind."""
+    voice = far_voice(RESPEAKER_ODAS, 1.0, 0.2, ratio=ratio, duration=1.2, stamp=20.0)
+    noise = far_voice(RESPEAKER_ODAS, 1.0, ratio=ratio, duration=1.5, seed=5).samples[: RATE // 2]
+    return Sound(stamp=20.0, rate=RATE, samples=np.concatenate((noise, voice.samples, noise[::-1], noise)))
+
+
+def pieces(sound: Sound) -> list[Sound]:
+    count = round(sound.duration / 0.02)
+    return [sound.part(sound.stamp + 0.02 * n, sound.stamp + 0.02 * (n + 1)) for n in range(count)]
+
+
+def test_the_beam_has_less_noise_than_one_microphone_and_the_same_bounds():
+    pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
+    one, many = Scribe(), Scribe()
+    single, whole = Transcriber(engine=one), ArrayTranscriber(RESPEAKER_ODAS, engine=many)
+    for piece in pieces(spoken(15.0)):
+        single.feed(Sound(stamp=piece.stamp, rate=RATE, samples=piece.samples[:, :1]))
+        whole.feed(piece)
+    alone, beamed = one.given[-1], many.given[-1]
+    assert (alone.begin, alone.end) == (beamed.begin, beamed.end)
+    assert len(alone.samples) == pytest.approx(len(beamed.samples), abs=2)
+
+    def clarity(utterance: Utterance) -> float:
+        return float(utterance.samples.std() / utterance.before[: RATE // 4].std())
+
+    assert clarity(beamed) > 1.3 * clarity(alone)
+
+
+def test_sound_that_does_not_fit_the_array_is_refused():
+    pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
+    ears = ArrayTranscriber(RESPEAKER_ODAS, engine=Scribe())
+    with pytest.raises(BadInput, match="channel"):
+        ears.feed(Sound(stamp=0.0, rate=RATE, samples=np.zeros((320, 1))))
+    with pytest.raises(BadInput, match="16000 Hz"):
+        ears.feed(Sound(stamp=0.0, rate=48_000, samples=np.zeros((960, 4))))
