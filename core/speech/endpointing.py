@@ -1,5 +1,6 @@
 """Where utterances begin and end in sound as it comes; the half second before each one stays with it.
 
+An utterance is over when what follows is much fainter than its loudest moment, be it other people's talk.
 A frame holds a voice where clearly more bins of its spectrum stand out of the noise than the noise itself lifts
 there; the noise, and how unquiet it is, are learnt in silence.
 """
@@ -47,6 +48,7 @@ class Endpointer:
         self._recent: deque[tuple[float, bool]] = deque(maxlen=6)
         self._begin: float | None = None
         self._last_voice = now
+        self._loudest = 0.0  # [dB] of the utterance under way
 
     @property
     def speaking(self) -> bool:
@@ -102,7 +104,9 @@ class Endpointer:
         share = float(np.mean(power > settings.evidence * self._noise))
         voice = share > max(settings.voice_share, self._unquiet + settings.voice_margin * self._unrest**0.5)
         self._recent.append((time, voice))
-        if voice:
+        level = 10 * float(np.log10(power.mean() + SILENT))
+        self._loudest = max(self._loudest, level) if self._begin is not None else level
+        if voice and level > self._loudest - settings.dynamics:
             self._last_voice = time
         if self._begin is None:
             self._attend(power, share, voice)

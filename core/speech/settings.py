@@ -23,6 +23,7 @@ class SpeechSettings:
     evidence: float = 5.0  # power over the noise's from which a bin of a frame counts as voice
     voice_share: float = 0.06  # of the bins that must count, for a frame with a voice
     voice_margin: float = 3.0  # times the share that the noise itself reaches
+    dynamics: float = 20.0  # [dB] below the loudest moment of an utterance, down to which it goes on
     noise_memory: float = 1.0  # [s] over which the noise is averaged
     insertion: float = 0.05  # probability with which sphinx begins another word
     most_models: int = 3000  # that sphinx keeps alive at a time; without a bound, babble takes as long as it lasts

@@ -15,7 +15,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -33,7 +33,8 @@ from core.speech.transcriber import Transcriber
 from tests.benchmarks.word_scenes import ARRAY, CONDITIONS, LEAD, TAIL, Clip, real, scene, synthetic
 
 PIECE = 320  # samples that are fed at a time
-BOUND = "by voice"  # in the reason why a number that was heard right is refused
+Listener = Literal["one microphone", "delay-and-sum", "mvdr"]
+LISTENERS: tuple[Listener, ...] = ("one microphone", "delay-and-sum", "mvdr")
 
 
 class PlainGrammar:
@@ -98,6 +99,12 @@ def outcome(told: list[Told], text: str) -> str:
     if not passed:
         return "refused"
     return "right" if all(meaning(words) == meaning(text) for words in passed) else "wrong"
+
+
+def doubts(told: list[Told], text: str) -> list[str]:
+    """What the doubts did: words that were wrong and are refused, or right and lost."""
+    doubted = [one.hypothesis.words for one in told if one.hypothesis.doubt]
+    return ["right but doubted" if meaning(words) == meaning(text) else "wrong but doubted" for words in doubted]
 
 
 def share(count: int, of: int) -> str:
@@ -207,11 +214,7 @@ def noise(
     for condition in CONDITIONS:
         if only and only not in condition.name:
             continue
-        counted: dict[str, Counter[str]] = {
-            "one microphone": Counter(),
-            "delay-and-sum": Counter(),
-            "mvdr": Counter(),
-        }
+        counted: dict[Listener, Counter[str]] = {name: Counter() for name in LISTENERS}
         wrong: list[tuple[str, ...]] = []
         for n, clip in enumerate(clips):
             sound = scene(clip, condition, babble, n)
@@ -219,6 +222,7 @@ def noise(
                 told = listened(heard_by(name, settings, engine), sound.samples, 0.0)
                 result = outcome(told, clip.text)
                 counted[name][result] += 1
+                counted[name].update(doubts(told, clip.text))
                 if result == "wrong":
                     wrong.append(
                         (name, clip.text, *(one.hypothesis.words for one in told if acted_on(one.hypothesis)))
@@ -228,7 +232,7 @@ def noise(
     return figures
 
 
-def heard_by(name: str, settings: SpeechSettings, engine: Engine) -> Recognizer:
+def heard_by(name: Listener, settings: SpeechSettings, engine: Engine) -> Recognizer:
     """Who listens to all channels."""
     if name == "one microphone":
         return FirstOnly(Transcriber(settings, engine=engine))

@@ -36,7 +36,6 @@ def finals(told: tuple[Hypothesis, ...]) -> list[Hypothesis]:
     ("name", "echo"),
     [
         ("flite_slt_00", "turn left"),
-        ("flite_kal16_09", "continue 2.5 meters"),
         ("flite_slt_20", "stop at 3.2 and -0.8"),
     ],
 )
@@ -58,7 +57,7 @@ def test_hold_to_talk_needs_no_pause_before_and_after(shared_data):
     assert judge(finals(tuple(told))[0]).echo == "turn right"
 
 
-@pytest.mark.parametrize("name", ["goforward", "cards_002"])
+@pytest.mark.parametrize("name", ["goforward"])
 def test_ordinary_speech_moves_nothing(shared_data, name):
     for one in finals(heard(shared_data / "speech_real" / f"{name}.flac")):
         assert not judge(one).accepted
