@@ -24,6 +24,7 @@ class BeliefSettings:
     merit: float = 0.58  # … and so much of it beyond the share of beams that contradict the map
     of_two: float = 0.035  # by which both must be higher as long as there are two views only
     rival: float = 0.88  # share of the best place's score that any other place may reach
+    loose: float = 0.94  # share of it that shifting the views by 0.3 to 0.75 m may leave
     views: int = 6  # that are kept
     drift: float = 0.15  # [m] by which two views may disagree with the odometry between them …
     drift_share: float = 0.1  # … and this share of the way
@@ -117,7 +118,7 @@ class Hypotheses:
             return "I see through walls of the map"
         if any(other.score > settings.rival * best.score for other in self.places[1:]):
             return "other places look the same"
-        if self.looseness(best) > settings.rival:
+        if self.looseness(best) > settings.loose:
             return "the walls here leave it open along them"
         return ""
 

@@ -58,13 +58,13 @@ class Click:
 
 STANDING = "I have lost my place: {why}. I stand still and look for it on the map."
 TURNING = "I may be at one of the marked places. I turn slowly on the spot for another look."
-HOLDING = "I may be at one of the marked places, and need another look: turn me, or click where I am."
-ASKING = "I cannot tell where I am: {doubt}. Click on the map where I stand, or drive me by hand to a place I know."
+HOLDING = "I may be at one of the marked places. Tell me “turn left” for another look, or click where I am."
+ASKING = "I cannot tell where I am: {doubt}. Click on the map where I stand, or drive me by hand."
 EMPTY = "I have lost my place, and there is too little on the map to find it again. Click where I stand."
 AGREED = "I know where I am again: {views} views agree."
 CLICKED = "I know where I am again: what I see fits the place that was clicked."
 TRUSTED = "There is too little on the map to check the clicked place; I take it as it was told."
-UNFIT = "What I see does not fit the map there: {doubt}. Click closer, or drive me by hand to a place I know."
+UNFIT = "What I see does not fit the map there: {doubt}. Click closer, or drive me by hand."
 NO_VIEW = "No scan has come since; wait for the laser, then click again."
 
 

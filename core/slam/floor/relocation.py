@@ -106,7 +106,7 @@ def ring() -> Array:
     return (distance >= RING[0]) & (distance <= RING[1])
 
 
-def same(one: Pose, other: Pose, apart: float = 0.25, turned: float = math.radians(5)) -> bool:
+def same(one: Pose, other: Pose, apart: float = 0.3, turned: float = math.radians(8)) -> bool:
     """Whether two poses are one place."""
     return one.distance_to(other.x, other.y) < apart and abs(wrap(one.heading - other.heading)) < turned
 

@@ -1,0 +1,176 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from carried_scenes import LAB, LASER, OBLONG, anywhere, carry, mapped, robot, seen
+
+from core.gate import Twist
+from core.geometry import Pose, wrap
+from core.perception.deskew import beam_ends
+from core.slam.floor.alarm import Alarm, Signs, Walls
+from core.slam.floor.chart import View
+from core.slam.floor.lost import Click, Finding, Found, LostSettings
+from core.slam.occupancy import Grid
+
+EMPTY = Grid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((0, 0), np.float32))
+
+
+@pytest.fixture(scope="module")
+def lab() -> Grid:
+    return mapped(LAB)
+
+
+def stand(finding: Finding, view: View, frames: int, start: float = 0.0) -> Found | None:
+    """So many frames of standing with this view."""
+    for frame in range(frames):
+        found = finding.step(start + frame / 40, view.odometry, view if frame == 0 else None, False)
+        if found is not None:
+            return found
+    return None
+
+
+def test_a_match_that_stays_bad_for_a_second_is_being_lost() -> None:
+    alarm = Alarm()
+    told = [alarm.heed(Signs(0.1 * n, match=0.2)) for n in range(11)]
+    assert told == [False] * 10 + [True]
+    assert alarm.doubt == "the scans do not fit what was seen just before"
+
+
+def test_a_bad_match_that_passes_is_only_a_doubt() -> None:
+    alarm = Alarm()
+    for n in range(8):
+        assert not alarm.heed(Signs(0.1 * n, match=0.2))
+    assert alarm.doubt
+    assert not alarm.heed(Signs(0.8, match=0.9)) and not alarm.doubt
+    assert not any(alarm.heed(Signs(0.9 + 0.1 * n, match=0.2)) for n in range(10))
+
+
+def test_innovations_out_of_band_count_only_where_most_sightings_match_nothing() -> None:
+    wild, strange = Alarm(), Alarm()
+    assert not any(wild.heed(Signs(0.1 * n, nis=9.0, unmatched=0.3)) for n in range(20))
+    assert [strange.heed(Signs(0.1 * n, nis=9.0, unmatched=0.7)) for n in range(11)][-1]
+
+
+def test_scans_that_move_while_the_wheels_stand_tell_of_being_carried() -> None:
+    alarm, step = Alarm(), Pose(0.06, 0.0, 0.0)
+    told = [alarm.heed(Signs(0.1 * n, match=0.9, wheels=Pose(), scans=step)) for n in range(10)]
+    assert told.index(True) == 8
+    alarm.calm()
+    assert not any(alarm.heed(Signs(1 + 0.1 * n, match=0.9, wheels=step, scans=Pose())) for n in range(30))  # slip
+
+
+def test_what_was_never_seen_does_not_contradict_the_map(lab: Grid) -> None:
+    walls, here = Walls(), Pose(0.5, 0.3, 0.4)
+    points = seen(LAB, here).points
+    right = walls.agreement(lab, here.apply(points))
+    wrong = walls.agreement(lab, Pose(0.5, 0.3, 2.4).apply(points))
+    assert right is not None and right > 0.95
+    assert wrong is not None and wrong < 0.6
+    assert walls.agreement(lab, here.apply(points) + 100.0) is None
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_carried_robot_turns_on_the_spot_and_knows_where_it_is_within_three_seconds(lab: Grid, seed: int) -> None:
+    carried, place = robot(seed), anywhere(LAB, np.random.default_rng(50 + seed))
+    carry(carried, place)
+    finding, found, phases = Finding(0.0, "it was carried", lab), None, set[str]()
+    for number in range(120):
+        frame = carried.read()
+        assert frame.wheels is not None and frame.truth is not None
+        view = None
+        if frame.scan is not None:
+            ends, hits = beam_ends(frame.scan, LASER, frame.wheels, frame.stamp)
+            view = View.of_beams(frame.stamp, frame.wheels.odometry, LASER.mounting, ends, hits)
+        found = finding.step(number / 40, frame.wheels.odometry, view, True)
+        phases.add(finding.lost.phase)
+        if found is not None:
+            break
+        assert abs(finding.turn) <= 0.5
+        carried.drive(Twist(0.0, finding.turn))
+    assert found is not None
+    assert finding.turn == 0.0
+    assert frame.truth.distance_to(found.pose.x, found.pose.y) < 0.1
+    assert abs(wrap(found.pose.heading - frame.truth.heading)) < math.radians(2)
+    error = found.pose.vector - frame.truth.vector
+    error[2] = wrap(float(error[2]))
+    assert error @ np.linalg.solve(found.covariance, error) < 16.3
+    assert place.distance_to(frame.truth.x, frame.truth.y) < 0.05
+    assert phases <= {"searching", "confirming"}
+
+
+def test_a_robot_that_may_not_turn_stands_and_is_not_believed_on_one_view(lab: Grid) -> None:
+    finding = Finding(0.0, "it was carried", lab)
+    assert stand(finding, seen(LAB, Pose(0.5, 0.3, 0.4), Pose()), 200) is None
+    assert finding.turn == 0.0
+    assert finding.lost.phase == "confirming"
+    assert len(finding.lost.candidates) >= 1
+    assert "turn left" in finding.lost.words
+
+
+def test_where_rooms_look_alike_it_asks_after_a_full_turn() -> None:
+    finding, phases = Finding(0.0, "it was carried", mapped(OBLONG)), list[str]()
+    for number in range(720):
+        pose = Pose(1.4, 1.1, math.radians(number / 2 * 1.1))
+        view = seen(OBLONG, pose, pose, seed=number) if number % 4 == 0 else None
+        assert finding.step(number / 40, pose, view, True) is None
+        phases.append(finding.lost.phase)
+    assert phases[0] == "searching" and "confirming" in phases and phases[-1] == "asking"
+    assert finding.turn == 0.0
+    assert len(finding.lost.candidates) == 2
+    assert "look the same" in finding.lost.words and "Click" in finding.lost.words
+
+
+def test_a_click_decides_between_places_that_look_alike() -> None:
+    truth = Pose(1.4, 1.1, 0.8)
+    finding = Finding(0.0, "it was carried", mapped(OBLONG))
+    assert stand(finding, seen(OBLONG, truth, Pose()), 200) is None
+    finding.place_at(Click(1.1, 1.5, None))
+    found = stand(finding, seen(OBLONG, truth, Pose(), seed=1), 300)
+    assert found is not None
+    assert truth.distance_to(found.pose.x, found.pose.y) < 0.05
+    assert abs(wrap(found.pose.heading - truth.heading)) < math.radians(1)
+
+
+def test_a_click_at_the_wrong_place_is_answered_in_words_and_a_better_one_is_taken(lab: Grid) -> None:
+    truth = Pose(0.5, 0.3, 0.4)
+    view = seen(LAB, truth, Pose())
+    elsewhere = next(
+        p for s in range(50) if (p := anywhere(LAB, np.random.default_rng(s))).distance_to(0.5, 0.3) > 2.5
+    )
+    finding = Finding(0.0, "it was carried", lab)
+    finding.place_at(Click(elsewhere.x, elsewhere.y, None))
+    assert stand(finding, view, 300) is None
+    assert finding.lost.phase == "asking"
+    assert finding.lost.words.startswith("What I see does not fit the map there")
+    finding.place_at(Click(0.9, 0.0, 0.3))
+    found = stand(finding, view, 300)
+    assert found is not None and truth.distance_to(found.pose.x, found.pose.y) < 0.05
+
+
+def test_on_an_empty_map_it_asks_and_takes_the_click_as_it_is() -> None:
+    finding = Finding(0.0, "it was carried", EMPTY)
+    view = seen(LAB, Pose(0.5, 0.3, 0.4), Pose())
+    assert stand(finding, view, 10) is None
+    assert finding.lost.phase == "asking" and "too little on the map" in finding.lost.words
+    finding.place_at(Click(2.0, 1.0, 0.5))
+    found = stand(finding, view, 10)
+    assert found is not None
+    assert found.pose == Pose(2.0, 1.0, 0.5)
+    assert found.covariance[0, 0] == LostSettings().unchecked_sd ** 2
+
+
+def test_the_place_is_told_for_the_frame_in_which_it_was_found(lab: Grid) -> None:
+    truth, finding = Pose(0.5, 0.3, 0.4), Finding(0.0, "it was carried", lab)
+    finding.place_at(Click(0.6, 0.2, 0.5))
+    view, found, frame = seen(LAB, truth, Pose()), None, 0
+    while found is None:
+        moved = Pose(0.001 * frame, 0.0, 0.002 * frame)
+        found = finding.step(frame / 40, moved, view if frame == 0 else None, False)
+        frame += 1
+        assert frame < 300
+    now = truth @ moved
+    assert frame > 5
+    assert now.distance_to(found.pose.x, found.pose.y) < 0.05
+    assert abs(wrap(found.pose.heading - now.heading)) < math.radians(1)
