@@ -17,6 +17,7 @@ from console.api.calibration import calibration
 from console.api.calibration_files import calibration_files
 from console.api.commands import commands
 from console.api.documentation import documentation
+from console.api.hearing import hearing
 from console.api.lease import lease
 from console.api.login import login
 from console.api.maps import maps
@@ -38,6 +39,7 @@ ROUTERS = (
     stop,
     commands,
     state,
+    hearing,
     lease,
     login,
     maps,

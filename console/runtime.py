@@ -12,6 +12,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ import cv2
 from console import wire
 from console.calibration.workbench import Workbench
 from console.door import Door
+from console.hearing import Ears
 from console.history import History
 from console.latest import Hub
 from console.lease import Lease
@@ -34,7 +36,7 @@ from console.sockets import Sockets
 from console.watch import HANGS, Watch
 from core.errors import BeckonError
 from core.robots import Profile
-from core.sensors import SensorFrame
+from core.sensors import SensorFrame, Sound
 from core.snapshot import Snapshot
 
 log = logging.getLogger(__name__)
@@ -61,6 +63,7 @@ class Runtime:
         self.board = NoticeBoard()
         self.history = History(home, self._complain)
         self.door = Door(robot, self.lease, self.history, self.board)
+        self.ears = Ears(self.door, self.history, self.board)
         self.player = Player(robot, self.history, self.board)
         self.scene = Scene(robot, self._complain)
         self.workbench = Workbench(home, robot, self.hub, self.board.tell, self._look_through)
@@ -83,7 +86,7 @@ class Runtime:
     async def open(self) -> None:
         """Bring everything up. Raises Unavailable or BadInput when the robot does not come."""
         self._loop = asyncio.get_running_loop()
-        self.robot.alarm = self._alarm
+        self.robot.alarm = partial(self._call, self.board.tell, "error")
         self._opening = True
         try:
             await asyncio.to_thread(self.robot.start)
@@ -123,6 +126,7 @@ class Runtime:
         if self._pilot is not None:
             await asyncio.to_thread(self._pilot.close)
         await self.workbench.close()
+        await self.ears.close()
         await asyncio.to_thread(self.robot.close)
         await self.scene.close()
         await asyncio.to_thread(self.history.close)
@@ -198,7 +202,7 @@ class Runtime:
         self.workbench.newest = frame.image or self.workbench.newest
         if self.workbench.watching:
             self._call(self.workbench.saw, frame)
-        self._call(self._took, snapshot, picture)
+        self._call(self._took, snapshot, picture, frame.sound)
 
     def _look_through(self, profile: Profile) -> None:
         """A calibration was accepted or taken back: used from the next frame on."""
@@ -214,10 +218,11 @@ class Runtime:
         if self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(act, *given)
 
-    def _took(self, snapshot: Snapshot, picture: tuple[float, bytes] | None) -> None:
+    def _took(self, snapshot: Snapshot, picture: tuple[float, bytes] | None, sound: Sound | None) -> None:
         if not self.over:
             self.robot.beat()  # the loop runs and the pilot steps: that is what the gate wants to know
         self.snapshot = snapshot
+        self.ears.took(snapshot, sound, self.robot.profile.microphones)
         self.board.adopt(snapshot.notices, snapshot.stamp)
         for told in snapshot.endings:
             self.door.ended(told)
@@ -287,10 +292,6 @@ class Runtime:
         """The newest snapshot may stay the newest for long: what it says is under way has failed."""
         if self.snapshot is not None:
             self.snapshot = replace(self.snapshot, undertaking=None, goal=None)
-
-    def _alarm(self, text: str) -> None:
-        """From any thread."""
-        self._call(self.board.tell, "error", text)
 
     def _complain(self, text: str) -> None:
         """From any thread."""

@@ -33,6 +33,7 @@ DESKS = {
     "camera": "console.calibration.camera_desk:CameraDesk",
     "laser": "console.calibration.laser_desk:LaserDesk",
     "back room": "console.calibration.back_room:BackRoom",
+    "words": "console.words_desk:WordsDesk",
 }
 
 

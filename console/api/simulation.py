@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
+import base64
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -10,6 +13,10 @@ from console.api import Behind, Who, Wish, router
 from console.problems import Problem
 from console.roles import needs
 from console.runtime import Runtime
+from core.speech.voice import VoiceSettings, pcm, speak
+
+PCM = 900_000  # characters of base64, 21 s at 16 kHz
+PIECE = 100_000  # of them that go through the driver's pipe at once; a multiple of 4
 
 simulation = router("simulation")
 
@@ -55,6 +62,23 @@ class BoardPlacing(Wish):
     holder: bool = False
 
 
+class Saying(Wish):
+    """What is said where in the simulated room: as `text`, or `pcm`, 16-bit samples of one channel in base64.
+
+    Without a place, `id` names a person who stands in the room. With `more`, the next piece of the same `id` goes on.
+    """
+
+    text: str | None = Field(default=None, max_length=500)
+    pcm: str | None = Field(default=None, max_length=PCM)
+    rate_hz: int = Field(default=16_000, ge=8_000, le=48_000)
+    x_m: Number | None = None
+    y_m: Number | None = None
+    z_m: Number | None = None
+    id: str | None = Field(default=None, min_length=1, max_length=40)
+    voice: str = Field(default="en-us", max_length=40)
+    more: bool = False
+
+
 class Removing(Wish):
     """Which of the placed things goes."""
 
@@ -85,6 +109,33 @@ async def place(
     answer = await simulated(behind).ask({"do": "place", **wanted})
     behind.history.add("place", who, words=asked.what)
     return answer
+
+
+@simulation.post("/sim/say", status_code=202)
+@needs("operator")
+async def say(asked: Saying, behind: Behind, who: Who) -> dict[str, Any]:
+    """A voice in the room: through its acoustics to the robot's microphones, and on as any voice."""
+    wanted = {key: value for key, value in asked.model_dump().items() if value is not None}
+    simulated(behind)
+    if asked.text is not None and asked.pcm is None:
+        sound = await asyncio.to_thread(speak, asked.text, VoiceSettings(voice=asked.voice))  # not in the driver
+        wanted |= {"pcm": base64.b64encode(pcm(sound)).decode(), "rate_hz": sound.rate}
+    answer: dict[str, Any] = {}
+    for piece in pieces(wanted):
+        answer = await behind.ask({"do": "say", **piece, **({"id": answer["id"]} if answer else {})})
+    behind.history.add("say", who, words=asked.text or "")
+    return answer
+
+
+def pieces(wanted: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """A wish to say something, in pieces that go through the driver's pipe."""
+    if "pcm" not in wanted:
+        yield wanted
+        return
+    samples = str(wanted["pcm"])
+    for begin in range(0, max(len(samples), 1), PIECE):
+        more = wanted.get("more", False) or begin + PIECE < len(samples)
+        yield wanted | {"pcm": samples[begin : begin + PIECE], "more": more}
 
 
 @simulation.post("/sim/remove")

@@ -75,6 +75,11 @@ def speak(text: str, settings: VoiceSettings | None = None, speakers: Sequence[S
     raise Unavailable(NO_VOICE)
 
 
+def pcm(sound: Sound) -> bytes:
+    """A sound's first channel → 16-bit samples, little endian."""
+    return np.clip(np.round(sound.samples[:, 0] * 32768), -32768, 32767).astype("<i2").tobytes()
+
+
 def can_speak() -> bool:
     """Whether text can be spoken here."""
     return _library() is not None or shutil.which("espeak-ng") is not None

@@ -20,6 +20,7 @@ from core.gate.trace import TraceWriter, check
 from core.robots import Profile
 from core.robots.connect import connect
 from core.robots.nearness import field_of, near_points
+from core.robots.outbox import merged
 from core.sensors import SensorFrame
 from core.settings import Settings
 
@@ -130,7 +131,8 @@ class InProcessRobot:
                 if frame.scan is not None and laser is not None:
                     self.gate.see(near_points(frame.scan, laser, frame), self._now, field_of(laser))
             with self._news:
-                self._frame, self._frame_at = frame, time.monotonic()
+                self._frame = frame if self._frame is None else merged(self._frame, frame)
+                self._frame_at = time.monotonic()
                 self._news.notify_all()
             due += 1 / self.profile.rate
             self._over.wait(max(0.0, due - time.monotonic()))

@@ -1,0 +1,164 @@
+"""The robot's own ears: its sound goes to the worker that reads words, and what comes back is shown.
+
+STOP is obeyed, whoever said it and before the sentence is over. Anything else that is understood is shown, and moves
+the robot only where somebody who drives has taken the words on: see `obey`.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections import deque
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from console.door import Door
+from console.history import History
+from console.logins import Person
+from console.notice_board import NoticeBoard
+from console.workers import Lost, Worker
+from core.commands.stand import STOP_MOVING
+from core.errors import BeckonError
+from core.geometry import wrap
+from core.sensors import Sound
+from core.sensors.microphones import MicrophoneArray, joined
+from core.snapshot import Snapshot, VoiceDirection
+from core.speech.settings import SpeechSettings
+
+log = logging.getLogger(__name__)
+
+PIECE = 0.2  # [s] of sound that go to the worker at once
+MOST_WAITING = 8.0  # [s] of sound that may wait for it; older sound is not heard
+BUDGET = 20.0  # [s] of processor time for a piece
+REMEMBERED = 50  # utterances
+FRESH = 1.5  # [s] by which a direction may be older than the end of the words that it belongs to
+ROOM = Person("room", "a voice in the room", "viewer")
+NOT_OBEYED = "Voices in the room are shown; nobody who drives has taken them on."
+
+
+@dataclass(frozen=True)
+class Utterance:
+    """What somebody said near the robot."""
+
+    id: int
+    t0_s: float  # robot clock
+    t1_s: float
+    words: str
+    accepted: bool
+    command: str | None  # as it was understood, in words
+    reason: str
+    azimuth_rad: float | None  # robot frame, as the robot stood when it heard it
+    sd_rad: float | None
+
+
+class Ears:
+    """Lives on the event loop."""
+
+    def __init__(self, door: Door, history: History, board: NoticeBoard) -> None:
+        self.settings = SpeechSettings()
+        self.trouble = ""  # why words are not read
+        self.utterances: deque[Utterance] = deque(maxlen=REMEMBERED)
+        self.obey: Callable[[str, Utterance], None] | None = None  # takes words on; None: they are only shown
+        self._door, self._history, self._board = door, history, board
+        self._worker = Worker("words")
+        self._starts = 0  # of the worker, when it was last told how to listen
+        self._waiting: Sound | None = None
+        self._voices: tuple[VoiceDirection, ...] = ()
+        self._task: asyncio.Task[None] | None = None
+        self._stopped = -np.inf  # [s] end of the sentence whose STOP was obeyed
+        self._newest = 0
+
+    def took(self, snapshot: Snapshot, sound: Sound | None, array: MicrophoneArray | None) -> None:
+        """What the robot heard up to this snapshot; words are read in the array's first microphone."""
+        if snapshot.hearing is not None:
+            self._voices = snapshot.hearing.voices or self._voices
+        if sound is None or array is None or self.trouble:
+            return
+        one = Sound(stamp=sound.stamp, rate=sound.rate, samples=array.heard(sound)[:, :1])
+        self._waiting = joined(self._waiting, one, MOST_WAITING)
+        if self._task is None and self._waiting is not None and self._waiting.duration >= PIECE:
+            self._task = asyncio.get_running_loop().create_task(self._read())
+
+    async def close(self) -> None:
+        """Read no more."""
+        if self._task is not None:
+            self._task.cancel()
+            await asyncio.gather(self._task, return_exceptions=True)
+        self._worker.kill()
+        await self._worker.gone()
+
+    def shown(self) -> list[dict[str, Any]]:
+        """The newest utterances, newest first."""
+        return [asdict(one) for one in reversed(self.utterances)]
+
+    async def _read(self) -> None:
+        try:
+            while self._waiting is not None and self._waiting.duration >= PIECE:
+                sound, self._waiting = self._waiting, None
+                for told in await self._words(sound):
+                    self._hear(told)
+        except Lost as lost:
+            log.warning("The worker that reads words was lost: %s", lost)
+        except BeckonError as refusal:
+            self.trouble = str(refusal)
+            self._board.tell("warning", f"The robot's ears hear no words: {refusal}")
+        finally:
+            self._task = None
+
+    async def _words(self, sound: Sound) -> list[dict[str, Any]]:
+        """One piece to the worker, which is told first how to listen when it was started anew."""
+        await self._worker.ready()
+        if self._worker.starts != self._starts:
+            await self._worker.ask("begin", {"settings": asdict(self.settings)}, budget=BUDGET)
+            self._starts = self._worker.starts
+        given = {
+            "samples": np.ascontiguousarray(sound.samples[:, 0], np.float32).tobytes(),
+            "rate": sound.rate,
+            "stamp": sound.stamp,
+        }
+        return await self._worker.ask("feed", given, budget=BUDGET)
+
+    def _hear(self, told: dict[str, Any]) -> None:
+        """One utterance, or a STOP within one that is not over."""
+        stops = told["name"] == STOP_MOVING.name
+        if stops and told["end"] > self._stopped:
+            self._door.stop(ROOM, "ears")
+        if stops:
+            self._stopped = max(self._stopped, told["end"] + PIECE)
+        if not told["final"]:
+            return
+        one = self._utterance(told)
+        self.utterances.append(one)
+        if stops:
+            return
+        if one.accepted and self.obey is not None:
+            self.obey(told["heard_as"], one)
+            return
+        self._history.add(
+            "command",
+            ROOM,
+            state="refused",
+            source="ears",
+            words=one.words,
+            heard_as=told["heard_as"],
+            remark=NOT_OBEYED if one.accepted else one.reason,
+        )
+
+    def _utterance(self, told: dict[str, Any]) -> Utterance:
+        self._newest += 1
+        near = [one for one in self._voices if told["begin"] - PIECE <= one.stamp <= told["end"] + FRESH]
+        best = max(near, key=lambda one: one.strength, default=None)
+        return Utterance(
+            id=self._newest,
+            t0_s=round(told["begin"], 3),
+            t1_s=round(told["end"], 3),
+            words=told["words"],
+            accepted=told["name"] is not None,
+            command=told["heard_as"] or None,
+            reason=told["reason"],
+            azimuth_rad=None if best is None else round(wrap(best.azimuth), 4),
+            sd_rad=None if best is None else round(best.sd_heard, 4),
+        )
