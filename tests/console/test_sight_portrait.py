@@ -16,7 +16,7 @@ from core.sensors import Image
 
 def test_a_pictures_quality_is_told_with_its_figures() -> None:
     noise = np.random.default_rng(0).normal(20, 2, (256, 320, 3))
-    judged = judge(Image(stamp=0.0, pixels=np.clip(noise, 0, 255).astype(np.uint8)))
+    judged = judge(Image(stamp=0.0, pixels=np.round(noise).astype(np.uint8)))
     told = quality(judged)
     assert told is not None
     assert told.label == "dark"
