@@ -35,7 +35,11 @@ class Covariance:
 
     def rows(self, indices: Array) -> Array:
         """Rows (..., ) of indices → (..., size)."""
-        return np.stack([self.row(int(index)) for index in indices.ravel()]).reshape(*indices.shape, self.size)
+        size, flat = self.size, indices.ravel()
+        full = self._square[:size, flat].T
+        for row, index in enumerate(flat.tolist()):
+            full[row, index:] = self._square[index, index:size]
+        return full.reshape(*indices.shape, size)
 
     def block(self, first: int, count: int) -> Array:
         """The square block (count, count) on the diagonal from `first`."""

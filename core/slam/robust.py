@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any, cast
 
 import numpy as np
+from scipy.linalg import get_lapack_funcs
 
 from core.message import Array
+
+potrf, potri, potrs = cast(tuple[Any, Any, Any], get_lapack_funcs(("potrf", "potri", "potrs"), dtype=np.float64))
 
 ROUNDS = 3  # in which trust is withdrawn, at most
 STEEPNESS = 1.5  # with which it falls beyond the limit
@@ -36,12 +40,14 @@ def oddness(innovation: Array, surprises: Array) -> Array:
     The others' surprises have a common cause where the robot is not quite where it was predicted; what they share is
     taken off. With S the covariance and ν the surprises, (S⁻¹ν)_i has the covariance (S⁻¹)_ii.
     """
-    inverse = np.linalg.inv(innovation)
-    pulls = (inverse @ surprises.ravel()).reshape(-1, 2)
-    count = len(surprises)
-    own = inverse.reshape(count, 2, count, 2)[np.arange(count), :, np.arange(count), :]
-    a, b, c = own[:, 0, 0], own[:, 0, 1], own[:, 1, 1]
-    u, v = pulls.T
+    root, failed = potrf(innovation, lower=1)
+    if failed:
+        raise ValueError("The innovation covariance is not positive definite.")
+    pulls, _ = potrs(root, surprises.ravel(), lower=1)
+    inverse, _ = potri(root, lower=1)
+    diagonal = inverse.diagonal()
+    a, b, c = diagonal[::2], inverse.diagonal(-1)[::2], diagonal[1::2]
+    u, v = pulls[::2], pulls[1::2]
     return (c * u * u - 2 * b * u * v + a * v * v) / np.maximum(a * c - b * b, 1e-300)
 
 
@@ -61,12 +67,13 @@ def trust(innovation: Array, noises: Array, surprises: Array, odd: Array, limit:
     by one, sightings that all err alike because the prediction does would lose their say just when they are right.
     """
     weights = np.ones(len(surprises))
-    for _ in range(ROUNDS):
+    for turn in range(ROUNDS):
+        if turn:
+            odd = oddness(with_noise(innovation, (weights - 1.0)[:, None, None] * noises), surprises)
         beyond = odd > limit
         if not beyond.any():
             break
         weights[beyond] *= (odd[beyond] / limit) ** STEEPNESS
-        odd = oddness(with_noise(innovation, (weights - 1.0)[:, None, None] * noises), surprises)
     return weights
 
 
