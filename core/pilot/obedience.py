@@ -102,6 +102,14 @@ class Obedience:
             return ZERO
         return Twist(float(progress.twist.v), float(progress.twist.w))  # the gate takes no numpy numbers
 
+    def only_turn(self, rate: float, why: str) -> Twist:
+        """Obey no further, but turn on the spot at `rate` [rad/s] by leave of the command under way."""
+        if self.undertaking is None:
+            return ZERO
+        self._action = self.path = self.goal = None
+        self.undertaking = replace(self.undertaking, remark=why, progress=None)
+        return Twist(0.0, rate)
+
     def end(self, state: Ending, why: str) -> None:
         """The undertaking under way, if any, is over; nothing of it stays."""
         if self.undertaking is not None:

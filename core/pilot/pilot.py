@@ -14,7 +14,7 @@ from core.geometry import Pose
 from core.navigation.surroundings import Body, Surroundings
 from core.pilot.doors import Doors
 from core.pilot.ears import Ears
-from core.pilot.eyes import Eyes, Look
+from core.pilot.eyes import Eyes
 from core.pilot.feet import Feet
 from core.pilot.notices import Notices
 from core.pilot.obedience import Obedience
@@ -23,17 +23,20 @@ from core.robots import Profile
 from core.sensors import SensorFrame
 from core.settings import Settings
 from core.slam.dead_reckoning import DeadReckoning
-from core.slam.estimate import Estimate
+from core.slam.estimate import Estimate, Landmark
 from core.slam.floor.floor import Floor, Stand
 from core.slam.floor.rooms import Parts
 from core.slam.floor.saved import SavedMap
 from core.slam.floor.watch import WatchSettings
+from core.slam.occupancy import Grid
 from core.snapshot import Ending, Snapshot
 
 LOOKING_AROUND = "Looking around before the first move…"
 NO_SCAN = "No scan comes from the laser."
 SCAN_LOST_AFTER = 0.5  # [s]
 FOUND = "I know where I am again."
+AGAIN = "The robot lost its place on the way and has found it again; give the command once more."
+WITHOUT_A_PLACE = ("turn_left", "turn_right")  # commands that are obeyed while the robot's place is not known
 NOTHING_YET = "There is no map yet; drive a little first."
 
 
@@ -63,19 +66,19 @@ class Pilot:
         self._stamp = self._scan_stamp = stamp
         self._feet = Feet(self._profile.laser, settings.scan_odometry)
         self._eyes = Eyes(self._profile, settings)
-        self._mount = MountWatch(settings.drift)
         self._ears = Ears(self._profile, settings.hearing)
+        self._mount = MountWatch(settings.drift)
         self._floor = Floor(parts_of(settings), self._profile.laser, watched=self._profile.drives)
         self._dead_reckoning = DeadReckoning(settings.motion)
         self._trail, self._dead_reckoning_trail = MapTrail(), Trail()
-        self._contact = False
+        self._contact = self._lost = False
 
     def tell(self, undertaking_id: int, command: Command, source: str, who: str) -> None:
         """Obey this command from the next frame on; the one under way is pre-empted. Raises Refused."""
         if not self._profile.drives:
             raise Refused("This is a recording; it cannot be commanded. Connect a robot or the simulator.")
         lost = self._floor.lost
-        if lost is not None and kind_of(command.name).moves:
+        if lost is not None and kind_of(command.name).moves and command.name not in WITHOUT_A_PLACE:
             raise Refused(f"Not now: {lost.words}")
         self._obedience.tell(undertaking_id, command, source, who)
 
@@ -112,9 +115,10 @@ class Pilot:
             raise Refused(NOTHING_YET)
         return saved
 
-    def finish(self) -> None:
-        """The log is over: let the map settle."""
+    def finish(self) -> tuple[tuple[Landmark, ...], Grid]:
+        """The log is over: let the map settle → its landmarks and its grid."""
         self._floor.finish()
+        return self._floor.landmarks, self._floor.grid
 
     @property
     def stand(self) -> Stand:
@@ -138,6 +142,7 @@ class Pilot:
         self._obedience.open_inbox(frame.stamp)
         frame, move = self._feet.feel(frame)
         look = self._eyes.look(frame)
+        self._floor.may_turn = self._needs_a_place
         estimate = self._floor.update(frame, look.sightings, look.ends, look.hits, move)
         dead_reckoning = self._dead_reckoning.update(frame, look.sightings, move)
         self._mount.watch(frame.stamp, estimate.pose, look.pairs, self._eyes.camera)
@@ -156,8 +161,17 @@ class Pilot:
         """What to ask of the gate."""
         if self._obedience.undertaking is None:
             return ZERO
+        lost = self._floor.lost
+        if lost is not None and self._needs_a_place:
+            return self._obedience.only_turn(self._floor.turn, lost.words)
         wait_for = LOOKING_AROUND if self._floor.looking_around else ""
         return self._obedience.drive(self._surroundings(frame, pose), wait_for)
+
+    @property
+    def _needs_a_place(self) -> bool:
+        """Whether a command is under way that moves the robot to somewhere."""
+        doing = self._obedience.undertaking
+        return doing is not None and kind_of(doing.name).moves and doing.name not in WITHOUT_A_PLACE
 
     def _surroundings(self, frame: SensorFrame, pose: Pose) -> Surroundings:
         wheels = frame.wheels
@@ -180,8 +194,11 @@ class Pilot:
             self._notices.add(frame.stamp, "warning", "The robot touches something.")
         self._contact = frame.contact
         lost = self._floor.lost
-        if lost is not None:
+        if self._needs_a_place and lost is None and self._lost:
+            self._obedience.end("failed", AGAIN)
+        elif self._needs_a_place and lost is not None and lost.phase == "asking":
             self._obedience.end("failed", lost.words)
+        self._lost = lost is not None
         self._notices.watch(frame.stamp, "place", lost.words if lost else "", "warning", self._floor.found or FOUND)
         if frame.scan is not None:
             self._scan_stamp = frame.stamp
@@ -189,9 +206,9 @@ class Pilot:
         blind = overdue and self._profile.drives and self._profile.laser is not None
         self._notices.watch(frame.stamp, "laser", NO_SCAN if blind else "", "error", "The laser is back.")
         self._notices.watch(frame.stamp, "camera", self._eyes.trouble, "warning")
+        self._notices.watch(frame.stamp, "microphones", self._ears.trouble, "warning")
         self._notices.watch(frame.stamp, "picture", self._eyes.poor, "warning", "The camera sees well enough again.")
         self._notices.watch(frame.stamp, "mount", self._mount.alarm, "warning", "The camera sits as calibrated.")
-        self._notices.watch(frame.stamp, "microphones", self._ears.trouble, "warning")
         if frame.note:
             self._notices.add(frame.stamp, "info", frame.note)
 
@@ -219,8 +236,8 @@ class Pilot:
             undertaking=doing.undertaking,
             endings=doing.take_endings(),
             view=self._eyes.view,
-            drift=self._mount.drift,
             hearing=self._ears.hear(frame.sound, frame.stamp, estimate),
+            drift=self._mount.drift,
             notices=self._notices.newest,
             contact=frame.contact,
             running=frame.running,
