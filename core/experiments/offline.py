@@ -14,6 +14,7 @@ from core.robots.replayed import profile_of
 from core.settings import Settings
 from core.slam.ekf import EkfSlam
 from core.slam.estimate import Landmark
+from core.slam.floor.floor import Stand
 from core.slam.occupancy import Grid
 
 PACE = 0.02  # [m]: the path is measured from place to place this far apart, so that trembling at rest adds nothing
@@ -92,15 +93,14 @@ def slam_log(
 
 
 def _scans(recording: ScanRecording, settings: Settings) -> Result:
-    """Scans go through the pilot itself, frame by frame."""
+    """Scans go through the pilot itself, frame by frame; the poses are told by the map as it is in the end."""
     pilot = Pilot(profile_of(recording), settings)
-    snapshots = None
-    poses: list[Pose] = []
+    stands: list[Stand] = []
     for frame in recording:
-        snapshots = pilot.step(frame)
-        poses.append(snapshots.estimate.pose)
-    assert snapshots is not None, "a recording has at least one scan"
-    return Result(recording, tuple(poses), snapshots.landmarks, grid=snapshots.grid)
+        pilot.step(frame)
+        stands.append(pilot.stand)
+    landmarks, grid = pilot.finish()
+    return Result(recording, tuple(pilot.where(stand) for stand in stands), landmarks, grid=grid)
 
 
 def _sightings(recording: SightingRecording, settings: Settings) -> Result:

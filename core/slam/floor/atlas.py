@@ -28,6 +28,7 @@ class Atlas:
         self.poses: list[Pose] = []  # world, one per view
         self.driven: list[Increment] = []  # from every view to the next one
         self.tied: list[Edge] = []  # from submaps' anchors to their views, as the filters have it
+        self.aligned: dict[tuple[int, int], Edge] = {}  # views laid on each other
         self.bonds: list[Bond] = []
         self.revision = 0
 
@@ -49,7 +50,16 @@ class Atlas:
     def edges(self, links: Iterable[Link] = ()) -> list[Edge]:
         """Everything that holds the views together, and these links."""
         way = [Edge(k, k + 1, move.pose, move.covariance) for k, move in enumerate(self.driven)]
-        return way + self.tied + [link.edge for link in links]
+        fine = [edge for (a, b), edge in self.aligned.items() if self.connected(a, b)]
+        return way + self.tied + fine + [link.edge for link in links]
+
+    def connected(self, a: int, b: int) -> bool:
+        """Whether two views are known to lie where the map has them beside each other."""
+        one, other = self.views[a].submap, self.views[b].submap
+        if one == other:
+            return True
+        bond = self.bond_between(one, other)
+        return bond is not None and bond.holds
 
     def links(self) -> list[Link]:
         """The links of all bonds that hold."""

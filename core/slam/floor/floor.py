@@ -68,6 +68,7 @@ class Floor:
         self._stamp: float | None = None
         self._owed = 0.0  # pieces of work
         self._enters = saved is not None
+        self._mosaic.finish(self.rooms.active.id)
         self.may_turn = False  # whether the robot may turn on the spot by itself while its place is looked for
 
     def update(
@@ -196,6 +197,7 @@ class Floor:
         while not self._surveyor.work(1000):
             pass
         self._settle()
+        self._mosaic.finish(self.rooms.active.id)
 
     def _view(self, frame: SensorFrame) -> View | None:
         return View(frame.scan, self._laser) if frame.scan is not None and self._laser is not None else None

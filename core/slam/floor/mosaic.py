@@ -64,6 +64,12 @@ class Mosaic:
             if self._labour is not None and next(self._labour, "over") == "over":
                 self._labour = None
 
+    def finish(self, active: int) -> None:
+        """Lay everything anew at once."""
+        self._labour, self._still_key, self._stamp = None, None, -np.inf
+        while self._labour is not None or (self._still_key is None and len(self._atlas.submaps) > 1):
+            self.work(active, 100)
+
     def _lay(self, active: int, key: tuple[int, int, int]) -> Generator[None, None, None]:
         resting = [submap for submap in self._atlas.submaps if submap.id != active and submap.views]
         placed = [(self._atlas.world_from(submap.id), self._known(submap)) for submap in resting]

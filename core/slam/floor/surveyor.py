@@ -7,12 +7,13 @@ from collections.abc import Generator
 
 import numpy as np
 
-from core.geometry import Pose, wrap
+from core.geometry import Pose, wrap, wrap_all
+from core.slam.floor.alignment import Walls, align
 from core.slam.floor.atlas import Atlas
 from core.slam.floor.closure import Bond, ClosureSettings, Link, agreement, departure, vouched
 from core.slam.floor.keyframe import Keyframe
 from core.slam.floor.matching import MatchingSettings
-from core.slam.floor.pose_graph import edge_errors, solve
+from core.slam.floor.pose_graph import Edge, edge_errors, solve
 from core.slam.floor.recognition import Place, recognise
 
 AROUND = 14  # views that make a place
@@ -21,6 +22,11 @@ PLACES = 8  # that are kept ready
 ROOMS = 3  # submaps that one view is searched in
 SPAN = 80  # views to either side whose links may vouch for a new one
 WAITING = 60  # views that wait to be looked at; the oldest are left to the second look
+BESIDE = 2.5  # [m] to views that a view is laid on finely …
+TURNED = 0.5  # … a radian between them counted as so many metres
+NEIGHBOURS = 12  # of them
+MANY = 300  # alignments after which the map is straightened
+READY = 200  # views whose walls are kept ready
 MOVED, MOVED_TURN = 0.2, np.deg2rad(3.0)  # [m], [rad] of a submap against a view: reason to search again
 BENT = 0.04  # [m] and
 BENT_TURN = np.deg2rad(0.4)  # [rad] of a link that the map does not follow yet: reason to straighten it
@@ -35,6 +41,9 @@ class Surveyor:
         self._looked: dict[int, int] = {}  # view → revision of the atlas when it was looked at
         self._tried: dict[tuple[int, int], Pose] = {}  # view, submap → where in it the view was searched
         self._places: dict[tuple[int, int, int], Place] = {}
+        self._ready: dict[int, Walls] = {}
+        self._next_view = 0  # to be laid on those beside it
+        self._fresh = 0  # alignments since the map was straightened
         self._crooked = False  # bonds have changed since the map was straightened
         self._labour: Generator[None, None, None] | None = None
         self._stamp = 0.0
@@ -74,7 +83,40 @@ class Surveyor:
         if self._waiting:
             return self._look(self._waiting.popleft())
         again = self._second_look()
-        return None if again is None else self._look(again)
+        return self._next_alignment() if again is None else self._look(again)
+
+    def _next_alignment(self) -> Generator[None, None, None] | None:
+        """Once a loop is closed: lay the next view on those beside it; straighten the map when there were some."""
+        if self._next_view < len(self._atlas.views) and any(
+            bond.holds and not bond.next_door for bond in self._atlas.bonds
+        ):
+            self._next_view += 1
+            return self._align(self._next_view - 1)
+        self._crooked |= self._fresh > 0
+        return self._straighten() if self._crooked else None
+
+    def _align(self, number: int) -> Generator[None, None, None]:
+        """Lay a view on the older ones beside it, finely."""
+        atlas, poses = self._atlas, self._atlas.pose_array()
+        gaps = np.hypot(*(poses[:number, :2] - poses[number, :2]).T)
+        gaps += TURNED * np.abs(wrap_all(poses[:number, 2] - poses[number, 2]))
+        near = [other for other in np.argsort(gaps, kind="stable").tolist() if gaps[other] < BESIDE]
+        for other in [each for each in near if atlas.connected(each, number)][:NEIGHBOURS]:
+            found = align(self._walls(other), self._walls(number), atlas.poses[other].inverse() @ atlas.poses[number])
+            if found is not None:
+                atlas.aligned[other, number] = Edge(other, number, *found, doubted=True)
+                self._fresh += 1
+            yield
+        if self._fresh >= MANY:
+            self._crooked = True
+
+    def _walls(self, number: int) -> Walls:
+        """The walls of a view, the latest kept ready."""
+        if number not in self._ready:
+            if len(self._ready) >= READY:
+                del self._ready[next(iter(self._ready))]
+            self._ready[number] = Walls(self._atlas.views[number])
+        return self._ready[number]
 
     def _second_look(self) -> int | None:
         """The newest view that was looked at on an older map and has found nothing since."""
@@ -197,7 +239,7 @@ class Surveyor:
 
     def _straighten(self) -> Generator[None, None, None]:
         """Solve the graph; what the map would not bend to is no longer accepted, and then once more."""
-        atlas, self._crooked = self._atlas, False
+        atlas, self._crooked, self._fresh = self._atlas, False, 0
         links, start = atlas.links(), atlas.pose_array()
         solution = yield from solve(start, atlas.edges(links), self.settings.doubt)
         left = dict(zip(links, solution.squared[len(solution.squared) - len(links) :].tolist(), strict=True))
