@@ -24,6 +24,7 @@ from console.api.maps import maps
 from console.api.page import PageFiles, page, static_folder
 from console.api.playback import playback
 from console.api.simulation import simulation
+from console.api.slam import slam
 from console.api.state import state
 from console.api.stop import stop
 from console.problems import Problem, problem_of
@@ -43,6 +44,7 @@ ROUTERS = (
     lease,
     login,
     maps,
+    slam,
     playback,
     calibration,
     calibration_files,

@@ -14,6 +14,7 @@ from console.robot_link import RobotLink
 from core.commands.command import Command
 from core.robots import Profile
 from core.sensors import SensorFrame
+from core.slam.floor.saved import SavedMap
 from core.snapshot import Ending, Snapshot
 
 log = logging.getLogger(__name__)
@@ -21,6 +22,7 @@ log = logging.getLogger(__name__)
 PATIENCE = 0.1  # [s] to wait for a frame before looking whether it is over
 HUNG = 0.5  # [s] without a turn after which the pilot hangs
 REMEMBERED = 400  # steps, ten seconds of them
+NEWEST = 8  # steps; at 40 Hz at least one of them has a scan
 
 
 class PilotLike(Protocol):
@@ -36,6 +38,26 @@ class PilotLike(Protocol):
 
     def look_through(self, profile: Profile) -> None:
         """See with this profile's camera from the next frame on. From any thread."""
+        ...
+
+    def undo_closure(self, number: int) -> None:
+        """Take back a place that was recognised, from the next frame on. From any thread."""
+        ...
+
+    def redo_closure(self, number: int) -> None:
+        """Believe it again. From any thread."""
+        ...
+
+    def place_at(self, x: float, y: float, heading: float | None = None) -> None:
+        """The robot is at (x, y) [m], world, looking to `heading` [rad] or nobody knows where. From any thread."""
+        ...
+
+    def keep_map(self) -> SavedMap:
+        """The whole map as it is between two frames. From any thread. Raises Refused while there is none."""
+        ...
+
+    def enter_map(self, saved: SavedMap) -> None:
+        """Go on in this map from the next frame on. From any thread."""
         ...
 
     def step(self, frame: SensorFrame) -> Snapshot:
@@ -65,6 +87,11 @@ class Pace:
         """Frames per second over the last two seconds [Hz]."""
         recent = [moment for moment in tuple(self._arrivals) if now - moment < 2.0]
         return (len(recent) - 1) / max(recent[-1] - recent[0], 1e-3) if len(recent) > 1 else 0.0
+
+    def told(self, now: float) -> tuple[float, float | None]:
+        """Frames per second [Hz], and the longest of the newest steps [ms]: the one that had most to see."""
+        newest = tuple(self._steps)[-NEWEST:]
+        return self.rate(now), round(1000 * max(newest), 2) if newest else None
 
     def step_ms(self, part: float) -> float | None:
         """The time within which `part` (0..1) of the newest steps were done [ms]."""

@@ -9,14 +9,19 @@ from typing import Literal
 import numpy as np
 
 from console import sight_portrait, wire
+from console.floor_portrait import accuracy, floor
 from console.lease import Lease
 from core.gate.status import GateStatus
 from core.message import Array
 from core.robots import Profile
+from core.slam.consistency import faded_band
+from core.slam.ekf import FADE
 from core.slam.estimate import Estimate, Landmark
 from core.snapshot import CameraView, Notice, Snapshot, Undertaking, VoiceDirection
 
 Link = Literal["connecting", "live", "stale", "lost"]
+
+NIS_BAND = faded_band(FADE)
 
 
 @dataclass(frozen=True)
@@ -26,13 +31,14 @@ class Circumstances:
     profile: Profile
     link: Link
     age: float | None  # [s] since the newest frame
-    rate: float  # [Hz] of frames
+    pace: tuple[float, float | None]  # frames per second [Hz], and the longest of the newest steps [ms]
     speed: float  # of the playback, times real time
     gate: GateStatus
     lease: Lease
     viewers: int
     notices: Sequence[Notice]
     history_revision: int
+    map: wire.MapState
 
 
 def draw(snapshot: Snapshot, around: Circumstances, seq: int) -> wire.State:
@@ -45,7 +51,9 @@ def draw(snapshot: Snapshot, around: Circumstances, seq: int) -> wire.State:
         dead_reckoning=pose(snapshot.dead_reckoning),
         velocity=wire.Velocity(near(snapshot.velocity.v), near(snapshot.velocity.w)),
         landmarks=[landmark(row) for row in snapshot.landmarks],
-        slam=slam(snapshot),
+        slam=slam(snapshot, around.pace[1]),
+        floor=floor(snapshot.floor),
+        map=around.map,
         direction=direction(snapshot),
         ears=ears(snapshot),
         goal=None if goal is None else wire.Place(near(goal[0]), near(goal[1])),
@@ -91,17 +99,22 @@ def landmark(row: Landmark) -> wire.LandmarkRow:
     return wire.LandmarkRow(row.id, near(x), near(y), row.covariance.tolist(), row.hits, row.misses, row.kind)
 
 
-def slam(snapshot: Snapshot) -> wire.Slam:
-    """How the filter fares."""
+def slam(snapshot: Snapshot, step_ms: float | None) -> wire.Slam:
+    """How the filter fares; without a time of its own, how long the step took that had most to see."""
     health = snapshot.slam
+    error_m, error_rad, squared = accuracy(snapshot.estimate, snapshot.truth)
     return wire.Slam(
         mode=health.mode,
         updates=health.updates,
         nis=health.nis,
+        nis_band=NIS_BAND,
+        nees=squared,
+        error_m=error_m,
+        error_rad=error_rad,
         matched=health.matched,
         ignored=health.ignored,
         tentative=health.tentative,
-        update_ms=health.update_ms,
+        update_ms=step_ms if health.update_ms is None else health.update_ms,
         looking_around=health.looking_around,
     )
 
@@ -173,7 +186,7 @@ def robot(snapshot: Snapshot, around: Circumstances) -> wire.RobotState:
         name=around.profile.name,
         link=around.link,
         age_s=around.age,
-        rate_hz=round(around.rate, 1),
+        rate_hz=round(around.pace[0], 1),
         contact=snapshot.contact,
         running=snapshot.running,
         progress=snapshot.progress,

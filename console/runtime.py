@@ -25,6 +25,7 @@ from console.hearing import Ears
 from console.history import History
 from console.latest import Hub
 from console.lease import Lease
+from console.map_desk import MapDesk
 from console.notice_board import NoticeBoard
 from console.pilot_thread import Pace, PilotLike, PilotThread
 from console.player import Player
@@ -63,6 +64,7 @@ class Runtime:
         self.board = NoticeBoard()
         self.history = History(home, self._complain)
         self.door = Door(robot, self.lease, self.history, self.board)
+        self.maps = MapDesk(home, robot, self.door, self.lease, self.history)
         self.ears = Ears(self.door, self.history, self.board)
         self.player = Player(robot, self.history, self.board)
         self.scene = Scene(robot, self._complain)
@@ -142,13 +144,14 @@ class Runtime:
             profile=self.robot.profile,
             link=link,
             age=round(age, 3),
-            rate=self.pace.rate(time.monotonic()),
+            pace=self.pace.told(time.monotonic()),
             speed=self.player.speed,
             gate=self.robot.status(),
             lease=self.lease,
             viewers=len(self.hub.viewers),
             notices=tuple(self.board.shown),
             history_revision=self.history.revision,
+            map=self.maps.shown,
         )
         self._seq += 1
         return draw(self.snapshot, around, self._seq)
@@ -196,8 +199,7 @@ class Runtime:
         """From the pilot's thread: the picture is encoded once, whatever the number of viewers."""
         picture = None
         if frame.image is not None and self.hub.watched("camera"):
-            _, jpeg = cv2.imencode(".jpg", frame.image.pixels, JPEG)
-            picture = (frame.image.stamp, jpeg.tobytes())
+            picture = (frame.image.stamp, cv2.imencode(".jpg", frame.image.pixels, JPEG)[1].tobytes())
         self.scene.show(snapshot)
         self.workbench.newest = frame.image or self.workbench.newest
         if self.workbench.watching:
@@ -222,14 +224,14 @@ class Runtime:
         if not self.over:
             self.robot.beat()  # the loop runs and the pilot steps: that is what the gate wants to know
         self.snapshot = snapshot
+        self.maps.took(snapshot)
         self.ears.took(snapshot, sound, self.robot.profile.microphones)
         self.board.adopt(snapshot.notices, snapshot.stamp)
         for told in snapshot.endings:
             self.door.ended(told)
         if picture is not None:
-            stamp, jpeg = picture
             number = self.hub.slots.get("camera", (0, b""))[0] + 1
-            self.hub.publish("camera", wire.CAMERA_HEADER.pack(1, number % 2**32, stamp) + jpeg)
+            self.hub.publish("camera", wire.CAMERA_HEADER.pack(1, number % 2**32, picture[0]) + picture[1])
         if time.monotonic() - self._state_at >= STATE_GAP:
             self._tell_state()
 

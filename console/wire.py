@@ -23,6 +23,13 @@ from console.wire_calibration import CalibrationSolving as CalibrationSolving
 from console.wire_calibration import CalibrationUncertainty as CalibrationUncertainty
 from console.wire_calibration import CalibrationVerdict as CalibrationVerdict
 from console.wire_calibration import CalibrationView as CalibrationView
+from console.wire_floor import Candidate as Candidate
+from console.wire_floor import ClosureRow as ClosureRow
+from console.wire_floor import FloorState as FloorState
+from console.wire_floor import LostState as LostState
+from console.wire_floor import MapState as MapState
+from console.wire_floor import Spot as Spot
+from console.wire_floor import SubmapRow as SubmapRow
 from console.wire_hearing import Ears as Ears
 from console.wire_hearing import VoiceHeard as VoiceHeard
 from console.wire_sight import CalibrationDrift as CalibrationDrift
@@ -98,6 +105,10 @@ class Slam(Struct):
     mode: str
     updates: int
     nis: float | None
+    nis_band: tuple[float, float]  # within which it lies 95 % of the time when all is well
+    nees: float | None  # the same of the pose's true error, ideal mean 3; only where the truth is known
+    error_m: float | None  # how far the estimate lies from the truth; simulator only
+    error_rad: float | None
     matched: int
     ignored: int
     tentative: int
@@ -198,6 +209,8 @@ class State(Struct, tag_field="kind", tag="state"):
     velocity: Velocity
     landmarks: list[LandmarkRow]
     slam: Slam
+    floor: FloorState
+    map: MapState
     direction: VoiceHeard | None  # the voice that was heard last
     ears: Ears | None  # None: the robot has no microphones
     goal: Place | None

@@ -1,46 +1,138 @@
-"""The occupancy map to take away."""
+"""Maps: the one in use to take away, and the saved ones to go on in."""
 
 from __future__ import annotations
 
+import asyncio
 import io
 import zipfile
+from typing import Annotated, Any, Literal
 
 import cv2
-from fastapi import Response
+import msgspec
+from fastapi import Path, Query, Response
+from pydantic import Field
 
-from console.api import Behind, router
-from console.problems import Problem
+from console.api import Behind, Who, Wish, router
+from console.downloads import file_named, zip_named
+from console.journey import laid_out
+from console.map_files import known_part, png
+from console.map_store import LONGEST, MapCard
 from console.roles import needs
-from console.runtime import Runtime
+from console.scene.occupancy import paint
+from core.experiments.offline_files import landmarks_csv, trajectory_tum
 from core.navigation.nav2_map import map_pixels, nav2_map
 from core.slam.occupancy import Grid
 
 maps = router("map")
 
+Name = Annotated[str, Path(min_length=1, max_length=4 * LONGEST)]
 
-@maps.get("/map", response_class=Response, responses={200: {"content": {"application/zip": {}}}})
+
+class SaveWish(Wish):
+    """Under which name; `replace`: also when there is a map of that name already."""
+
+    name: str = Field(max_length=4 * LONGEST, examples=["ground floor"])
+    replace: bool = False
+
+
+def answers(kind: str) -> dict[int | str, dict[str, Any]]:
+    """For the description: what comes back."""
+    return {200: {"content": {kind: {}}}}
+
+
+@maps.get("/map", response_class=Response, responses=answers("application/zip"))
 @needs("viewer")
 async def nav2(behind: Behind) -> Response:
     """YAML and PGM as Nav2's map server reads them, in a zip."""
-    text, picture = nav2_map(grid_of(behind))
+    text, picture = nav2_map(behind.maps.grid)
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as box:
         box.writestr("map.yaml", text)
         box.writestr("map.pgm", picture)
-    headers = {"Content-Disposition": 'attachment; filename="map.zip"'}
-    return Response(packed.getvalue(), media_type="application/zip", headers=headers)
+    return file_named(packed.getvalue(), "map.zip", "application/zip")
 
 
-@maps.get("/map.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
+@maps.get("/map.png", response_class=Response, responses=answers("image/png"))
 @needs("viewer")
-async def png(behind: Behind) -> Response:
-    """The same picture as PNG: free 254, occupied 0, unknown 205."""
-    _, packed = cv2.imencode(".png", map_pixels(grid_of(behind)))
-    return Response(packed.tobytes(), media_type="image/png")
+async def picture(behind: Behind, style: Annotated[Literal["nav2", "page"], Query()] = "nav2") -> Response:
+    """The map as PNG: free 254, occupied 0, unknown 205; or as the page draws it, without the unknown around.
+
+    The headers tell a cell's size and the lower left corner in the world frame, in metres.
+    """
+    grid = behind.maps.grid if style == "nav2" else known_part(behind.maps.grid)
+    packed = await asyncio.to_thread(drawn, grid, style)
+    x, y = (float(value) for value in grid.origin)
+    told = {"Map-Resolution-M": f"{grid.resolution:.9g}", "Map-Origin-M": f"{x:.6f}, {y:.6f}"}
+    rows, columns = grid.log_odds.shape
+    return Response(packed, media_type="image/png", headers={**told, "Map-Cells": f"{columns}, {rows}"})
 
 
-def grid_of(behind: Runtime) -> Grid:
-    """The map as it is now. Raises Problem 503 while there is none."""
-    if behind.snapshot is None or behind.snapshot.grid.log_odds.size == 0:
-        raise Problem(503, "There is no map yet; the robot is still looking around.")
-    return behind.snapshot.grid
+@maps.get("/landmarks.csv", response_class=Response, responses=answers("text/csv"))
+@needs("viewer")
+async def landmarks(behind: Behind) -> Response:
+    """The table of landmarks, one a line."""
+    return file_named(landmarks_csv(behind.maps.snapshot.landmarks).encode(), "landmarks.csv", "text/csv")
+
+
+@maps.get("/trajectory.tum", response_class=Response, responses=answers("text/plain"))
+@needs("viewer")
+async def trajectory(behind: Behind) -> Response:
+    """Where the robot was: `t tx ty tz qx qy qz qw` a line, as the rooms lie now, every tenth of a second."""
+    rows, floor = behind.maps.journey.rows(), behind.maps.snapshot.floor
+    text = await asyncio.to_thread(lambda: trajectory_tum(*laid_out(rows, floor)))
+    return file_named(text.encode(), "trajectory.tum", "text/plain")
+
+
+@maps.get("/maps")
+@needs("viewer")
+async def saved(behind: Behind) -> dict[str, Any]:
+    """Every saved map, the newest first, and the name of the one that the robot goes on in."""
+    return {"current": behind.maps.shown.name, "maps": [told(card) for card in await behind.maps.all()]}
+
+
+@maps.post("/maps", status_code=201)
+@needs("operator")
+async def save(asked: SaveWish, behind: Behind, who: Who) -> dict[str, Any]:
+    """Keep the map in use under a name."""
+    return told(await behind.maps.save(asked.name, who, replace=asked.replace))
+
+
+@maps.post("/maps/{name}/load", status_code=202)
+@needs("operator")
+async def load(name: Name, behind: Behind, who: Who) -> dict[str, Any]:
+    """Go on in a saved map; the robot looks where in it it is. What was not saved of the present map is gone."""
+    await behind.maps.load(name, who)
+    return {"loads": behind.maps.shown.name}
+
+
+@maps.delete("/maps/{name}", status_code=204)
+@needs("operator")
+async def delete(name: Name, behind: Behind, who: Who) -> Response:
+    """Away with a saved map; who goes on in it keeps it in memory."""
+    await behind.maps.delete(name, who)
+    return Response(status_code=204)
+
+
+@maps.get("/maps/{name}.zip", response_class=Response, responses=answers("application/zip"))
+@needs("viewer")
+async def packed(name: Name, behind: Behind) -> Response:
+    """Everything of a saved map: Nav2's YAML and PGM, landmarks, trajectory, and what Beckon goes on with."""
+    kept = await behind.maps.kept(name)
+    return await zip_named(await behind.maps.packed(name), f"{kept.card.name}.zip")
+
+
+@maps.get("/maps/{name}.png", response_class=Response, responses=answers("image/png"))
+@needs("viewer")
+async def preview(name: Name, behind: Behind) -> Response:
+    """A small picture of a saved map."""
+    return Response(await behind.maps.preview(name), media_type="image/png")
+
+
+def drawn(grid: Grid, style: str) -> bytes:
+    """A grid as PNG in one of the styles."""
+    return png(paint(grid)) if style == "page" else cv2.imencode(".png", map_pixels(grid))[1].tobytes()
+
+
+def told(card: MapCard) -> dict[str, Any]:
+    """A saved map."""
+    return {key: value for key, value in msgspec.to_builtins(card).items() if key != "version"}

@@ -20,7 +20,9 @@ from console.logins import Person
 from console.robot_link import RobotLink
 from console.scene.associations import Associations
 from console.scene.bridge import Bridge
+from console.scene.candidates import Candidates
 from console.scene.click import ClickToGo
+from console.scene.closures import Closures
 from console.scene.floor import Floor
 from console.scene.ghost import Ghost
 from console.scene.landmarks import Landmarks
@@ -30,6 +32,7 @@ from console.scene.plan import Plan
 from console.scene.pose_ellipse import PoseEllipse
 from console.scene.robot import RobotBody
 from console.scene.scan import ScanPoints
+from console.scene.submaps import Submaps
 from console.scene.trail import Trail
 from console.sockets import Sockets, TooMany
 from core.errors import Unavailable
@@ -55,11 +58,14 @@ class Overlay(Protocol):
 OVERLAYS: tuple[type[Overlay], ...] = (
     Floor,
     Occupancy,
+    Submaps,
     ScanPoints,
     Trail,
     Ghost,
     Landmarks,
     Associations,
+    Closures,
+    Candidates,
     PoseEllipse,
     Plan,
     RobotBody,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.special import gammaincinv
 
 from core.geometry import Pose, wrap
 from core.message import Array
@@ -17,6 +18,17 @@ def squared_error(error: Array, covariance: Array) -> float:
     if values[0] <= 1e-14 * max(values[-1], 1e-9):
         return math.nan
     return float(((vectors.T @ error) ** 2 / values).sum())
+
+
+def faded_band(memory: float, share: float = 0.95) -> tuple[float, float]:
+    """Where a fading mean of normalised innovations of two coordinates lies for `share` of the time; its ideal is 1.
+
+    Each, divided by its two degrees of freedom, is exponentially distributed. The mean that keeps `memory` (0..1) of
+    itself with every new one weighs (1 + memory) / (1 - memory) of them, and is close to a gamma distribution.
+    """
+    count = (1 + memory) / (1 - memory)
+    low, high = (float(gammaincinv(count, tail)) / count for tail in ((1 - share) / 2, (1 + share) / 2))
+    return low, high
 
 
 def nees(estimate: Estimate, truth: Pose) -> float:

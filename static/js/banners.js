@@ -9,7 +9,7 @@ import { age, metres, speed, whereabouts } from "./format.js";
  * @property {"fault" | "stale" | "calm"} tone
  * @property {string} icon
  * @property {string} text
- * @property {"" | "reset"} offers a button
+ * @property {"" | "reset" | "here"} offers a button
  */
 
 const STALE_S = 0.8;
@@ -30,6 +30,10 @@ export function banners(view) {
       : null,
     robotLink(state),
     state.gate.state === "halted" ? halted(view) : null,
+    state.floor.lost ? astray(state.floor.lost, view) : null,
+    hello.robot.drives && state.floor.slipping
+      ? calmly("slips", "calm", "warning", "The wheels slip; it goes by its scans.")
+      : null,
     hello.robot.drives ? (state.robot.contact ? contact() : guard(state)) : null,
     hello.robot.drives && state.slam.looking_around
       ? calmly("looking", "calm", "eye", "Looking around: the robot stands still for a moment to learn the room.")
@@ -63,6 +67,17 @@ function halted({ hello }) {
     ? "Halted. Nothing moves until the halt is reset. The reset itself does not move the robot."
     : "Halted. Nothing moves until an operator resets the halt.";
   return { id: "halted", tone: "fault", icon: "halt", text, offers: may ? "reset" : "" };
+}
+
+/**
+ * @param {import("./wire.js").LostState} lost
+ * @param {View} view
+ * @returns {Banner}
+ */
+function astray({ phase, words }, { hello }) {
+  const may = hello?.robot.drives === true && hello.you.role !== "viewer";
+  const tone = phase === "asking" ? "stale" : "calm";
+  return { id: "astray", tone, icon: "here", text: words, offers: may ? "here" : "" };
 }
 
 const contact = () => calmly("contact", "stale", "warning", "The robot touches something. Drive it back carefully.");

@@ -139,6 +139,74 @@ export const CAMERA_HEADER_BYTES = 16;
  */
 
 /**
+ * A pose of the world frame where the robot may be.
+ * @typedef {object} Candidate
+ * @property {number} x_m
+ * @property {number} y_m
+ * @property {number} heading_rad
+ */
+
+/**
+ * A place that was recognised.
+ * @typedef {object} ClosureRow
+ * @property {number} id
+ * @property {number} stamp_s
+ * @property {number} submap_from
+ * @property {number} submap_to
+ * @property {Spot} position_from
+ * @property {Spot} position_to
+ * @property {number} score
+ * @property {'accepted' | 'undone' | 'doubtful'} state
+ * @property {string} words
+ */
+
+/**
+ * How the scan layer fares.
+ * @typedef {object} FloorState
+ * @property {SubmapRow[]} submaps
+ * @property {ClosureRow[]} closures
+ * @property {number} closures_count
+ * @property {LostState | null} lost
+ * @property {number | null} match_score
+ * @property {boolean} slipping
+ * @property {number} graph_revision
+ */
+
+/**
+ * The robot does not know where it is.
+ * @typedef {object} LostState
+ * @property {'searching' | 'confirming' | 'asking'} phase
+ * @property {string} words
+ * @property {number} since_s
+ * @property {Candidate[]} candidates
+ */
+
+/**
+ * Which saved map the robot goes on in.
+ * @typedef {object} MapState
+ * @property {string | null} name
+ * @property {number} revision
+ */
+
+/**
+ * A point of the world frame.
+ * @typedef {object} Spot
+ * @property {number} x_m
+ * @property {number} y_m
+ */
+
+/**
+ * A room as the map has it.
+ * @typedef {object} SubmapRow
+ * @property {number} id
+ * @property {number} x_m
+ * @property {number} y_m
+ * @property {number} heading_rad
+ * @property {[number, number, number, number]} extent_m
+ * @property {boolean} active
+ */
+
+/**
  * What the robot's ears make of the sound.
  * @typedef {object} Ears
  * @property {boolean} listening
@@ -322,6 +390,10 @@ export const CAMERA_HEADER_BYTES = 16;
  * @property {string} mode
  * @property {number} updates
  * @property {number | null} nis
+ * @property {[number, number]} nis_band
+ * @property {number | null} nees
+ * @property {number | null} error_m
+ * @property {number | null} error_rad
  * @property {number} matched
  * @property {number} ignored
  * @property {number} tentative
@@ -423,6 +495,8 @@ export const CAMERA_HEADER_BYTES = 16;
  * @property {Velocity} velocity
  * @property {LandmarkRow[]} landmarks
  * @property {Slam} slam
+ * @property {FloorState} floor
+ * @property {MapState} map
  * @property {VoiceHeard | null} direction
  * @property {Ears | null} ears
  * @property {Place | null} goal

@@ -12,7 +12,10 @@ from console.scene import palette
 TOKENS = (Path(__file__).parent.parent.parent / "static/css/tokens.css").read_text()
 
 
-@pytest.mark.parametrize("layer", ["pose", "ghost", "convex", "concave", "scan", "plan", "wall", "free"])
+LAYERS = ["pose", "ghost", "convex", "concave", "scan", "plan", "closure", "doubt", "room", "wall", "free"]
+
+
+@pytest.mark.parametrize("layer", LAYERS)
 def test_the_legend_has_the_colour_of_the_scene(layer: str) -> None:
     told = re.search(rf"--scene-{layer}: rgb\((\d+) (\d+) (\d+)\);", TOKENS)
     assert told is not None

@@ -78,3 +78,27 @@ test("a recording is not blocked and does not look around", () => {
   const hello = { ...HELLO, robot: { ...HELLO.robot, drives: false } };
   assert.deepEqual(told({ hello, ...changed("slam", { looking_around: true }) }), []);
 });
+
+/** @type {import("../../static/js/wire.js").LostState} */
+const LOST = { phase: "asking", words: "I am lost. Show me where I am.", since_s: 1, candidates: [] };
+
+/** @param {object} change @param {Partial<View>} [more] */
+const afloat = (change, more = {}) => told({ state: { ...STATE, floor: { ...STATE.floor, ...change } }, ...more });
+
+test("a robot that is lost says so in its own words, and who may can show it where it is", () => {
+  const [banner] = afloat({ lost: LOST });
+  assert.equal(banner?.text, LOST.words);
+  assert.equal(banner?.tone, "stale");
+  assert.equal(banner?.offers, "here");
+  assert.equal(afloat({ lost: { ...LOST, phase: "searching" } })[0]?.tone, "calm");
+});
+
+test("who watches, and a recording, cannot be asked where the robot is", () => {
+  const watching = { hello: { ...HELLO, you: { ...HELLO.you, role: /** @type {const} */ ("viewer") } } };
+  const recording = { hello: { ...HELLO, robot: { ...HELLO.robot, drives: false } } };
+  for (const more of [watching, recording]) assert.equal(afloat({ lost: LOST }, more)[0]?.offers, "");
+});
+
+test("slipping wheels are told", () => {
+  assert.match(afloat({ slipping: true })[0]?.text ?? "", /slip/);
+});

@@ -7,6 +7,8 @@ import { Panel } from "../panel.js";
 /** @typedef {import("../session.js").View} View */
 /** @typedef {import("../banners.js").Banner} Banner */
 
+const OFFERS = { "": "", reset: "Reset the halt", here: "Show where it is" };
+
 class BannerStack extends Panel {
   /** @type {Map<string, HTMLElement>} */
   #shown = new Map();
@@ -30,19 +32,26 @@ class BannerStack extends Panel {
 
   /** @param {Banner} banner */
   #raise(banner) {
-    const reset = banner.offers === "reset" && make("button", { type: "button", class: "button" }, "Reset the halt");
-    if (reset) reset.addEventListener("click", () => void this.session.resetHalt());
+    const words = OFFERS[banner.offers];
+    const offer = words && make("button", { type: "button", class: "button" }, words);
+    if (offer) offer.addEventListener("click", () => this.#take(banner.offers));
     const row = make(
       "div",
       { class: "banner", "data-tone": banner.tone, "data-banner": banner.id },
       icon(banner.icon),
       make("p", { class: "banner-text" }),
-      reset,
+      offer,
     );
     this.#shown.set(key(banner), row);
     this.append(row);
     this.session.announce(banner.text);
     return row;
+  }
+
+  /** @param {Banner["offers"]} offer */
+  #take(offer) {
+    if (offer === "reset") void this.session.resetHalt();
+    else this.dispatchEvent(new CustomEvent("place-robot", { bubbles: true }));
   }
 }
 

@@ -1,29 +1,41 @@
-// What was told and how it ended; what the robot had to say; the landmarks it goes by.
+// What was told and how it ended; what the robot had to say; how the mapping fares; the maps that are kept.
 
 import { wordsOf } from "../api.js";
 import { icon, make, mark, write } from "../element.js";
 import { age, quantities, timeOfDay } from "../format.js";
 import { Panel } from "../panel.js";
-import { LandmarkTable } from "./landmark-table.js";
+import { remember, remembered } from "../memory.js";
 
 /** @typedef {import("../session.js").View} View */
 /** @typedef {import("../api.js").HistoryRow} HistoryRow */
 /** @typedef {import("../wire.js").NoticeLine} NoticeLine */
 
-/** @typedef {"history" | "notices" | "landmarks"} Tab */
-const TABS = /** @type {const} */ (["history", "notices", "landmarks"]);
+/** @typedef {"history" | "notices" | "slam" | "maps"} Tab */
+const TABS = /** @type {const} */ (["history", "notices", "slam", "maps"]);
 const SOURCES = { typed: "typed", chip: "button", click: "map", rest: "HTTP" };
 
 class RecordCard extends Panel {
   #history = make("ol", { class: "record-list", tabindex: "0", "aria-label": "History, newest first" });
   #notices = make("ol", { class: "record-list", tabindex: "0", "aria-label": "Notices, newest first", hidden: true });
-  #landmarks = new LandmarkTable();
+  #slam = /** @type {HTMLElement} */ (this.querySelector("slam-card"));
+  #maps = /** @type {HTMLElement} */ (this.querySelector("map-card"));
   #count = make("span", { class: "count", hidden: true });
   #tabs = {
     history: make("button", { type: "button", class: "tab", "aria-pressed": "true" }, "History"),
     notices: make("button", { type: "button", class: "tab", "aria-pressed": "false" }, "Notices", this.#count),
-    landmarks: make("button", { type: "button", class: "tab landmarks-tab", "aria-pressed": "false" }, "Landmarks"),
+    slam: make("button", { type: "button", class: "tab", "aria-pressed": "false" }, "SLAM"),
+    maps: make("button", { type: "button", class: "tab", "aria-pressed": "false" }, "Maps"),
   };
+  #tall = make(
+    "button",
+    {
+      type: "button",
+      class: "icon-button small tall-button",
+      "aria-label": "All of this side",
+      title: "All of this side",
+    },
+    icon("grow"),
+  );
   /** @type {Tab} */
   #open = "history";
   #empty = make("p", { class: "record-empty" });
@@ -36,17 +48,31 @@ class RecordCard extends Panel {
     this.setAttribute("role", "region");
     this.setAttribute("aria-label", "History and notices");
     this.append(
-      make("div", { class: "card-head tabs" }, ...Object.values(this.#tabs)),
+      make(
+        "div",
+        { class: "card-head tabs" },
+        ...Object.values(this.#tabs),
+        make("span", { class: "spring" }),
+        this.#tall,
+      ),
       this.#history,
       this.#notices,
-      this.#landmarks,
+      this.#slam,
+      this.#maps,
       this.#empty,
     );
     for (const tab of TABS) this.#tabs[tab].addEventListener("click", () => this.#turnTo(tab));
     this.session.on("history", (rows) => this.#list(rows));
     this.session.on("hello", ({ robot }) => {
       this.#tabs.history.hidden = !robot.drives;
-      if (!robot.drives && this.#open === "history") this.#turnTo(innerWidth < 1024 ? "notices" : "landmarks");
+      if (!robot.drives && this.#open === "history") this.#turnTo(innerWidth < 1024 ? "notices" : "slam");
+    });
+    this.#tall.addEventListener("click", () => this.#grow(!this.hasAttribute("data-tall")));
+    this.#grow(remembered("tall", "no") === "yes");
+    addEventListener("view", (event) => {
+      const { detail } = /** @type {CustomEvent<string>} */ (event);
+      if (detail === "slam" || (detail === "record" && this.#open === "slam"))
+        this.#turnTo(detail === "slam" ? "slam" : this.#tabs.history.hidden ? "notices" : "history");
     });
     this.#turnTo("history");
   }
@@ -56,7 +82,6 @@ class RecordCard extends Panel {
    * @param {View} view
    */
   show({ state, permission }) {
-    this.#landmarks.show(state?.landmarks ?? []);
     for (const button of this.#history.querySelectorAll("button")) button.disabled = permission.may === "no";
     const notices = state?.notices ?? [];
     const newest = notices.at(-1)?.id ?? -1;
@@ -73,7 +98,7 @@ class RecordCard extends Panel {
   /** @param {Tab} open */
   #turnTo(open) {
     this.#open = open;
-    const lists = { history: this.#history, notices: this.#notices, landmarks: this.#landmarks };
+    const lists = { history: this.#history, notices: this.#notices, slam: this.#slam, maps: this.#maps };
     for (const tab of TABS) {
       lists[tab].hidden = tab !== open;
       mark(this.#tabs[tab], "aria-pressed", String(tab === open));
@@ -85,6 +110,13 @@ class RecordCard extends Panel {
     this.#explain();
   }
 
+  /** @param {boolean} tall over the camera and the estimate, where there is room for little */
+  #grow(tall) {
+    mark(this, "data-tall", tall);
+    mark(this.#tall, "aria-pressed", String(tall));
+    remember("tall", tall ? "yes" : "no");
+  }
+
   /** @param {HistoryRow[]} rows newest first */
   #list(rows) {
     this.#history.replaceChildren(...rows.slice(0, 60).map((row) => this.#row(row)));
@@ -93,7 +125,7 @@ class RecordCard extends Panel {
 
   #explain() {
     const list = this.#open === "history" ? this.#history : this.#notices;
-    this.#empty.hidden = this.#open === "landmarks" || list.children.length > 0;
+    this.#empty.hidden = this.#open === "slam" || this.#open === "maps" || list.children.length > 0;
     write(
       this.#empty,
       list === this.#history ? "What you tell the robot appears here, with how it ended." : "Nothing to report.",

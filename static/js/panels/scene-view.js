@@ -18,6 +18,14 @@ const LAYERS = [
     "Inner corner",
     "A landmark; the ellipse is two standard deviations, the post grows with what is known",
   ],
+  ["used", "Used corner", "A ray to every corner of the newest sweep that was matched with a landmark"],
+  [
+    "refused",
+    "Rejected corner",
+    "A corner of the newest sweep that fits no landmark, or more than one: it is not used",
+  ],
+  ["closure", "Closure", "A place that was recognised: an arch from one view of it to the other; broken when undone"],
+  ["room", "Room", "The map is made of rooms; the blue one is the one the robot is in"],
   ["scan", "Laser", "The newest sweep"],
   ["plan", "Way and goal", "Where the robot is going"],
   ["wall", "Wall", "Seen occupied"],
@@ -40,7 +48,7 @@ export class SceneView extends Panel {
       "ul",
       {},
       ...LAYERS.map(([layer, name, says]) =>
-        make("li", { title: says }, make("span", { class: "swatch", "data-layer": layer }), name),
+        make("li", { title: says, "data-row": layer }, make("span", { class: "swatch", "data-layer": layer }), name),
       ),
     ),
   );
@@ -77,9 +85,22 @@ export class SceneView extends Panel {
    * @param {View} view
    */
   show({ state, up, permission }) {
-    this.#goes = up && permission.may !== "no";
+    this.#goes = up && permission.may !== "no" && !state?.floor.lost;
     this.classList.toggle("is-old", !up);
+    const { floor } = state ?? {};
+    this.#reveal("closure", (floor?.closures_count ?? 0) > 0);
+    this.#reveal("room", (floor?.submaps.length ?? 0) > 1);
     if (state?.command?.source === "click") this.#hint.classList.add("is-known");
+  }
+
+  /**
+   * What is not there needs no explanation.
+   * @param {string} layer
+   * @param {boolean} there
+   */
+  #reveal(layer, there) {
+    const row = /** @type {HTMLElement | null} */ (this.#legend.querySelector(`[data-row="${layer}"]`));
+    if (row && row.hidden === there) row.hidden = !there;
   }
 
   #load() {

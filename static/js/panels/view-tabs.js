@@ -9,6 +9,7 @@ const VIEWS = /** @type {const} */ ([
   ["map", "Map"],
   ["camera", "Camera"],
   ["estimate", "Estimate"],
+  ["slam", "SLAM"],
   ["record", "History"],
 ]);
 const SWIPE_PX = 48;
@@ -37,6 +38,7 @@ class ViewTabs extends Panel {
       ),
     );
     this.open("map");
+    addEventListener("open-view", (event) => this.open(/** @type {CustomEvent<string>} */ (event).detail));
     for (const swiped of [this, ...this.#place.querySelectorAll(".side > *")]) {
       swiped.addEventListener("touchstart", (event) => this.#begin(/** @type {TouchEvent} */ (event)), {
         passive: true,
@@ -66,6 +68,7 @@ class ViewTabs extends Panel {
     this.#place.dataset["view"] = view;
     for (const button of this.querySelectorAll("button"))
       mark(button, "aria-pressed", String(button.dataset["to"] === view));
+    this.dispatchEvent(new CustomEvent("view", { detail: view, bubbles: true }));
   }
 
   /** @param {TouchEvent} event */

@@ -1,0 +1,227 @@
+"""The operator's word about the map: what is kept of it, where the robot is on it, and which closures hold."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import IO, TypeVar
+
+from console.door import REACHED, Door
+from console.history import History
+from console.journey import Journey
+from console.lease import Lease
+from console.logins import Person
+from console.map_files import FLOOR, PREVIEW, known_part, write_map
+from console.map_store import Kept, MapCard, MapStore, checked_name
+from console.pilot_thread import PilotLike
+from console.problems import Problem
+from console.robot_link import RobotLink
+from console.wire import MapState
+from core.slam.floor import Closure
+from core.slam.floor.saved import SavedMap
+from core.slam.occupancy import Grid
+from core.snapshot import Snapshot
+
+T = TypeVar("T")
+
+SAME = 1e-6  # [m] by which two resolutions may differ
+
+
+class MapDesk:
+    """Lives on the event loop; the disk is waited for in threads, one write after the other."""
+
+    def __init__(self, home: Path, robot: RobotLink, door: Door, lease: Lease, history: History) -> None:
+        self.journey = Journey()
+        self._store = MapStore(home / "maps")
+        self._robot, self._door, self._lease = robot, door, lease
+        self._history = history
+        self._newest: Snapshot | None = None
+        self._pilot: PilotLike | None = None  # whose map it is
+        self._name: str | None = None  # of the saved map that it goes on in
+        self._revision = 0
+        self._turn = asyncio.Lock()
+        self._clean = False
+
+    # what is
+
+    def took(self, snapshot: Snapshot) -> None:
+        """The newest snapshot. Another pilot knows nothing of the former's map."""
+        if self._door.pilot is not self._pilot:
+            self._pilot, self._name = self._door.pilot, None
+            self.journey.forget()
+        self._newest = snapshot
+        self.journey.add(snapshot)
+
+    @property
+    def shown(self) -> MapState:
+        """What every viewer is told."""
+        return MapState(self._name, self._revision)
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The newest one. Raises Problem 503 while there is none."""
+        if self._newest is None:
+            raise Problem(503, "No frame of the robot has arrived yet.")
+        return self._newest
+
+    @property
+    def grid(self) -> Grid:
+        """The map as it is now. Raises Problem 503 while there is none."""
+        if self._newest is None or not (self._newest.grid.log_odds != 0).any():
+            raise Problem(503, "There is no map yet; the robot is still looking around.")
+        return self._newest.grid
+
+    # saved maps
+
+    async def all(self) -> list[MapCard]:
+        """Every saved map, the newest first."""
+        return [kept.card for kept in await self._on_disk(self._listed())]
+
+    async def save(self, name: str, who: Person, *, replace: bool) -> MapCard:
+        """Keep the map under a name. Raises BadInput, NameTaken, Problem 503."""
+        name, grid, snapshot = checked_name(name), known_part(self.grid), self.snapshot
+        pilot, journey = self._piloting(), self.journey.rows()
+        rows, columns = grid.log_odds.shape
+        card = MapCard(
+            name=name,
+            saved_s=time.time(),
+            by=who.name,
+            robot=self._robot.profile.name,
+            resolution_m=grid.resolution,
+            width_m=round(columns * grid.resolution, 2),
+            height_m=round(rows * grid.resolution, 2),
+            submaps=len(snapshot.floor.submaps),
+            landmarks=len(snapshot.landmarks),
+            closures=sum(closure.state == "accepted" for closure in snapshot.floor.closures),
+        )
+
+        def write() -> None:
+            saved = pilot.keep_map()
+            self._store.keep(card, lambda folder: write_map(folder, saved, snapshot, journey), replace=replace)
+
+        await self._on_disk(self._taking_turns(write))
+        self._name = name
+        self._changed("save", name, who)
+        return card
+
+    async def load(self, name: str, who: Person) -> None:
+        """Go on in a saved map. Raises Problem 404, 409, 503, BadInput."""
+        kept = await self.kept(name)
+        card, profile = kept.card, self._robot.profile
+        if card.robot != profile.name:
+            raise Problem(409, f"This map was made by “{card.robot}”; this robot is “{profile.name}”.")
+        here = self.snapshot.grid.resolution
+        if abs(card.resolution_m - here) > SAME:
+            told = f"{100 * card.resolution_m:g} cm; the settings now say {100 * here:g} cm."
+            raise Problem(409, f"This map was drawn with cells of {told}")
+        saved = await self._on_disk(asyncio.to_thread(SavedMap.from_files, kept.folder / FLOOR))
+        self._not_anothers(who)
+        pilot = self._piloting()
+        pilot.enter_map(saved)
+        self._door.cancel("cancelled", "Another map was loaded.")
+        self.journey.forget()
+        self._name = card.name
+        self._changed("load", card.name, who)
+
+    async def delete(self, name: str, who: Person) -> None:
+        """Away with a saved map. Raises Problem 404, 503."""
+        kept = await self.kept(name)
+        await self._on_disk(self._taking_turns(lambda: self._store.remove(kept)))
+        if self._name == kept.card.name:
+            self._name = None
+        self._changed("delete", kept.card.name, who)
+
+    async def kept(self, name: str) -> Kept:
+        """The saved map of this name. Raises Problem 404."""
+        kept = await self._on_disk(asyncio.to_thread(self._store.find, name))
+        if kept is None:
+            raise Problem(404, "There is no saved map of that name.")
+        return kept
+
+    async def packed(self, name: str) -> IO[bytes]:
+        """A saved map as a zip. Raises Problem 404, 503."""
+        return await self._on_disk(asyncio.to_thread(self._store.packed, await self.kept(name)))
+
+    async def preview(self, name: str) -> bytes:
+        """A small picture of a saved map. Raises Problem 404, 503."""
+        kept = await self.kept(name)
+        return await self._on_disk(asyncio.to_thread((kept.folder / PREVIEW).read_bytes))
+
+    # the map that is in use
+
+    def undo(self, number: int, who: Person) -> None:
+        """A closure does not hold: the rooms go back to where they would be without it. Raises Problem."""
+        if self._closure(number).state == "undone":
+            raise Problem(409, "That closure is undone already.")
+        self._piloting().undo_closure(number)
+        self._history.add("closure", who, words=f"undo {number}")
+
+    def redo(self, number: int, who: Person) -> None:
+        """It holds after all. Raises Problem."""
+        if self._closure(number).state != "undone":
+            raise Problem(409, "That closure is not undone; there is nothing to take back.")
+        self._piloting().redo_closure(number)
+        self._history.add("closure", who, words=f"redo {number}")
+
+    def here(self, x: float, y: float, heading: float | None, who: Person, *, anyway: bool) -> None:
+        """The robot is at (x, y) [m], world, and looks to `heading` [rad] or nobody knows where. Raises Problem."""
+        if not self._robot.profile.drives:
+            raise Problem(409, "This is a recording; it cannot be told where it is.")
+        if self.snapshot.floor.lost is None and not anyway:
+            raise Problem(409, "The robot is not lost; it knows where it is.")
+        if self._robot.link()[0] not in REACHED:
+            raise Problem(503, self._robot.trouble or "The robot cannot be reached now.")
+        self._not_anothers(who)
+        self._piloting().place_at(x, y, heading)
+        self._door.cancel("cancelled", "The robot was told where it is.")
+        self._history.add("here", who, words=f"I am at {x:.2f} and {y:.2f}")
+
+    # steps of the above
+
+    def _closure(self, number: int) -> Closure:
+        found = next((closure for closure in self.snapshot.floor.closures if closure.id == number), None)
+        if found is None:
+            raise Problem(404, "There is no such closure.")
+        return found
+
+    def _piloting(self) -> PilotLike:
+        if self._door.pilot is None:
+            raise Problem(503, "The pilot is not running; the robot stands.")
+        return self._door.pilot
+
+    def _not_anothers(self, who: Person) -> None:
+        """What moves the ground under a robot is for whoever drives it."""
+        holder = self._lease.holder
+        if holder is not None and not self._lease.held_by(who):
+            raise Problem(409, f"{holder.name} drives now. Ask for the wheel, or take over.")
+
+    async def _listed(self) -> list[Kept]:
+        if not self._clean:
+            self._clean = True
+            await self._taking_turns(self._store.clean)
+        return await asyncio.to_thread(self._store.all)
+
+    async def _taking_turns(self, work: Callable[[], None]) -> None:
+        """A write in a thread; who is cancelled meanwhile keeps the turn until it is done."""
+        async with self._turn:
+            writing = asyncio.ensure_future(asyncio.to_thread(work))
+            try:
+                await asyncio.shield(writing)
+            except asyncio.CancelledError:
+                await asyncio.wait({writing})
+                raise
+
+    async def _on_disk(self, work: Awaitable[T]) -> T:
+        """Work on the disk. Raises Problem 503 where the disk refuses."""
+        try:
+            return await work
+        except FileNotFoundError:
+            raise Problem(404, "There is no saved map of that name any more.") from None
+        except OSError as wrong:
+            raise Problem(503, f"The disk refuses ({wrong.strerror or wrong}); nothing was changed.") from None
+
+    def _changed(self, what: str, name: str, who: Person) -> None:
+        self._revision += 1
+        self._history.add("map", who, words=f"{what} {name}")

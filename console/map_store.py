@@ -1,0 +1,169 @@
+"""Saved maps on the disk: a folder each, written aside and renamed, so that a half-written one never counts."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import re
+import secrets
+import shutil
+import tempfile
+import unicodedata
+import zipfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+import msgspec
+
+from core.errors import BadInput, Refused
+
+log = logging.getLogger(__name__)
+
+VERSION = 1
+CARD = "card.json"
+LARGEST_CARD = 65536  # [bytes]
+LONGEST = 40  # letters of a name
+NAME = re.compile(r"\w(?:[\w \-]*\w)?")
+ASIDE = ".new-"  # how the folder of a map begins that is being written
+
+
+class MapCard(msgspec.Struct):
+    """What a saved map is."""
+
+    name: str
+    saved_s: float  # Unix time
+    by: str  # who saved it
+    robot: str  # whose it is
+    resolution_m: float
+    width_m: float
+    height_m: float
+    submaps: int
+    landmarks: int
+    closures: int
+    version: int = VERSION
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A map that was found on the disk."""
+
+    card: MapCard
+    folder: Path
+
+
+class NameTaken(Refused):
+    """There is a map of that name already."""
+
+
+class MapStore:
+    """All saved maps below one folder. Its methods wait for the disk: call them from a thread, one at a time."""
+
+    def __init__(self, base: Path) -> None:
+        self._base = base
+
+    def clean(self) -> None:
+        """Away with what was never finished, and with maps that a newer one of the same name replaces."""
+        for left in self._base.glob(f"{ASIDE}*"):
+            shutil.rmtree(left, ignore_errors=True)
+        newest = {kept.folder for kept in self.all()}
+        for kept in self._readable():
+            if kept.folder not in newest:
+                shutil.rmtree(kept.folder, ignore_errors=True)
+
+    def all(self) -> list[Kept]:
+        """Every map, the newest first."""
+        found: dict[str, Kept] = {}
+        for kept in sorted(self._readable(), key=lambda kept: kept.card.saved_s):
+            found[key_of(kept.card.name)] = kept
+        return sorted(found.values(), key=lambda kept: -kept.card.saved_s)
+
+    def find(self, name: str) -> Kept | None:
+        """The map of this name; large and small letters are the same."""
+        return next((kept for kept in self.all() if key_of(kept.card.name) == key_of(name)), None)
+
+    def keep(self, card: MapCard, write: Callable[[Path], None], *, replace: bool) -> None:
+        """Save a map: `write` puts its files into the folder it is given. Raises NameTaken, OSError."""
+        former = self.find(card.name)
+        if former is not None and not replace:
+            raise NameTaken(f"There is a map “{former.card.name}” already; choose another name, or replace it.")
+        self._base.mkdir(parents=True, exist_ok=True)
+        aside = self._base / f"{ASIDE}{secrets.token_hex(4)}"
+        try:
+            aside.mkdir()
+            write(aside)
+            (aside / CARD).write_bytes(msgspec.json.encode(card))
+            for path in [*aside.rglob("*"), aside]:
+                settle(path)
+            aside.rename(self._base / f"{slug(card.name)}-{secrets.token_hex(4)}")
+        except BaseException:
+            shutil.rmtree(aside, ignore_errors=True)
+            raise
+        settle(self._base)
+        if former is not None:
+            shutil.rmtree(former.folder, ignore_errors=True)
+
+    def remove(self, kept: Kept) -> None:
+        """For good: out of sight first, then piece by piece. Raises OSError."""
+        gone = self._base / f"{ASIDE}{secrets.token_hex(4)}"
+        kept.folder.rename(gone)
+        shutil.rmtree(gone, ignore_errors=True)
+
+    def packed(self, kept: Kept) -> IO[bytes]:
+        """Everything of a map as a zip, at its beginning; its file is gone when it is closed. Raises OSError."""
+        with contextlib.ExitStack() as held:
+            packed: IO[bytes] = held.enter_context(tempfile.TemporaryFile(dir=self._base))
+            with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as box:
+                for path in sorted(kept.folder.rglob("*")):
+                    if path.is_file():
+                        box.write(path, path.relative_to(kept.folder).as_posix())
+            packed.seek(0)
+            held.pop_all()
+        return packed
+
+    def _readable(self) -> Iterator[Kept]:
+        for path in self._base.glob(f"*/{CARD}"):
+            if path.parent.name.startswith(ASIDE):
+                continue
+            try:
+                if path.stat().st_size > LARGEST_CARD:
+                    raise ValueError("too large")
+                card = msgspec.json.decode(path.read_bytes(), type=MapCard)
+                if card.version != VERSION or card.name != checked_name(card.name):
+                    raise ValueError("of another version, or without a proper name")
+            except (OSError, ValueError, BadInput, msgspec.MsgspecError) as trouble:
+                log.warning("A saved map cannot be read: %s: %s", path, trouble)
+                continue
+            yield Kept(card, path.parent)
+
+
+def checked_name(name: str) -> str:
+    """A name as it is kept. Raises BadInput with what a name may be."""
+    tidy = unicodedata.normalize("NFC", " ".join(name.split()))
+    if not 0 < len(tidy) <= LONGEST or not NAME.fullmatch(tidy):
+        raise BadInput(f"A map's name has 1 to {LONGEST} letters, digits, spaces, hyphens or underscores.")
+    return tidy
+
+
+def key_of(name: str) -> str:
+    """What two names have in common that must not both exist."""
+    return unicodedata.normalize("NFC", name).casefold()
+
+
+def slug(name: str) -> str:
+    """A name as every file system takes it: "Großes Büro" → "groes-buro"."""
+    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode().lower()
+    return re.sub(r"[^a-z0-9]+", "-", plain).strip("-") or "map"
+
+
+def settle(path: Path) -> None:
+    """Have it safe on the disk before anything is said about it."""
+    if path.is_dir() and os.name == "nt":
+        return
+    opened = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
+    try:
+        os.fsync(opened)
+    finally:
+        os.close(opened)

@@ -1,0 +1,257 @@
+// The map to keep: save it under a name, go on in a saved one, take it away as files.
+
+import { Refusal, address } from "../api.js";
+import { icon, make, mark, write } from "../element.js";
+import { fixed, timeOfDay } from "../format.js";
+import * as maps from "../maps.js";
+import { Panel } from "../panel.js";
+
+/** @typedef {import("../session.js").View} View */
+/** @typedef {maps.SavedMap} SavedMap */
+
+const FILES = /** @type {const} */ ([
+  ["api/map", "Map", "Nav2: YAML and PGM"],
+  ["api/map.png", "Picture", "PNG"],
+  ["api/landmarks.csv", "Landmarks", "CSV"],
+  ["api/trajectory.tum", "Trajectory", "TUM"],
+]);
+
+class MapCard extends Panel {
+  #now = make("p", { class: "map-now" });
+  #name = make("input", {
+    type: "text",
+    class: "field-box",
+    maxlength: "40",
+    placeholder: "Name of this map",
+    "aria-label": "Name of this map",
+    autocomplete: "off",
+    spellcheck: "false",
+  });
+  #saveWords = make("span", {}, "Save");
+  #save = make("button", { type: "submit", class: "button primary" }, icon("save"), this.#saveWords);
+  #form = make("form", { class: "map-form" }, this.#name, this.#save);
+  #trouble = make("p", { class: "map-trouble", role: "alert", hidden: true });
+  #list = make("ul", { class: "maps", "aria-label": "Saved maps, newest first" });
+  #empty = make("p", { class: "note map-empty" }, "No map is saved yet.");
+  /** @type {SavedMap[]} */
+  #maps = [];
+  #revision = -1;
+  /** @type {string | null} */
+  #current = null;
+  #operates = false;
+  #busy = false;
+
+  /** @override */
+  build() {
+    this.classList.add("scrolls");
+    this.tabIndex = 0;
+    this.setAttribute("role", "region");
+    this.setAttribute("aria-label", "Maps");
+    const files = FILES.map(([path, name, says]) =>
+      make(
+        "a",
+        { class: "map-file", href: address(path).href, download: "" },
+        icon("download"),
+        make("span", {}, name),
+        make("span", { class: "note" }, says),
+      ),
+    );
+    this.append(
+      this.#now,
+      this.#form,
+      this.#trouble,
+      make("div", { class: "slam-head" }, make("h3", {}, "Saved maps")),
+      this.#empty,
+      this.#list,
+      make("div", { class: "slam-head" }, make("h3", {}, "Take it along")),
+      make("div", { class: "map-files" }, ...files),
+    );
+    this.#form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      void this.#keep();
+    });
+    this.#name.addEventListener("input", () => this.#complain(""));
+    this.session.on("hello", () => (this.#revision = -1));
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ state, hello, up }) {
+    if (!state || !hello) return;
+    this.#operates = up && hello.you.role !== "viewer";
+    this.#form.hidden = hello.you.role === "viewer";
+    const { name, revision } = state.map;
+    const told = name === null ? "This map is not saved." : `This is the map “${name}”.`;
+    write(this.#now, told);
+    for (const button of this.querySelectorAll("button")) button.disabled = !this.#operates || this.#busy;
+    const stands = this.#maps.some((map) => map.name.toLowerCase() === this.#name.value.trim().toLowerCase());
+    write(this.#saveWords, stands ? "Replace" : "Save");
+    if (name !== this.#current) {
+      this.#current = name;
+      if (name !== null) this.#name.value = name;
+      this.#draw();
+    }
+    if (revision === this.#revision || this.offsetParent === null) return;
+    this.#revision = revision;
+    void this.#fetch();
+  }
+
+  async #fetch() {
+    await this.#try(async () => {
+      this.#maps = await maps.list();
+      this.#draw();
+    });
+  }
+
+  async #keep() {
+    const name = this.#name.value.trim();
+    const trouble = maps.nameTrouble(name);
+    if (trouble) {
+      this.#complain(trouble);
+      this.#name.focus();
+      return;
+    }
+    const replace = this.#saveWords.textContent === "Replace";
+    await this.#try(async () => {
+      const kept = await maps.save(name, replace);
+      this.session.announce(`The map ${kept.name} is saved.`);
+    });
+  }
+
+  #draw() {
+    this.#empty.hidden = this.#maps.length > 0;
+    this.#list.replaceChildren(...this.#maps.map((map) => this.#row(map)));
+  }
+
+  /** @param {SavedMap} map */
+  #row(map) {
+    const size = `${fixed(map.width_m, 1)} × ${fixed(map.height_m, 1)} m`;
+    const rooms = map.submaps > 1 ? [`${map.submaps} rooms`] : [];
+    const about = [size, ...rooms, `${map.landmarks} landmarks`].join(" · ");
+    const current = map.name === this.#current;
+    const row = make(
+      "li",
+      { class: "map", "data-current": current },
+      make("img", {
+        class: "map-preview",
+        src: maps.previewOf(map),
+        alt: "",
+        width: "56",
+        height: "44",
+        loading: "lazy",
+      }),
+      make(
+        "div",
+        { class: "map-body" },
+        make("p", { class: "map-name" }, map.name, current && make("span", { class: "map-badge" }, "in use")),
+        make("p", { class: "note" }, about),
+        make("p", { class: "note" }, `${dayOf(map.saved_s)}, ${map.by}`),
+      ),
+    );
+    const acts = make("div", { class: "map-acts" });
+    if (!this.#form.hidden) {
+      acts.append(
+        this.#act("open", `Go on in ${map.name}`, () =>
+          this.#ask(row, "What is not saved of the present map is gone.", "Go on in it", () => maps.load(map.name)),
+        ),
+      );
+    }
+    acts.append(
+      make(
+        "a",
+        {
+          class: "icon-button small",
+          href: maps.zipOf(map.name),
+          download: "",
+          "aria-label": `Download ${map.name}`,
+          title: "Download",
+        },
+        icon("download"),
+      ),
+    );
+    if (!this.#form.hidden) {
+      acts.append(
+        this.#act("trash", `Delete ${map.name}`, () =>
+          this.#ask(row, "Delete this map for good?", "Delete", () => maps.remove(map.name)),
+        ),
+      );
+    }
+    row.append(acts);
+    return row;
+  }
+
+  /**
+   * @param {string} drawing
+   * @param {string} name
+   * @param {() => void} then
+   */
+  #act(drawing, name, then) {
+    const button = make(
+      "button",
+      { type: "button", class: "icon-button small", "aria-label": name, title: name },
+      icon(drawing),
+    );
+    button.addEventListener("click", then);
+    return button;
+  }
+
+  /**
+   * In place, where the finger is: what would happen, and whether it shall.
+   * @param {HTMLElement} row
+   * @param {string} sentence
+   * @param {string} act
+   * @param {() => Promise<unknown>} then
+   */
+  #ask(row, sentence, act, then) {
+    for (const other of this.#list.querySelectorAll(".map-question")) other.remove();
+    const yes = make("button", { type: "button", class: "button primary" }, act);
+    const no = make("button", { type: "button", class: "button" }, "Leave it");
+    const question = make(
+      "div",
+      { class: "map-question", role: "group", "aria-label": sentence },
+      make("p", {}, sentence),
+      yes,
+      no,
+    );
+    yes.addEventListener("click", () => {
+      question.remove();
+      void this.#try(then);
+    });
+    no.addEventListener("click", () => question.remove());
+    row.append(question);
+    no.focus();
+    question.scrollIntoView({ block: "nearest" });
+  }
+
+  /** @param {() => Promise<unknown>} act */
+  async #try(act) {
+    this.#busy = true;
+    try {
+      await act();
+      this.#complain("");
+    } catch (refusal) {
+      this.#complain(refusal instanceof Refusal ? refusal.message : "That did not work.");
+    } finally {
+      this.#busy = false;
+    }
+  }
+
+  /** @param {string} sentence */
+  #complain(sentence) {
+    this.#trouble.hidden = !sentence;
+    write(this.#trouble, sentence);
+    mark(this.#name, "aria-invalid", sentence ? "true" : null);
+  }
+}
+
+/** @param {number} seconds Unix time */
+function dayOf(seconds) {
+  const at = new Date(seconds * 1000);
+  const today = at.toDateString() === new Date().toDateString();
+  const clock = timeOfDay(seconds).slice(0, 5);
+  return today ? `today ${clock}` : `${at.toLocaleDateString(undefined, { dateStyle: "medium" })} ${clock}`;
+}
+
+customElements.define("map-card", MapCard);

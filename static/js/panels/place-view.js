@@ -1,0 +1,332 @@
+// "I am here": the map from above. Press where the robot stands and drag to where it looks; its scan goes along.
+
+import { Refusal } from "../api.js";
+import { icon, make, write } from "../element.js";
+import { degrees } from "../format.js";
+import { FloorView, headingOf, seenFrom } from "../floor-view.js";
+import * as maps from "../maps.js";
+import { Panel } from "../panel.js";
+
+/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../floor-view.js").Point} Point */
+/** @typedef {{x: number, y: number, heading: number | null}} Placed heading null: nobody knows */
+
+const MARGIN = 34; // [px] around the map
+const DRAG = 14; // [px] from which a drag says a heading
+const SCAN_MS = 1000;
+const LINE = 40; // [px] that a wheel scrolls by one line
+
+class PlaceView extends Panel {
+  #canvas = make("canvas", { class: "place-floor", "aria-hidden": "true" });
+  #words = make("p", { class: "place-words" });
+  #trouble = make("p", { class: "place-trouble", role: "alert", hidden: true });
+  #fields = { x: field("x", "m"), y: field("y", "m"), heading: field("heading", "°") };
+  #put = make("button", { type: "submit", class: "button primary" }, icon("here"), make("span", {}, "It is here"));
+  #leave = make("button", { type: "button", class: "button" }, "Cancel");
+  #form = make(
+    "form",
+    { class: "place-form" },
+    this.#fields.x.row,
+    this.#fields.y.row,
+    this.#fields.heading.row,
+    make("span", { class: "spring" }),
+    this.#leave,
+    this.#put,
+  );
+  /** @type {maps.Plan | null} */
+  #plan = null;
+  /** @type {Array<[number, number]>} */
+  #scan = [];
+  #scanAt = -Infinity;
+  #view = new FloorView(50, 0, 0);
+  #moved = false; // by hand: it stays as it is when the window changes
+  /** @type {Placed | null} */
+  #placed = null;
+  /** @type {Map<number, Point>} */
+  #fingers = new Map();
+  /** @type {Point | null} */
+  #pressed = null;
+  #wasLost = false;
+  /** @type {View | null} */
+  #shown = null;
+
+  /** @override */
+  build() {
+    this.hidden = true;
+    this.setAttribute("role", "dialog");
+    this.setAttribute("aria-label", "Where is the robot?");
+    this.append(
+      make("div", { class: "place-head" }, make("h2", { class: "card-title" }, "Where is the robot?"), this.#words),
+      this.#canvas,
+      this.#trouble,
+      this.#form,
+    );
+    addEventListener("place-robot", () => void this.#open());
+    this.#leave.addEventListener("click", () => this.#close());
+    this.#form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      void this.#tell();
+    });
+    for (const { box } of Object.values(this.#fields)) box.addEventListener("input", () => this.#typed());
+    const canvas = this.#canvas;
+    canvas.addEventListener("pointerdown", (event) => this.#down(event));
+    canvas.addEventListener("pointermove", (event) => this.#move(event));
+    for (const end of ["pointerup", "pointercancel"])
+      canvas.addEventListener(end, (event) => this.#up(/** @type {PointerEvent} */ (event)));
+    canvas.addEventListener("wheel", (event) => this.#wheel(event), { passive: false });
+    new ResizeObserver(() => this.#fit()).observe(canvas);
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show(view) {
+    this.#shown = view;
+    if (this.hidden || !view.state) return;
+    const { lost } = view.state.floor;
+    if (this.#wasLost && lost === null) {
+      this.#close();
+      this.session.announce("The robot has found itself.");
+      return;
+    }
+    this.#wasLost = lost !== null;
+    this.#put.disabled = !view.up || this.#placed === null;
+    if (performance.now() - this.#scanAt > SCAN_MS) void this.#look();
+  }
+
+  async #open() {
+    const { state } = this.session;
+    if (!this.hidden || !state) return;
+    this.hidden = false;
+    this.dispatchEvent(new CustomEvent("open-view", { detail: "map", bubbles: true }));
+    this.#wasLost = state.floor.lost !== null;
+    this.#placed = null;
+    this.#moved = false;
+    this.#complain("");
+    this.#write();
+    this.#leave.focus();
+    try {
+      this.#plan = await maps.plan();
+      this.#fit();
+    } catch (refusal) {
+      this.#complain(refusal instanceof Refusal ? refusal.message : "The map could not be read.");
+    }
+  }
+
+  #close() {
+    this.hidden = true;
+    this.#plan?.picture.close();
+    this.#plan = null;
+    this.#fingers.clear();
+  }
+
+  async #tell() {
+    const placed = this.#placed;
+    if (!placed) return;
+    const where = { x_m: placed.x, y_m: placed.y, heading_rad: placed.heading, anyway: !this.#wasLost };
+    try {
+      await maps.here(where);
+      this.session.announce("The robot looks around the place you showed.");
+      this.#close();
+    } catch (refusal) {
+      this.#complain(refusal instanceof Refusal ? refusal.message : "That did not work.");
+    }
+  }
+
+  async #look() {
+    this.#scanAt = performance.now();
+    this.#scan = await maps.scan().catch(() => this.#scan);
+    this.#draw();
+  }
+
+  // hands
+
+  /** @param {PointerEvent} event */
+  #down(event) {
+    this.#canvas.setPointerCapture(event.pointerId);
+    this.#fingers.set(event.pointerId, pointOf(event));
+    if (this.#fingers.size > 1) {
+      this.#pressed = null; // a second finger: they move the map
+      return;
+    }
+    this.#pressed = pointOf(event);
+    const at = this.#view.floor(this.#pressed);
+    this.#place({ x: at.x, y: at.y, heading: null });
+  }
+
+  /** @param {PointerEvent} event */
+  #move(event) {
+    const before = this.#fingers.get(event.pointerId);
+    if (!before) return;
+    const now = pointOf(event);
+    const other = [...this.#fingers].find(([id]) => id !== event.pointerId)?.[1];
+    this.#fingers.set(event.pointerId, now);
+    if (other) {
+      const times =
+        Math.hypot(now.x - other.x, now.y - other.y) /
+        Math.max(1, Math.hypot(before.x - other.x, before.y - other.y));
+      const middle = { x: (before.x + other.x) / 2, y: (before.y + other.y) / 2 };
+      this.#change(middle, times, { x: (now.x - before.x) / 2, y: (now.y - before.y) / 2 });
+    } else if (this.#pressed && this.#placed) {
+      this.#place({ ...this.#placed, heading: headingOf(this.#pressed, now, DRAG) });
+    }
+  }
+
+  /** @param {PointerEvent} event */
+  #up(event) {
+    this.#fingers.delete(event.pointerId);
+    this.#pressed = null;
+  }
+
+  /** @param {WheelEvent} event */
+  #wheel(event) {
+    event.preventDefault();
+    const lines = event.deltaMode === WheelEvent.DOM_DELTA_PIXEL ? event.deltaY / LINE : event.deltaY;
+    this.#change(pointOf(event), 1.12 ** -lines);
+  }
+
+  #typed() {
+    const { x, y, heading } = this.#fields;
+    const [east, north, turned] = [x, y, heading].map(({ box }) => box.valueAsNumber);
+    if (east === undefined || north === undefined || !Number.isFinite(east + north)) return;
+    const known = turned !== undefined && Number.isFinite(turned);
+    this.#placed = { x: east, y: north, heading: known ? (turned * Math.PI) / 180 : null };
+    this.#write();
+    this.#draw();
+  }
+
+  /** @param {Placed} placed */
+  #place(placed) {
+    this.#placed = placed;
+    const { x, y, heading } = this.#fields;
+    x.box.value = placed.x.toFixed(2);
+    y.box.value = placed.y.toFixed(2);
+    heading.box.value = placed.heading === null ? "" : ((placed.heading * 180) / Math.PI).toFixed(0);
+    this.#write();
+    this.#draw();
+  }
+
+  #write() {
+    const placed = this.#placed;
+    if (placed === null) write(this.#words, "Press where it stands, and drag to where it looks.");
+    else if (placed.heading === null) write(this.#words, "Drag to say where it looks, or let it find that out.");
+    else write(this.#words, `It looks to ${degrees(placed.heading)}. The dots are what its laser meets now.`);
+    this.#put.disabled = placed === null || this.#shown?.up === false;
+  }
+
+  /** @param {string} sentence */
+  #complain(sentence) {
+    this.#trouble.hidden = !sentence;
+    write(this.#trouble, sentence);
+  }
+
+  // drawing
+
+  /** @param {Point} about @param {number} times @param {Point} [shift] */
+  #change(about, times, shift) {
+    this.#moved = true;
+    this.#view = this.#view.changed(about, times, shift);
+    this.#draw();
+  }
+
+  #fit() {
+    if (this.hidden || !this.#plan) return;
+    const { clientWidth: width, clientHeight: height } = this.#canvas;
+    if (!this.#moved) this.#view = FloorView.fitted(this.#plan.extent, width, height, MARGIN);
+    this.#draw();
+  }
+
+  #draw() {
+    const context = this.#canvas.getContext("2d");
+    if (this.hidden || !context || !this.#plan) return;
+    const { clientWidth: width, clientHeight: height } = this.#canvas;
+    const fine = devicePixelRatio || 1;
+    if (this.#canvas.width !== Math.round(width * fine)) this.#canvas.width = Math.round(width * fine);
+    if (this.#canvas.height !== Math.round(height * fine)) this.#canvas.height = Math.round(height * fine);
+    context.setTransform(fine, 0, 0, fine, 0, 0);
+    context.clearRect(0, 0, width, height);
+    const { left, top, right, bottom } = this.#plan.extent;
+    const [from, to] = [this.#view.drawn({ x: left, y: top }), this.#view.drawn({ x: right, y: bottom })];
+    context.imageSmoothingQuality = "high";
+    context.drawImage(this.#plan.picture, from.x, from.y, to.x - from.x, to.y - from.y);
+    const look = getComputedStyle(this);
+    /** @param {string} name */
+    const colour = (name) => look.getPropertyValue(name).trim();
+    const { state, hello } = this.#shown ?? {};
+    const radius = Math.max(7, this.#view.scale * (hello?.robot.radius_m ?? 0.1));
+    for (const [index, { x_m: x, y_m: y, heading_rad: heading }] of (state?.floor.lost?.candidates ?? []).entries())
+      this.#drawRobot(context, { x, y, heading }, 0.8 * radius, colour("--scene-ghost"), index === 0 ? 0.75 : 0.45);
+    const placed = this.#placed;
+    if (!placed) return;
+    if (placed.heading !== null) {
+      context.fillStyle = colour("--scene-scan");
+      for (const point of seenFrom(this.#scan, { ...placed, heading: placed.heading })) {
+        const { x, y } = this.#view.drawn(point);
+        context.fillRect(x - 1.5, y - 1.5, 3, 3);
+      }
+    }
+    this.#drawRobot(context, placed, radius, colour("--scene-pose"), 1);
+  }
+
+  /**
+   * @param {CanvasRenderingContext2D} context
+   * @param {Placed} at
+   * @param {number} radius [px]
+   * @param {string} colour
+   * @param {number} strength 0..1
+   */
+  #drawRobot(context, at, radius, colour, strength) {
+    const { x, y } = this.#view.drawn(at);
+    context.save();
+    context.globalAlpha = strength;
+    context.strokeStyle = context.fillStyle = colour;
+    context.lineWidth = 2.5;
+    context.lineJoin = context.lineCap = "round";
+    context.beginPath();
+    context.arc(x, y, radius, 0, 2 * Math.PI);
+    if (at.heading === null) context.setLineDash([4, 5]);
+    context.stroke();
+    context.globalAlpha = 0.25 * strength;
+    context.fill();
+    context.globalAlpha = strength;
+    if (at.heading !== null) {
+      const [cos, sin] = [Math.cos(at.heading), -Math.sin(at.heading)];
+      /** @param {number} ahead @param {number} left */
+      const tip = (ahead, left) => [x + cos * ahead + sin * left, y + sin * ahead - cos * left];
+      const long = radius + 26;
+      context.beginPath();
+      context.moveTo(.../** @type {[number, number]} */ (tip(0, 0)));
+      for (const corner of [tip(long, 0), tip(long - 9, 6), tip(long, 0), tip(long - 9, -6)])
+        context.lineTo(.../** @type {[number, number]} */ (corner));
+      context.stroke();
+    }
+    context.restore();
+  }
+}
+
+/**
+ * @param {string} name
+ * @param {string} unit
+ */
+function field(name, unit) {
+  const box = make("input", {
+    type: "number",
+    class: "field-box",
+    step: "any",
+    "aria-label": `${name} in ${unit === "°" ? "degrees" : "metres"}`,
+  });
+  const row = make(
+    "label",
+    { class: "place-field" },
+    make("span", { class: "note" }, name),
+    box,
+    make("span", { class: "note" }, unit),
+  );
+  return { row, box };
+}
+
+/** @param {MouseEvent} event */
+const pointOf = ({ offsetX: x, offsetY: y }) => ({ x, y });
+
+customElements.define("place-view", PlaceView);

@@ -1,0 +1,106 @@
+// How the mapping fares: its figures over the last two minutes, the rooms and closures, the landmarks it goes by.
+
+import { icon, make, mark, write } from "../element.js";
+import { fixed } from "../format.js";
+import { Panel } from "../panel.js";
+import { ClosureList } from "./closure-list.js";
+import { LandmarkTable } from "./landmark-table.js";
+import { LivePlot } from "./live-plot.js";
+
+/** @typedef {import("../session.js").View} View */
+
+/** @param {number} high [m] */
+const length = (high) => (high < 1 ? { unit: " cm", times: 100 } : { unit: " m", times: 1 });
+const plain = () => ({ unit: "", times: 1 });
+
+class SlamCard extends Panel {
+  #plots = {
+    error: new LivePlot({
+      name: "True error",
+      says: "Simulator only: how far the estimate lies from where the robot really is. It should stay below the dashed line most of the time.",
+      claim: "dashed: what it claims (2 σ)",
+      unit: length,
+      least: 0.02,
+    }),
+    nis: new LivePlot({
+      name: "Surprise (NIS)",
+      says: "How far sightings lay from what was expected, in units of their own uncertainty. Inside the band it is as sure as it should be; below it is over-careful, above it is too sure.",
+      claim: "band: 95 %",
+      unit: plain,
+      least: 1.5,
+    }),
+    match: new LivePlot({
+      name: "Scan on the map",
+      says: "How much of the newest sweep lies on what is drawn: 1 is all of it.",
+      unit: plain,
+      least: 1,
+    }),
+    update: new LivePlot({
+      name: "Time of an update",
+      says: "How long it takes to see, match, filter and decide; 25 ms fit between two frames at 40 Hz",
+      unit: () => ({ unit: " ms", times: 1 }),
+      least: 5,
+    }),
+  };
+  #facts = make("p", { class: "note slam-facts" });
+  #here = make("button", { type: "button", class: "button small" }, icon("here"), make("span", {}, "It is here…"));
+  #closures = new ClosureList();
+  #landmarks = new LandmarkTable();
+  #seq = -1;
+
+  /** @override */
+  build() {
+    this.classList.add("scrolls");
+    this.tabIndex = 0;
+    this.setAttribute("role", "region");
+    this.setAttribute("aria-label", "SLAM");
+    this.append(
+      make("div", { class: "slam-top" }, this.#facts, make("span", { class: "spring" }), this.#here),
+      ...Object.values(this.#plots),
+      this.#closures,
+      make("div", { class: "slam-head" }, make("h3", {}, "Landmarks")),
+      this.#landmarks,
+    );
+    this.#closures.join(this.session);
+    this.#here.addEventListener("click", () => this.dispatchEvent(new CustomEvent("place-robot", { bubbles: true })));
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ state, hello, up }) {
+    if (!state) return;
+    const { slam, floor } = state;
+    if (state.seq !== this.#seq) this.#remember(state);
+    this.#seq = state.seq;
+    const operates = up && hello?.you.role !== "viewer";
+    this.#here.hidden = hello?.robot.drives !== true || hello.you.role === "viewer";
+    this.#here.disabled = !operates;
+    mark(this.#plots.error, "hidden", slam.error_m === null);
+    mark(this.#plots.match, "hidden", floor.match_score === null);
+    const { error, nis, match, update } = this.#plots;
+    nis.show(slam.nis_band);
+    for (const plot of [error, match, update]) plot.show();
+    const rooms = floor.submaps.length;
+    const facts = [
+      rooms ? `${rooms} ${rooms === 1 ? "room" : "rooms"}` : "",
+      `${state.landmarks.length} landmarks${slam.tentative ? `, ${slam.tentative} on trial` : ""}`,
+      slam.nees === null ? "" : `NEES ${fixed(slam.nees, 1)}`,
+    ];
+    write(this.#facts, facts.filter(Boolean).join(" · "));
+    this.#closures.show(floor, state.stamp_s, operates);
+    this.#landmarks.show(state.landmarks);
+  }
+
+  /** @param {import("../wire.js").State} state */
+  #remember({ stamp_s: now, slam, floor, pose }) {
+    const claim = 2 * Math.sqrt(Math.max(0, (pose.cov[0]?.[0] ?? 0) + (pose.cov[1]?.[1] ?? 0)));
+    this.#plots.error.add(now, slam.error_m, slam.error_m === null ? null : claim);
+    this.#plots.nis.add(now, slam.nis);
+    this.#plots.match.add(now, floor.match_score);
+    this.#plots.update.add(now, slam.update_ms);
+  }
+}
+
+customElements.define("slam-card", SlamCard);

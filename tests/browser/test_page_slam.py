@@ -1,0 +1,125 @@
+"""How the mapping fares, the maps that are kept, and "I am here", on the page."""
+
+from __future__ import annotations
+
+import json
+import math
+import urllib.error
+import urllib.request
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.running_console import Running
+from tests.browser.visit import PHONE, Visit
+
+Open = Callable[..., Visit]
+
+
+@pytest.fixture(scope="module")
+def chromium_flags() -> list[str]:
+    """Nothing here draws the 3-D map."""
+    return ["--disable-gpu"]
+
+
+def drawn(here: Visit, name: str) -> str:
+    """The path of a plot's line."""
+    plot = here.find("live-plot:visible").filter(has_text=name)
+    return plot.locator(".plot-line").get_attribute("d") or ""
+
+
+def deeds(console: Running, what: str) -> list[Any]:
+    return [deed["words"] for deed in console.ask("api/audit")["deeds"] if deed["what"] == what]
+
+
+def test_error_surprise_and_update_time_are_drawn_with_axes_to_read(visit: Open) -> None:
+    here = visit()
+    here.button("SLAM").click()
+    for name in ("True error", "Surprise (NIS)", "Time of an update"):
+        here.until(lambda name=name: drawn(here, name).count("L") > 5, f"{name} has a line")
+    error = here.find("live-plot:visible").filter(has_text="True error")
+    expect(error.locator(".plot-value")).to_contain_text("cm")
+    assert error.locator(".plot-claim").get_attribute("d")
+    words = error.locator(".plot-words text").all_text_contents()
+    assert {"0", "now", "−60 s"} <= set(words)
+    assert "two minutes" in (error.locator("svg").get_attribute("aria-label") or "")
+    band = here.find("live-plot:visible").filter(has_text="NIS").locator(".plot-band")
+    assert float(band.get_attribute("height") or 0) > 3
+    expect(here.find("slam-card .landmarks tbody tr").first).to_be_attached()
+    expect(here.find("slam-card")).to_contain_text("None yet")
+
+
+def test_a_map_is_saved_replaced_taken_along_and_deleted(visit: Open, console: Running) -> None:
+    here = visit()
+    here.button("Maps").click()
+    here.find("map-card input").fill("../etc")
+    here.button("Save").click()
+    expect(here.find(".map-trouble")).to_contain_text("letters, digits")
+    here.find("map-card input").fill("my lab")
+    here.button("Save").click()
+    row = here.find("map-card li.map").filter(has_text="my lab")
+    expect(row).to_contain_text("in use")
+    expect(row).to_contain_text("landmarks")
+    expect(here.find(".map-now")).to_contain_text("my lab")
+    here.until(lambda: row.locator("img").evaluate("image => image.naturalWidth > 20"), "its picture is shown")
+    here.button("Replace").click()
+    here.until(lambda: deeds(console, "map").count("save my lab") == 2, "it was replaced")
+    expect(row).to_have_count(1)
+    for link in (*here.find("map-card .map-file").all(), row.locator("a")):
+        with here.page.expect_download() as download:
+            link.click()
+        assert download.value.failure() is None
+    assert console.ask("api/maps")["current"] == "my lab"
+    row.get_by_role("button", name="Delete my lab").click()
+    row.get_by_role("button", name="Leave it").click()
+    row.get_by_role("button", name="Delete my lab").click()
+    row.get_by_role("button", name="Delete", exact=True).click()
+    expect(row).to_have_count(0)
+    expect(here.find(".map-now")).to_contain_text("not saved")
+
+
+def test_the_robot_is_shown_where_it_is_by_press_and_drag(visit: Open, console: Running) -> None:
+    here = visit(size=PHONE)
+    here.button("SLAM").click()
+    here.button("It is here…").click()
+    view = here.find("place-view")
+    expect(view).to_be_visible()
+    put = here.button("It is here")
+    expect(put).to_be_disabled()
+    box = here.find(".place-floor").bounding_box()
+    assert box is not None
+    x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
+    here.page.mouse.move(x, y)
+    here.page.mouse.down()
+    here.page.mouse.move(x, y - 60)  # up the drawing: +y
+    here.page.mouse.up()
+    heading = view.get_by_label("heading in degrees")
+    expect(heading).to_have_value("90")
+    told = view.get_by_label("x in metres").input_value(), view.get_by_label("y in metres").input_value()
+    assert all(math.isfinite(float(value)) for value in told)
+    heading.fill("0")
+    view.get_by_label("x in metres").fill("0.02")
+    view.get_by_label("y in metres").fill("0")
+    put.click()
+    expect(view).to_be_hidden()
+    assert deeds(console, "here")[0] == "I am at 0.02 and 0.00"
+
+
+def test_who_watches_sees_all_of_it_and_changes_nothing(visit: Open, console: Running) -> None:
+    here = visit(watching=True)
+    here.button("Maps").click()
+    expect(here.find("map-card .map-file")).to_have_count(4)
+    expect(here.find("map-card form")).to_be_hidden()
+    here.button("SLAM").click()
+    expect(here.find("live-plot:visible").first).to_be_visible()
+    expect(here.button("It is here…")).to_be_hidden()
+    token = console.watching.partition("#t=")[2]
+    asked = urllib.request.Request(
+        f"{console.url}api/maps",
+        json.dumps({"name": "mine"}).encode(),
+        {"authorization": f"Bearer {token}", "content-type": "application/json"},
+    )
+    with pytest.raises(urllib.error.HTTPError, match="403"):
+        urllib.request.urlopen(asked, timeout=10)

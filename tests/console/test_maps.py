@@ -1,0 +1,182 @@
+"""Saved maps: names, half-written ones, replacing, and the journey that goes with them."""
+
+from __future__ import annotations
+
+import math
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from console.journey import FIELDS, MOST, Journey, laid_out
+from console.map_files import known_part, preview
+from console.map_store import ASIDE, CARD, MapCard, MapStore, NameTaken, checked_name, slug
+from core.errors import BadInput
+from core.gate import ZERO
+from core.geometry import Pose
+from core.slam.estimate import Estimate, SlamHealth
+from core.slam.floor import FloorHealth, SubmapView
+from core.slam.occupancy import Grid
+from core.snapshot import Snapshot
+
+
+def named(name: str, saved: float = 100.0) -> MapCard:
+    return MapCard(name, saved, "Ada", "robot", 0.05, 5.0, 4.0, 2, 11, 1)
+
+
+def saying(words: str):
+    return lambda folder: (folder / "words.txt").write_text(words)
+
+
+def words_of(store: MapStore, name: str) -> str:
+    kept = store.find(name)
+    assert kept is not None
+    return (kept.folder / "words.txt").read_text()
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> MapStore:
+    return MapStore(tmp_path / "maps")
+
+
+def test_a_saved_map_is_found_again_by_another_console(store: MapStore, tmp_path: Path) -> None:
+    store.keep(named("Großes Büro"), saying("all of it"), replace=False)
+    again = MapStore(tmp_path / "maps")
+    again.clean()
+    assert [kept.card.name for kept in again.all()] == ["Großes Büro"]
+    assert words_of(again, "grosses büro") == "all of it"  # large and small letters are the same
+
+
+def test_a_name_that_is_taken_is_refused_unless_it_shall_be_replaced(store: MapStore) -> None:
+    store.keep(named("lab"), saying("first"), replace=False)
+    with pytest.raises(NameTaken, match="“lab” already"):
+        store.keep(named("Lab", 200.0), saying("second"), replace=False)
+    assert words_of(store, "lab") == "first"
+    store.keep(named("Lab", 200.0), saying("second"), replace=True)
+    assert words_of(store, "lab") == "second" and len(store.all()) == 1
+
+
+def test_a_map_whose_writing_breaks_off_never_was_and_the_former_stays(store: MapStore, tmp_path: Path) -> None:
+    store.keep(named("lab"), saying("whole"), replace=False)
+
+    def breaks(folder: Path) -> None:
+        (folder / "words.txt").write_text("ha")
+        raise OSError(28, "No space left on device")
+
+    with pytest.raises(OSError):
+        store.keep(named("lab", 200.0), breaks, replace=True)
+    assert words_of(store, "lab") == "whole"
+    assert len(list((tmp_path / "maps").iterdir())) == 1
+
+
+def test_what_a_crash_left_behind_is_cleared_away(store: MapStore, tmp_path: Path) -> None:
+    store.keep(named("lab", 100.0), saying("older"), replace=False)
+    older = store.find("lab")
+    assert older is not None
+    half = tmp_path / "maps" / f"{ASIDE}1234"
+    half.mkdir()
+    (half / CARD).write_bytes((older.folder / CARD).read_bytes())  # died before the rename
+    twin = tmp_path / "maps" / "lab-newer"
+    twin.mkdir()  # died after the rename, before the older one went
+    (twin / CARD).write_text((older.folder / CARD).read_text().replace("100.0", "300.0"))
+    (twin / "words.txt").write_text("newer")
+    assert words_of(store, "lab") == "newer"
+    store.clean()
+    assert [path.name for path in (tmp_path / "maps").iterdir()] == ["lab-newer"]
+
+
+@pytest.mark.parametrize("damage", [b"", b"{", b"[]", b'{"name": "x"}', b"\xff" * 80_000])
+def test_a_card_that_cannot_be_read_hides_its_map_and_no_other(store: MapStore, damage: bytes) -> None:
+    store.keep(named("lab"), saying("fine"), replace=False)
+    store.keep(named("hall"), saying("lost"), replace=False)
+    hall = store.find("hall")
+    assert hall is not None
+    (hall.folder / CARD).write_bytes(damage)
+    assert [kept.card.name for kept in store.all()] == ["lab"]
+
+
+def test_a_map_goes_for_good_and_is_packed_with_everything(store: MapStore) -> None:
+    store.keep(named("lab"), saying("packed"), replace=False)
+    kept = store.find("lab")
+    assert kept is not None
+    with store.packed(kept) as packed, zipfile.ZipFile(packed) as box:
+        assert sorted(box.namelist()) == [CARD, "words.txt"]
+    store.remove(kept)
+    assert store.all() == [] and store.find("lab") is None
+
+
+@pytest.mark.parametrize("name", ["lab", "Ground floor", "Büro 2", "a-b_c", "  two   words ", "地図", "x" * 40])
+def test_names_of_people_are_taken(name: str) -> None:
+    assert checked_name(name) == " ".join(name.split())
+    assert slug(checked_name(name))
+
+
+@pytest.mark.parametrize(
+    "name", ["", " ", "..", "../lab", "a/b", "a\\b", "a\x00b", ".hidden", "a.b", "x" * 41, "-a", "a%2fb"]
+)
+def test_names_that_could_be_something_else_are_refused(name: str) -> None:
+    with pytest.raises(BadInput, match="letters"):
+        checked_name(name)
+
+
+# the journey
+
+ROOMS = FloorHealth(
+    submaps=(
+        SubmapView(id=0, pose=Pose(), extent=np.array([[-1, -1], [1, 1]]), active=False),
+        SubmapView(id=1, pose=Pose(2, 0, math.pi / 2), extent=np.array([[-1, -1], [1, 1]]), active=True),
+    )
+)
+
+
+def snapshot(stamp: float, pose: Pose, floor: FloorHealth = ROOMS) -> Snapshot:
+    estimate = Estimate(pose=pose, covariance=np.eye(3))
+    none = np.zeros((0, 2))
+    return Snapshot(
+        stamp=stamp, estimate=estimate, dead_reckoning=estimate, velocity=ZERO, setpoint=ZERO, scan_points=none,
+        slam=SlamHealth(), grid=Grid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((0, 0))),
+        trail=none, dead_reckoning_trail=none, path=none, floor=floor,
+    )  # fmt: skip
+
+
+def test_a_closure_that_moves_a_room_moves_the_way_that_was_gone_in_it() -> None:
+    journey = Journey()
+    journey.add(snapshot(1.0, Pose(2, 1, 0)))
+    stamps, [pose] = laid_out(journey.rows(), ROOMS)
+    assert stamps == [1.0]
+    assert pose.vector == pytest.approx([2, 1, 0])
+    shift = Pose(0.5, -0.25, 0.1)
+    moved = replace(ROOMS, submaps=(ROOMS.submaps[0], replace(ROOMS.submaps[1], pose=shift @ ROOMS.submaps[1].pose)))
+    _, [pose] = laid_out(journey.rows(), moved)
+    assert pose.vector == pytest.approx((shift @ Pose(2, 1, 0)).vector)
+
+
+def test_without_rooms_the_poses_are_the_worlds_and_rooms_that_are_gone_are_left_out() -> None:
+    journey = Journey()
+    journey.add(snapshot(0.0, Pose(1, 2, 3), FloorHealth()))
+    journey.add(snapshot(1.0, Pose(4, 5, 0.6)))
+    stamps, poses = laid_out(journey.rows(), FloorHealth())
+    assert stamps == [0.0] and poses[0].vector == pytest.approx([1, 2, 3])
+
+
+def test_a_journey_is_thinned_when_it_is_full_and_begins_anew_with_the_clock() -> None:
+    journey = Journey()
+    still = snapshot(0.0, Pose())
+    for number in range(MOST + 10):
+        journey.add(replace(still, stamp=0.1 * number))
+    assert MOST // 2 < len(journey) < MOST // 2 + 20
+    stamps = journey.rows()[:, 0]
+    assert journey.rows().shape[1] == FIELDS and stamps[0] == 0.0 and (np.diff(stamps) > 0).all()
+    journey.add(replace(still, stamp=5.0))
+    assert len(journey) == 1
+
+
+def test_the_preview_shows_what_is_known_and_nothing_around_it() -> None:
+    odds = np.zeros((60, 80), np.float32)
+    odds[20:31, 10:41] = -2.0
+    grid = Grid(revision=1, resolution=0.1, origin=np.array([-3.0, 1.0]), log_odds=odds)
+    part = known_part(grid)
+    assert part.log_odds.shape == (11, 31) and part.origin == pytest.approx([-2.0, 3.0])
+    assert preview(grid).startswith(b"\x89PNG")
