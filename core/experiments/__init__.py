@@ -23,5 +23,6 @@ EXPERIMENTS: dict[str, Experiment] = {
     "camera-table": _in("camera_table"),
     "dead-reckoning-vs-slam": _in("dead_reckoning_vs_slam"),
     "direction-of-arrival": _in("direction_of_arrival"),
+    "speech-quality": _in("speech_quality"),
     "tour": _in("tour"),
 }

@@ -1,0 +1,226 @@
+"""How well speech survives the robot's hearing (section 6.3): Fig. 17, then a sweep over noise and distance.
+
+The loop of Figs. 10 and 11 in the simulated room: a text is spoken, once close to a quiet microphone (the person's
+path) and once somewhere in the room (the robot's path). The same recognizer reads both sounds, and then texts and
+recordings are compared.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.signal import resample_poly
+
+from core.acoustics import Room, heard, impulse_responses, pink_noise
+from core.errors import Unavailable
+from core.experiments.practice_voice import practice_voice
+from core.message import Array, message
+from core.sensors.microphones import Sound
+from core.speech.alignment import phrases_of
+from core.speech.engines import open_engine
+from core.speech.likeness import Likeness, liken
+from core.speech.marks import FIGURE_17_PERSON, FIGURE_17_ROBOT
+from core.speech.marks import as_json as marks_json
+from core.speech.quality import Quality, compare
+from core.speech.quality import as_json as quality_json
+from core.speech.quality_page import page
+from core.speech.recognizer import Engine, Utterance
+from core.speech.settings import SpeechSettings
+from core.speech.voice import VoiceSettings, can_speak, speak
+
+RATE = 16_000  # [Hz]
+TEXT = (
+    "turn left",
+    "turn right",
+    "continue two meters",
+    "stop moving",
+    "stop at one and three",
+    "follow me",
+    "continue four meters",
+    "come here",
+    "follow wall",
+    "stop at two and minus one",
+    "turn left",
+    "continue one point five meters",
+)
+VOICES = ("en-us", "en-us+m3", "en-us+f2")
+RATIOS = (30.0, 20.0, 10.0, 5.0, 0.0)  # [dB] voice over noise at the robot, 1 m away
+DISTANCES = (0.5, 1.0, 2.0, 3.0, 4.0)  # [m], with the quietest noise
+ROOM = Room((7.0, 5.5, 2.7), 0.3)
+EAR = np.array([1.2, 1.4, 0.3])  # [m] in the room
+LEAD, TAIL = 0.6, 0.3  # [s] of silence around every phrase
+PERSON_NOISE = 1e-3  # of the voice's power: a headset
+LEVEL = 0.05  # RMS of the voice
+
+
+@message
+class Setting:
+    """One place and noise."""
+
+    sweep: str  # "noise" | "distance"
+    ratio: float  # [dB]
+    distance: float  # [m]
+
+
+SETTINGS = (
+    *(Setting(sweep="noise", ratio=ratio, distance=1.0) for ratio in RATIOS),
+    *(Setting(sweep="distance", ratio=RATIOS[0], distance=distance) for distance in DISTANCES),
+)
+
+
+@message
+class Spoken:
+    """One phrase of the text as a dry sound."""
+
+    text: str
+    dry: Array  # (N,) at RATE, RMS LEVEL
+
+
+def spoken(rng: np.random.Generator, phrases: Sequence[str]) -> tuple[list[Spoken], str]:
+    """The phrases said, and by what; without text to speech by a made-up voice, of which nothing can be read."""
+    told: list[Spoken] = []
+    for number, text in enumerate(phrases):
+        if can_speak():
+            sound = speak(text, VoiceSettings(voice=VOICES[number % len(VOICES)]))
+            dry = resample_poly(sound.samples[:, 0], RATE, sound.rate)
+        else:
+            dry = practice_voice(rng, 0.35 * len(text.split()) + 0.3, RATE)
+        told.append(Spoken(text=text, dry=LEVEL * dry / np.std(dry)))
+    return told, "espeak-ng" if can_speak() else "made up: pulses and hiss through resonances, without words"
+
+
+def responses_at(place: Setting) -> Array:
+    """From a mouth there to the robot's first microphone, (1, L)."""
+    aside = place.distance / math.sqrt(2)
+    mouth = EAR + np.array([aside, aside, 0.0])
+    mouth[2] = min(1.5, EAR[2] + place.distance)
+    return impulse_responses(ROOM, mouth, EAR[None], RATE, np.random.default_rng(1))
+
+
+def received_at(rng: np.random.Generator, dry: Array, responses: Array, ratio: float) -> Array:
+    """A dry sound (N,) → what the microphone hears of it, with the room's noise `ratio` [dB] below a voice at 1 m."""
+    noise = pink_noise(rng, 1, len(dry), RATE)[0]
+    return heard(dry, responses)[:, 0] + LEVEL * 10 ** (-ratio / 20) * noise
+
+
+def read(engine: Engine, samples: Array) -> str:
+    """A phrase with silence around it → the words that are read in it."""
+    sound = Sound(stamp=0.0, rate=RATE, samples=samples[:, None])
+    end = sound.duration - TAIL
+    return engine.read(Utterance(sound=sound, begin=LEAD, end=end)).words
+
+
+def padded(one: Spoken) -> Array:
+    """A phrase with silence around it."""
+    return np.concatenate((np.zeros(round(LEAD * RATE)), one.dry, np.zeros(round(TAIL * RATE))))
+
+
+def close_by(engine: Engine, said: Sequence[Spoken], seed: int) -> str:
+    """What the person's own microphone makes of all phrases (stt.txt)."""
+    rng = np.random.default_rng(seed)
+    sounds = [padded(one) for one in said]
+    noise = LEVEL * math.sqrt(PERSON_NOISE)
+    return "; ".join(read(engine, sound + noise * rng.normal(size=len(sound))) for sound in sounds)
+
+
+def measure(
+    engine: Engine | None, said: Sequence[Spoken], person: str, place: Setting, seed: int
+) -> tuple[Quality | None, Likeness]:
+    """All phrases at one place: the texts compared, where there is a recognizer, and the recordings."""
+    rng = np.random.default_rng([seed, round(10 * place.ratio), round(10 * place.distance)])
+    clean = [padded(one) for one in said]
+    responses = responses_at(place)
+    received = [received_at(rng, sound, responses, place.ratio) for sound in clean]
+    whole = [Sound(stamp=0.0, rate=RATE, samples=np.concatenate(some)[:, None]) for some in (clean, received)]
+    likeness = liken(*whole)
+    if engine is None:
+        return None, likeness
+    robot = "; ".join(read(engine, sound) for sound in received)
+    return compare("; ".join(one.text for one in said), person, robot), likeness
+
+
+def row(place: Setting, quality: Quality | None, likeness: Likeness) -> dict[str, Any]:
+    """The figures of one place."""
+    told: dict[str, Any] = {
+        "sweep": place.sweep,
+        "snr_db": place.ratio,
+        "distance_m": place.distance,
+        "stoi": likeness.stoi,
+        "estoi": likeness.estoi,
+        "si_sdr_db": likeness.si_sdr_db,
+    }
+    if quality is None:
+        return told
+    figures = quality_json(quality)
+    names = ("erroneous_words_person", "erroneous_words_robot", "osqe_d", "osqe_r", "osqe_r_bounded")
+    return told | {name: figures[name] for name in names} | {"commands_exact": figures["robot"]["commands_exact"]}
+
+
+def run(
+    *,
+    runs: int | None = None,
+    seed: int = 0,
+    out: Path | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> dict[str, Any]:
+    """Fig. 17, then every place; `runs` phrases (12) are spoken. `out` receives JSON, CSV and one place's page."""
+    say = tell or (lambda _: None)
+    count = runs or len(TEXT)
+    phrases = [TEXT[number % len(TEXT)] for number in range(count)]
+    said, voice = spoken(np.random.default_rng(seed), phrases)
+    engine, why_not = _engine()
+    if why_not:
+        say(why_not)
+    person = "" if engine is None else close_by(engine, said, seed)
+    rows: list[dict[str, Any]] = []
+    shown: tuple[Quality | None, Likeness] | None = None
+    for number, place in enumerate(SETTINGS):
+        quality, likeness = measure(engine, said, person, place, seed)
+        rows.append(row(place, quality, likeness))
+        if place.distance == 2.0:
+            shown = quality, likeness
+        say(f"{number + 1} of {len(SETTINGS)} places…")
+    result: dict[str, Any] = {
+        "figure_17": marks_json(FIGURE_17_PERSON, FIGURE_17_ROBOT),
+        "figure_17_note": "How many words are marked is the paper's; which ones is ours: the print lost its marks.",
+        "phrases": count,
+        "words": sum(len(words) for text in phrases for words in phrases_of(text)),
+        "seed": seed,
+        "voice": voice,
+        "words_missing": why_not,
+        "sweep": rows,
+        "files": {},
+    }
+    if out is not None and shown is not None:
+        result["files"] = save(out, result, shown)
+    return result
+
+
+def _engine() -> tuple[Engine | None, str]:
+    """A recognizer and "", or None and why there are no words to compare."""
+    if not can_speak():
+        return None, "Nothing here speaks, so that only recordings are compared: pip install 'beckon[voice]'"
+    try:
+        return open_engine(SpeechSettings()), ""
+    except Unavailable as absent:
+        return None, str(absent)
+
+
+def save(out: Path, result: dict[str, Any], shown: tuple[Quality | None, Likeness]) -> dict[str, str]:
+    """Figures, table and the page of the place at 2 m → what lies where."""
+    out.mkdir(parents=True, exist_ok=True)
+    figures, table, report = (out / f"speech_quality.{kind}" for kind in ("json", "csv", "html"))
+    figures.write_text(json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1))
+    with table.open("w", newline="") as file:
+        writer = csv.DictWriter(file, list(result["sweep"][0]))
+        writer.writeheader()
+        writer.writerows(result["sweep"])
+    told = {"voice": str(result["voice"]), "room": "7 x 5.5 x 2.7 m, RT60 0.3 s", "distance": "2 m", "noise": "30 dB"}
+    report.write_text(page(*shown, told), encoding="utf-8")
+    return {"json": str(figures), "csv": str(table), "page": str(report)}
