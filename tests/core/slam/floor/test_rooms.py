@@ -1,0 +1,112 @@
+"""Leaving and entering rooms: what the filter keeps, what the wheels are believed, where tiles come to lie."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from core.geometry import Pose, rotation
+from core.slam.ekf import FORMS
+from core.slam.floor.closure import ClosureSettings, Link, agreement, departure, inverted, vouched
+from core.slam.floor.floor import Floor
+from core.slam.floor.matching import MatchingSettings
+from core.slam.floor.tracker import Tracker
+from core.slam.motion import Increment
+from tests.core.slam.floor.ring import LASER, drive, told
+
+SURE = np.diag([0.02**2, 0.01**2, math.radians(0.5) ** 2])
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_who_is_seated_anew_knows_its_landmarks_as_before(form: str) -> None:
+    rng, one = np.random.default_rng(1), FORMS[form](Pose(1.0, 2.0, 0.3))
+    one.predict(Increment(Pose(0.5, 0.0, 0.1), SURE))
+    for bearing in (-1.0, 0.2, 1.3):
+        one.add(np.array([2.0 + rng.random(), bearing]), np.diag([1e-3, 1e-4]))
+    one.predict(Increment(Pose(0.5, 0.1, -0.4), SURE))
+    one.settle()
+    places, spreads, apart = one.places.copy(), one.place_covariances(), one.apart(0, 2)[1]
+    there, spread = Pose(-3.0, 1.0, 2.0), np.diag([0.04, 0.01, 0.02])
+    one.seat(there, spread)
+    assert one.pose == there
+    assert one.pose_covariance() == pytest.approx(spread, abs=1e-12)
+    assert one.places == pytest.approx(places)
+    assert one.place_covariances() == pytest.approx(spreads, abs=1e-10)
+    assert one.apart(0, 2)[1] == pytest.approx(apart, abs=1e-10)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_an_amended_move_is_as_if_it_had_been_told_at_once(form: str) -> None:
+    one, two = FORMS[form](), FORMS[form]()
+    better = Increment(Pose(0.9, 0.1, 0.2), SURE)
+    one.predict(Increment(Pose(1.0, 0.0, 0.0), 4 * SURE))
+    one.amend(better)
+    two.predict(better)
+    assert one.pose == two.pose
+    assert one.pose_covariance() == pytest.approx(two.pose_covariance())
+
+
+def test_the_way_back_undoes_the_way_there() -> None:
+    move = Increment(Pose(1.0, -0.5, 0.8), SURE)
+    assert move.then(inverted(move)).pose.vector == pytest.approx(np.zeros(3), abs=1e-12)
+    again = inverted(inverted(move))
+    assert again.pose.vector == pytest.approx(move.pose.vector)
+    assert again.covariance == pytest.approx(move.covariance)
+
+
+def straight(a: int, b: int) -> Increment:
+    """Views stand half a metre apart on a line."""
+    return Increment(Pose(0.5 * (b - a), 0.0, 0.0), 0.01 * abs(b - a) * SURE)
+
+
+def link(a: int, b: int, move: Pose) -> Link:
+    return Link(a, b, move, SURE, 0.8, 0.0)
+
+
+def test_links_that_agree_vouch_for_each_other_and_a_wrong_one_stays_alone() -> None:
+    right = [
+        link(k, 100 + k, Pose(-0.5 * k, 0.0, 0.0) @ Pose(0.3, 0.2, 0.1) @ Pose(0.5 * k, 0.0, 0.0)) for k in range(4)
+    ]
+    wrong = link(2, 102, Pose(1.5, 0.2, 0.1))
+    assert agreement(right[0], right[3], straight)[0] < 1e-6
+    assert agreement(right[0], wrong, straight)[0] > 50
+    settings = ClosureSettings()
+    assert set(map(id, vouched(right[0], [*right[1:], wrong], straight, settings))) == set(map(id, right))
+    assert vouched(wrong, right, straight, settings) == []
+    assert vouched(right[0], right[1:2], straight, settings) == []
+    assert departure(link(0, 2, Pose(1.0, 0.0, 0.0)), straight(0, 2)) < 1e-6
+
+
+def test_wheels_that_slip_are_noticed_and_the_scan_is_followed() -> None:
+    tracker, moments = Tracker(MatchingSettings()), list(drive(5, ((2.0, 0.0),)))
+    tracker.around([one.truth.apply(one.ends[one.hits]) for one in moments[:4]])
+    before, now = moments[3].truth, moments[4]
+    truth = before.inverse() @ now.truth
+    points = now.ends[now.hits]
+    good = tracker.track(before, Increment(truth, 1e-4 * SURE), points)
+    assert not tracker.slipping
+    assert good.pose.vector == pytest.approx(truth.vector, abs=0.01)
+    tracker = Tracker(MatchingSettings())
+    tracker.around([one.truth.apply(one.ends[one.hits]) for one in moments[:4]])
+    slipped = tracker.track(before, Increment(truth @ Pose(0.25, 0.0, 0.0), 1e-4 * SURE), points)
+    assert tracker.slipping
+    assert tracker.seen is not None
+    assert slipped.pose.vector == pytest.approx(truth.vector, abs=0.04)
+
+
+def test_tiles_move_with_their_rooms() -> None:
+    floor = Floor(laser=LASER)
+    for moment in drive(6, ((1.0, 0.0),)):
+        told(floor, moment)
+    at_home = floor.grid
+    walls = at_home.origin + 0.05 * (np.argwhere(at_home.log_odds > 1.0)[:, ::-1] + 0.5)
+    poses, turn = floor.atlas.pose_array(), 0.5
+    poses[:, :2] = poses[:, :2] @ rotation(turn).T + (2.0, -1.0)
+    poses[:, 2] += turn
+    floor.atlas.revise(poses, len(poses))
+    moved = floor.grid
+    places = np.floor((walls @ rotation(turn).T + (2.0, -1.0) - moved.origin) / 0.05).astype(int)
+    assert moved is not at_home
+    assert (moved.log_odds[places[:, 1], places[:, 0]] > 0.2).mean() > 0.95
