@@ -31,7 +31,10 @@ from core.robots.simulated import SimulatedRobot, SimulationSettings
 from core.sensors import SensorFrame
 from core.slam.floor.alarm import Alarm, Signs, Walls
 from core.slam.floor.chart import View
+from core.slam.floor.keyframe import thinned
 from core.slam.floor.lost import Finding, Found
+from core.slam.floor.matching import lay
+from core.slam.likelihood import LikelihoodField
 from core.slam.occupancy import Grid, OccupancyMap
 from core.world import world_named
 
@@ -211,6 +214,11 @@ class Floor:
         outcome, alarm, walls = Outcome(on_map), Alarm(), Walls()
         finding: Finding | None = None
         before, place = self.anywhere(), self.anywhere()
+        self.carry(before)
+        beams = None
+        while beams is None:
+            beams = self.beams(self.robot.read())
+        seen = LikelihoodField(before.apply(beams[0][beams[1]]))
         self.carry(place)
         start = self.robot.read()
         odometry = start.wheels.odometry if start.wheels else Pose()
@@ -224,8 +232,10 @@ class Floor:
                 outcome.views += finding is not None
             if finding is None:
                 if beams is not None:
-                    agreement = walls.agreement(grid, (believed @ here).apply(beams[0][beams[1]]))
-                    if alarm.heed(Signs(frame.stamp, agreement=agreement)):
+                    points = beams[0][beams[1]]
+                    agreement = walls.agreement(grid, (believed @ here).apply(points))
+                    match = lay(seen, thinned(points), believed @ here, 0.1, math.radians(3)).score
+                    if alarm.heed(Signs(frame.stamp, match, agreement)):
                         finding = Finding(frame.stamp, alarm.doubt, grid)
                         outcome.noticed, began = frame.stamp - began, frame.stamp
                 if frame.stamp - began > 5.0:

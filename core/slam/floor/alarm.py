@@ -15,15 +15,20 @@ from core.slam.floor.chart import FREE, OCCUPIED
 from core.slam.occupancy import Grid
 
 FEWEST = 20  # points on known ground that can tell something
-AROUND = 4  # [cells] of a wall within which a point lies at it
+AROUND = 2  # [cells] of a wall within which a point lies at it
 
 
 @dataclass(frozen=True)
 class AlarmSettings:
     """What is taken for being lost, and after how long."""
 
-    match: float = 0.4  # score of the newest scan on the views around, at least
-    agreement: float = 0.4  # share of the points on known ground that lie at walls, at least
+    match: float = 0.5  # score of the newest scan on the views around, at least, or …
+    match_usual: float = 0.65  # … this share of what is usual with this laser …
+    match_least: float = 0.3  # … but never less
+    agreement: float = 0.6  # share of the points on known ground that lie at walls, at least, or …
+    agreement_usual: float = 0.7  # … this share of what is usual …
+    agreement_least: float = 0.4  # … but never less
+    habit: float = 0.02  # by which the usual follows every scan that raises no doubt
     nis: float = 4.0  # normalised innovation squared per degree of freedom, at most …
     unmatched: float = 0.5  # … where more sightings than this share match nothing
     lasting: float = 1.0  # [s] that any of these lasts before the robot counts as lost
@@ -57,6 +62,7 @@ class Alarm:
         self.doubt = ""  # a clause: "what the laser sees is not on the map here"
         self._since: dict[str, float] = {}
         self._moves: deque[tuple[float, Pose, Pose]] = deque()
+        self._usual: dict[str, float] = {}
         self.lost = False
 
     def calm(self) -> None:
@@ -77,13 +83,27 @@ class Alarm:
 
     def _complaints(self, signs: Signs) -> list[str]:
         settings, told = self.settings, list[str]()
-        if signs.match is not None and signs.match < settings.match:
+        least = self._least("match", settings.match, settings.match_usual, settings.match_least)
+        if signs.match is not None and signs.match < least:
             told.append("the scans do not fit what was seen just before")
-        if signs.agreement is not None and signs.agreement < settings.agreement:
+        least = self._least("agreement", settings.agreement, settings.agreement_usual, settings.agreement_least)
+        if signs.agreement is not None and signs.agreement < least:
             told.append("what the laser sees is not on the map here")
         if signs.nis is not None and signs.nis > settings.nis and signs.unmatched > settings.unmatched:
             told.append("the corners are not where they should be")
+        if not told:
+            self._grow_used_to("match", signs.match)
+            self._grow_used_to("agreement", signs.agreement)
         return told
+
+    def _least(self, sign: str, enough: float, share: float, least: float) -> float:
+        """Under which a sign complains: a noisy laser is not lost all the time."""
+        return max(least, min(enough, share * self._usual.get(sign, 1.0)))
+
+    def _grow_used_to(self, sign: str, value: float | None) -> None:
+        if value is not None:
+            usual = self._usual.get(sign, value)
+            self._usual[sign] = usual + self.settings.habit * (value - usual)
 
     def _carried(self, signs: Signs) -> str:
         """Whether the scans moved while the wheels stood."""

@@ -12,6 +12,8 @@ from core.geometry import Pose, wrap
 from core.slam.floor.chart import Chart, View
 from core.slam.floor.relocation import Fit, SearchSettings, aside, judge, ring, same, search
 
+NEWEST = 3  # views that are shifted to see whether the walls pin them down
+
 
 @dataclass(frozen=True)
 class BeliefSettings:
@@ -23,8 +25,13 @@ class BeliefSettings:
     score: float = 0.69  # mean over the views, at least …
     merit: float = 0.58  # … and so much of it beyond the share of beams that contradict the map
     of_two: float = 0.035  # by which both must be higher as long as there are two views only
-    rival: float = 0.88  # share of the best place's score that any other place may reach
-    loose: float = 0.94  # share of it that shifting the views by 0.3 to 0.75 m may leave
+    rival: float = 0.88  # share of the best place's merit that any other may reach with two views …
+    rival_more: float = 0.025  # … with every further view so much more …
+    rival_most: float = 0.95  # … but never more than this
+    chance: float = 0.6  # share of it below which a place is not carried along
+    whole: int = 2  # views that are searched on the whole map; later ones only where the others leave the robot …
+    again: int = 3  # … but for one of so many
+    loose: float = 0.94  # share of the best place's score that shifting the views by 0.3 to 0.75 m may leave
     views: int = 6  # that are kept
     drift: float = 0.15  # [m] by which two views may disagree with the odometry between them …
     drift_share: float = 0.1  # … and this share of the way
@@ -50,6 +57,11 @@ class Hypothesis:
         return float(np.mean([fit.score for fit in self.fits]))
 
     @property
+    def merit(self) -> float:
+        """What of the score is left beyond the conflicts: by this places are compared."""
+        return self.score - self.conflict
+
+    @property
     def conflict(self) -> float:
         """Mean over the views."""
         return float(np.mean([fit.conflict for fit in self.fits]))
@@ -62,42 +74,47 @@ class Hypotheses:
         self.chart, self.settings = chart, settings or BeliefSettings()
         self.views: list[View] = []
         self.places: list[Hypothesis] = []  # best first
+        self._taken = 0  # views since the present ones began
 
     def is_news(self, view: View) -> bool:
         """Whether a view was taken far enough from the last one to tell something new."""
         return not self.views or self._apart(self.views[-1], view)
 
     def consider(self, view: View) -> Generator[None, None, None]:
-        """Take in a view: search the whole map with it, carry on what the former views allowed, and intersect."""
-        found = yield from search(self.chart, view, self.settings.search)
-        yield from self.weigh(view, found)
-
-    def weigh(self, view: View, found: list[Fit]) -> Generator[None, None, None]:
-        """Take in a view that was found at these places. Where the views agree on none, the newest begins anew."""
-        carried: list[Hypothesis] = []
-        for place in self.places:
+        """Take in a view: carry on what the former views allowed, search the map with it, and intersect."""
+        settings, carried = self.settings, list[Hypothesis]()
+        for number, place in enumerate(self.places):
             fit = self.follow(self.views[-1], view, place.pose)
             if fit is not None:
                 carried.append(Hypothesis((*place.fits, fit)))
-            yield
-        for fit in found:
-            if not any(same(fit.pose, place.pose) for place in carried):
-                traced = self._trace(view, fit)
+            if number % settings.search.pieces == settings.search.pieces - 1:
+                yield
+        if not carried or self._taken < settings.whole or self._taken % settings.again == settings.again - 2:
+            found = yield from search(self.chart, view, settings.search)
+            for number, fit in enumerate(found):
+                traced = None if any(same(fit.pose, place.pose) for place in carried) else self._trace(view, fit)
                 if traced is not None:
                     carried.append(traced)
-                yield
-        if not carried:
-            self.views.clear()
-            carried = [Hypothesis((fit,)) for fit in found]
+                if number % settings.search.pieces == settings.search.pieces - 1:
+                    yield
+            if not carried:
+                self._taken = 0
+                self.views.clear()
+                carried = [Hypothesis((fit,)) for fit in found]
+        self._take(view, carried)
+
+    def _take(self, view: View, carried: list[Hypothesis]) -> None:
+        self._taken += 1
         self.views.append(view)
         if len(self.views) > self.settings.views:
             del self.views[0]
             carried = [Hypothesis(place.fits[1:]) for place in carried]
         ranked: list[Hypothesis] = []
-        for place in sorted(carried, key=lambda place: -place.score):
+        for place in sorted(carried, key=lambda place: -place.merit):
             if not any(same(place.pose, better.pose) for better in ranked):
                 ranked.append(place)
-        self.places = ranked[: self.settings.search.most]
+        least = self.settings.chance * ranked[0].merit if ranked else 0.0
+        self.places = [place for place in ranked[: self.settings.search.most] if place.merit >= least]
 
     def believed(self) -> Hypothesis | None:
         """The one place that fits every view well, that no other rivals, and that is pinned down; else None."""
@@ -114,17 +131,19 @@ class Hypotheses:
         more = settings.of_two if len(best.fits) == 2 else 0.0
         if best.score < settings.score + more:
             return "the walls fit badly"
-        if best.score - best.conflict < settings.merit + more:
+        if best.merit < settings.merit + more:
             return "I see through walls of the map"
-        if any(other.score > settings.rival * best.score for other in self.places[1:]):
+        rival = min(settings.rival + settings.rival_more * (len(best.fits) - 2), settings.rival_most)
+        if any(other.merit > rival * best.merit for other in self.places[1:]):
             return "other places look the same"
         if self.looseness(best) > settings.loose:
             return "the walls here leave it open along them"
         return ""
 
     def looseness(self, place: Hypothesis) -> float:
-        """How well all views would fit 0.3 to 0.75 m aside, as a share of how well they fit at the place."""
-        scores = np.mean([aside(self.chart, v, f.pose) for v, f in zip(self.views, place.fits, strict=True)], axis=0)
+        """How well the newest views would fit 0.3 to 0.75 m aside, as a share of how well they fit at the place."""
+        tied = list(zip(self.views, place.fits, strict=True))[-NEWEST:]
+        scores = np.mean([aside(self.chart, view, fit.pose) for view, fit in tied], axis=0)
         return float(scores[ring()].max() / max(float(scores[15, 15]), 1e-9))
 
     def follow(self, before: View, view: View, pose: Pose) -> Fit | None:

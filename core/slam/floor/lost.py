@@ -23,7 +23,7 @@ class LostSettings:
     """How the robot finds back."""
 
     belief: BeliefSettings = field(default_factory=BeliefSettings)
-    turn_rate: float = 0.5  # [rad/s] of looking around on the spot
+    turn_rate: float = 0.6  # [rad/s] of looking around on the spot
     turn: float = math.tau  # [rad] of looking around after which the operator is asked
     patience: float = 20.0  # [s] after which the operator is asked
     reach: float = 1.0  # [m] around a click that are searched

@@ -47,6 +47,15 @@ def test_a_bad_match_that_passes_is_only_a_doubt() -> None:
     assert not any(alarm.heed(Signs(0.9 + 0.1 * n, match=0.2)) for n in range(10))
 
 
+def test_what_is_usual_with_a_noisy_laser_raises_no_doubt() -> None:
+    alarm = Alarm()
+    for n in range(50):
+        alarm.heed(Signs(0.1 * n, match=0.52, agreement=0.7))
+    assert not any(alarm.heed(Signs(5 + 0.1 * n, match=0.42, agreement=0.55)) for n in range(30))
+    assert not alarm.doubt
+    assert [alarm.heed(Signs(8 + 0.1 * n, match=0.28, agreement=0.55)) for n in range(11)][-1]
+
+
 def test_innovations_out_of_band_count_only_where_most_sightings_match_nothing() -> None:
     wild, strange = Alarm(), Alarm()
     assert not any(wild.heed(Signs(0.1 * n, nis=9.0, unmatched=0.3)) for n in range(20))
@@ -87,7 +96,7 @@ def test_a_carried_robot_turns_on_the_spot_and_knows_where_it_is_within_three_se
         phases.add(finding.lost.phase)
         if found is not None:
             break
-        assert abs(finding.turn) <= 0.5
+        assert abs(finding.turn) <= 0.6
         carried.drive(Twist(0.0, finding.turn))
     assert found is not None
     assert finding.turn == 0.0
