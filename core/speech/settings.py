@@ -31,7 +31,7 @@ class SpeechSettings:
     competing_words: int = 800  # common words that compete with the commands, beside the 39 phones
     competing_share: float = 0.01  # probability that what is said begins with no command at all
     competing_price: float = 30_000.0  # one over the probability of each competing word
-    clear_ratio: float = 25.0  # [dB] of voice over noise from which no noise is taken out: that costs consonants
-    opinions: int = 2  # readings with slightly different sound that must agree before the robot moves
+    clear_ratio: float = 35.0  # [dB] of voice over noise from which no noise is taken out: that costs consonants
+    opinions: int = 2  # readings at other speeds that must agree before the robot moves
     stop_threshold: float = 1.0  # likelihood ratio from which a word is taken for STOP; less is more easily
     stop_delay: int = 10  # frames of 10 ms that the spotter of STOP waits for a better end of the word

@@ -1,7 +1,7 @@
 """The default engine: pocketsphinx (hidden Markov models, as in the paper), asked more than once.
 
-First against everything that is no command. What remains is read again from slightly different sound, without the
-competition: a number that changes with that was not heard well enough to drive by.
+First against everything that is no command. What remains is read again without the competition, from the sound with
+its noise and at other speeds: a number that changes with that was not heard well enough to drive by.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ LEAST_BEFORE = 0.15  # [s] of noise before the speech that are left out of learn
 MOST_LEFT = 0.12  # [s] of speech beside the words, that may be the end of a consonant
 BESIDE = 0.25  # [s] before and behind the voice, that are read with it
 LONGEST_PAUSE = 0.7  # [s] within a sentence
-SPEEDS = ((20, 19), (18, 19), (14, 13), (12, 13))
-"""How much slower or faster the further opinions hear the sentence: like a deeper or a higher voice."""
+SPEEDS = ((20, 19), (10, 9), (18, 19))
+"""At how much slower or faster speeds it is read again: like a deeper or a higher voice."""
 
 
 class Sphinx:
@@ -51,9 +51,8 @@ class Sphinx:
 
     def read(self, utterance: Utterance) -> Hypothesis:
         """A sentence of the grammar; no words where other speech fits better; a doubt where it is not sure."""
-        before = len(utterance.before) - round(LEAST_BEFORE * RATE)
-        clear, offset = _trimmed(self._cleaned(utterance.samples, before))
-        spans, score = _decoded(self._strict, clear)
+        views, offset = self._views(utterance)
+        spans, score = _decoded(self._strict, views[0])
         words = " ".join(span.word for span in spans)
         if any(is_competing(span.word) for span in spans):
             words, spans = "", ()
@@ -62,17 +61,23 @@ class Sphinx:
             begin=utterance.begin,
             end=utterance.end,
             score=score,
-            doubt=self._doubt(utterance, clear, offset, spans) if words else "",
+            doubt=self._doubt(utterance, views, offset, spans) if words else "",
         )
 
-    def _cleaned(self, samples: Array, before: int) -> Array:
-        """Samples (N,), the first `before` of them noise → with less noise, where there is enough of it to matter."""
-        noise = float(np.mean(samples[: max(before, 0)] ** 2)) if before > 0 else 0.0
-        voice = float(np.quantile(np.abs(samples[max(before, 0) :]), 0.95)) ** 2 / 2 if len(samples) else 0.0
-        noisy = voice < 10 ** (self._settings.clear_ratio / 10) * noise
-        return without_noise(samples, RATE, before) if noisy else samples
+    def _views(self, utterance: Utterance) -> tuple[list[Array], float]:
+        """The utterance's sound, as it is read first and as it may be read too; and when [s] they begin in it.
 
-    def _doubt(self, utterance: Utterance, clear: Array, offset: float, spans: tuple[Span, ...]) -> str:
+        In noise they are the sound without that noise and the sound as it is, else only that.
+        """
+        samples, before = utterance.samples, len(utterance.before) - round(LEAST_BEFORE * RATE)
+        noise = float(np.mean(samples[:before] ** 2)) if before > 0 else 0.0
+        voice = float(np.quantile(np.abs(samples), 0.95)) ** 2 / 2
+        noisy = voice < 10 ** (self._settings.clear_ratio / 10) * noise
+        views = [without_noise(samples, RATE, before), samples] if noisy else [samples]
+        first, last = _around_voice(views[0])
+        return [view[first:last] for view in views], first / RATE
+
+    def _doubt(self, utterance: Utterance, views: list[Array], offset: float, spans: tuple[Span, ...]) -> str:
         """Why the words must not be believed; "" for no reason."""
         if utterance.cut:
             return "That was longer than any command."
@@ -81,21 +86,22 @@ class Sphinx:
         if any(late.begin - early.end > LONGEST_PAUSE for early, late in pairwise(spans)):
             return "There was a long pause within the sentence."
         words = [span.word for span in spans]
-        for slower, faster in SPEEDS[: self._settings.opinions]:
-            again, _ = _decoded(self._willing, resample_poly(clear, slower, faster))
-            if [span.word for span in again] != words:
+        slower = (resample_poly(views[0], up, down) for up, down in SPEEDS[: self._settings.opinions])
+        for view in (*views[1:], *slower):
+            if [span.word for span in _decoded(self._willing, view)[0]] != words:
                 return "I am not sure that I heard every word right."
         return ""
 
 
-def _trimmed(samples: Array) -> tuple[Array, float]:
-    """Samples (N,) → those with the voice and a little beside it, and when [s] they begin.
+def _around_voice(samples: Array) -> tuple[int, int]:
+    """Samples (N,) → from where to where the voice and a little beside it reach.
 
     Far voices in the pauses before and behind would be heard as words.
     """
     begin, end = voiced(samples)
-    first = max(round((begin - BESIDE) * RATE), 0)
-    return (samples[first : round((end + BESIDE) * RATE)], first / RATE) if end > begin else (samples, 0.0)
+    if begin >= end:
+        return 0, len(samples)
+    return max(round((begin - BESIDE) * RATE), 0), min(round((end + BESIDE) * RATE), len(samples))
 
 
 def _decoded(decoder: Any, samples: Array) -> tuple[tuple[Span, ...], float | None]:
