@@ -33,6 +33,7 @@ log = logging.getLogger(__name__)
 PIECE = 0.2  # [s] of sound that go to the worker at once
 MOST_WAITING = 8.0  # [s] of sound that may wait for it; older sound is not heard
 BUDGET = 20.0  # [s] of processor time for a piece
+MOST_LOSSES = 3  # of the worker, one after the other
 REMEMBERED = 50  # utterances
 FRESH = 1.5  # [s] by which a direction may be older than the end of the words that it belongs to
 ROOM = Person("room", "a voice in the room", "viewer")
@@ -70,6 +71,7 @@ class Ears:
         self._task: asyncio.Task[None] | None = None
         self._stopped = -np.inf  # [s] end of the sentence whose STOP was obeyed
         self._newest = 0
+        self._losses = 0  # of the worker, one after the other
 
     def took(self, snapshot: Snapshot, sound: Sound | None, array: MicrophoneArray | None) -> None:
         """What the robot heard up to this snapshot; words are read in the array's first microphone."""
@@ -77,7 +79,11 @@ class Ears:
             self._voices = snapshot.hearing.voices or self._voices
         if sound is None or array is None or self.trouble:
             return
-        one = Sound(stamp=sound.stamp, rate=sound.rate, samples=array.heard(sound)[:, :1])
+        try:
+            one = Sound(stamp=sound.stamp, rate=sound.rate, samples=array.heard(sound)[:, :1])
+        except BeckonError as misfit:
+            self._give_up(str(misfit))
+            return
         self._waiting = joined(self._waiting, one, MOST_WAITING)
         if self._task is None and self._waiting is not None and self._waiting.duration >= PIECE:
             self._task = asyncio.get_running_loop().create_task(self._read())
@@ -100,13 +106,20 @@ class Ears:
                 sound, self._waiting = self._waiting, None
                 for told in await self._words(sound):
                     self._hear(told)
+                self._losses = 0
         except Lost as lost:
             log.warning("The worker that reads words was lost: %s", lost)
+            self._losses += 1
+            if self._losses == MOST_LOSSES:
+                self._give_up("What reads the words broke again and again; the log says more.")
         except BeckonError as refusal:
-            self.trouble = str(refusal)
-            self._board.tell("warning", f"The robot's ears hear no words: {refusal}")
+            self._give_up(str(refusal))
         finally:
             self._task = None
+
+    def _give_up(self, why: str) -> None:
+        self.trouble = why
+        self._board.tell("warning", f"The robot's ears hear no words: {why}")
 
     async def _words(self, sound: Sound) -> list[dict[str, Any]]:
         """One piece to the worker, which is told first how to listen when it was started anew."""

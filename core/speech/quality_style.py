@@ -17,6 +17,7 @@ section>h2{font-size:1.1rem;margin:0 0 .6rem}
 .tiles div{border:1px solid var(--line);border-radius:10px;padding:1rem}
 .tiles h2{font-size:.875rem;font-weight:500;color:var(--soft);margin:0}
 .tiles b{display:block;font-size:2.2rem;line-height:1.2;font-variant-numeric:tabular-nums}
+.tiles sub{line-height:0}
 .tiles small{color:var(--soft)}
 .verdict{margin:1.2rem 0 0;font-size:1.1rem;font-weight:600;color:var(--accent)}
 table{width:100%;border-collapse:collapse;font-variant-numeric:tabular-nums}

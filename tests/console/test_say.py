@@ -5,13 +5,14 @@ from __future__ import annotations
 import base64
 import importlib.util
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
 from core.experiments.practice_voice import practice_voice
-from core.speech.voice import can_speak
+from core.speech.voice import can_speak, speak
 from tests.console.live import Live
 
 needs_words = pytest.mark.skipif(
@@ -64,6 +65,13 @@ def test_text_is_spoken(live: Live) -> None:
     told = say(live, text="turn left")
     assert told.status == 202
     assert 0.3 < told.json["seconds"] < 2
+
+
+def test_where_nothing_speaks_a_sentence_says_what_to_install(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("console.api.simulation.speak", partial(speak, speakers=()))
+    told = say(live, text="turn left")
+    assert told.status == 503
+    assert "pip install 'beckon[voice]'" in told.json["detail"]
 
 
 @pytest.mark.parametrize(

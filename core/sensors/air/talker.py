@@ -12,7 +12,6 @@ from core.sensors.air.echo import Convolver, echo_in_pieces, echo_length
 from core.sensors.air.enclosure import Enclosure, enclosure, in_sight
 from core.world import World
 
-PIECES = 2  # of the work on an echo that are done while one block is heard
 MOVED = 0.05  # [m] by which an ear has moved when the echo is worked out anew
 BEHIND_A_WALL = 0.1  # of the pressure that comes straight or by one bounce when a wall stands between
 
@@ -69,14 +68,14 @@ class Talker:
         self._work_on()
 
     def _work_on(self) -> None:
-        for _ in range(PIECES):
-            if self._work is None or self._echo is None:
-                return
-            try:
-                next(self._work)
-            except StopIteration as done:
-                self._echo.change(done.value)
-                self._work, self.ready = None, True
+        """One piece of the echo: some milliseconds of work for every block that is heard."""
+        if self._work is None or self._echo is None:
+            return
+        try:
+            next(self._work)
+        except StopIteration as done:
+            self._echo.change(done.value)
+            self._work, self.ready = None, True
 
     def heard(self, ears: Array, count: int, begin: bool) -> Array:
         """The next `count` samples at ears (M, 3) [m], (count, M); silence until it is ready and may `begin`."""
