@@ -13,98 +13,24 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from core.message import Array
-from core.sensors.microphones import Sound
 from core.speech.array_transcriber import ArrayTranscriber
-from core.speech.grammar import OTHER_WORDS, Refusal, understand
 from core.speech.jsgf import plain_grammar
 from core.speech.pocketsphinx import grammar_decoder
-from core.speech.recognizer import Engine, Hypothesis, Recognizer, Utterance, for_words, pcm
+from core.speech.recognizer import Engine, Recognizer, pcm
 from core.speech.settings import RATE, SpeechSettings
 from core.speech.sphinx import Sphinx
 from core.speech.spoken import judge
 from core.speech.transcriber import Transcriber
-from tests.benchmarks.word_scenes import ARRAY, CONDITIONS, LEAD, TAIL, Clip, real, scene, synthetic
+from tests.benchmarks.word_hearing import FirstOnly, PlainGrammar, acted_on, doubts, listened, outcome, padded
+from tests.benchmarks.word_scenes import ARRAY, CONDITIONS, LEAD, Clip, real, scene, synthetic
 
-PIECE = 320  # samples that are fed at a time
 Listener = Literal["one microphone", "delay-and-sum", "mvdr"]
 LISTENERS: tuple[Listener, ...] = ("one microphone", "delay-and-sum", "mvdr")
-
-
-class PlainGrammar:
-    """The commands and nothing beside them, as the peers do it."""
-
-    def __init__(self) -> None:
-        self._decoder = grammar_decoder(plain_grammar(), bestpath=False, wip=0.05, topn=8)
-
-    def read(self, utterance: Utterance) -> Hypothesis:
-        self._decoder.start_utt()
-        self._decoder.process_raw(pcm(utterance.samples), full_utt=True)
-        self._decoder.end_utt()
-        best = self._decoder.hyp()
-        return Hypothesis(words=best.hypstr if best else "", begin=utterance.begin, end=utterance.end)
-
-
-@dataclass(frozen=True)
-class Told:
-    """One hypothesis, and when it was there."""
-
-    hypothesis: Hypothesis
-    ready: float  # [s] on the sound's clock: when it was told, had the sound come in as it is spoken
-
-
-def listened(transcriber: Recognizer, samples: Array, stamp: float) -> list[Told]:
-    """All that is told while samples (N,) or (N, C) come in; times count from their begin."""
-    told: list[Told] = []
-    ready = 0.0
-    channels = samples.shape[1] if samples.ndim == 2 else 1
-    for at in range(0, len(samples), PIECE):
-        piece = Sound(stamp=stamp + at / RATE, rate=RATE, samples=samples[at : at + PIECE].reshape(-1, channels))
-        begun = time.process_time()
-        found = transcriber.feed(piece)
-        ready = max(ready, (at + PIECE) / RATE) + time.process_time() - begun
-        told += [Told(one, ready) for one in found]
-    return told + [Told(one, ready) for one in transcriber.finish()]
-
-
-def padded(samples: Array, seed: int, lead: float = LEAD, tail: float = TAIL) -> Array:
-    """A clip with faint noise before, behind and beneath it."""
-    rng = np.random.default_rng(seed)
-    whole = np.concatenate((np.zeros(int(lead * RATE)), samples, np.zeros(int(tail * RATE))))
-    return whole + 3e-4 * rng.normal(size=len(whole))
-
-
-def meaning(words: str) -> tuple[str, tuple[float, ...]] | None:
-    """What words ask for, whether or not it is within the bounds of speech; None for no phrase of the grammar."""
-    if words in OTHER_WORDS:
-        return words, ()
-    read = understand(words)
-    return None if isinstance(read, Refusal) else (read.name, tuple(read.numbers.values()))
-
-
-def acted_on(hypothesis: Hypothesis) -> bool:
-    """Whether it passes for one of the phrases: as a command, or as one that is refused by its bounds or for now."""
-    return hypothesis.final and not hypothesis.doubt and meaning(hypothesis.words) is not None
-
-
-def outcome(told: list[Told], text: str) -> str:
-    """Right, wrong (another phrase passes) or refused."""
-    passed = [one.hypothesis.words for one in told if acted_on(one.hypothesis)]
-    if not passed:
-        return "refused"
-    return "right" if all(meaning(words) == meaning(text) for words in passed) else "wrong"
-
-
-def doubts(told: list[Told], text: str) -> list[str]:
-    """What the doubts did: words that were wrong and are refused, or right and lost."""
-    doubted = [one.hypothesis.words for one in told if one.hypothesis.doubt]
-    return ["right but doubted" if meaning(words) == meaning(text) else "wrong but doubted" for words in doubted]
 
 
 def share(count: int, of: int) -> str:
@@ -237,19 +163,6 @@ def heard_by(name: Listener, settings: SpeechSettings, engine: Engine) -> Recogn
     if name == "one microphone":
         return FirstOnly(Transcriber(settings, engine=engine))
     return ArrayTranscriber(ARRAY, settings, engine=engine, how=name)
-
-
-class FirstOnly:
-    """A recognizer that hears the first channel."""
-
-    def __init__(self, recognizer: Recognizer) -> None:
-        self._recognizer = recognizer
-
-    def feed(self, sound: Sound) -> tuple[Hypothesis, ...]:
-        return self._recognizer.feed(for_words(sound))
-
-    def finish(self) -> tuple[Hypothesis, ...]:
-        return self._recognizer.finish()
 
 
 def stop(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> dict[str, Any]:
