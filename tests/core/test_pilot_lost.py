@@ -46,10 +46,11 @@ class Outing:
         raise AssertionError(f"{words} has no end")
 
     def look_around(self) -> None:
-        """Know the room."""
+        """Know the room; while all is well nothing is suspected."""
         self.step(140)
-        for words in ("turn left", "turn left", "turn left", "turn left"):
+        for words in ("turn left", "turn left"):
             self.obey(words)
+            assert self.now.floor.lost is None
 
     def carry(self, x: float, y: float, heading: float) -> None:
         self.robot.ask({"do": "place", "what": "robot", "x_m": x, "y_m": y, "heading_rad": heading})
@@ -127,12 +128,3 @@ def test_a_click_brings_the_robot_back_without_a_move(outing: Outing) -> None:
     assert outing.now.floor.lost is None
     distance, angle = outing.error()
     assert distance < 0.1 and angle < math.radians(3)
-
-
-def test_a_drive_through_the_room_raises_no_alarm() -> None:
-    outing = Outing(seed=5)
-    outing.look_around()
-    for words in ("continue 1 meters", "turn right", "continue 0.5 meters"):
-        outing.obey(words)
-        assert outing.now.floor.lost is None
-    assert outing.error()[0] < 0.1

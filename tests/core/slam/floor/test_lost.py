@@ -80,7 +80,7 @@ def test_what_was_never_seen_does_not_contradict_the_map(lab: Grid) -> None:
     assert walls.agreement(lab, here.apply(points) + 100.0) is None
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_carried_robot_turns_on_the_spot_and_knows_where_it_is_within_three_seconds(lab: Grid, seed: int) -> None:
     carried, place = robot(seed), anywhere(LAB, np.random.default_rng(50 + seed))
     carry(carried, place)
@@ -120,8 +120,8 @@ def test_a_robot_that_may_not_turn_stands_and_is_not_believed_on_one_view(lab: G
 
 def test_where_rooms_look_alike_it_asks_after_a_full_turn() -> None:
     finding, phases = Finding(0.0, "it was carried", mapped(OBLONG)), list[str]()
-    for number in range(720):
-        pose = Pose(1.4, 1.1, math.radians(number / 2 * 1.1))
+    for number in range(480):
+        pose = Pose(1.4, 1.1, math.radians(0.83 * number))
         view = seen(OBLONG, pose, pose, seed=number) if number % 4 == 0 else None
         assert finding.step(number / 40, pose, view, True) is None
         phases.append(finding.lost.phase)

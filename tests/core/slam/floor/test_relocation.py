@@ -29,7 +29,7 @@ def away(pose: Pose, truth: Pose) -> tuple[float, float]:
     return truth.distance_to(pose.x, pose.y), math.degrees(abs(wrap(pose.heading - truth.heading)))
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_a_scan_is_found_wherever_on_the_map_it_was_taken(lab: Chart, seed: int) -> None:
     truth = anywhere(LAB, np.random.default_rng(seed))
     fits, _ = finish(search(lab, seen(LAB, truth, seed=seed), SETTINGS))
