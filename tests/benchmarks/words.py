@@ -166,15 +166,19 @@ def heard_by(name: Listener, settings: SpeechSettings, engine: Engine) -> Recogn
 
 
 def stop(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> dict[str, Any]:
-    """How long after its last phoneme STOP is told, and how often it is missed."""
+    """How long after its last phoneme STOP is told, how long after its end the whole sentence, and what is missed."""
     transcriber = Transcriber(settings)
     after_word: list[float] = []
+    after_sentence: list[float] = []
+    begun, audio = time.process_time(), 0.0
     missed = 0
     clips = [clip for clip in synthetic(data, "command") if clip.text.startswith("stop ")]
     for n, clip in enumerate(clips):
         told = listened(transcriber, padded(clip.samples, n), 100.0 * n)
         early = [one for one in told if not one.hypothesis.final]
         missed += not early
+        audio += len(clip.samples) / RATE
+        after_sentence += [one.ready - (one.hypothesis.end - 100.0 * n) for one in told if one.hypothesis.final]
         if early:
             after_word.append(early[0].ready - (end_of_stop(clip) + LEAD))
     figures = {
@@ -183,6 +187,11 @@ def stop(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> di
             "median": round(float(np.median(after_word)), 2),
             "worst": round(float(np.max(after_word)), 2),
         },
+        "sentence_to_result_s": {
+            "median": round(float(np.median(after_sentence)), 2),
+            "worst": round(float(np.max(after_sentence)), 2),
+        },
+        "real_time_factor": round((time.process_time() - begun) / audio, 3),
     }
     say(f"stop: {json.dumps(figures)}")
     return figures
