@@ -21,6 +21,7 @@ VOICE = 0.05  # of full scale: RMS of a voice at 1 m
 SETTLING = 0.8  # [s] of listening before anybody speaks: the noise is to be known first
 PATIENCE = 6.0  # [s] that a talker whose sound comes in pieces is waited for
 MOST_TALKERS = 3
+PIECES = 2  # of the work on echoes that are done with one reading, shared by all who talk
 LONGEST = 30.0  # [s] of sound that may wait to be said
 SILENT = -60.0  # [dB] a noise that low is none
 FAN_HEIGHT = 1.0  # [m]
@@ -126,7 +127,7 @@ class SimulatedMicrophones:
             total += self._blow(world, ears, count)
         settled = (begin - self._begun) / RATE >= SETTLING
         for talker in self._talkers:
-            talker.prepare(world, ears)
+            talker.prepare(world, ears, max(1, PIECES // len(self._talkers)))
             total += talker.heard(ears, count, settled)
         self._talkers = [one for one in self._talkers if not one.over(PATIENCE)]
         whole = np.clip(np.round(total * 32768), -32768, 32767).astype(np.float32) / np.float32(32768)

@@ -50,8 +50,8 @@ class Talker:
         """Whether its last echo has died away; if more is to come, whether none came for `patience` [s]."""
         return self._silence > (patience if self.open else self._rt60 + 0.3)
 
-    def prepare(self, world: World, ears: Array) -> None:
-        """Work on: know the room around ears (M, 3) [m] and, piece by piece, its echo."""
+    def prepare(self, world: World, ears: Array, pieces: int = 1) -> None:
+        """Work on: know the room around ears (M, 3) [m] and `pieces` more of its echo, some milliseconds each."""
         if self._box is None or not self._box.holds(np.vstack((ears, self.mouth))):
             self._box = enclosure(world, np.vstack((ears, self.mouth)), self._rt60)
             room = self._box.room
@@ -65,10 +65,10 @@ class Talker:
             if self._echo is not None:
                 inside = self._box.inside
                 self._work = echo_in_pieces(self._box.room, inside(self.mouth), inside(ears), self._rate, self._seed)
-        self._work_on()
+        for _ in range(pieces):
+            self._work_on()
 
     def _work_on(self) -> None:
-        """One piece of the echo: some milliseconds of work for every block that is heard."""
         if self._work is None or self._echo is None:
             return
         try:
