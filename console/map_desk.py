@@ -8,6 +8,7 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import IO, TypeVar
 
+from console.calibration.turns import Turns
 from console.door import REACHED, Door
 from console.history import History
 from console.journey import Journey
@@ -27,6 +28,7 @@ from core.snapshot import Snapshot
 T = TypeVar("T")
 
 SAME = 1e-6  # [m] by which two resolutions may differ
+PACKERS = 4  # who packs a map and those who wait for it
 
 
 class MapDesk:
@@ -42,6 +44,7 @@ class MapDesk:
         self._name: str | None = None  # of the saved map that it goes on in
         self._revision = 0
         self._turn = asyncio.Lock()
+        self._packing = Turns(PACKERS)
         self._clean = False
 
     # what is
@@ -141,8 +144,10 @@ class MapDesk:
         return kept
 
     async def packed(self, name: str) -> IO[bytes]:
-        """A saved map as a zip. Raises Problem 404, 503."""
-        return await self._on_disk(asyncio.to_thread(self._store.packed, await self.kept(name)))
+        """A saved map as a zip on the disk. Raises Problem 404, 429, 503."""
+        kept = await self.kept(name)
+        async with self._packing.taken():
+            return await self._on_disk(asyncio.to_thread(self._store.packed, kept))
 
     async def preview(self, name: str) -> bytes:
         """A small picture of a saved map. Raises Problem 404, 503."""

@@ -81,10 +81,15 @@ def rounded(values: Array, digits: int) -> list[tuple[float, ...]]:
     return np.round(values.astype(np.float64), digits).tolist()
 
 
+def short(covariance: Array) -> list[list[float]]:
+    """Four digits of each element: half of every message would be the others."""
+    return [[float(f"{value:.4g}") for value in row] for row in covariance.tolist()]
+
+
 def pose(estimate: Estimate) -> wire.Pose:
     """A pose and its covariance."""
     at = estimate.pose
-    return wire.Pose(near(at.x), near(at.y), near(at.heading), estimate.covariance.tolist())
+    return wire.Pose(near(at.x), near(at.y), near(at.heading), short(estimate.covariance))
 
 
 def true_pose(snapshot: Snapshot) -> wire.TruePose | None:
@@ -96,7 +101,7 @@ def true_pose(snapshot: Snapshot) -> wire.TruePose | None:
 def landmark(row: Landmark) -> wire.LandmarkRow:
     """A row of the table of landmarks."""
     x, y = row.position.tolist()
-    return wire.LandmarkRow(row.id, near(x), near(y), row.covariance.tolist(), row.hits, row.misses, row.kind)
+    return wire.LandmarkRow(row.id, near(x), near(y), short(row.covariance), row.hits, row.misses, row.kind)
 
 
 def slam(snapshot: Snapshot, step_ms: float | None) -> wire.Slam:

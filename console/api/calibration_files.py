@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-import os
-from collections.abc import Iterator
 from typing import IO, Annotated, Any, Literal
 
 from fastapi import Path, Query, Request, Response
-from fastapi.responses import StreamingResponse
 
 from console.api import Behind, Who, Wish, router
 from console.api.calibration import Id, Name
 from console.calibration.folder import small_name
 from console.calibration.sitting import PICTURE_BUDGET, Sitting
 from console.calibration.values import camera_in
+from console.downloads import file_named, zip_named
 from console.problems import Problem
 from console.roles import TEXT, needs
 from console.wire_calibration import CalibrationKind
@@ -23,7 +21,6 @@ from core.calibration.board_page import board_svg
 
 calibration_files = router("calibration")
 
-PIECE = 2**18  # [bytes] of a zip on its way
 Form = Annotated[str, Path(max_length=40)]
 MEDIA = {"json": "application/json", "xml": "application/xml", "yaml": "application/yaml", "yml": "application/yaml"}
 FILE: dict[str, Any] = {
@@ -90,9 +87,7 @@ async def export(id: Id, form: Form, behind: Behind) -> Response:
     if form == "all":
         async with behind.workbench.export_turns.taken():
             packed = await pack(sitting)
-        size = await asyncio.to_thread(lambda: os.fstat(packed.fileno()).st_size)
-        headers = {**named(f"calibration_{sitting.card.kind}.zip"), "Content-Length": str(size)}
-        return StreamingResponse(pieces(packed), media_type="application/zip", headers=headers)
+        return await zip_named(packed, f"calibration_{sitting.card.kind}.zip")
     if form not in sitting.exports:
         wanted = "Solve it first." if not sitting.exports else f"There are: {', '.join(sitting.exports)}, all."
         raise Problem(404, f"This session has no file of that form. {wanted}")
@@ -166,16 +161,6 @@ def straightener(sitting: Sitting) -> dict[str, Any]:
     return camera
 
 
-def file_named(content: bytes, name: str, kind: str) -> Response:
-    """A file to take away."""
-    return Response(content, media_type=kind, headers=named(name))
-
-
-def named(name: str) -> dict[str, str]:
-    """The header by which a browser saves what it gets under this name."""
-    return {"Content-Disposition": f'attachment; filename="{name}"'}
-
-
 async def pack(sitting: Sitting) -> IO[bytes]:
     """A session as a zip on the disk. Raises Problem."""
     try:
@@ -184,10 +169,3 @@ async def pack(sitting: Sitting) -> IO[bytes]:
         raise Problem(404, "The session's files cannot be read any more.") from None
     except OSError as wrong:
         raise Problem(503, f"The session cannot be packed now ({wrong.strerror}); check the disk.") from None
-
-
-def pieces(file: IO[bytes]) -> Iterator[bytes]:
-    """A file piece by piece, in threads; it is closed at the end."""
-    with file:
-        while piece := file.read(PIECE):
-            yield piece

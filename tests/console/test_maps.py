@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from console.journey import FIELDS, MOST, Journey, laid_out
+from console.journey import FIELDS, Journey, laid_out
 from console.map_files import known_part, preview
 from console.map_store import ASIDE, CARD, MapCard, MapStore, NameTaken, checked_name, slug
 from core.errors import BadInput
@@ -161,12 +161,13 @@ def test_without_rooms_the_poses_are_the_worlds_and_rooms_that_are_gone_are_left
     assert stamps == [0.0] and poses[0].vector == pytest.approx([1, 2, 3])
 
 
-def test_a_journey_is_thinned_when_it_is_full_and_begins_anew_with_the_clock() -> None:
+def test_a_journey_is_thinned_when_it_is_full_and_begins_anew_with_the_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("console.journey.MOST", 1000)
     journey = Journey()
     still = snapshot(0.0, Pose())
-    for number in range(MOST + 10):
+    for number in range(1010):
         journey.add(replace(still, stamp=0.1 * number))
-    assert MOST // 2 < len(journey) < MOST // 2 + 20
+    assert 500 < len(journey) < 520
     stamps = journey.rows()[:, 0]
     assert journey.rows().shape[1] == FIELDS and stamps[0] == 0.0 and (np.diff(stamps) > 0).all()
     journey.add(replace(still, stamp=5.0))

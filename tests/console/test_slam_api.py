@@ -253,17 +253,3 @@ def test_a_damaged_map_is_refused_and_the_robot_goes_on_as_it_was(lab: Live) -> 
     arrays.write_bytes(arrays.read_bytes()[:200])
     assert "damaged" in sentence(post(lab, "/api/maps/lab/load"), 422)
     assert lab.runtime.snapshot is not None and lab.runtime.failure == ""
-
-
-def test_a_saved_map_survives_the_console_and_is_gone_on_in(lab: Live) -> None:
-    again = Live(lab.runtime.maps._store._base.parent)
-    with again:
-        assert again.ask("GET", "/api/maps", token=again.viewer).json["current"] is None
-        assert post(again, "/api/maps/lab/load").status == 202
-        again.until(lambda: again.runtime.state().floor.lost)  # it stands and looks for its place
-        assert again.runtime.state().map.name == "lab"
-        assert post(again, "/api/slam/here", {"x_m": 0.05, "y_m": -0.05, "heading_rad": 0.05}).status == 202
-        again.until(lambda: again.runtime.state().floor.lost is None)
-        again.until(lambda: len(again.runtime.snapshot.landmarks) > 2)
-        pose = again.runtime.snapshot.estimate.pose
-        assert pose.distance_to(0, 0) < 0.1 and again.runtime.failure == ""

@@ -12,7 +12,7 @@ import { SPAN_S, Series, line, ticks } from "../series.js";
  * @property {string} [claim] what the dashed line is
  */
 
-const HEIGHT = 74; // [px]
+const HEIGHT = 68; // [px]
 const EDGE = { left: 34, right: 6, top: 6, bottom: 16 };
 const EVERY_MS = 250;
 const TIMES_S = [-120, -90, -60, -30, 0];
@@ -22,6 +22,7 @@ export class LivePlot extends HTMLElement {
   #look;
   #series = new Series();
   #value = make("span", { class: "plot-value" }, "–");
+  #note = make("span", { class: "plot-key" });
   #drawing = svg("svg", { class: "plot-drawing", role: "img", height: HEIGHT });
   #grid = svg("g", { class: "plot-grid" });
   #words = svg("g", { class: "plot-words" });
@@ -51,6 +52,7 @@ export class LivePlot extends HTMLElement {
         { class: "plot-head" },
         make("span", { class: "plot-name" }, name),
         claim ? make("span", { class: "plot-key" }, claim) : null,
+        this.#note,
         make("span", { class: "spring" }),
         this.#value,
       ),
@@ -65,6 +67,11 @@ export class LivePlot extends HTMLElement {
    */
   add(time, value, claim = null) {
     this.#series.add(time, value, claim);
+  }
+
+  /** @param {string} words beside its name */
+  note(words) {
+    write(this.#note, words);
   }
 
   /** @param {readonly [number, number] | null} expected between these it should lie */

@@ -261,9 +261,10 @@ class PlaceView extends Panel {
     if (!placed) return;
     if (placed.heading !== null) {
       context.fillStyle = colour("--scene-scan");
+      const dot = Math.min(3, Math.max(1.6, 0.05 * this.#view.scale));
       for (const point of seenFrom(this.#scan, { ...placed, heading: placed.heading })) {
         const { x, y } = this.#view.drawn(point);
-        context.fillRect(x - 1.5, y - 1.5, 3, 3);
+        context.fillRect(x - dot / 2, y - dot / 2, dot, dot);
       }
     }
     this.#drawRobot(context, placed, radius, colour("--scene-pose"), 1);

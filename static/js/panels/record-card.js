@@ -12,7 +12,7 @@ import { remember, remembered } from "../memory.js";
 
 /** @typedef {"history" | "notices" | "slam" | "maps"} Tab */
 const TABS = /** @type {const} */ (["history", "notices", "slam", "maps"]);
-const SOURCES = { typed: "typed", chip: "button", click: "map", rest: "HTTP" };
+const SOURCES = { typed: "typed", chip: "button", click: "map", voice: "voice", ears: "the robot’s ears", rest: "HTTP" };
 
 class RecordCard extends Panel {
   #history = make("ol", { class: "record-list", tabindex: "0", "aria-label": "History, newest first" });
@@ -98,6 +98,7 @@ class RecordCard extends Panel {
   /** @param {Tab} open */
   #turnTo(open) {
     this.#open = open;
+    this.dataset["open"] = open;
     const lists = { history: this.#history, notices: this.#notices, slam: this.#slam, maps: this.#maps };
     for (const tab of TABS) {
       lists[tab].hidden = tab !== open;

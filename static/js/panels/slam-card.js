@@ -18,7 +18,7 @@ class SlamCard extends Panel {
     error: new LivePlot({
       name: "True error",
       says: "Simulator only: how far the estimate lies from where the robot really is. It should stay below the dashed line most of the time.",
-      claim: "dashed: what it claims (2 σ)",
+      claim: "dashed: 2 σ of its own",
       unit: length,
       least: 0.02,
     }),
@@ -81,12 +81,12 @@ class SlamCard extends Panel {
     mark(this.#plots.match, "hidden", floor.match_score === null);
     const { error, nis, match, update } = this.#plots;
     nis.show(slam.nis_band);
+    error.note(slam.nees === null ? "" : `NEES ${fixed(slam.nees, 1)}`);
     for (const plot of [error, match, update]) plot.show();
     const rooms = floor.submaps.length;
     const facts = [
       rooms ? `${rooms} ${rooms === 1 ? "room" : "rooms"}` : "",
       `${state.landmarks.length} landmarks${slam.tentative ? `, ${slam.tentative} on trial` : ""}`,
-      slam.nees === null ? "" : `NEES ${fixed(slam.nees, 1)}`,
     ];
     write(this.#facts, facts.filter(Boolean).join(" · "));
     this.#closures.show(floor, state.stamp_s, operates);
