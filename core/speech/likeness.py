@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -95,12 +96,12 @@ def _db(power: float) -> float:
 def _pesq(matched: Matched) -> tuple[float | None, str]:
     """PESQ (P.862.2, wide band) where its package is installed; it is no part of Beckon, its terms are its own."""
     try:
-        from pesq import PesqError, pesq  # pyright: ignore[reportMissingImports]
+        package = import_module("pesq")
     except ImportError:
         return None, "PESQ is not installed; it compiles where a C compiler is: pip install pesq"
     try:
-        return float(pesq(PESQ_RATE, matched.original, matched.received, "wb")), ""
-    except (PesqError, ValueError):
+        return float(package.pesq(PESQ_RATE, matched.original, matched.received, "wb")), ""
+    except (package.PesqError, ValueError):
         return None, "PESQ found no utterance in these recordings."
 
 

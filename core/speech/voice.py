@@ -14,6 +14,7 @@ import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -153,11 +154,11 @@ class Library:
 @cache
 def _library() -> Library | None:
     try:
-        import espeakng_loader
+        loader = import_module("espeakng_loader")
     except ImportError:
         return None
     try:
-        return Library(espeakng_loader.get_library_path(), espeakng_loader.get_data_path())
+        return Library(str(loader.get_library_path()), str(loader.get_data_path()))
     except (OSError, RuntimeError):
         return None
 
