@@ -94,7 +94,7 @@ def run(chosen: argparse.Namespace) -> int:
 
 def examine() -> list[Finding]:
     """Look at everything once."""
-    return [python(), *map(package, needed()), pipe(), port(), home(), browser()]
+    return [python(), *map(package, needed()), words(), voice(), pipe(), port(), home(), browser()]
 
 
 def needed() -> list[str]:
@@ -124,6 +124,31 @@ def package(name: str) -> Finding:
         return Finding(name=name, good=True, found=version(name))
     except PackageNotFoundError:
         return Finding(name=name, good=False, found="not installed", remedy=f"pip install {name}")
+
+
+def words() -> Finding:
+    """What reads words out of sound."""
+    try:
+        return Finding(name="words (pocketsphinx)", good=True, needed=False, found=version("pocketsphinx"))
+    except PackageNotFoundError:
+        found = "not installed: the robot hears where, not what"
+        return Finding(
+            name="words (pocketsphinx)", good=False, needed=False, found=found, remedy="pip install 'beckon[speech]'"
+        )
+
+
+def voice() -> Finding:
+    """What speaks text."""
+    from core.speech.voice import can_speak  # loads a library: only when it is asked for
+
+    there = can_speak()
+    return Finding(
+        name="voice (espeak-ng)",
+        good=there,
+        needed=False,
+        found="speaks" if there else "not installed: text is not spoken",
+        remedy="pip install 'beckon[voice]' · Debian: apt install espeak-ng",
+    )
 
 
 def pipe() -> Finding:
