@@ -160,6 +160,7 @@ class MapDesk:
         """A closure does not hold: the rooms go back to where they would be without it. Raises Problem."""
         if self._closure(number).state == "undone":
             raise Problem(409, "That closure is undone already.")
+        self._not_anothers(who)
         self._piloting().undo_closure(number)
         self._history.add("closure", who, words=f"undo {number}")
 
@@ -167,6 +168,7 @@ class MapDesk:
         """It holds after all. Raises Problem."""
         if self._closure(number).state != "undone":
             raise Problem(409, "That closure is not undone; there is nothing to take back.")
+        self._not_anothers(who)
         self._piloting().redo_closure(number)
         self._history.add("closure", who, words=f"redo {number}")
 

@@ -158,7 +158,9 @@ def test_who_insists_may_place_a_robot_that_does_not_think_it_is_lost(live: Live
 def test_nobody_moves_the_ground_under_somebody_who_drives(live: Live) -> None:
     other = live.runtime.access.logins.issue("Bob", "operator")
     assert post(live, "/api/lease", {"do": "acquire"}, token=other).status == 200
-    assert "Bob drives now" in sentence(post(live, "/api/slam/here", {"x_m": 0, "y_m": 0, "anyway": True}), 409)
+    told = {"x_m": 0, "y_m": 0, "anyway": True}
+    for path, body in (("here", told), ("closures/1/undo", None), ("closures/2/redo", None)):
+        assert "Bob drives now" in sentence(post(live, f"/api/slam/{path}", body), 409)
     assert led(live).asked == []
 
 
