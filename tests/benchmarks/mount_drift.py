@@ -136,9 +136,13 @@ def main() -> None:
             f"turned {math.degrees(turn):+.1f} deg, shifted {shift:+.3f} m, {tours} tours of {seconds:g} s\n"
         )
         for one in rows:
-            sys.stdout.write(f"  {one['world']:5} {one['seed']:3} alarm at {one['alarm_s']} s, {_shown(one)}\n")
+            sys.stdout.write(f"  {one['world']:5} {one['seed']:3} {_when(one['alarm_s'])}, {_shown(one)}\n")
     if options.out is not None:
         options.out.write_text(json.dumps(told, indent=1))
+
+
+def _when(alarm: float | None) -> str:
+    return "no alarm" if alarm is None else f"alarm at {alarm:.1f} s"
 
 
 def _shown(one: dict[str, Any]) -> str:
