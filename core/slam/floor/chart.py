@@ -55,13 +55,13 @@ class Chart:
     Make it with `prepare`, which works in small pieces. It does not change: a later map needs another one.
     """
 
-    def __init__(self, grid: Grid, field: LikelihoodField) -> None:
+    def __init__(self, grid: Grid, field: LikelihoodField, gap: Array) -> None:
         self.grid, self.field = grid, field
+        self.gap = gap  # (rows, columns) [m] to the next wall
         self.occupied = grid.log_odds > OCCUPIED
         self.free = grid.log_odds < FREE
-        gap = cv2.distanceTransform((~self.occupied).astype(np.uint8), cv2.DIST_L2, 3)
-        self.gap = gap * np.float32(grid.resolution)  # [m] to the next wall
-        self.bound, self.standable = self._pool()
+        self.bound = _bound(field.values)
+        self.standable = self._standable()
         self._spectra: dict[tuple[int, int], Array] = {}
 
     @staticmethod
@@ -76,7 +76,12 @@ class Chart:
         yield
         field = LikelihoodField(grid.origin + (cells[:, ::-1] + 0.5) * grid.resolution if points is None else points)
         yield
-        return Chart(grid, field)
+        gap = cv2.distanceTransform((grid.log_odds <= OCCUPIED).astype(np.uint8), cv2.DIST_L2, 3)
+        gap *= np.float32(grid.resolution)
+        yield
+        chart = Chart(grid, field, gap)
+        yield
+        return chart
 
     def spectrum(self, size: tuple[int, int]) -> Array:
         """The coarse bound's transform, padded to `size` (rows, columns); kept."""
@@ -140,23 +145,24 @@ class Chart:
         inside = np.logical_and.reduce((cells >= 0) & (cells < self.free.shape[::-1]), axis=-1)
         return np.where(inside, cells[..., 1], 0), np.where(inside, cells[..., 0], 0), inside
 
-    def _pool(self) -> tuple[Array, Array]:
-        """The field's coarse upper bound (rows, columns), and alike where a robot may stand (rows, columns) bool.
-
-        The bound of a cell holds for any shift within one: it looks at the next cells too.
-        """
-        values = self.field.values
-        rows, columns = (-(-side // COARSE) for side in values.shape)
-        grown = np.zeros(((rows + 1) * COARSE, (columns + 1) * COARSE), np.float32)
-        grown[: values.shape[0], : values.shape[1]] = values
-        most = grown.reshape(rows + 1, COARSE, columns + 1, COARSE).max(axis=(1, 3))
-        bound = np.maximum.reduce([most[:-1, :-1], most[1:, :-1], most[:-1, 1:], most[1:, 1:]])
-        free = self.grid.origin + (np.argwhere(self.free)[:, ::-1] + 0.5) * self.grid.resolution
+    def _standable(self) -> Array:
+        """Where a robot may stand: (rows, columns) bool, alike to `bound`."""
+        rows, columns = self.bound.shape
+        free = self.grid.origin + (np.argwhere(self.free[::2, ::2])[:, ::-1] * 2 + 0.5) * self.grid.resolution
         coarse = np.floor((free - self.field.origin) / POOL).astype(int)
         coarse = coarse[((coarse >= 0) & (coarse < (columns, rows))).all(axis=1)]
         standable = np.zeros((rows, columns), bool)
         standable[coarse[:, 1], coarse[:, 0]] = True
-        return bound, standable
+        return standable
+
+
+def _bound(values: Array) -> Array:
+    """A field → its coarse upper bound (rows, columns), which holds for any shift within one coarse cell."""
+    rows, columns = (-(-side // COARSE) for side in values.shape)
+    grown = np.zeros(((rows + 1) * COARSE, (columns + 1) * COARSE), np.float32)
+    grown[: values.shape[0], : values.shape[1]] = values
+    most = grown.reshape(rows + 1, COARSE, columns + 1, COARSE).max(axis=(1, 3))
+    return np.maximum.reduce([most[:-1, :-1], most[1:, :-1], most[:-1, 1:], most[1:, 1:]])
 
 
 def thinned(points: Array, grain: float) -> Array:
