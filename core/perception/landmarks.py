@@ -42,19 +42,21 @@ def sight(
     stamp: float = 0.0,
     edges_stamp: float = 0.0,
     wheels: Wheels | None = None,
+    moved: Pose | None = None,
     camera: Camera | None = None,
     settings: EdgeSettings | None = None,
 ) -> tuple[tuple[Sighting, ...], tuple[Edge, ...]]:
     """Corners at `stamp` [s] and edges at `edges_stamp` [s] → sightings, and the edges with those matched marked.
 
+    `moved`: where the robot was at `edges_stamp`, seen from where it was at `stamp`; not told: by the wheels' twist.
     An edge confirms the corner it goes with and sharpens its bearing. It is no gate, unless `edge_required` asks for
     the paper's rule: with a narrow camera that would starve the filter.
     """
     settings = settings or EdgeSettings()
     matched: dict[int, int] = {}
     if corners and edges and camera is not None:
-        moved = _moved(wheels, edges_stamp - stamp)
-        corners, matched = _confirm(corners, edges, moved, camera, settings)
+        there = _moved(wheels, edges_stamp - stamp) if moved is None else moved
+        corners, matched = _confirm(corners, edges, there, camera, settings)
     sightings = tuple(
         _sighting(corner, stamp, index in matched, settings)
         for index, corner in enumerate(corners)

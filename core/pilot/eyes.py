@@ -14,12 +14,14 @@ from core.perception.edges import Edge, find_edges
 from core.perception.landmarks import Sighting, laser_in_picture, sight
 from core.perception.picture_quality import PictureQuality, judge
 from core.perception.preparation import NOTHING
+from core.pilot.recall import Recall
 from core.robots import Profile
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Wheels
 from core.settings import Settings
 from core.snapshot import CameraView
 
 FRESH = 0.2  # [s] for which edges may confirm corners, and points may be drawn on a picture
+RECALLED = 0.5  # [s] for which edges may confirm corners where the move between the two is remembered
 
 
 @message
@@ -46,6 +48,7 @@ class Eyes:
         self._quality: PictureQuality | None = None
         self._points = np.zeros((0, 2))
         self._points_stamp = -np.inf
+        self._recall = Recall(settings.motion)
         self.view: CameraView | None = None
         self.trouble = ""  # why the newest picture is of no use
         self.poor = ""  # what is wrong with the pictures, once they have been unusable for a while
@@ -54,6 +57,7 @@ class Eyes:
     def look(self, frame: SensorFrame) -> Look:
         """One frame → what is seen in it; `view` is renewed when a picture or new matches came."""
         camera = self.camera  # another thread may replace it
+        self._recall.feel(frame)
         if frame.image is not None and camera is not None:
             try:
                 self._judge(frame.image, frame.wheels)
@@ -98,19 +102,26 @@ class Eyes:
         return laser_in_picture(self._points, self._laser, camera, moved)
 
     def _look_at_scan(self, scan: Scan, stamp: float, wheels: Wheels | None) -> Look:
-        ends, hits = beam_ends(scan, self._laser, wheels, stamp)
-        self._points, self._points_stamp = ends[hits], stamp
-        corners = find_corners(scan, self._laser, self._points, np.flatnonzero(hits), self._settings.corners)
-        fresh = self._edges if stamp - self._edges_stamp < FRESH else ()
+        """What comes late is seen from where it was taken."""
+        then = self._recall.taken(scan, stamp)
+        felt = self._recall.wheels(then, stamp, wheels)
+        ends, hits = beam_ends(scan, self._laser, felt, then)
+        corners = find_corners(scan, self._laser, ends[hits], np.flatnonzero(hits), self._settings.corners)
+        since = self._recall.moved(then, self._edges_stamp)
+        known = RECALLED if since is not None else FRESH
+        fresh = self._edges if abs(then - self._edges_stamp) < known else ()
         sightings, edges = sight(
             corners,
             fresh,
-            stamp=stamp,
+            stamp=then,
             edges_stamp=self._edges_stamp,
-            wheels=wheels,
+            wheels=felt,
+            moved=None if since is None else since.pose,
             camera=self.camera,
             settings=self._settings.edges,
         )
+        sightings, ends = self._recall.bring(then, stamp, sightings, ends)
+        self._points, self._points_stamp = ends[hits], stamp
         if fresh and self.view is not None:
             self.view = CameraView(
                 stamp=self.view.stamp,
@@ -120,7 +131,7 @@ class Eyes:
                 laser=self.view.laser,
                 quality=self.view.quality,
             )
-        return Look(sightings=sightings, ends=ends, hits=hits, pairs=self._pairs(corners, fresh, stamp, wheels))
+        return Look(sightings=sightings, ends=ends, hits=hits, pairs=self._pairs(corners, fresh, then, felt))
 
     def _pairs(
         self, corners: tuple[Corner, ...], edges: tuple[Edge, ...], stamp: float, wheels: Wheels | None

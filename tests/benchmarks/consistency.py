@@ -16,6 +16,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
+from itertools import islice
 
 import numpy as np
 
@@ -91,12 +92,14 @@ def heard(run: int, motion: MotionSettings = MOTION) -> Iterator[Step]:
         moved = Increment()
 
 
-def run_filter(run: int, mode: str, motion: MotionSettings = MOTION) -> tuple[Array, Array]:
-    """One run → NEES (K,) and position errors (K,) [m] after every update."""
+def run_filter(
+    run: int, mode: str, motion: MotionSettings = MOTION, updates: int | None = None
+) -> tuple[Array, Array]:
+    """One run, or its first updates → NEES (K,) and position errors (K,) [m] after every update."""
     slam = EkfSlam(EkfSettings(mode="paper" if mode == "paper" else "invariant"))
     squared: list[float] = []
     errors: list[float] = []
-    for step in heard(run, motion):
+    for step in islice(heard(run, motion), updates):
         slam.advance(step.increment)
         slam.see(step.sightings)
         squared.append(slam.nees(step.truth))
