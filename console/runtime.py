@@ -16,16 +16,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import cv2
-
 from console import wire
 from console.calibration.workbench import Workbench
+from console.camera_feed import CameraFeed, Picture
 from console.door import Door
 from console.hearing import Ears
 from console.history import History
 from console.latest import Hub
 from console.lease import Lease
 from console.map_desk import MapDesk
+from console.microphone import Microphone
 from console.notice_board import NoticeBoard
 from console.pilot_thread import Pace, PilotLike, PilotThread
 from console.player import Player
@@ -47,7 +47,6 @@ STATE_GAP = 0.045  # [s] at least between two states: 20 Hz
 RESTARTS = 3  # of the pilot
 RESTART_WINDOW = 60.0  # [s] within which that many are the most
 RESTART_PAUSE = 1.0  # [s]
-JPEG = [cv2.IMWRITE_JPEG_QUALITY, 80]
 
 
 class Runtime:
@@ -59,6 +58,7 @@ class Runtime:
         self.robot = robot
         self.access = access or Access()
         self.hub = Hub()
+        self.feed = CameraFeed(self.hub)
         self.sockets = Sockets()
         self.lease = Lease()
         self.board = NoticeBoard()
@@ -66,6 +66,7 @@ class Runtime:
         self.door = Door(robot, self.lease, self.history, self.board)
         self.maps = MapDesk(home, robot, self.door, self.lease, self.history)
         self.ears = Ears(self.door, self.history, self.board)
+        self.microphone = Microphone()
         self.player = Player(robot, self.history, self.board)
         self.scene = Scene(robot, self._complain)
         self.workbench = Workbench(home, robot, self.hub, self.board.tell, self._look_through)
@@ -129,6 +130,7 @@ class Runtime:
             await asyncio.to_thread(self._pilot.close)
         await self.workbench.close()
         await self.ears.close()
+        await self.microphone.close()
         await asyncio.to_thread(self.robot.close)
         await self.scene.close()
         await asyncio.to_thread(self.history.close)
@@ -196,10 +198,8 @@ class Runtime:
         self._pilot.start()
 
     def _published(self, snapshot: Snapshot, frame: SensorFrame) -> None:
-        """From the pilot's thread: the picture is encoded once, whatever the number of viewers."""
-        picture = None
-        if frame.image is not None and self.hub.watched("camera"):
-            picture = (frame.image.stamp, cv2.imencode(".jpg", frame.image.pixels, JPEG)[1].tobytes())
+        """From the pilot's thread."""
+        picture = self.feed.encoded(frame.image)
         self.scene.show(snapshot)
         self.workbench.newest = frame.image or self.workbench.newest
         if self.workbench.watching:
@@ -220,7 +220,7 @@ class Runtime:
         if self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(act, *given)
 
-    def _took(self, snapshot: Snapshot, picture: tuple[float, bytes] | None, sound: Sound | None) -> None:
+    def _took(self, snapshot: Snapshot, picture: Picture | None, sound: Sound | None) -> None:
         if not self.over:
             self.robot.beat()  # the loop runs and the pilot steps: that is what the gate wants to know
         self.snapshot = snapshot
@@ -230,8 +230,7 @@ class Runtime:
         for told in snapshot.endings:
             self.door.ended(told)
         if picture is not None:
-            number = self.hub.slots.get("camera", (0, b""))[0] + 1
-            self.hub.publish("camera", wire.CAMERA_HEADER.pack(1, number % 2**32, picture[0]) + picture[1])
+            self.feed.show(picture)
         if time.monotonic() - self._state_at >= STATE_GAP:
             self._tell_state()
 
@@ -283,6 +282,7 @@ class Runtime:
         if self._watch.look(hangs=self._hangs):
             self._nothing_under_way()
         self.workbench.tick(now)
+        self.microphone.tick(now)
         if now - self._state_at > BEAT + STATE_GAP:
             self._tell_state()
 

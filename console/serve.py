@@ -89,7 +89,7 @@ def serve(options: Options) -> None:
             settings_file=options.settings,
         )
         runtime = Runtime(robot, lambda: Pilot(robot.profile, settings), home=home, access=access)
-        runtime.ears.settings = settings.speech
+        runtime.ears.settings = runtime.microphone.settings = settings.speech
         server = Server(configured(create_app(runtime)), runtime, lambda: announce(options, port, access))
         recording = options.robot.removeprefix("log:")
         if recording != options.robot and Path(recording).exists():

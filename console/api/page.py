@@ -1,4 +1,4 @@
-"""The page itself, the scene's page, and the two kinds of sockets."""
+"""The page itself, the scene's page, and the three kinds of sockets."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from fastapi import APIRouter, Request, Response, WebSocket
 from fastapi.responses import FileResponse
 from starlette.staticfiles import StaticFiles
 
+from console.audio_talk import AudioTalk
 from console.roles import needs
 from console.scene.page import ScenePage
 from console.streams import Talk
@@ -68,6 +69,13 @@ async def scene_page(request: Request) -> Response:
 async def talk(socket: WebSocket) -> None:
     """State and camera down, hand and words up."""
     await Talk(socket.app.state.runtime, socket, socket.scope["person"]).run()
+
+
+@page.websocket("/ws/audio")
+@needs("viewer")
+async def listen(socket: WebSocket) -> None:
+    """A microphone up, transcripts down."""
+    await AudioTalk(socket.app.state.runtime, socket, socket.scope["person"]).run()
 
 
 @page.websocket("/scene/ws/{tab}")

@@ -7,7 +7,7 @@
  * @property {number} id
  * @property {number} at_s Unix time
  * @property {number | null} duration_s null while it runs
- * @property {string} source typed, chip, click, rest
+ * @property {string} source typed, chip, click, voice, ears, rest
  * @property {string} words as they arrived
  * @property {string} heard_as as they were understood, "" when they were not
  * @property {string} name of the command, "" when the words were not understood
@@ -74,6 +74,9 @@ export const me = () => call("api/me");
 
 /** @param {string} token */
 export const login = (token) => post("api/login", { token });
+
+/** @param {boolean} on whether the robot's own microphones listen */
+export const listen = (on) => post("api/hearing", { listen: on });
 
 export const logout = () => post("api/logout");
 

@@ -1,7 +1,7 @@
 // The operator's hands: keys of this page and of the scene's frame, the stick, and all that must make them let go.
 
 import { Drive, PERIOD_MS } from "./drive.js";
-import { HeldKeys, intentionOf, scrolls, takesText } from "./keys.js";
+import { HeldKeys, intentionOf, scrolls, takesText, TALK } from "./keys.js";
 import { remembered } from "./memory.js";
 
 /** @typedef {import("./session.js").Session} Session */
@@ -16,6 +16,8 @@ export class Hands {
   toWords = () => undefined;
   /** @type {() => void} */
   toHelp = () => undefined;
+  /** @type {(down: boolean) => void} */
+  toTalk = () => undefined;
 
   /** @param {Session} session */
   constructor(session) {
@@ -58,6 +60,7 @@ export class Hands {
 
   letGo() {
     this.#held.clear();
+    this.toTalk(false);
     this.drive.slow = false;
     this.drive.abandon();
   }
@@ -95,6 +98,7 @@ export class Hands {
     else if (intention.does === "preset") this.drive.preset = intention.preset;
     else if (intention.does === "words") this.toWords();
     else if (intention.does === "help") this.toHelp();
+    else if (intention.does === "talk") this.toTalk(true);
     else {
       this.#held.press(event.code);
       this.drive.keys(this.#held.wish, performance.now());
@@ -104,6 +108,7 @@ export class Hands {
   /** @param {KeyboardEvent} event */
   #up(event) {
     if (event.key === "Shift") this.drive.slow = false;
+    if (event.code === TALK) this.toTalk(false);
     if (event.code === "Space" && this.singleKeys && !takesText(event.composedPath()[0])) event.preventDefault();
     this.#held.release(event.code);
     this.drive.keys(this.#held.wish, performance.now());

@@ -58,9 +58,11 @@ export class HeldKeys {
 
 /**
  * @typedef {{does: "stop"} | {does: "drive"} | {does: "slow"} | {does: "preset", preset: number} | {does: "words"}
+ *   | {does: "talk"}
  *   | {does: "help"}} Intention
  */
 
+export const TALK = "KeyV"; // held while one speaks
 const ARROWS = /^Arrow(?:Up|Down|Left|Right)$/;
 
 /**
@@ -77,6 +79,7 @@ export function intentionOf(press, { typing, singleKeys, scrolling = false, read
   if (press.code === "Space") return { does: "stop" };
   if (press.code in AXES) return reading || (scrolling && ARROWS.test(press.code)) ? null : { does: "drive" };
   if (press.code === "ShiftLeft" || press.code === "ShiftRight") return { does: "slow" };
+  if (press.code === TALK) return reading ? null : { does: "talk" };
   if (press.key === "/") return { does: "words" };
   if (press.key === "?") return { does: "help" };
   const digit = /^(?:Digit|Numpad)([1-5])$/.exec(press.code)?.[1];

@@ -10,6 +10,7 @@ import "./panels/command-line.js";
 import "./panels/command-status.js";
 import "./panels/drive-pad.js";
 import "./panels/estimate-card.js";
+import "./panels/hearing-card.js";
 import "./panels/key-sheet.js";
 import "./panels/lease-chip.js";
 import "./panels/link-chip.js";
@@ -26,6 +27,7 @@ import "./panels/slam-card.js";
 import "./panels/stop-button.js";
 import "./panels/theme-toggle.js";
 import "./panels/view-tabs.js";
+import "./panels/voice-button.js";
 import { Hands } from "./hands.js";
 import { Panel } from "./panel.js";
 import { Session } from "./session.js";
@@ -49,6 +51,8 @@ for (const panel of panels) panel.join(session);
   hands.listenTo(inner),
 );
 hands.toWords = () => /** @type {import("./panels/command-line.js").CommandLine} */ (part("command-line")).take();
+hands.toTalk = (down) =>
+  /** @type {import("./panels/voice-button.js").VoiceButton} */ (part("voice-button")).hold(down);
 hands.toHelp = () => {
   hands.letGo();
   /** @type {import("./panels/key-sheet.js").KeySheet} */ (part("key-sheet")).toggle();

@@ -39,6 +39,7 @@ const ANSWER_MS = 5000;
  * @property {api.Kind[]} kinds
  * @property {null} stopped
  * @property {string} trouble a sentence
+ * @property {import("./hear/talk.js").Transcript} transcript what was heard in our own microphone
  * @property {string} told a sentence for those who do not see the page
  */
 
@@ -152,6 +153,11 @@ export class Session {
     if (id === this.#wantsCalibration) return;
     this.#wantsCalibration = id;
     this.link.send({ kind: "want", calibration: id });
+  }
+
+  /** @param {import("./hear/talk.js").Transcript} transcript */
+  transcribe(transcript) {
+    this.#tell("transcript", transcript);
   }
 
   /** @param {string} sentence that passes over the page */

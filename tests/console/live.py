@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from websockets.sync.client import ClientConnection, connect
+from websockets.sync.connection import Connection
 
 from console.app import create_app
 from console.logins import Logins
@@ -173,7 +174,7 @@ class Live:
         return connect(f"ws://127.0.0.1:{self.port}{path}", additional_headers=headers, **options)
 
 
-def hear(line: ClientConnection, kind: str, *, seconds: float = 10.0, true: Callable[[Any], Any] = bool) -> Any:
+def hear(line: Connection, kind: str, *, seconds: float = 10.0, true: Callable[[Any], Any] = bool) -> Any:
     """The next message of a kind that is as wanted."""
     end = time.monotonic() + seconds
     while True:
@@ -184,6 +185,6 @@ def hear(line: ClientConnection, kind: str, *, seconds: float = 10.0, true: Call
                 return told
 
 
-def say(line: ClientConnection, **message: Any) -> None:
+def say(line: Connection, **message: Any) -> None:
     """One message up."""
     line.send(json.dumps(message))

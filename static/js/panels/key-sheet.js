@@ -9,6 +9,7 @@ const KEYS = [
   [["W", "A", "S", "D"], "Hold to drive; the arrow keys too"],
   [["Shift"], "Slow, while driving"],
   [["1", "…", "5"], "Speed"],
+  [["V"], "Hold to talk"],
   [["/"], "To the command line"],
   [["↑", "↓"], "In the command line: what was said before, or the suggestions"],
   [["Enter"], "Send; press the button in focus"],

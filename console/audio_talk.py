@@ -1,0 +1,187 @@
+"""The socket `/ws/audio`: a browser's microphone up, transcripts down.
+
+What was heard goes through the same door as typed words. STOP is obeyed before the sentence is over.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import time
+from typing import Any
+
+import msgspec
+import numpy as np
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from console import wire_audio as wire
+from console.latest import Closing
+from console.logins import Person
+from console.microphone import Told, Turn
+from console.problems import Problem
+from console.runtime import Runtime
+from console.sockets import TooMany
+from console.strict_json import read_json
+from console.tally import Tally
+from core.commands.stand import STOP_MOVING
+from core.errors import BadInput, Refused
+
+MOST_PER_SECOND = 250  # messages; pieces of 20 ms are 50, and what a stalled network held back comes at once
+MOST_WAITING = 50  # messages down that may wait for a browser that does not read them
+SOURCE = "voice"
+GONE = Closing(1000, "The browser left.")
+
+
+class AudioTalk:
+    """One browser's microphone."""
+
+    def __init__(self, runtime: Runtime, socket: WebSocket, person: Person) -> None:
+        self._runtime, self._socket, self._person = runtime, socket, person
+        self._turn: Turn | None = None
+        self._tally = Tally()
+        self._down: asyncio.Queue[wire.AudioDown] = asyncio.Queue(MOST_WAITING)
+        self._closing: Closing | None = None
+        self._number = 0
+        self._stopped = -np.inf  # [s] end of the sentence whose STOP was obeyed
+        self._prattle = False  # whether the newest words were no command, and stand in the history
+
+    async def run(self) -> None:
+        """From the handshake to the end."""
+        client = self._socket.client
+        try:
+            with self._runtime.sockets.room_for(self._person, client.host if client else "", self._close):
+                await self._socket.accept()
+                self._runtime.microphone.warm()
+                await self._converse()
+        except TooMany as crowded:
+            await self._socket.accept()
+            self._close(1013, str(crowded))
+        if self._closing is not None and self._closing != GONE:
+            with contextlib.suppress(WebSocketDisconnect, RuntimeError):
+                await self._socket.close(self._closing.code, self._closing.reason)
+
+    async def _converse(self) -> None:
+        speaker = asyncio.create_task(self._speak())
+        try:
+            while self._closing is None:
+                message = await self._socket.receive()
+                if message["type"] == "websocket.disconnect":
+                    self._closing = GONE
+                elif self._tally.add(time.monotonic()) > MOST_PER_SECOND:
+                    self._close(1008, f"More than {MOST_PER_SECOND} messages a second.")
+                elif message.get("bytes") is not None:
+                    self._take_sound(message["bytes"])
+                else:
+                    self._take_words(message.get("text") or "")
+        finally:
+            if self._turn is not None:
+                self._turn.rest()
+            speaker.cancel()
+            await asyncio.gather(speaker, return_exceptions=True)
+
+    async def _speak(self) -> None:
+        with contextlib.suppress(WebSocketDisconnect, RuntimeError):
+            while True:
+                message = await self._down.get()
+                await self._socket.send_text(msgspec.json.encode(message).decode())
+
+    def _close(self, code: int, reason: str) -> None:
+        """Before the next message is taken."""
+        self._closing = self._closing or Closing(code, reason)
+
+    def _tell(self, message: wire.AudioDown) -> None:
+        if self._down.full():
+            self._close(1008, "The browser does not read what is sent to it.")
+        else:
+            self._down.put_nowait(message)
+
+    # up
+
+    def _take_sound(self, raw: bytes) -> None:
+        size = wire.AUDIO_HEADER.size
+        if len(raw) > wire.MOST_BYTES or len(raw) < size or len(raw) % 2:
+            self._close(1009, f"A piece of sound has {size} bytes of header and at most {wire.MOST_BYTES} in all.")
+            return
+        kind, _, clock = wire.AUDIO_HEADER.unpack_from(raw)
+        if kind != wire.AUDIO_KIND or not 0 <= clock < 1e15:
+            self._close(1007, "This is no piece of sound: its header is wrong.")
+        elif self._turn is not None:
+            samples = np.frombuffer(raw, "<i2", offset=size).astype(float) / 32768
+            self._turn.add(samples, clock / 1000)
+
+    def _take_words(self, text: str) -> None:
+        try:
+            message = msgspec.convert(read_json(text), wire.AudioUp)
+        except (BadInput, msgspec.ValidationError):
+            self._close(1007, "This message has not the form that is asked for.")
+            return
+        if isinstance(message, wire.Rest):
+            if self._turn is not None:
+                self._turn.rest()
+                self._turn = None
+            self._tell(wire.Listening(False))
+        else:
+            self._listen(message)
+
+    def _listen(self, wish: wire.Listen) -> None:
+        if self._turn is not None:
+            self._turn.rest()
+        turn = Turn(wish.mode, self._hear, lambda why, on: self._tell(wire.Listening(on, why)))
+        try:
+            self._runtime.microphone.begin(turn)
+        except Refused as busy:
+            self._tell(wire.Listening(False, str(busy)))
+            return
+        self._turn = turn
+        self._tell(wire.Listening(True))
+
+    # what was heard
+
+    def _hear(self, told: Told, delay: float) -> None:
+        """Words with how long after their sound they came [s]."""
+        stops = told["name"] == STOP_MOVING.name
+        deed: int | None = None
+        reason: str = told["reason"]
+        if stops and told["end"] > self._stopped:
+            deed = self._obey(told["heard_as"]).get("deed")
+            self._stopped = told["end"] + 1.0
+        elif told["final"] and told["name"] is not None and not stops:
+            obeyed = self._obey(told["heard_as"])
+            deed, reason = obeyed.get("deed"), obeyed.get("reason", "")
+        elif told["final"] and told["name"] is None:
+            deed = self._refuse(told)
+        accepted = told["name"] is not None and not reason
+        if accepted:
+            self._prattle = False
+        self._number += 1
+        self._tell(
+            wire.Transcript(
+                id=self._number,
+                words=told["words"],
+                final=told["final"],
+                accepted=accepted,
+                heard_as=told["heard_as"],
+                reason=reason,
+                suggestions=told["suggestions"],
+                seconds=round(told["end"] - told["begin"], 2),
+                delay_s=round(delay, 3),
+                deed=deed,
+            )
+        )
+
+    def _obey(self, words: str) -> dict[str, Any]:
+        try:
+            return {"deed": self._runtime.door.submit(words, SOURCE, self._person).id}
+        except Problem as problem:
+            return {"reason": problem.detail}
+        except Refused as refusal:
+            return {"reason": str(refusal)}
+
+    def _refuse(self, told: Told) -> int | None:
+        """Into the history; talk that is no command at all stands there once, however long it goes on."""
+        nothing = not told["words"]
+        if nothing and self._prattle:
+            return None
+        self._prattle = nothing
+        given = {"source": SOURCE, "words": told["words"], "remark": told["reason"]}
+        return self._runtime.history.add("command", self._person, state="refused", **given).id

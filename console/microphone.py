@@ -1,0 +1,169 @@
+"""Microphones of browsers: one at a time speaks to the robot, and a worker reads its words.
+
+Lives on the event loop. Sound waits for the worker within bounds; what is older is not heard, and that is told.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from console.wire_audio import AUDIO_RATE, ListenMode
+from console.workers import Lost, Worker
+from core.errors import BeckonError, Refused
+from core.message import Array
+from core.speech.settings import SpeechSettings
+
+log = logging.getLogger(__name__)
+
+PIECE = 0.1  # [s] of sound that go to the worker at once
+MOST_WAITING = 15.0  # [s] of sound that may wait for it: it may just be starting
+JUMP = 0.1  # [s] by which the browser's clock may be off before the sound counts as interrupted
+BUDGET = 20.0  # [s] of processor time for a piece
+IDLE = 120.0  # [s] after which a worker that nobody needs is ended
+BUSY = "Somebody else is speaking to the robot now; wait until they have ended."
+
+Told = dict[str, Any]
+
+
+class Turn:
+    """One person's turn to speak, from the press to the words."""
+
+    def __init__(
+        self, mode: ListenMode, hear: Callable[[Told, float], None], say: Callable[[str, bool], None]
+    ) -> None:
+        """`hear`: words, and how long after their sound they came [s]; `say`: a sentence, and whether it goes on."""
+        self.mode: ListenMode = mode
+        self.hear, self.say = hear, say
+        self.over = False  # nothing more will be said
+        self.news = asyncio.Event()
+        self._waiting: list[Array] = []
+        self._samples = 0  # that wait
+        self._start: float | None = None  # [s] of the first that waits, by the browser's clock
+        self._lead = -np.inf  # [s] by which the browser's clock is ahead of ours, as far as its sound shows
+
+    def add(self, samples: Array, stamp: float) -> None:
+        """Sound (N,) of full scale ±1, first at `stamp` [s] of the browser's clock."""
+        if self.over:
+            return
+        end = stamp + len(samples) / AUDIO_RATE
+        self._lead = max(self._lead, end - time.monotonic())
+        expected = None if self._start is None else self._start + self._samples / AUDIO_RATE
+        if expected is None or abs(stamp - expected) > JUMP or self.waiting > MOST_WAITING:
+            if self.waiting > MOST_WAITING:
+                self.say("The console is too slow to read words now; some of the sound was not heard.", True)
+            self._waiting, self._samples, self._start = [], 0, stamp
+        self._waiting.append(samples)
+        self._samples += len(samples)
+        if self.waiting >= PIECE:
+            self.news.set()
+
+    @property
+    def waiting(self) -> float:
+        """Sound [s] that waits for the worker."""
+        return self._samples / AUDIO_RATE
+
+    def rest(self) -> None:
+        """The button was let go."""
+        self.over = True
+        self.news.set()
+
+    def take(self) -> tuple[Array, float]:
+        """All that waits: samples (N,), and the stamp [s] of the first."""
+        samples = np.concatenate(self._waiting) if self._waiting else np.zeros(0)
+        start = self._start or 0.0
+        self._waiting, self._samples, self._start = [], 0, start + len(samples) / AUDIO_RATE
+        self.news.clear()
+        return samples, start
+
+    def late(self, end: float) -> float:
+        """How long ago [s] sound that ended at `end` [s] of the browser's clock arrived."""
+        return max(0.0, time.monotonic() - (end - self._lead))
+
+
+class Microphone:
+    """The worker, and whose turn it is."""
+
+    def __init__(self, settings: SpeechSettings | None = None) -> None:
+        self.settings = settings or SpeechSettings()
+        self._worker = Worker("words")
+        self._turn: Turn | None = None
+        self._task: asyncio.Task[None] | None = None
+        self._warming: asyncio.Task[None] | None = None
+        self._used = 0.0  # [s]
+
+    def warm(self) -> None:
+        """Somebody is about to speak: the worker may be started."""
+        self._used = time.monotonic()
+        if self._warming is None and not self._worker.alive:
+            self._warming = asyncio.get_running_loop().create_task(self._warm())
+
+    def begin(self, turn: Turn) -> None:
+        """Listen to this one from now on, until it rests. Raises Refused while another one speaks."""
+        if self._turn is not None and self._turn is not turn:
+            raise Refused(BUSY)
+        self._turn = turn
+        self._task = asyncio.get_running_loop().create_task(self._read(turn))
+
+    def tick(self, now: float) -> None:
+        """Now and then: a worker that nobody needs is ended."""
+        if self._turn is None and self._worker.alive and now - self._used > IDLE:
+            self._worker.kill()
+
+    async def close(self) -> None:
+        """Listen to nobody any more."""
+        for task in (self._task, self._warming):
+            if task is not None:
+                task.cancel()
+                await asyncio.gather(task, return_exceptions=True)
+        self._worker.kill()
+        await self._worker.gone()
+
+    async def _warm(self) -> None:
+        try:
+            await self._begin("held")
+        except BeckonError as trouble:
+            log.warning("Words cannot be read: %s", trouble)
+        finally:
+            self._warming = None
+
+    async def _begin(self, mode: ListenMode) -> None:
+        given = {"settings": asdict(self.settings), "held": mode == "held"}
+        await self._worker.ask("begin", given, budget=BUDGET)
+
+    async def _read(self, turn: Turn) -> None:
+        """One turn, from its begin to its last word."""
+        try:
+            if self._warming is not None:
+                await asyncio.gather(self._warming, return_exceptions=True)
+            await self._begin(turn.mode)
+            while True:
+                await turn.news.wait()
+                over = turn.over
+                samples, start = turn.take()
+                if len(samples):
+                    raw = np.ascontiguousarray(samples, np.float32).tobytes()
+                    given = {"samples": raw, "rate": AUDIO_RATE, "stamp": start}
+                    self._tell(turn, await self._worker.ask("feed", given, budget=BUDGET))
+                if over:
+                    self._tell(turn, await self._worker.ask("finish", {}, budget=BUDGET))
+                    return
+        except Lost as lost:
+            log.warning("The worker that reads words was lost: %s", lost)
+            turn.say("The worker that reads words broke; speak again.", False)
+        except BeckonError as trouble:
+            turn.say(str(trouble), False)
+        finally:
+            self._used = time.monotonic()
+            if self._turn is turn:
+                self._turn = None
+
+    def _tell(self, turn: Turn, heard: list[Told]) -> None:
+        for told in heard:
+            turn.hear(told, turn.late(told["end"]))

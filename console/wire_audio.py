@@ -1,0 +1,60 @@
+"""The socket `/ws/audio`: sound of a browser's microphone up, what was heard in it down."""
+
+from __future__ import annotations
+
+import struct
+from typing import Annotated, Literal
+
+import msgspec
+
+Struct = msgspec.Struct
+
+AUDIO_HEADER = struct.Struct("<B3xId")  # kind 2, number of the piece, milliseconds of the browser's clock
+AUDIO_KIND = 2
+AUDIO_RATE = 16_000  # [Hz]
+MOST_BYTES = 8192  # of one message
+
+ListenMode = Literal["held", "open"]
+
+
+class Inward(Struct, tag_field="kind", forbid_unknown_fields=True):
+    """Base of what a browser may say here."""
+
+
+class Listen(Inward, tag="listen"):
+    """What follows is speech: until `rest` (the button is held), or whatever the silences cut out of it (open)."""
+
+    mode: ListenMode
+    settings: dict[Annotated[str, msgspec.Meta(max_length=40)], bool | int | float] = {}  # of the track, as they are
+
+
+class Rest(Inward, tag="rest"):
+    """The button was let go, or the microphone closed."""
+
+
+AudioUp = Listen | Rest
+
+
+class Listening(Struct, tag_field="kind", tag="listening"):
+    """Whether words are read now, and why not."""
+
+    on: bool
+    why: str = ""
+
+
+class Transcript(Struct, tag_field="kind", tag="transcript"):
+    """Words that were heard, and what came of them."""
+
+    id: int
+    words: str  # "" where nothing was understood
+    final: bool  # false: a STOP before the sentence was over
+    accepted: bool
+    heard_as: str  # the command as it was understood, with its numbers; "" when refused
+    reason: str  # a sentence; "" when accepted
+    suggestions: list[str]
+    seconds: float  # of speech
+    delay_s: float  # from the end of the sound that it needed to this message
+    deed: int | None = None  # its row in the history
+
+
+AudioDown = Listening | Transcript

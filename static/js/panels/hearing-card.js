@@ -1,0 +1,103 @@
+// What is heard: where voices are around the robot, how sure that is, and what was made of their words.
+
+import { icon, make, mark, write } from "../element.js";
+import { SoundRose } from "../hear/sound-rose.js";
+import { degrees } from "../format.js";
+import { Panel } from "../panel.js";
+import * as api from "../api.js";
+
+/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../hear/talk.js").Transcript} Transcript */
+
+const MOST_LINES = 6;
+
+class HearingCard extends Panel {
+  #rose = new SoundRose();
+  #where = make("p", { class: "hearing-where" });
+  #listen = make("button", { type: "button", class: "toggle", "aria-pressed": "false" }, "Listen");
+  #lines = make("ol", { class: "transcripts", "aria-label": "What was heard", role: "log" });
+  #none = make("p", { class: "note" }, "Hold V and speak, or let the robot listen.");
+
+  /** @override */
+  build() {
+    this.classList.add("card");
+    this.setAttribute("role", "region");
+    this.setAttribute("aria-label", "Hearing");
+    this.append(
+      make(
+        "div",
+        { class: "card-head" },
+        make("h2", { class: "card-title" }, "What it hears"),
+        make("span", { class: "spring" }),
+        this.#listen,
+      ),
+      make("div", { class: "hearing" }, this.#rose, make("div", { class: "hearing-words" }, this.#where, this.#none, this.#lines)),
+    );
+    this.#listen.addEventListener("click", () => void this.#toggle());
+    this.session.on("transcript", (transcript) => this.#add(transcript));
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ state, hello, up, permission }) {
+    const ears = state?.ears ?? null;
+    this.hidden = hello?.robot.drives === false || (ears === null && this.#lines.childElementCount === 0);
+    if (this.hidden) return;
+    this.classList.toggle("is-old", !up);
+    mark(this.#rose, "hidden", ears === null);
+    this.#listen.hidden = ears === null;
+    this.#listen.disabled = !up || permission.may === "no";
+    mark(this.#listen, "aria-pressed", String(ears?.listening ?? false));
+    this.#rose.show(ears);
+    const [voice] = ears?.voices ?? [];
+    write(this.#where, voice ? told(voice) : ears?.listening ? "Listening; nobody speaks." : "");
+    this.#where.hidden = this.#where.textContent === "";
+  }
+
+  async #toggle() {
+    const on = this.#listen.getAttribute("aria-pressed") !== "true";
+    try {
+      await api.listen(on);
+    } catch (refusal) {
+      this.session.complain(refusal instanceof Error ? refusal.message : "That did not work.");
+    }
+  }
+
+  /** @param {Transcript} transcript */
+  #add({ words, accepted, heard_as, reason, final }) {
+    this.#none.hidden = true;
+    const said = accepted ? heard_as : words;
+    const line = make(
+      "li",
+      { class: "transcript", "data-state": accepted ? "accepted" : "refused" },
+      icon(accepted ? "done" : "refused"),
+      make(
+        "span",
+        {},
+        make("span", { class: "transcript-words" }, said ? `“${said}”` : "Not understood"),
+        reason && make("span", { class: "note" }, ` ${reason}`),
+        !final && make("span", { class: "note" }, " before the sentence was over"),
+      ),
+    );
+    this.#lines.prepend(line);
+    while (this.#lines.childElementCount > MOST_LINES) this.#lines.lastElementChild?.remove();
+    this.session.announce(accepted ? `Heard: ${heard_as}.` : `Heard, but refused. ${reason}`);
+  }
+}
+
+/**
+ * A voice's direction as people say it.
+ * @param {import("../wire.js").VoiceHeard} voice
+ */
+function told({ azimuth_rad, sd_rad, ambiguity }) {
+  const around = degrees(Math.abs(azimuth_rad), 0);
+  const ahead = Math.abs(azimuth_rad) < 0.15;
+  const behind = Math.abs(azimuth_rad) > Math.PI - 0.15;
+  const side = azimuth_rad > 0 ? "left" : "right";
+  const where = ahead ? "straight ahead" : behind ? "behind" : `${around} to the ${side}`;
+  return `A voice ${where}, ± ${degrees(2 * sd_rad, 0)}.${ambiguity ? ` ${ambiguity}` : ""}`;
+}
+
+customElements.define("hearing-card", HearingCard);

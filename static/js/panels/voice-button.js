@@ -1,0 +1,229 @@
+// Speaking to the robot: hold the button (or V) and talk; or leave the microphone open, and the pauses cut.
+
+import { icon, make, mark, redraw, write } from "../element.js";
+import { Microphone } from "../hear/microphone.js";
+import { Talk } from "../hear/talk.js";
+import { remember, remembered } from "../memory.js";
+import { Panel } from "../panel.js";
+import { popover } from "../popover.js";
+
+/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../hear/talk.js").Transcript} Transcript */
+
+const AFTER_MS = 180; // the sound on its way when the button is let go still belongs to it
+const OPEN_MS = 10 * 60 * 1000; // an open microphone closes by itself
+const REST_MS = 60 * 1000; // a microphone that nobody used is given back to the browser
+const FLOOR_DB = -60;
+
+const SWITCHES = /** @type {const} */ ([
+  ["echoCancellation", "Take echoes out", "for loudspeakers next to the microphone"],
+  ["noiseSuppression", "Take noise out", "for loud rooms; it costs consonants"],
+  ["autoGainControl", "Level automatically", "for quiet microphones"],
+]);
+
+export class VoiceButton extends Panel {
+  #icon = icon("microphone");
+  #ring = make("span", { class: "voice-ring", "aria-hidden": "true" });
+  #button = make(
+    "button",
+    { type: "button", class: "button voice", "aria-label": "Hold to talk", "aria-keyshortcuts": "V" },
+    this.#ring,
+    this.#icon,
+  );
+  #more = make("button", { type: "button", class: "voice-more", "aria-label": "Microphone" }, icon("chevron"));
+  #open = make("input", { type: "checkbox", class: "switch", id: "voice-open" });
+  #facts = make("p", { class: "note" });
+  #says = make("p", { class: "voice-says", role: "status" });
+  #panel = make(
+    "div",
+    { class: "voice-panel", role: "group", "aria-label": "Microphone" },
+    make("h2", { class: "card-title" }, "Microphone"),
+    make("p", { class: "note" }, "Hold the button or V, speak, let go. “Stop” is obeyed before the sentence is over."),
+    make("label", { class: "voice-row", for: "voice-open" }, this.#open, make("span", {}, "Leave it open: pauses end a sentence")),
+    ...SWITCHES.map(([name, says, why]) => this.#cleaner(name, says, why)),
+    this.#facts,
+  );
+  #microphone = new Microphone();
+  #talk = new Talk();
+  #held = false;
+  #listening = false;
+  #why = "";
+  #until = 0; // [ms] when an open microphone closes
+  #used = 0; // [ms]
+
+  /** @override */
+  build() {
+    this.append(this.#button, this.#more, this.#panel, this.#says);
+    popover(this.#more, this.#panel, { opened: () => this.#opened() });
+    this.#button.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0) return;
+      this.#button.setPointerCapture(event.pointerId);
+      this.hold(true);
+    });
+    for (const end of ["pointerup", "pointercancel", "lostpointercapture"])
+      this.#button.addEventListener(end, () => this.hold(false));
+    this.#button.addEventListener("contextmenu", (event) => event.preventDefault());
+    this.#button.addEventListener("keydown", (event) => {
+      if (event.key === "Enter" && !event.repeat) this.hold(true);
+    });
+    this.#button.addEventListener("keyup", (event) => event.key === "Enter" && this.hold(false));
+    this.#open.addEventListener("change", () => void this.#leaveOpen(this.#open.checked));
+    this.#microphone.changed = () => this.#draw();
+    this.#microphone.heard = (piece) => {
+      this.#talk.add(piece);
+      this.#level();
+    };
+    this.#talk.turned = (on, remark) => {
+      this.#listening = on;
+      if (remark) this.session.complain(remark);
+      this.#draw();
+    };
+    this.#talk.heard = (transcript) => this.session.transcribe(transcript);
+    this.#talk.ended = (why) => {
+      this.#held = this.#listening = false;
+      this.#open.checked = false;
+      this.#complain(why);
+    };
+    document.addEventListener("visibilitychange", () => {
+      if (document.visibilityState === "hidden") this.#close();
+    });
+    this.session.on("stopped", () => this.hold(false));
+    setInterval(() => this.#expire(performance.now()), 1000);
+    this.#draw();
+  }
+
+  /** @param {boolean} down */
+  hold(down) {
+    if (down === this.#held || this.#open.checked || this.hidden) return;
+    this.#held = down;
+    if (down) void this.#begin("held");
+    else setTimeout(() => !this.#held && this.#talk.rest(), AFTER_MS);
+    this.#draw();
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ hello, up }) {
+    this.hidden = hello?.robot.drives === false;
+    this.#button.disabled = !up;
+    if (!up && this.#held) this.hold(false);
+  }
+
+  /** @param {"held" | "open"} mode */
+  async #begin(mode) {
+    this.#why = "";
+    this.#used = performance.now();
+    this.#talk.open();
+    if (!(await this.#microphone.open(this.#cleaning()))) {
+      this.#held = this.#open.checked = false;
+      this.#complain(this.#microphone.why);
+      return;
+    }
+    if (mode === "held" && !this.#held) return; // let go while the browser asked
+    this.#talk.begin(mode, this.#microphone.settings);
+    this.#draw();
+  }
+
+  /** @param {boolean} open */
+  async #leaveOpen(open) {
+    this.#until = performance.now() + OPEN_MS;
+    if (open) await this.#begin("open");
+    else this.#close();
+    this.#draw();
+  }
+
+  #close() {
+    this.#held = this.#listening = false;
+    this.#open.checked = false;
+    this.#talk.rest();
+    this.#talk.close();
+    this.#microphone.close();
+  }
+
+  /** @param {number} now [ms] */
+  #expire(now) {
+    if (this.#held || this.#microphone.state !== "on") return;
+    if (this.#open.checked ? now > this.#until : now - this.#used > REST_MS) {
+      if (this.#open.checked) this.session.complain("The microphone was open for ten minutes and is closed now.");
+      this.#close();
+    }
+  }
+
+  #cleaning() {
+    const on = (/** @type {string} */ name) => remembered(`voice.${name}`, "false") === "true";
+    return {
+      echoCancellation: on("echoCancellation"),
+      noiseSuppression: on("noiseSuppression"),
+      autoGainControl: on("autoGainControl"),
+    };
+  }
+
+  /**
+   * @param {string} name
+   * @param {string} says
+   * @param {string} why
+   */
+  #cleaner(name, says, why) {
+    const box = make("input", { type: "checkbox", class: "switch", id: `voice-${name}` });
+    box.checked = remembered(`voice.${name}`, "false") === "true";
+    box.addEventListener("change", () => {
+      remember(`voice.${name}`, String(box.checked));
+      this.#close(); // taken up when it is opened next
+    });
+    return make(
+      "label",
+      { class: "voice-row", for: `voice-${name}` },
+      box,
+      make("span", {}, says, make("span", { class: "note" }, ` ${why}`)),
+    );
+  }
+
+  #opened() {
+    this.#talk.open(); // so that the first word finds a worker
+    this.#tellFacts();
+  }
+
+  #tellFacts() {
+    const { sampleRate, echoCancellation } = this.#microphone.settings;
+    const rate = typeof sampleRate === "number" ? `${sampleRate / 1000} kHz` : "";
+    write(
+      this.#facts,
+      this.#microphone.state === "on"
+        ? `On: ${[rate, echoCancellation ? "echoes taken out" : "sound untouched"].filter(Boolean).join(", ")}.`
+        : this.#microphone.why || "Off. The browser asks before it is used.",
+    );
+  }
+
+  /** @param {string} why */
+  #complain(why) {
+    this.#why = why;
+    if (why) this.session.announce(why);
+    this.#draw();
+  }
+
+  #level() {
+    const decibel = 20 * Math.log10(this.#microphone.level + 1e-6);
+    const part = Math.max(0, Math.min(1, 1 - decibel / FLOOR_DB));
+    this.#ring.style.setProperty("--level", part.toFixed(3));
+    mark(this.#button, "data-clipped", this.#microphone.peak > 0.99);
+  }
+
+  #draw() {
+    const { state } = this.#microphone;
+    const open = this.#open.checked;
+    const speaking = this.#held || open;
+    mark(this.#button, "data-state", state === "refused" || this.#why ? "refused" : speaking ? "on" : "off");
+    mark(this.#button, "aria-pressed", String(speaking));
+    redraw(this.#icon, state === "refused" ? "muted" : "microphone");
+    if (!speaking) this.#ring.style.setProperty("--level", "0");
+    const hint = state === "asking" ? "Allow the microphone in the browser…" : "Starting…";
+    const words = speaking ? (this.#listening && state === "on" ? (open ? "Open: say a command" : "Listening…") : hint) : "";
+    write(this.#says, this.#why || words);
+    mark(this.#says, "data-tone", this.#why ? "stale" : "live");
+    this.#says.hidden = !(this.#why || words);
+  }
+}
+
+customElements.define("voice-button", VoiceButton);

@@ -1,0 +1,86 @@
+"""Speaking to the robot: a browser with a recording instead of a microphone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+
+from core.log.sound_file import read_sound, write_wav
+from core.message import Array
+from core.sensors.microphones import Sound
+from core.speech.recognizer import at_16_khz
+from tests.browser.running_console import Running
+from tests.browser.visit import Visit
+
+Open = Callable[..., Visit]
+RATE = 16_000
+SOON, LONG = 30_000, 120_000  # [ms]
+PROSE = 12.0  # [s]
+
+REFUSE = """() => {
+  navigator.mediaDevices.getUserMedia = () => Promise.reject(new DOMException("no", "NotAllowedError"));
+}"""
+
+
+def said(shared: Path, *names: str) -> Array:
+    """Recordings one after another, with pauses."""
+    quiet = 2e-4 * np.random.default_rng(0).normal(size=2 * RATE)
+    parts = [quiet]
+    for name in names:
+        samples = at_16_khz(read_sound(shared / name)).samples[:, 0]
+        parts += [samples[: round(PROSE * RATE)] * 0.5 / np.abs(samples).max(), quiet]
+    return np.concatenate(parts)
+
+
+@pytest.fixture(scope="module")
+def chromium_flags(tmp_path_factory: pytest.TempPathFactory, shared_data: Path) -> list[str]:
+    spoken = said(
+        shared_data,
+        "speech_commands_tts/flite_slt_09.flac",
+        "speech_commands_tts/flite_slt_02.flac",
+        "speech_real/librivox_0870.flac",
+        "speech_commands_tts/flite_slt_01.flac",
+    )
+    file = tmp_path_factory.mktemp("voice") / "voice.wav"
+    write_wav(file, Sound(stamp=0.0, rate=RATE, samples=np.concatenate((spoken, np.zeros(300 * RATE)))[:, None]))
+    return [
+        "--disable-gpu",
+        "--use-fake-device-for-media-stream",
+        "--use-fake-ui-for-media-stream",
+        f"--use-file-for-fake-audio-capture={file}%noloop",
+    ]
+
+
+@pytest.mark.real_data
+def test_what_is_said_into_the_browser_is_obeyed_or_refused_in_words(visit: Open, console: Running) -> None:
+    here = visit()
+    before = [row["id"] for row in console.ask("api/commands/history")["commands"]]
+    here.page.get_by_role("button", name="Microphone", exact=True).click()
+    here.page.get_by_label("Leave it open").check(force=True)
+    heard = here.find("hearing-card .transcript")
+    expect(heard.filter(has_text="continue 2.5 meters")).to_have_attribute("data-state", "accepted", timeout=LONG)
+    expect(heard.filter(has_text="stop moving").first).to_have_attribute("data-state", "accepted", timeout=LONG)
+    expect(heard.filter(has_text="turn right")).to_have_attribute("data-state", "accepted", timeout=LONG)
+    rows = [row for row in console.ask("api/commands/history")["commands"] if row["id"] not in before]
+    obeyed = [row["name"] for row in reversed(rows) if row["state"] != "refused" and row["source"] == "voice"]
+    assert [name for at, name in enumerate(obeyed) if obeyed[at - 1 : at] != [name]] == [
+        "continue",
+        "stop_moving",
+        "turn_right",
+    ]
+    assert any(row["state"] == "refused" and row["source"] == "voice" for row in rows)
+    here.page.get_by_label("Leave it open").uncheck(force=True)
+    console.ask("api/stop", {})
+    console.ask("api/lease", {"do": "release"})
+    assert here.complaints == []
+
+
+def test_a_refused_microphone_is_told_in_words(visit: Open, shared_data: Path) -> None:
+    here = visit(before=lambda page: page.add_init_script(f"({REFUSE})()"))
+    button = here.page.get_by_role("button", name="Hold to talk")
+    button.dispatch_event("pointerdown", {"button": 0, "pointerId": 1})
+    expect(here.find(".voice-says")).to_contain_text("refused. Allow it", timeout=SOON)
