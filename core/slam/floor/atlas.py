@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from core.geometry import Pose
+from core.geometry import Pose, wrap_all
 from core.message import Array
 from core.slam.floor.closure import Bond, Link, inverted
 from core.slam.floor.keyframe import Keyframe
@@ -16,6 +16,7 @@ from core.slam.floor.pose_graph import Edge, compose_covariance, marginal
 from core.slam.floor.submap import Submap
 from core.slam.motion import Increment
 
+BENT = 0.1  # [m], [rad] that a view must have moved for that
 LONG = 400  # views: a longer way is told without its covariance's every step
 
 
@@ -28,9 +29,11 @@ class Atlas:
         self.poses: list[Pose] = []  # world, one per view
         self.driven: list[Increment] = []  # from every view to the next one
         self.tied: list[Edge] = []  # from submaps' anchors to their views, as the filters have it
+        self._between: dict[tuple[int, int], Bond] = {}
         self.aligned: dict[tuple[int, int], Edge] = {}  # views laid on each other
         self.bonds: list[Bond] = []
         self.revision = 0
+        self.bends = 0  # revisions that have moved anything so far that a second look is worth it
 
     def add(self, view: Keyframe, driven: Increment | None, tie: Edge | None, pose: Pose) -> None:
         """A new view at a world pose; `driven` from the newest one, `tie` from an anchor."""
@@ -47,11 +50,11 @@ class Atlas:
         anchor = self.submaps[submap].anchor
         return self.poses[anchor.id] @ anchor.local.inverse()
 
-    def edges(self, links: Iterable[Link] = ()) -> list[Edge]:
-        """Everything that holds the views together, and these links."""
+    def edges(self, links: Iterable[Link] = (), fine: bool = True) -> list[Edge]:
+        """Everything that holds the views together, and these links; `fine`: those of alignments too."""
         way = [Edge(k, k + 1, move.pose, move.covariance) for k, move in enumerate(self.driven)]
-        fine = [edge for (a, b), edge in self.aligned.items() if self.connected(a, b)]
-        return way + self.tied + fine + [link.edge for link in links]
+        aligned = [edge for (a, b), edge in self.aligned.items() if self.connected(a, b)] if fine else []
+        return way + self.tied + aligned + [link.edge for link in links]
 
     def connected(self, a: int, b: int) -> bool:
         """Whether two views are known to lie where the map has them beside each other."""
@@ -83,7 +86,7 @@ class Atlas:
 
     def ways_from(self, view: int) -> Array:
         """Length [m] of the shortest way to every view (N,) along what holds the views together."""
-        edges = self.edges(self.links())
+        edges = self.edges(self.links(), fine=False)
         lengths = [max(0.01, float(np.hypot(edge.move.x, edge.move.y))) for edge in edges]
         for number, edge in enumerate(edges):
             if edge.doubted:
@@ -111,12 +114,17 @@ class Atlas:
 
     def bond_between(self, one: int, other: int) -> Bond | None:
         """The bond between two submaps, if there is one."""
-        ends = min(one, other), max(one, other)
-        return next((bond for bond in self.bonds if (bond.older, bond.newer) == ends), None)
+        if len(self._between) != len(self.bonds):
+            self._between = {(bond.older, bond.newer): bond for bond in self.bonds}
+        return self._between.get((min(one, other), max(one, other)))
 
     def revise(self, poses: Array, count: int) -> None:
         """New world poses (count, 3) of the first views; the later ones follow the last of these."""
         follow = Pose(*poses[-1].tolist()) @ self.poses[count - 1].inverse()
         later = [follow @ pose for pose in self.poses[count:]]
+        moved = poses - self.pose_array()[:count]
+        self.bends += bool(
+            np.hypot(moved[:, 0], moved[:, 1]).max() > BENT or np.abs(wrap_all(moved[:, 2])).max() > BENT
+        )
         self.poses = [Pose(*row) for row in poses.tolist()] + later
         self.revision += 1

@@ -26,6 +26,7 @@ from core.slam.motion import Increment, WheelTrack
 from core.slam.occupancy import Grid
 from core.slam.view import View
 
+LATER = 5.0  # pieces of work that a frame with a scan leaves to the frames after it
 NO_POINTS = np.zeros((0, 2))
 
 
@@ -97,7 +98,7 @@ class Floor:
         if ends is not None and hits is not None:
             self._map(frame.stamp, ends, hits)
         self._find_back(frame.stamp, step, ends, hits)
-        self._work(frame.stamp)
+        self._work(frame.stamp, busy=ends is not None)
         return self.estimate
 
     @property
@@ -235,16 +236,17 @@ class Floor:
             self.rooms.seat(found.pose, found.covariance)
             self._tracker.around(self.rooms.points_around())
 
-    def _work(self, stamp: float) -> None:
-        """Pieces of work for the time that has passed."""
+    def _work(self, stamp: float, busy: bool) -> None:
+        """Pieces of work for the time that has passed; after a `busy` frame they wait a little."""
         elapsed = 0.0 if self._stamp is None else max(0.0, stamp - self._stamp)
         self._stamp = stamp
         settings = self.parts.floor
         self._owed = min(self._owed + elapsed * settings.pieces, settings.most_pieces)
-        pieces = int(self._owed)
+        pieces = 0 if busy and self._owed < LATER else int(self._owed)
         self._owed -= pieces
-        self._mosaic.work(self.rooms.active.id, 1)
-        self._surveyor.work(pieces)
+        if pieces:
+            self._mosaic.work(self.rooms.active.id, 1)
+            self._surveyor.work(pieces)
         self._settle()
 
     def _settle(self) -> None:

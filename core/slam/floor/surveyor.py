@@ -38,7 +38,7 @@ class Surveyor:
     def __init__(self, atlas: Atlas, matching: MatchingSettings, settings: ClosureSettings) -> None:
         self._atlas, self._matching, self.settings = atlas, matching, settings
         self._waiting: deque[int] = deque()  # views to be looked at
-        self._looked: dict[int, int] = {}  # view → revision of the atlas when it was looked at
+        self._looked: dict[int, int] = {}  # view → bends of the atlas when it was looked at
         self._tried: dict[tuple[int, int], Pose] = {}  # view, submap → where in it the view was searched
         self._places: dict[tuple[int, int, int], Place] = {}
         self._ready: dict[int, Walls] = {}
@@ -120,15 +120,15 @@ class Surveyor:
 
     def _second_look(self) -> int | None:
         """The newest view that was looked at on an older map and has found nothing since."""
-        revision = self._atlas.revision
+        bends = self._atlas.bends
         for view in range(len(self._atlas.views) - 1, -1, -1):
-            if self._looked.get(view, -1) < revision:
+            if self._looked.get(view, -1) < bends:
                 return view
         return None
 
     def _look(self, number: int) -> Generator[None, None, None]:
         """Search one view in the submaps around it."""
-        self._looked[number] = self._atlas.revision
+        self._looked[number] = self._atlas.bends
         view = self._atlas.views[number]
         bases = self._bases(view)
         ways = self._atlas.ways_from(number) if bases else None

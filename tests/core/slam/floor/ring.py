@@ -20,7 +20,7 @@ from core.world import world_named
 LASER = Laser(beams=341, angle_step=2 * np.pi / 512, time_step=0.0, rate=5.0)
 RING = ((11.7, -0.1), (11.7, 7.5), (-2.1, 7.5), (-2.1, -0.1), (2.0, -0.1))  # [m], world: the middle of the corridors
 STEP, TURN, PERIOD = 0.2, math.radians(12), 0.4  # [m], [rad], [s] from scan to scan
-SCALE, BEND = 1.01, math.radians(0.25)  # what the wheels make of a metre: its length, and a turn [rad]
+SCALE, BEND = 1.01, math.radians(0.5)  # what the wheels make of a metre: its length, and a turn [rad]
 
 
 @dataclass(frozen=True)
