@@ -1,0 +1,120 @@
+"""Accuracy and time on logs of sightings, MRPT's kf-slam run beside ours: `python -m tests.benchmarks.slam_peers`.
+
+The five robots of MRCLAM 6 and the corridor loop, identities given and hidden, each log with the noise that its
+reader tells. Error: RMS of the position at the times of sightings, after the rigid motion that fits best for both
+(kf-slam does not start before its first landmark). Time: processor seconds for ours, the span between its answers for
+MRPT. Real time: how many times faster than the log was recorded.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from core.log import Ids, SightingRecording, open_log
+from core.message import Array
+from core.slam.ekf import EkfSlam
+from tests.benchmarks import mrpt
+from tests.benchmarks.log_scores import CORRIDOR, ROBOTS, aligned, true_poses
+
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
+Row = dict[str, float | str]
+
+
+def ours(recording: SightingRecording, truth: Array) -> Row:
+    """Our filter on a log."""
+    slam, places, spent = EkfSlam(), [], []
+    for step in recording:
+        began = time.process_time()
+        slam.advance(step.increment)
+        slam.see(step.sightings)
+        spent.append(time.process_time() - began)
+        places.append((slam.filter.pose.x, slam.filter.pose.y))
+    return told(np.array(places), truth, len(slam.landmarks), np.array(spent), recording.duration)
+
+
+def theirs(recording: SightingRecording, truth: Array, limit: float) -> Row:
+    """MRPT's on the same sightings, at most `limit` [s]."""
+    first = next(step.sightings[0] for step in recording if step.sightings)
+    range_sd, bearing_sd = np.sqrt(np.diag(first.covariance)).tolist()
+    steps = [
+        mrpt.Seen(
+            step.increment.pose,
+            step.increment.covariance,
+            np.array(
+                [(mrpt.NOBODY if one.id is None else one.id, one.range, one.bearing) for one in step.sightings]
+            ).reshape(-1, 3),
+            recording.range_max,
+            recording.half_field,
+        )
+        for step in recording
+    ]
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            answer = mrpt.run(steps, Path(folder), (range_sd, bearing_sd), limit=limit)
+    except subprocess.TimeoutExpired:
+        return {"failed": f"not done after {limit:.0f} s"}
+    except RuntimeError as trouble:
+        return {"failed": str(trouble)}
+    done = len(answer.poses)
+    row = told(answer.poses[:, :2], truth[:done], int(answer.landmarks[-1]), answer.seconds[1:], recording.duration)
+    return row if done == len(steps) else row | {"answers": f"{done} of {len(steps)}"}
+
+
+def told(places: Array, truth: Array, landmarks: int, spent: Array, duration: float) -> Row:
+    """Places and truth (K, 2) [m], seconds of the updates, duration of the log [s] → the figures."""
+    off = aligned(places, truth) - truth
+    return {
+        "error_m": round(math.sqrt(float(np.mean(np.sum(off**2, axis=1)))), 3),
+        "landmarks": landmarks,
+        "ms_mean": round(1000 * float(spent.mean()), 2),
+        "ms_p99": round(1000 * float(np.percentile(spent, 99)), 2),
+        "times_real_time": round(duration / float(spent.sum())),
+    }
+
+
+def main() -> None:
+    """Print a line for every log and filter, and the medians over the robots."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, default=DATA, help="the folder with mrclam6 and corridor-loop")
+    parser.add_argument("--limit", type=float, default=600.0, help="[s] that MRPT may take for one log")
+    chosen = parser.parse_args()
+    if not chosen.data.is_dir():
+        sys.stdout.write(
+            f"The logs are not here: {chosen.data.name}/ is expected in shared/ beside the repository.\n"
+        )
+        return
+    choices: tuple[Ids, ...] = ("given", "hidden")
+    for ids in choices:
+        errors: dict[str, list[float]] = {"ours": [], "mrpt": []}
+        for log in (*ROBOTS, CORRIDOR):
+            recording = open_log(chosen.data / log, ids=ids)
+            assert isinstance(recording, SightingRecording)
+            truth = np.array([(pose.x, pose.y) for pose in true_poses(chosen.data, log, recording)[0]])
+            rows = {"ours": ours(recording, truth)}
+            if mrpt.installed():
+                rows["mrpt"] = theirs(recording, truth, chosen.limit)
+            for who, row in rows.items():
+                sys.stdout.write(f"{log}, ids {ids}, {who}: {json.dumps(row)}\n")
+                sys.stdout.flush()
+                if log != CORRIDOR and isinstance(row.get("error_m"), float):
+                    errors[who].append(float(row["error_m"]))
+        for who, each in errors.items():
+            if each:
+                sys.stdout.write(
+                    f"mrclam6, ids {ids}, {who}: median {np.median(each):.3f}, worst {max(each):.3f} m\n"
+                )
+    if not mrpt.installed():
+        sys.stdout.write(mrpt.ABSENT + "\n")
+
+
+if __name__ == "__main__":
+    main()
