@@ -6,16 +6,19 @@
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from pathlib import Path
 
 import cv2
 import numpy as np
 
+from core.experiments.offline import slam_log
 from core.geometry import Pose, wrap
 from core.log import logged_stamp
 from tests.conftest import REPOSITORY
 
+SHORT = 2.0  # [s]: what lies between scans, relations as short as this hardly depend on the map
 FOLDER = REPOSITORY.parent / "shared" / "data" / "intel-lab"
 
 
@@ -61,8 +64,9 @@ def told(name: str, found: np.ndarray) -> str:
     """One line of the table."""
     way, turn = found[:, 0], np.degrees(found[:, 1])
     return (
-        f"{name:10s} {way.mean():.4f} ± {way.std():.4f} m (median {np.median(way):.4f}, 99 % {np.quantile(way, 0.99):.3f})"
-        f"   {turn.mean():.2f} ± {turn.std():.2f}° (median {np.median(turn):.2f})"
+        f"{name:9s} {way.mean():.4f} ± {way.std():.4f} m "
+        f"(median {np.median(way):.4f}, 99 % {np.quantile(way, 0.99):.3f})"
+        f"  {turn.mean():.2f} ± {turn.std():.2f}° (median {np.median(turn):.2f})\n"
     )
 
 
@@ -73,22 +77,23 @@ def picture(log_odds: np.ndarray) -> np.ndarray:
 
 def main() -> None:
     """Run the log through the same door as `beckon slam`, and score it."""
-    from core.experiments.offline import slam_log
-
     options = argparse.ArgumentParser()
     options.add_argument("--picture", type=Path)
     asked = options.parse_args()
+    if not FOLDER.is_dir():
+        sys.stdout.write("The recording is not here; shared/data/intel-lab is expected beside the repository.\n")
+        return
     with np.load(FOLDER / "intel.npz") as archive:
-        print(told("GMapping", errors(FOLDER, archive["t"], archive["pose_gmapping"])))
+        sys.stdout.write(told("GMapping", errors(FOLDER, archive["t"], archive["pose_gmapping"])))
     start = time.process_time()
     result = slam_log(FOLDER / "intel.npz")
-    took = time.process_time() - start
+    took, lasted = time.process_time() - start, result.recording.duration
     stamps = np.array([logged_stamp(scan) for scan in result.recording.scans])
-    poses = np.array([pose.vector for pose in result.poses])
-    print(told("Beckon", errors(FOLDER, stamps, poses)))
-    print(
-        f"{took:.1f} s of processor for {result.recording.duration:.0f} s: {result.recording.duration / took:.0f} x real time"
-    )
+    found = errors(FOLDER, stamps, np.array([pose.vector for pose in result.poses]))
+    sys.stdout.write(told("Beckon", found))
+    short = np.abs(np.subtract(*read_relations(FOLDER)[:, :2].T)) < SHORT
+    sys.stdout.write(told(" < 2 s", found[short]) + told(" > 2 s", found[~short]))
+    sys.stdout.write(f"{took:.1f} s of processor for {lasted:.0f} s: {lasted / took:.0f} x real time\n")
     if asked.picture is not None and result.grid is not None:
         cv2.imwrite(str(asked.picture), picture(result.grid.log_odds))
 
