@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from console import sight_portrait, wire
+from console import hearing_portrait, sight_portrait, wire
 from console.floor_portrait import accuracy, floor
 from console.lease import Lease
 from core.gate.status import GateStatus
@@ -17,7 +17,7 @@ from core.robots import Profile
 from core.slam.consistency import faded_band
 from core.slam.ekf import FADE
 from core.slam.estimate import Estimate, Landmark
-from core.snapshot import CameraView, Notice, Snapshot, Undertaking, VoiceDirection
+from core.snapshot import CameraView, Notice, Snapshot, Undertaking
 
 Link = Literal["connecting", "live", "stale", "lost"]
 
@@ -54,8 +54,8 @@ def draw(snapshot: Snapshot, around: Circumstances, seq: int) -> wire.State:
         slam=slam(snapshot, around.pace[1]),
         floor=floor(snapshot.floor),
         map=around.map,
-        direction=direction(snapshot),
-        ears=ears(snapshot),
+        direction=hearing_portrait.direction(snapshot.hearing, around.profile.camera),
+        ears=hearing_portrait.ears(snapshot.hearing, around.profile.camera),
         goal=None if goal is None else wire.Place(near(goal[0]), near(goal[1])),
         path=[(x, y) for x, y in rounded(snapshot.path, 3)],
         command=None if snapshot.undertaking is None else command(snapshot.undertaking),
@@ -148,39 +148,6 @@ def camera(view: CameraView) -> wire.CameraOverlay:
     laser = [(u, v, distance) for u, v, distance in rounded(view.laser, 2)]
     quality = sight_portrait.quality(view.quality)
     return wire.CameraOverlay(view.stamp, view.width, view.height, edges, laser, quality)
-
-
-def direction(snapshot: Snapshot) -> wire.VoiceHeard | None:
-    """The voice that was heard last."""
-    voices = snapshot.hearing.voices if snapshot.hearing is not None else ()
-    return voice(voices[0]) if voices else None
-
-
-def ears(snapshot: Snapshot) -> wire.Ears | None:
-    """What the robot's ears make of the sound."""
-    told = snapshot.hearing
-    if told is None:
-        return None
-    level = None if told.level_db is None else round(told.level_db, 1)
-    return wire.Ears(told.listening, told.speaking, level, [voice(one) for one in told.voices])
-
-
-def voice(told: VoiceDirection) -> wire.VoiceHeard:
-    """Where somebody speaks."""
-    x, y = told.heard_at.tolist()
-    return wire.VoiceHeard(
-        id=told.id,
-        azimuth_rad=near(told.azimuth),
-        azimuth_world_rad=near(told.azimuth_world),
-        sd_rad=near(told.sd),
-        sd_heard_rad=near(told.sd_heard),
-        elevation_rad=None if told.elevation is None else near(told.elevation),
-        ambiguity=told.ambiguity,
-        strength=near(told.strength),
-        age_s=round(told.age, 3),
-        x_m=near(x),
-        y_m=near(y),
-    )
 
 
 def robot(snapshot: Snapshot, around: Circumstances) -> wire.RobotState:

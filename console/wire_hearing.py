@@ -21,6 +21,9 @@ class VoiceHeard(Struct):
     age_s: float
     x_m: float  # where the robot was when it heard it, in the world frame
     y_m: float
+    columns_px: (
+        tuple[float, float, float] | None
+    )  # in the picture: left bound, middle, right bound; null: not in view
 
 
 class Ears(Struct):

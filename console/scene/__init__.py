@@ -34,6 +34,7 @@ from console.scene.robot import RobotBody
 from console.scene.scan import ScanPoints
 from console.scene.submaps import Submaps
 from console.scene.trail import Trail
+from console.scene.voices import Voices
 from console.sockets import Sockets, TooMany
 from core.errors import Unavailable
 from core.robots import Profile
@@ -67,6 +68,7 @@ OVERLAYS: tuple[type[Overlay], ...] = (
     Closures,
     Candidates,
     PoseEllipse,
+    Voices,
     Plan,
     RobotBody,
 )

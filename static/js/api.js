@@ -93,4 +93,4 @@ export const history = async () => (await call(`api/commands/history?limit=${HIS
  * What to show of a row, and to say again.
  * @param {HistoryRow} row
  */
-export const wordsOf = (row) => row.heard_as || row.words;
+export const wordsOf = (row) => row.heard_as || row.words || "Speech";

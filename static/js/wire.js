@@ -229,6 +229,7 @@ export const CAMERA_HEADER_BYTES = 16;
  * @property {number} age_s
  * @property {number} x_m
  * @property {number} y_m
+ * @property {[number, number, number] | null} columns_px
  */
 
 /**

@@ -78,7 +78,7 @@ class CameraView extends Panel {
     write(this.#age, `${age(old)} old`);
     this.#scale.hidden = !pressed(this.#laser) || !seen;
     this.#quality.show(seen ? state : null);
-    this.#draw(state?.camera ?? null);
+    this.#draw(state?.camera ?? null, state?.ears?.voices[0] ?? null);
   }
 
   /** @param {Picture} picture */
@@ -99,14 +99,17 @@ class CameraView extends Panel {
     }
   }
 
-  /** @param {CameraOverlay | null} overlay */
-  #draw(overlay) {
+  /**
+   * @param {CameraOverlay | null} overlay
+   * @param {import("../wire.js").VoiceHeard | null} voice
+   */
+  #draw(overlay, voice) {
     const picture = this.#picture;
     const width = this.#canvas.clientWidth;
     if (!picture || !width) return;
     const fits = overlay && Math.abs(overlay.stamp_s - this.#pictureStamp) < APART_S ? overlay : null;
     const [edges, laser] = [pressed(this.#edges), pressed(this.#laser)];
-    const drawn = [this.#pictureStamp, fits?.stamp_s, edges, laser, width, devicePixelRatio].join();
+    const drawn = [this.#pictureStamp, fits?.stamp_s, edges, laser, width, devicePixelRatio, voice?.columns_px].join();
     if (drawn === this.#drawn) return;
     this.#drawn = drawn;
 
@@ -123,6 +126,7 @@ class CameraView extends Panel {
     const scale = across / fits.width;
     if (laser) drawLaser(brush, fits, scale);
     if (edges) drawEdges(brush, fits, scale);
+    if (voice?.columns_px) drawVoice(brush, voice.columns_px, down, scale);
   }
 }
 
@@ -159,6 +163,20 @@ function drawEdges(brush, overlay, scale) {
     brush.stroke(path);
   }
   brush.setLineDash([]);
+}
+
+/**
+ * Where somebody speaks: a line, and the band that it lies in with 95 %.
+ * @param {CanvasRenderingContext2D} brush
+ * @param {[number, number, number]} columns [pixel] left bound, middle, right bound
+ * @param {number} down canvas pixels
+ * @param {number} scale canvas pixels per picture pixel
+ */
+function drawVoice(brush, [left, middle, right], down, scale) {
+  brush.fillStyle = "rgb(214 84 190 / 0.22)";
+  brush.fillRect(left * scale, 0, (right - left) * scale, down);
+  brush.fillStyle = "rgb(240 138 232)";
+  brush.fillRect((middle + 0.5) * scale - 1, 0, 2, down);
 }
 
 /**

@@ -27,6 +27,7 @@ const LAYERS = [
   ["closure", "Closure", "A place that was recognised: an arch from one view of it to the other; broken when undone"],
   ["room", "Room", "The map is made of rooms; the blue one is the one the robot is in"],
   ["scan", "Laser", "The newest sweep"],
+  ["voice", "Voice", "From where somebody spoke, two standard deviations wide"],
   ["plan", "Way and goal", "Where the robot is going"],
   ["wall", "Wall", "Seen occupied"],
   ["free", "Free floor", "Seen free; what is not drawn is unknown"],
