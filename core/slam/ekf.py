@@ -13,47 +13,36 @@ from core.geometry import Pose
 from core.message import Array
 from core.perception.landmarks import Sighting
 from core.sensors import Laser, SensorFrame
-from core.slam.association import Assignment, associate
+from core.slam.association import Assignment
 from core.slam.consistency import squared_error
 from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
 from core.slam.filter import Filter, Innovation
 from core.slam.invariant import InvariantFilter
 from core.slam.life import LandmarkTable, LifeSettings
+from core.slam.look import Look
 from core.slam.motion import Increment, MotionSettings, WheelTrack
 from core.slam.paper import PaperFilter
+from core.slam.recognition import RecognitionSettings, recognise
 from core.slam.robust import SlipSettings, displaced, oddness, trust, with_noise
-from core.slam.sighting_model import place_of, squared_distance, surprise
+from core.slam.sighting_model import place_of, squared_distance
+from core.slam.usual import Usual
 from core.slam.view import View
 
 FORMS: dict[str, type[Filter]] = {"invariant": InvariantFilter, "paper": PaperFilter}
 FADE = 0.98  # memory of the running NIS, per sighting
-Fate = Literal["matched", "tentative", "new", "ignored"]
-
-
-@dataclass
-class Look:
-    """One scan's sightings beside what the filter expected of every landmark."""
-
-    seen: tuple[Sighting, ...]
-    readings: Array  # (M, 2) range [m], bearing [rad]
-    noises: Array  # (M, 2, 2)
-    expectations: Array  # (N, 2)
-    states: Array  # (N, 2, 2): covariance of the expectation, without the sensor's noise
-    fates: list[tuple[Fate, int | None]]
 
 
 @dataclass(frozen=True)
-class EkfSettings(LifeSettings, SlipSettings):
+class EkfSettings(LifeSettings, RecognitionSettings, SlipSettings):
     """The estimator."""
 
     mode: Literal["invariant", "paper"] = "invariant"
     sighting_noise: Literal["corner", "paper"] = "corner"  # every corner's own covariance, or R of eq. 43
     range_sd: float = 0.08  # [m] (eq. 43)
     bearing_sd: float = math.radians(1)  # [rad] (eq. 43)
-    gate: float = 13.8  # chi-square, 2 degrees of freedom, 99.9 %: a match is nearer
-    fresh: float = 25.0  # a new landmark is farther from all
-    margin: float = 2.0  # an assignment that another one comes this close to is doubtful
-    soft_gate: float = 4.0  # squared distance from which a sighting is trusted less; 0: never
+    soft_gate: float = 2.0  # squared distance from which a sighting is trusted less; 0: never
+    soft_memory: int = 80  # sightings that tell how much has been usual of late
+    soft_slack: float = 2.0  # times what the filter promises that is still usual; beyond, the soft gate widens
     double: float = 5.99  # chi-square, 95 %: landmarks nearer than this may be one
     double_reach: float = 0.25  # [m]
     still_scans: int = 10  # scans taken at rest before the first move
@@ -79,6 +68,7 @@ class EkfSlam:
         self._looked = 0  # scans at rest in all
         self._updates = 0
         self._nis: float | None = None
+        self._usual = Usual(self.settings.soft_memory, self.settings.soft_slack)
         self._slipped = False  # by the newest sightings
 
     def update(
@@ -190,14 +180,7 @@ class EkfSlam:
         """Sightings → landmarks: by their identities where these are known, else by distance."""
         if any(sighting.id is not None for sighting in look.seen):
             return self._by_identity(look)
-        if not look.seen or not self.table.rows:
-            return Assignment((), tuple(range(len(look.seen))))
-        distances, sizes = squared_distance(
-            surprise(look.readings[:, None], look.expectations[None]), look.states[None] + look.noises[:, None]
-        )
-        alike = self.table.alike(look.seen, self.filter.pose.heading)
-        limits = self.settings
-        return associate(distances, sizes, alike, gate=limits.gate, fresh=limits.fresh, margin=limits.margin)
+        return recognise(look, self.filter, self.table, self.settings)
 
     def _by_identity(self, look: Look) -> Assignment:
         known = {row.identity: index for index, row in enumerate(self.table.rows)}
@@ -228,7 +211,8 @@ class EkfSlam:
             total = with_noise(innovation.state, noises)
             odd = oddness(total, innovation.surprises)
         if self.settings.soft_gate > 0:
-            weights = trust(total, noises, innovation.surprises, odd, self.settings.soft_gate)
+            wider = self._usual.factor if len(rows) < self.settings.slip_fewest else 1.0
+            weights = trust(total, noises, innovation.surprises, odd, wider * self.settings.soft_gate)
             total = with_noise(total, (weights - 1.0)[:, None, None] * noises)
         self.filter.take_in(innovation, total)
 
@@ -236,7 +220,10 @@ class EkfSlam:
         """The running NIS: every sighting by its own covariance, before anything is softened."""
         count = len(noises)
         own = innovation.state.reshape(count, 2, count, 2)[np.arange(count), :, np.arange(count), :]
-        for distance in squared_distance(innovation.surprises, own + noises)[0].tolist():
+        distances = squared_distance(innovation.surprises, own + noises)[0].tolist()
+        if count < self.settings.slip_fewest:  # more of them tell by each other whether it is the robot that errs
+            self._usual.note(distances)
+        for distance in distances:
             self._nis = distance / 2 if self._nis is None else FADE * self._nis + (1 - FADE) * distance / 2
 
     def _notice_slip(self, indices: Array, innovation: Innovation, total: Array, odd: Array) -> bool:
@@ -277,16 +264,19 @@ class EkfSlam:
     def _join_doubles(self, assignment: Assignment) -> None:
         """Two landmarks that are one become one; two that were seen at once never will."""
         hit = [index for _, index in assignment.matches]
-        places = self.filter.places
-        for a in hit:
-            near = np.flatnonzero(np.hypot(*(places - places[a]).T) < self.settings.double_reach)
-            for b in (int(other) for other in near if other != a):
-                if b in hit:
-                    self.table.part(a, b)
-                elif self.table.may_be_doubles(a, b) and self._coincide(a, b):
-                    self.filter.join(min(a, b), max(a, b))
-                    self.table.join(min(a, b), max(a, b))
-                    return
+        if not hit:
+            return
+        off = self.filter.places - self.filter.places[hit][:, None]
+        near = np.einsum("hnk,hnk->hn", off, off) < self.settings.double_reach**2
+        near[np.arange(len(hit)), hit] = False
+        for row, b in np.argwhere(near).tolist():
+            a = hit[row]
+            if b in hit:
+                self.table.part(a, b)
+            elif self.table.may_be_doubles(a, b) and self._coincide(a, b):
+                self.filter.join(min(a, b), max(a, b))
+                self.table.join(min(a, b), max(a, b))
+                return
 
     def _coincide(self, a: int, b: int) -> bool:
         difference, spread = self.filter.apart(a, b)

@@ -1,0 +1,79 @@
+"""Which landmark a sighting is of, when nobody says: one by one where that is clear, together where it is not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.message import Array
+from core.slam.association import Assignment, associate
+from core.slam.filter import Filter
+from core.slam.joint import Candidates, Pairs
+from core.slam.life import LandmarkTable
+from core.slam.look import Look
+from core.slam.sighting_model import squared_distance, surprise
+
+
+@dataclass(frozen=True)
+class RecognitionSettings:
+    """How near is near enough, and how clear is clear enough."""
+
+    gate: float = 16.0  # chi-square, 2 degrees of freedom, 99.97 %: a match is nearer
+    fresh: float = 25.0  # a new landmark is farther from all
+    margin: float = 2.0  # an assignment that another one comes this close to is doubtful
+    joint_nodes: int = 300  # branches of one scan's assignments that are looked at, at most; 0: each sighting alone
+
+
+def recognise(look: Look, state: Filter, table: LandmarkTable, settings: RecognitionSettings) -> Assignment:
+    """Sightings → landmarks. Believed ones come first; what fits none of them may be one on probation."""
+    if not look.seen or not table.rows:
+        return Assignment((), tuple(range(len(look.seen))))
+    distances, sizes = squared_distance(
+        surprise(look.readings[:, None], look.expectations[None]), look.states[None] + look.noises[:, None]
+    )
+    alike = table.alike(look.seen, state.pose.heading)
+    believed = np.array([not row.tentative for row in table.rows])
+    near = alike & (distances < settings.gate)
+    others = ~(near & believed).any(axis=1)[:, None] & ~believed
+
+    def choose(allowed: Array) -> Pairs:
+        if not (near & allowed).any():
+            return ()
+        alone = associate(distances, sizes, allowed, gate=settings.gate, fresh=settings.fresh, margin=settings.margin)
+        return _together(look, state, near & allowed, settings, alone.matches)
+
+    far = np.where(alike, distances > settings.fresh, distances > settings.gate).all(axis=1)
+    matches = (*choose(alike & believed), *choose(alike & others))
+    return Assignment(matches, tuple(np.flatnonzero(far).tolist()))
+
+
+def _together(look: Look, state: Filter, allowed: Array, settings: RecognitionSettings, alone: Pairs) -> Pairs:
+    """The pairs that the sightings agree on together, where one by one there is a choice; else those chosen alone."""
+    columns = np.flatnonzero(allowed.any(axis=0))
+    contested = (allowed.sum(axis=1) > 1).any() or (allowed.sum(axis=0) > 1).any()
+    if settings.joint_nodes == 0 or not (contested or _crowded(state, columns)):
+        return alone
+    candidates = Candidates(
+        surprises=surprise(look.readings[:, None], look.expectations[None, columns]),
+        states=state.innovate(columns, look.expectations[columns]).state,
+        noises=look.noises,
+        allowed=allowed[:, columns],
+    )
+    joint = candidates.assign(gate=settings.gate, margin=settings.margin, nodes=settings.joint_nodes)
+    return alone if joint is None else tuple((row, int(columns[column])) for row, column in joint)
+
+
+def _crowded(state: Filter, columns: Array) -> bool:
+    """Whether the robot knows its place less well than to half the way from a landmark to its neighbour."""
+    if len(columns) < 2:
+        return False
+    covariance = state.pose_covariance()
+    unsure = 2 * math.sqrt(covariance[0, 0] + covariance[1, 1])
+    for column in columns:
+        away = np.hypot(*(state.places - state.places[column]).T)
+        away[column] = math.inf
+        if unsure > away.min():
+            return True
+    return False
