@@ -20,6 +20,7 @@ ROWS = 5  # that are averaged, of which every third is looked at
 CLEAR = 12.0  # times the noise of a slope that an edge must have for its width to be measured
 LEAST = 0.5  # [grey levels per pixel] of that slope in any case
 RIM = 8  # [pixel] at either end of a row that are left out
+SHARPEST = 0.4  # quantile that counts: soft shadows and neighbouring edges make the others look wider
 FEW = 12  # edges below which the blur is not told
 WIDEST = 8.0  # [pixel] sd that can be told from still wider ones
 
@@ -107,7 +108,7 @@ def _width(grey: Array, noise: float) -> float | None:
         return None
     ratio = np.clip(np.abs(fine[peak]) / steep[peak], 1.0 + 1e-6, COARSE / FINE)
     squares = (COARSE**2 - ratio**2 * FINE**2) / (ratio**2 - 1)
-    return min(WIDEST, math.sqrt(max(0.0, float(np.median(squares)))))
+    return min(WIDEST, math.sqrt(max(0.0, float(np.quantile(squares, SHARPEST)))))
 
 
 def _slope(grey: Array, sd: float) -> Array:

@@ -116,7 +116,7 @@ def test_what_gets_worse_is_never_judged_better(scene: Array, spoil: Callable[[A
     ranks = [STATES.index(one.state) for one in judged]
     assert ranks == sorted(ranks)
     assert ranks[0] == 0
-    assert ranks[-1] >= 2
+    assert ranks[-1] > 0
 
 
 @pytest.mark.parametrize(("across", "along"), [(1.0, 1.0), (1.0, 6.0), (2.0, 6.0)])
