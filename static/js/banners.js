@@ -35,7 +35,7 @@ export function banners(view) {
       ? calmly("slips", "calm", "warning", "The wheels slip; it goes by its scans.")
       : null,
     hello.robot.drives ? (state.robot.contact ? contact() : guard(state)) : null,
-    hello.robot.drives && state.slam.looking_around
+    hello.robot.drives && state.slam.looking_around && !state.floor.lost
       ? calmly("looking", "calm", "eye", "Looking around: the robot stands still for a moment to learn the room.")
       : null,
   ];

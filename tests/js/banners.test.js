@@ -99,6 +99,14 @@ test("who watches, and a recording, cannot be asked where the robot is", () => {
   for (const more of [watching, recording]) assert.equal(afloat({ lost: LOST }, more)[0]?.offers, "");
 });
 
+test("a lost robot does not say that it looks around as well", () => {
+  const state = { ...STATE, slam: { ...STATE.slam, looking_around: true }, floor: { ...STATE.floor, lost: LOST } };
+  assert.deepEqual(
+    told({ state }).map(({ id }) => id),
+    ["astray"],
+  );
+});
+
 test("slipping wheels are told", () => {
   assert.match(afloat({ slipping: true })[0]?.text ?? "", /slip/);
 });

@@ -12,7 +12,14 @@ import { remember, remembered } from "../memory.js";
 
 /** @typedef {"history" | "notices" | "slam" | "maps"} Tab */
 const TABS = /** @type {const} */ (["history", "notices", "slam", "maps"]);
-const SOURCES = { typed: "typed", chip: "button", click: "map", voice: "voice", ears: "the robot’s ears", rest: "HTTP" };
+const SOURCES = {
+  typed: "typed",
+  chip: "button",
+  click: "map",
+  voice: "voice",
+  ears: "the robot’s ears",
+  rest: "HTTP",
+};
 
 class RecordCard extends Panel {
   #history = make("ol", { class: "record-list", tabindex: "0", "aria-label": "History, newest first" });
@@ -31,8 +38,8 @@ class RecordCard extends Panel {
     {
       type: "button",
       class: "icon-button small tall-button",
-      "aria-label": "All of this side",
-      title: "All of this side",
+      "aria-label": "In the camera’s place, too",
+      title: "In the camera’s place, too",
     },
     icon("grow"),
   );
@@ -67,8 +74,10 @@ class RecordCard extends Panel {
       this.#tabs.history.hidden = !robot.drives;
       if (!robot.drives && this.#open === "history") this.#turnTo(innerWidth < 1024 ? "notices" : "slam");
     });
-    this.#tall.addEventListener("click", () => this.#grow(!this.hasAttribute("data-tall")));
-    this.#grow(remembered("tall", "no") === "yes");
+    this.#tall.addEventListener("click", () => {
+      remember("tall", this.hasAttribute("data-tall") ? "no" : "yes");
+      this.#grow();
+    });
     addEventListener("view", (event) => {
       const { detail } = /** @type {CustomEvent<string>} */ (event);
       if (detail === "slam" || (detail === "record" && this.#open === "slam"))
@@ -99,6 +108,7 @@ class RecordCard extends Panel {
   #turnTo(open) {
     this.#open = open;
     this.dataset["open"] = open;
+    this.#grow();
     const lists = { history: this.#history, notices: this.#notices, slam: this.#slam, maps: this.#maps };
     for (const tab of TABS) {
       lists[tab].hidden = tab !== open;
@@ -111,11 +121,13 @@ class RecordCard extends Panel {
     this.#explain();
   }
 
-  /** @param {boolean} tall over the camera and the estimate, where there is room for little */
-  #grow(tall) {
+  /** Plots and maps stand in the camera's place, too, unless that was switched off. */
+  #grow() {
+    const long = this.#open === "slam" || this.#open === "maps";
+    const tall = long && remembered("tall", "yes") === "yes";
     mark(this, "data-tall", tall);
     mark(this.#tall, "aria-pressed", String(tall));
-    remember("tall", tall ? "yes" : "no");
+    this.#tall.hidden = !long;
   }
 
   /** @param {HistoryRow[]} rows newest first */
