@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from core.geometry import Pose, wrap_all
+from core.geometry import Pose, rotation, wrap_all
 from core.message import Array
 from core.slam.floor.closure import Bond, Link, inverted
 from core.slam.floor.keyframe import Keyframe
@@ -17,7 +17,6 @@ from core.slam.floor.submap import Submap
 from core.slam.motion import Increment
 
 BENT = 0.1  # [m], [rad] that a view must have moved for that
-LONG = 400  # views: a longer way is told without its covariance's every step
 
 
 class Atlas:
@@ -28,6 +27,7 @@ class Atlas:
         self.views: list[Keyframe] = []
         self.poses: list[Pose] = []  # world, one per view
         self.driven: list[Increment] = []  # from every view to the next one
+        self._reckoned: list[tuple[float, float, float]] = []  # the views by the driven ways alone
         self.tied: list[Edge] = []  # from submaps' anchors to their views, as the filters have it
         self._between: dict[tuple[int, int], Bond] = {}
         self.aligned: dict[tuple[int, int], Edge] = {}  # views laid on each other
@@ -42,6 +42,8 @@ class Atlas:
         self.submaps[view.submap].views.append(view)
         if driven is not None:
             self.driven.append(driven)
+            pose = Pose(*self._reckoned[-1]) @ driven.pose
+        self._reckoned.append((pose.x, pose.y, pose.heading))
         if tie is not None:
             self.tied.append(tie)
 
@@ -73,16 +75,22 @@ class Atlas:
         return np.array([(pose.x, pose.y, pose.heading) for pose in self.poses]).reshape(-1, 3)
 
     def way(self, a: int, b: int) -> Increment:
-        """From view a to view b as it was driven, no recognised place in between."""
+        """From view a to view b as it was driven, no recognised place in between.
+
+        The same as all steps composed one after the other: a step's error turns what comes after it.
+        """
         if a > b:
             return inverted(self.way(b, a))
-        move = Increment()
-        if b - a > LONG:
-            between = self.poses[a].inverse() @ self.poses[b]
-            return Increment(between, sum((step.covariance for step in self.driven[a:b]), np.eye(3)))
-        for step in self.driven[a:b]:
-            move = move.then(step)
-        return move
+        if a == b:
+            return Increment()
+        reckoned, steps = np.array(self._reckoned[a : b + 1]), np.array([way.covariance for way in self.driven[a:b]])
+        start = Pose(*reckoned[0].tolist())
+        move = start.inverse() @ Pose(*reckoned[-1].tolist())
+        arms = (reckoned[-1, :2] - reckoned[1:, :2]) @ rotation(start.heading)
+        turned = reckoned[:-1, 2] - reckoned[0, 2]
+        c, s, none, one = np.cos(turned), np.sin(turned), np.zeros(b - a), np.ones(b - a)
+        carry = np.array([[c, -s, -arms[:, 1]], [s, c, arms[:, 0]], [none, none, one]]).transpose(2, 0, 1)
+        return Increment(move, np.einsum("kij,kjl,kml->im", carry, steps, carry))
 
     def ways_from(self, view: int) -> Array:
         """Length [m] of the shortest way to every view (N,) along what holds the views together."""

@@ -21,6 +21,7 @@ AROUND_REACH = 5.0  # [m] from its base
 PLACES = 8  # that are kept ready
 ROOMS = 3  # submaps that one view is searched in
 SPAN = 80  # views to either side whose links may vouch for a new one
+WITNESSES = 30  # of them, at most
 WAITING = 60  # views that wait to be looked at; the oldest are left to the second look
 BESIDE = 2.5  # [m] to views that a view is laid on finely …
 TURNED = 0.5  # … a radian between them counted as so many metres
@@ -210,13 +211,14 @@ class Surveyor:
 
     def _others(self, link: Link) -> list[Link]:
         """Links near this one at both ends, in bonds that nobody has undone."""
-        return [
+        around = [
             other
             for bond in self._atlas.bonds
             if not bond.undone
             for other in bond.links
             if other is not link and abs(other.a - link.a) < SPAN and abs(other.b - link.b) < SPAN
         ]
+        return around[-WITNESSES:]
 
     def _accept(self, link: Link) -> None:
         atlas = self._atlas

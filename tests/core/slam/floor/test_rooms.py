@@ -9,6 +9,7 @@ import pytest
 
 from core.geometry import Pose, rotation
 from core.slam.ekf import FORMS
+from core.slam.floor.atlas import Atlas
 from core.slam.floor.closure import ClosureSettings, Link, agreement, departure, inverted, vouched
 from core.slam.floor.floor import Floor
 from core.slam.floor.matching import MatchingSettings
@@ -54,6 +55,26 @@ def test_the_way_back_undoes_the_way_there() -> None:
     again = inverted(inverted(move))
     assert again.pose.vector == pytest.approx(move.pose.vector)
     assert again.covariance == pytest.approx(move.covariance)
+
+
+def test_a_way_is_its_steps_one_after_the_other() -> None:
+    rng, atlas, move = np.random.default_rng(2), Atlas(), Increment()
+    floor = Floor(laser=LASER)
+    for moment in drive(2, ((0.2, 0.0),)):
+        told(floor, moment)
+        break
+    atlas.submaps.append(floor.rooms.active)
+    atlas.add(floor.atlas.views[0], None, None, Pose(1.0, 2.0, 0.5))
+    steps = [Increment(Pose(*rng.normal(size=3).tolist()), (1 + k) * SURE) for k in range(5)]
+    for step in steps:
+        atlas.add(floor.atlas.views[0], step, None, Pose())
+    for step in steps[1:4]:
+        move = move.then(step)
+    way = atlas.way(1, 4)
+    assert way.pose.vector == pytest.approx(move.pose.vector)
+    assert way.covariance == pytest.approx(move.covariance)
+    back = atlas.way(4, 1)
+    assert way.then(back).pose.vector == pytest.approx(np.zeros(3), abs=1e-12)
 
 
 def straight(a: int, b: int) -> Increment:
