@@ -36,7 +36,7 @@ def recognise(look: Look, state: Filter, table: LandmarkTable, settings: Recogni
     alike = table.alike(look.seen, state.pose.heading)
     believed = np.array([not row.tentative for row in table.rows])
     near = alike & (distances < settings.gate)
-    others = ~(near & believed).any(axis=1)[:, None] & ~believed
+    others = ~(near & believed).any(axis=1, keepdims=True) & ~believed
 
     def choose(allowed: Array) -> Pairs:
         if not (near & allowed).any():

@@ -1,0 +1,37 @@
+"""The landmark filter on the shared logs of sightings, with one and the same settings for all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.benchmarks.log_scores import CORRIDOR, PARK, ROBOTS, aligned, score
+
+pytestmark = pytest.mark.real_data
+
+
+def test_the_best_turn_and_shift_is_found() -> None:
+    rng = np.random.default_rng(0)
+    points, angle = rng.normal(size=(50, 2)), 0.7
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    assert np.allclose(aligned(points, points @ turn.T + (3.0, -1.0)), points @ turn.T + (3.0, -1.0))
+
+
+def test_five_real_robots_are_followed_when_identities_are_given(shared_data: Path) -> None:
+    scores = [score(shared_data, log, "given") for log in ROBOTS]
+    assert np.median([one.error for one in scores]) <= 0.20
+    assert max(one.error for one in scores) <= 0.32
+    assert [one.landmarks for one in scores] == [15] * 5
+
+
+def test_a_corridor_is_driven_twice_without_identities_nearly_as_well_as_with_them(shared_data: Path) -> None:
+    given, hidden = (score(shared_data, CORRIDOR, ids) for ids in ("given", "hidden"))
+    assert hidden.error <= 1.15 * given.error
+    assert 52 <= hidden.landmarks <= 56
+    assert hidden.nees <= 4.0
+
+
+def test_a_park_of_four_kilometres_is_crossed_when_identities_are_given(shared_data: Path) -> None:
+    assert score(shared_data, PARK, "given").error <= 4.5
