@@ -29,16 +29,16 @@ class Occupancy:
         self._node: ImageHandle | None = None
         self._former: ImageHandle | None = None  # stays until the browser has unpacked what replaces it
         self._numbers = itertools.count(1)
-        self._revision = -1
+        self._shown: Grid | None = None
         self._drawn_at = -PERIOD
         self._placed: tuple[float, ...] = ()
 
     def show(self, snapshot: Snapshot) -> None:
         """Draw the grid, if it is new and it is time."""
         grid, now = snapshot.grid, time.monotonic()
-        if grid.revision == self._revision or grid.log_odds.size == 0 or now - self._drawn_at < PERIOD:
+        if grid is self._shown or grid.log_odds.size == 0 or now - self._drawn_at < PERIOD:
             return
-        self._revision, self._drawn_at = grid.revision, now
+        self._shown, self._drawn_at = grid, now
         picture = paint(grid)
         if self._former is not None:
             self._former.remove()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,10 +12,14 @@ import pytest
 from console.scene.associations import crosses, dashes, places
 from console.scene.candidates import NOSE, outline, stood
 from console.scene.closures import HIGHEST, LOWEST, arch, strokes_of
+from console.scene.occupancy import Occupancy
 from console.scene.submaps import frame
 from core.geometry import Pose
+from core.message import Array
+from core.robots import Profile
 from core.slam.estimate import Association
 from core.slam.floor import Closure, SubmapView
+from core.slam.occupancy import Grid
 
 
 def closure(state: str, end: tuple[float, float] = (4.0, 3.0)) -> Closure:
@@ -60,3 +66,47 @@ def test_rejected_sightings_are_told_from_those_on_trial() -> None:
     assert len(crosses(places((), ("matched",)))) == 0 and len(dashes(np.zeros(2), np.zeros((0, 2)))) == 0
     broken = dashes(np.zeros(2), np.array([[1.0, 0.0]]))
     assert 0.3 < np.abs(np.diff(broken[..., 0], axis=1)).sum() < 0.7
+
+
+class Picture:
+    """What the scene keeps of an image."""
+
+    def __init__(self, image: Array) -> None:
+        self.image = image
+
+    def remove(self) -> None: ...
+
+
+class Sheet:
+    """A scene that counts its pictures."""
+
+    def __init__(self) -> None:
+        self.pictures: list[Picture] = []
+
+    def add_image(self, name: str, image: Array, **_: Any) -> Picture:
+        self.pictures.append(Picture(image))
+        return self.pictures[-1]
+
+
+def test_the_map_is_drawn_when_it_changed_at_most_twice_a_second_and_another_map_of_the_same_number_too(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now = [100.0]
+    monkeypatch.setattr("console.scene.occupancy.time", SimpleNamespace(monotonic=lambda: now[0]))
+    sheet = Sheet()
+    overlay = Occupancy(sheet, Profile(name="r", kind="SIM", url="sim:"))  # type: ignore[arg-type]
+
+    def shown(number: float, seconds: float) -> Array:
+        now[0] += seconds
+        overlay.show(SimpleNamespace(grid=grids[number]))  # type: ignore[arg-type]
+        return sheet.pictures[-1].image
+
+    grids = {
+        value: Grid(revision=1, resolution=0.1, origin=np.zeros(2), log_odds=np.full((4, 5), value, np.float32))
+        for value in (-2.0, 2.0)
+    }
+    free = shown(-2.0, 1.0)
+    assert shown(2.0, 0.1) is free  # too soon
+    wall = shown(2.0, 0.5)
+    assert wall is not free and (wall != free).any()
+    assert shown(2.0, 5.0) is wall and len(sheet.pictures) == 1  # nothing new, and the node stays
