@@ -43,7 +43,7 @@ def voice(told: VoiceDirection, camera: Camera | None) -> wire.VoiceHeard:
         age_s=round(told.age, 3),
         x_m=round(x, DIGITS),
         y_m=round(y, DIGITS),
-        columns_px=None if camera is None else columns(told.azimuth, told.sd, camera),
+        columns_px=None if camera is None else columns(told.azimuth, told.sd_heard, camera),
     )
 
 

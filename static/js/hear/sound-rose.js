@@ -48,7 +48,7 @@ export class SoundRose extends HTMLElement {
     mark(this, "data-listening", ears.listening);
     const loud = Math.max(0, Math.min(1, 1 + (ears.level_dbfs ?? -60) / 60));
     this.#level.setAttribute("r", String(INNER + 6 * loud));
-    const key = voices.map((voice) => [voice.id, voice.azimuth_rad, voice.sd_rad, Math.round(voice.age_s)].join()).join();
+    const key = voices.map((voice) => [voice.id, voice.azimuth_rad, voice.sd_heard_rad, Math.round(voice.age_s)].join()).join();
     if (key === this.#drawn && voices.length === this.#wedges.childElementCount) return;
     this.#drawn = key;
     this.#wedges.replaceChildren(...voices.map((voice, index) => wedge(voice, index)));
@@ -63,7 +63,7 @@ export class SoundRose extends HTMLElement {
  * @param {number} index 0: heard last
  */
 function wedge(voice, index) {
-  const half = Math.min(Math.PI, Math.max(NARROWEST, 2 * voice.sd_rad));
+  const half = Math.min(Math.PI, Math.max(NARROWEST, 2 * voice.sd_heard_rad));
   const [from, to] = [voice.azimuth_rad - half, voice.azimuth_rad + half];
   const large = half > Math.PI / 2 ? 1 : 0;
   const path = svg("path", {

@@ -91,13 +91,13 @@ class HearingCard extends Panel {
  * A voice's direction as people say it.
  * @param {import("../wire.js").VoiceHeard} voice
  */
-function told({ azimuth_rad, sd_rad, ambiguity }) {
+function told({ azimuth_rad, sd_heard_rad, ambiguity }) {
   const around = degrees(Math.abs(azimuth_rad), 0);
   const ahead = Math.abs(azimuth_rad) < 0.15;
   const behind = Math.abs(azimuth_rad) > Math.PI - 0.15;
   const side = azimuth_rad > 0 ? "left" : "right";
   const where = ahead ? "straight ahead" : behind ? "behind" : `${around} to the ${side}`;
-  return `A voice ${where}, ± ${degrees(2 * sd_rad, 0)}.${ambiguity ? ` ${ambiguity}` : ""}`;
+  return `A voice ${where}, ± ${degrees(2 * sd_heard_rad, 0)}.${ambiguity ? ` ${ambiguity}` : ""}`;
 }
 
 customElements.define("hearing-card", HearingCard);
