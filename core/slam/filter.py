@@ -115,14 +115,11 @@ class Filter(ABC):
         lever, count = self.lever(self.places), len(self.places)
         robot = self.covariance.rows(np.arange(ROBOT))
         own, cross = robot[:, :ROBOT], robot[:, ROBOT:].reshape(ROBOT, count, 2)
-        spread = self._own_blocks()
-        for k in range(2):
-            for m in range(2):
-                spread[:, k, m] += own[k, m] - cross[m, :, k] - cross[k, :, m]
-                spread[:, k, m] += lever[:, m] * (cross[2, :, k] - own[2, k]) + lever[:, k] * (
-                    cross[2, :, m] - own[2, m]
-                )
-                spread[:, k, m] += lever[:, k] * lever[:, m] * own[2, 2]
+        shared = cross[:2].transpose(1, 2, 0)
+        spread = self._own_blocks() + own[:2, :2] - shared - shared.transpose(0, 2, 1)
+        if lever.any():
+            swung = lever[:, :, None] * (cross[2] - own[2, :2] + 0.5 * own[2, 2] * lever)[:, None, :]
+            spread += swung + swung.transpose(0, 2, 1)
         return sightings, slopes @ spread @ slopes.transpose(0, 2, 1)
 
     def correct(self, indices: Array, sightings: Array, noises: Array) -> None:
