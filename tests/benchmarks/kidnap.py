@@ -90,6 +90,7 @@ class Intel:
 
     def __init__(self, path: Path) -> None:
         log = np.load(path)
+        self.usual = 1.0  # share of a scan's points at walls of the map that was made of it
         self.poses = [Pose(*row) for row in log["pose_gmapping"].tolist()]
         self.odometry = [Pose(*row) for row in log["odo_raw"].tolist()]
         self.stamps = log["t"] - log["t"][0]
@@ -108,6 +109,9 @@ class Intel:
                 hits = np.isfinite(ends[:, 0])
                 drawn.insert(pose, pose.apply(ends), hits)
                 points.append(pose.apply(ends[hits]))
+        if len(points) == len(range(first, len(self.poses), 2)):
+            own = [Walls().agreement(drawn.grid(), one) for one in points[::20]]
+            self.usual = float(np.mean([share for share in own if share is not None]))
         return drawn.grid(), np.vstack(points)
 
     def cut(self, rng: np.random.Generator) -> Callable[[Pose], bool]:
@@ -125,7 +129,7 @@ class Intel:
     def kidnap(self, first: int, chart: tuple[Grid, Array], on_map: bool) -> Outcome:
         """Woken at scan `first`, with the scans that follow as further views."""
         outcome = Outcome(on_map)
-        watch, finding = Watch(outcome), Finding(0.0, "it was carried", *chart)
+        watch, finding = Watch(outcome), Finding(0.0, "it was carried", *chart, usual=self.usual)
         further_on = iter(range(first, min(first + 2 * VIEWS, len(self.poses)), 2))
         number, stamp, quiet = next(further_on), 0.0, 0
         view: View | None = self.view(number)

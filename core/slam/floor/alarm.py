@@ -65,6 +65,11 @@ class Alarm:
         self._usual: dict[str, float] = {}
         self.lost = False
 
+    @property
+    def usual(self) -> float:
+        """Share of the points on known ground that lie at walls while all is well."""
+        return self._usual.get("agreement", 1.0)
+
     def calm(self) -> None:
         """The robot knows where it is: forget what was."""
         self.doubt, self.lost = "", False

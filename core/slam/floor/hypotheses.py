@@ -25,9 +25,11 @@ class BeliefSettings:
     score: float = 0.69  # mean over the views, at least …
     merit: float = 0.58  # … and so much of it beyond the share of beams that contradict the map
     of_two: float = 0.035  # by which both must be higher as long as there are two views only
+    worst: float = 0.04  # conflict of every single view, at most …
+    worst_usual: float = 2.0  # … and so many times what is usual on this map more
     rival: float = 0.88  # share of the best place's merit that any other may reach with two views …
     rival_more: float = 0.025  # … with every further view so much more …
-    rival_most: float = 0.95  # … but never more than this
+    rival_most: float = 0.93  # … but never more than this
     chance: float = 0.6  # share of it below which a place is not carried along
     whole: int = 2  # views that are searched on the whole map; later ones only where the others leave the robot …
     again: int = 3  # … but for one of so many
@@ -70,7 +72,9 @@ class Hypothesis:
 class Hypotheses:
     """The places that all views allow."""
 
-    def __init__(self, chart: Chart, settings: BeliefSettings | None = None) -> None:
+    def __init__(self, chart: Chart, settings: BeliefSettings | None = None, usual: float = 0.0) -> None:
+        """`usual`: share of points (0..1) that contradict this map even where the robot knows its place."""
+        self._usual = usual
         self.chart, self.settings = chart, settings or BeliefSettings()
         self.views: list[View] = []
         self.places: list[Hypothesis] = []  # best first
@@ -131,7 +135,8 @@ class Hypotheses:
         more = settings.of_two if len(best.fits) == 2 else 0.0
         if best.score < settings.score + more:
             return "the walls fit badly"
-        if best.merit < settings.merit + more:
+        most = settings.worst + settings.worst_usual * self._usual
+        if best.merit < settings.merit + more or max(fit.conflict for fit in best.fits) > most:
             return "I see through walls of the map"
         rival = min(settings.rival + settings.rival_more * (len(best.fits) - 2), settings.rival_most)
         if any(other.merit > rival * best.merit for other in self.places[1:]):

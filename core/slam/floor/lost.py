@@ -72,9 +72,19 @@ class Finding:
     """One search for the robot's place, from when it was lost; `step` with every frame."""
 
     def __init__(
-        self, stamp: float, why: str, grid: Grid, points: Array | None = None, settings: LostSettings | None = None
+        self,
+        stamp: float,
+        why: str,
+        grid: Grid,
+        points: Array | None = None,
+        settings: LostSettings | None = None,
+        usual: float = 1.0,
     ) -> None:
-        """`why`: a clause for the operator. The map as it is now: grid and points (K, 2) [m] of its walls, world."""
+        """`why`: a clause for the operator. The map as it is now: grid and points (K, 2) [m] of its walls, world.
+
+        `usual`: share of a scan's points (0..1) that lie at the map's walls while all is well (`Alarm.usual`).
+        """
+        self._usual = usual
         self.settings = settings or LostSettings()
         self.turn = 0.0  # [rad/s] that the robot should turn on the spot now, if it may
         self.waiting = False  # for a view from somewhere else
@@ -122,7 +132,7 @@ class Finding:
         chart = yield from self._charted()
         if chart is None:
             return (yield from self._ask(EMPTY))
-        seen = Hypotheses(chart, self.settings.belief)
+        seen = Hypotheses(chart, self.settings.belief, 1.0 - self._usual)
         while True:
             while self._view is None or not seen.is_news(self._view):
                 self._ask_after(seen)

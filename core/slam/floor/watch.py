@@ -107,4 +107,4 @@ class Watch:
     def begin(self, stamp: float, why: str, grid: Grid) -> None:
         """Look for the robot's place on this map; `why`: a clause for the operator."""
         self._odometry = Pose()
-        self._finding = Finding(stamp, why, grid, settings=self._settings.lost)
+        self._finding = Finding(stamp, why, grid, settings=self._settings.lost, usual=self._alarm.usual)
