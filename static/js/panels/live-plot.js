@@ -29,7 +29,7 @@ export class LivePlot extends HTMLElement {
   #band = svg("rect", { class: "plot-band", x: 0, y: 0, width: 0, height: 0 });
   #claim = svg("path", { class: "plot-claim", d: "" });
   #line = svg("path", { class: "plot-line", d: "" });
-  #dot = svg("circle", { class: "plot-dot", r: 2.6, cx: -9, cy: -9 });
+  #dot = svg("circle", { class: "plot-dot", r: 2.6, visibility: "hidden" });
   /** @type {readonly [number, number] | null} */
   #expected = null;
   #shownAt = -Infinity;
@@ -102,8 +102,11 @@ export class LivePlot extends HTMLElement {
     place(this.#band, this.#expected && { x: EDGE.left, y: y(high), width: inner.width, height: y(low) - y(high) });
     const value = newest?.[1] ?? NaN;
     const known = Number.isFinite(value);
-    mark(this.#dot, "cx", known ? x(end).toFixed(1) : "-9");
-    mark(this.#dot, "cy", known ? y(value).toFixed(1) : "-9");
+    mark(this.#dot, "visibility", known ? null : "hidden");
+    if (known) {
+      mark(this.#dot, "cx", x(end).toFixed(1));
+      mark(this.#dot, "cy", y(value).toFixed(1));
+    }
     const told = known ? `${figure(value * times)}${unit}` : "–";
     write(this.#value, told);
     mark(this.#value, "data-tone", this.#expected && value > high ? "stale" : null);
