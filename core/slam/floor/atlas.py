@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 import numpy as np
@@ -16,6 +17,7 @@ from core.slam.floor.pose_graph import Edge, compose_covariance, marginal
 from core.slam.floor.submap import Submap
 from core.slam.motion import Increment
 
+UNSURE_WAY, UNSURE_FROM = 20.0, 0.2  # [m per m], [m]: sd of an edge beyond which it counts as a longer way
 BENT = 0.1  # [m], [rad] that a view must have moved for that
 
 
@@ -95,7 +97,7 @@ class Atlas:
     def ways_from(self, view: int) -> Array:
         """Length [m] of the shortest way to every view (N,) along what holds the views together."""
         edges = self.edges(self.links(), fine=False)
-        lengths = [max(0.01, float(np.hypot(edge.move.x, edge.move.y))) for edge in edges]
+        lengths = [max(0.01, float(np.hypot(edge.move.x, edge.move.y))) + _detour(edge) for edge in edges]
         for number, edge in enumerate(edges):
             if edge.doubted:
                 lengths[number] = 0.01
@@ -136,3 +138,8 @@ class Atlas:
         )
         self.poses = [Pose(*row) for row in poses.tolist()] + later
         self.revision += 1
+
+
+def _detour(edge: Edge) -> float:
+    """Way [m] that is as uncertain as this edge, where it is much more so than a driven way."""
+    return UNSURE_WAY * max(0.0, math.sqrt(float(edge.covariance[0, 0] + edge.covariance[1, 1])) - UNSURE_FROM)

@@ -25,6 +25,7 @@ from core.slam.motion import Increment, MotionSettings
 from core.slam.occupancy import OccupancyMap, OccupancySettings
 
 UNSURE = 1e-6  # [m²], [rad²] that a driven way is uncertain at least, so that the graph can be solved
+ASTRAY = np.diag([0.4**2, 0.4**2, math.radians(8) ** 2])  # that the robot may be off when scans contradict each other
 CARRIED = np.diag([1e4, 1e4, 1e2])  # [m²], [rad²] of a way that nobody has measured
 
 
@@ -82,6 +83,9 @@ class Rooms:
         """Keep the scan as a view if it is a new one; change rooms where it is time to → the room that was left."""
         if not self.is_new or int(hits.sum()) < 2:
             return None
+        if self._driven is not None and self._is_astray(ends, hits):
+            self.active.slam.filter.doubt(ASTRAY)
+            self._driven = self._driven.then(Increment(Pose(), ASTRAY))
         if not self.active.views or not self._leaves():
             self._add(stamp, ends, hits, self._tie() if self.active.views else None)
             return None
@@ -152,6 +156,20 @@ class Rooms:
         far = math.hypot(pose.x, pose.y)
         full = len(self.active.slam.table.rows) > settings.landmarks
         return far > settings.size or (full and far > settings.smallest)
+
+    def _is_astray(self, ends: Array, hits: Array) -> bool:
+        """Whether the scan and the view before contradict each other from where they are thought to be taken."""
+        if not self._atlas.views:
+            return False
+        last, here = self._atlas.views[-1], self.base @ self.active.slam.filter.pose
+        eye = np.array([self._mounting.x, self._mounting.y])
+        now = Keyframe(id=-1, submap=-1, stamp=0.0, local=here, ends=ends, hits=hits, eye=eye)
+        between = self._atlas.poses[-1].inverse() @ here
+        shares: list[float] = []
+        for one, other, pose in ((last, now, between), (now, last, between.inverse())):
+            on, through = one.judge(pose.apply(other.points))
+            shares.append(through.sum() / max(1, int((on | through).sum())))
+        return sum(shares) / 2 > self._parts.floor.contradiction
 
     def _add(self, stamp: float, ends: Array, hits: Array, tie: Edge | None) -> None:
         """A new view of the active submap, tied to an anchor and to the view before."""

@@ -16,6 +16,7 @@ class FloorSettings:
     view_distance: float = 0.3  # [m] between views that are kept …
     view_turn: float = math.radians(15)  # [rad] … or this
     alike: int = 3  # views from one place and direction are enough
+    contradiction: float = 0.15  # share of points that two views in a row looked through: one of them is misplaced
     lately: int = 8  # newest views that a scan is matched on …
     nearby: int = 14  # … and so many of the nearest
     return_distance: float = 1.0  # [m] from a view of a known submap at which it may be entered again
