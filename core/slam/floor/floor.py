@@ -219,6 +219,7 @@ class Floor:
         """Draw the scan, and keep it if it shows anything new; nothing is written while the place is in doubt."""
         rooms = self.rooms
         if not self._watch.doubtful:
+            rooms.mend(ends, hits)
             rooms.draw(ends, hits)
             known = len(self.atlas.views)
             left = rooms.keep(stamp, ends, hits)

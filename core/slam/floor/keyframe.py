@@ -61,6 +61,15 @@ class Keyframe:
         return on, looked & (distance < nearest - slack)
 
 
+def keyframe(
+    number: int, submap: int, stamp: float, local: Pose, ends: Array, hits: Array, mounting: Pose
+) -> Keyframe:
+    """A scan as a view; ends (N, 2) [m], hits (N,), the laser's mounting in the robot frame."""
+    eye = np.array([mounting.x, mounting.y])
+    ends = ends.astype(np.float32)
+    return Keyframe(id=number, submap=submap, stamp=stamp, local=local, ends=ends, hits=hits, eye=eye)
+
+
 def thinned(points: Array, most: int = POINTS) -> Array:
     """Points (N, 2) → at most `most` of them, evenly."""
     return points[:: max(1, -(-len(points) // most))]

@@ -14,8 +14,9 @@ from core.slam.ekf import EkfSettings, EkfSlam
 from core.slam.estimate import Estimate
 from core.slam.floor.atlas import Atlas
 from core.slam.floor.closure import ClosureSettings
-from core.slam.floor.keyframe import Keyframe, thinned
+from core.slam.floor.keyframe import keyframe, thinned
 from core.slam.floor.matching import MatchingSettings, lay, spread
+from core.slam.floor.mending import contradiction, place_again
 from core.slam.floor.pose_graph import Edge, compose_covariance
 from core.slam.floor.settings import FloorSettings
 from core.slam.floor.submap import Submap
@@ -26,6 +27,7 @@ from core.slam.occupancy import OccupancyMap, OccupancySettings
 
 UNSURE = 1e-6  # [m²], [rad²] that a driven way is uncertain at least, so that the graph can be solved
 ASTRAY = np.diag([0.4**2, 0.4**2, math.radians(8) ** 2])  # that the robot may be off when scans contradict each other
+MENDED = np.diag([0.05**2, 0.05**2, math.radians(1) ** 2])  # of a place that was found instead
 CARRIED = np.diag([1e4, 1e4, 1e2])  # [m²], [rad²] of a way that nobody has measured
 
 
@@ -79,13 +81,30 @@ class Rooms:
         pose = self.active.slam.filter.pose
         self.active.tile.insert(pose @ self._mounting, pose.apply(ends), hits)
 
+    def mend(self, ends: Array, hits: Array) -> None:
+        """Where a new scan and the view before look through each other's walls, find a place where they do not.
+
+        The match went astray then, or the robot did. Without such a place the way is in doubt.
+        """
+        if not self._atlas.views or self._driven is None or not self.is_new or int(hits.sum()) < 2:
+            return
+        slam, limit, last = self.active.slam, self._parts.floor.contradiction, self._atlas.poses[-1]
+        seen = last.inverse() @ self.base @ slam.filter.pose
+        now = keyframe(-1, self.active.id, 0.0, seen, ends, hits, self._mounting)
+        if contradiction(self._atlas.views[-1], now, seen) <= limit:
+            return
+        better = place_again(self._atlas, now, seen)
+        if better is not None and contradiction(self._atlas.views[-1], now, better) <= limit:
+            slam.filter.predict(Increment(seen.inverse() @ better, MENDED))
+            self._driven = Increment(Pose(), MENDED)
+        else:
+            slam.filter.doubt(ASTRAY)
+            self._driven = self._driven.then(Increment(Pose(), ASTRAY))
+
     def keep(self, stamp: float, ends: Array, hits: Array) -> Submap | None:
         """Keep the scan as a view if it is a new one; change rooms where it is time to → the room that was left."""
         if not self.is_new or int(hits.sum()) < 2:
             return None
-        if self._driven is not None and self._is_astray(ends, hits):
-            self.active.slam.filter.doubt(ASTRAY)
-            self._driven = self._driven.then(Increment(Pose(), ASTRAY))
         if not self.active.views or not self._leaves():
             self._add(stamp, ends, hits, self._tie() if self.active.views else None)
             return None
@@ -157,32 +176,10 @@ class Rooms:
         full = len(self.active.slam.table.rows) > settings.landmarks
         return far > settings.size or (full and far > settings.smallest)
 
-    def _is_astray(self, ends: Array, hits: Array) -> bool:
-        """Whether the scan and the view before contradict each other from where they are thought to be taken."""
-        if not self._atlas.views:
-            return False
-        last, here = self._atlas.views[-1], self.base @ self.active.slam.filter.pose
-        eye = np.array([self._mounting.x, self._mounting.y])
-        now = Keyframe(id=-1, submap=-1, stamp=0.0, local=here, ends=ends, hits=hits, eye=eye)
-        between = self._atlas.poses[-1].inverse() @ here
-        shares: list[float] = []
-        for one, other, pose in ((last, now, between), (now, last, between.inverse())):
-            on, through = one.judge(pose.apply(other.points))
-            shares.append(through.sum() / max(1, int((on | through).sum())))
-        return sum(shares) / 2 > self._parts.floor.contradiction
-
     def _add(self, stamp: float, ends: Array, hits: Array, tie: Edge | None) -> None:
         """A new view of the active submap, tied to an anchor and to the view before."""
         local, atlas = self.active.slam.filter.pose, self._atlas
-        view = Keyframe(
-            id=len(atlas.views),
-            submap=self.active.id,
-            stamp=stamp,
-            local=local,
-            ends=ends.astype(np.float32),
-            hits=hits,
-            eye=np.array([self._mounting.x, self._mounting.y]),
-        )
+        view = keyframe(len(atlas.views), self.active.id, stamp, local, ends, hits, self._mounting)
         pose = atlas.poses[tie.a] @ tie.move if tie is not None else self.base @ local
         driven = None
         if atlas.views:

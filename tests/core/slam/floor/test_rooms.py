@@ -131,3 +131,19 @@ def test_tiles_move_with_their_rooms() -> None:
     places = np.floor((walls @ rotation(turn).T + (2.0, -1.0) - moved.origin) / 0.05).astype(int)
     assert moved is not at_home
     assert (moved.log_odds[places[:, 1], places[:, 0]] > 0.2).mean() > 0.95
+
+
+def test_a_scan_that_went_astray_is_put_where_nothing_is_looked_through() -> None:
+    floor, moments = Floor(laser=LASER), list(drive(7, ((2.4, 0.0),)))
+    for moment in moments[:-1]:
+        told(floor, moment)
+    last = moments[-1]
+    slam, views = floor.rooms.active.slam, len(floor.atlas.views)
+    right = slam.filter.pose @ (moments[-2].truth.inverse() @ last.truth)
+    slam.filter.seat(right @ Pose(0.5, 0.6, 0.35), 1e-4 * np.eye(3))
+    floor.rooms.mend(last.ends, last.hits)
+    off = right.inverse() @ slam.filter.pose
+    assert math.hypot(off.x, off.y) < 0.06
+    assert abs(off.heading) < math.radians(1.5)
+    assert slam.filter.pose_covariance()[0, 0] > 0.04**2
+    assert len(floor.atlas.views) == views
