@@ -20,8 +20,8 @@ from core.slam.sighting_model import squared_distance, surprise
 class RecognitionSettings:
     """How near is near enough, and how clear is clear enough."""
 
-    gate: float = 16.0  # chi-square, 2 degrees of freedom, 99.97 %: a match is nearer
-    fresh: float = 25.0  # a new landmark is farther from all
+    gate: float = 22.0  # squared distance below which a match lies: real ranges have heavier tails than a Gaussian
+    fresh: float = 20.0  # a new landmark is farther than this from all, and matched with none
     margin: float = 2.0  # an assignment that another one comes this close to is doubtful
     joint_nodes: int = 300  # branches of one scan's assignments that are looked at, at most; 0: each sighting alone
 
@@ -46,6 +46,7 @@ def recognise(look: Look, state: Filter, table: LandmarkTable, settings: Recogni
 
     far = np.where(alike, distances > settings.fresh, distances > settings.gate).all(axis=1)
     matches = (*choose(alike & believed), *choose(alike & others))
+    far[[row for row, _ in matches]] = False
     return Assignment(matches, tuple(np.flatnonzero(far).tolist()))
 
 
