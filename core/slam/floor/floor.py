@@ -195,8 +195,7 @@ class Floor:
 
     def finish(self) -> None:
         """The log is over: do all the work that is left."""
-        while not self._surveyor.work(1000):
-            pass
+        self._surveyor.finish()
         self._settle()
         self._mosaic.finish(self.rooms.active.id)
 

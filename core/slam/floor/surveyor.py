@@ -69,6 +69,14 @@ class Surveyor:
                 self._labour = None
         return 0
 
+    def finish(self) -> None:
+        """Do all the work that is left, and lay every view on those that have come to lie beside it."""
+        while not self.work(1000):
+            pass
+        self._next_view = 0
+        while not self.work(1000):
+            pass
+
     def believe(self, bond: int, holds: bool) -> bool:
         """Undo a bond, or redo it; returns whether there is one of that number that can be."""
         for each in self._atlas.bonds:
@@ -103,6 +111,8 @@ class Surveyor:
         gaps += TURNED * np.abs(wrap_all(poses[:number, 2] - poses[number, 2]))
         near = [other for other in np.argsort(gaps, kind="stable").tolist() if gaps[other] < BESIDE]
         for other in [each for each in near if atlas.connected(each, number)][:NEIGHBOURS]:
+            if (other, number) in atlas.aligned:
+                continue
             found = align(self._walls(other), self._walls(number), atlas.poses[other].inverse() @ atlas.poses[number])
             if found is not None:
                 atlas.aligned[other, number] = Edge(other, number, *found, doubted=True)
