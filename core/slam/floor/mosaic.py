@@ -15,6 +15,9 @@ from core.slam.floor.submap import Submap
 from core.slam.occupancy import Grid, OccupancySettings
 
 PERIOD = 0.5  # [s] between two maps, at least, once there are several tiles
+FREELY = (
+    0.375  # share of the bound to which one tile may claim free space: no two of them wipe out a third one's wall
+)
 AT_HOME = 1e-9  # [m], [rad]: a tile that lies so is taken as it is
 
 
@@ -151,6 +154,7 @@ class _Canvas:
         size = (int(high[0] - low[0]), int(high[1] - low[1]))
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         laid = cv2.warpAffine(tile.values, onto, size, flags=flags, borderValue=0.0)
+        laid = np.maximum(laid, -self._settings.bound * FREELY)
         part = self.values[low[1] : high[1], low[0] : high[0]]
         np.clip(part + laid, -self._settings.bound, self._settings.bound, out=part)
 
