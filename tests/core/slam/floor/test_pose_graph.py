@@ -10,7 +10,15 @@ import numpy as np
 import pytest
 
 from core.geometry import Pose, wrap_all
-from core.slam.floor.pose_graph import Edge, Solution, compose_covariance, edge_errors, edge_jacobians, marginal, solve
+from core.slam.floor.pose_graph import (
+    Edge,
+    Solution,
+    compose_covariance,
+    edge_errors,
+    edge_jacobians,
+    marginal,
+    solve,
+)
 
 T = TypeVar("T")
 SURE = np.diag([0.02**2, 0.03**2, math.radians(0.5) ** 2])
