@@ -89,7 +89,7 @@ def drawn_drives(
     ids: Ids = "given",
 ) -> DrawnDrives:
     """From a seed, or from a file. Without settings the filter has the paper's form. Raises BadInput."""
-    ekf = EkfSettings(mode="paper") if settings is None else settings.ekf
+    ekf = EkfSettings(mode="paper", soft_gate=0.0) if settings is None else settings.ekf  # the paper trusts all alike
     ekf = replace(ekf, sighting_noise="corner")  # every sighting brings its own noise
     if data is not None:
         if noise is not None or field is not None:

