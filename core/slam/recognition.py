@@ -46,8 +46,8 @@ def recognise(look: Look, state: Filter, table: LandmarkTable, settings: Recogni
 
     far = np.where(alike, distances > settings.fresh, distances > settings.gate).all(axis=1)
     matches = (*choose(alike & believed), *choose(alike & others))
-    far[[row for row, _ in matches]] = False
-    return Assignment(matches, tuple(np.flatnonzero(far).tolist()))
+    matched = {row for row, _ in matches}
+    return Assignment(matches, tuple(row for row in np.flatnonzero(far).tolist() if row not in matched))
 
 
 def _together(look: Look, state: Filter, allowed: Array, settings: RecognitionSettings, alone: Pairs) -> Pairs:

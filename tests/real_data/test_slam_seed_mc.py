@@ -83,7 +83,7 @@ def test_after_ten_still_frames_the_worst_of_forty_runs_errs_by_three_centimetre
     assert least < outcomes[:, 1].mean() < 3.6
 
 
-@pytest.mark.parametrize(("mode", "worst"), [("invariant", 0.090), ("paper", 0.085)])
+@pytest.mark.parametrize(("mode", "worst"), [("invariant", 0.091), ("paper", 0.085)])
 def test_moving_at_once_costs_what_the_paper_paid(draws: dict[str, np.ndarray], mode: Mode, worst: float) -> None:
     outcomes = np.array([run(draws, number, mode, still=False) for number in range(RUNS)])
     assert outcomes[:, 0].max() < worst
