@@ -68,6 +68,7 @@ export const STATE = {
   },
   map: { name: null, revision: 0 },
   direction: null,
+  ears: null,
   goal: null,
   path: [],
   command: null,

@@ -87,7 +87,7 @@ export class Webcam {
       });
       this.#video.srcObject = stream;
       await this.#video.play();
-      this.#timer = setInterval(() => void this.#beat(), PERIOD_MS);
+      this.#timer = window.setInterval(() => void this.#beat(), PERIOD_MS);
     } catch (error) {
       this.close();
       const name = error instanceof DOMException ? error.name : "";
