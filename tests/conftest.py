@@ -15,6 +15,7 @@ BEHIND = 10  # niceness of tests that only compute
 LIVE = ("benchmarks/", "browser/", "console/", "core/gate/test_gate_process.py")  # these keep real time
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Tests that keep real time run one after another in one process, the others beside them, file by file."""
     items.sort(key=lambda item: not is_live(item))

@@ -192,7 +192,7 @@ def wait_frames(live: Live, seconds: float = 0.3) -> None:
 def test_every_picture_is_encoded_once_and_only_when_somebody_looks(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import console.runtime as module
+    import console.camera_feed as module
 
     encoded: list[str] = []
     encode = module.cv2.imencode

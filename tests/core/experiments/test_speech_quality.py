@@ -19,7 +19,7 @@ def test_the_recordings_get_worse_with_noise_and_distance(sweep: str) -> None:
         Setting(sweep=sweep, ratio=ratio, distance=distance)
         for ratio, distance in {
             "noise": ((30, 1.0), (10, 1.0), (0, 1.0)),
-            "distance": ((30, 0.5), (30, 2.0), (30, 4.0)),
+            "distance": ((30, 0.3), (30, 1.0), (30, 4.0)),
         }[sweep]
     ]
     told = [measure(None, said, "", place, 0) for place in places]
