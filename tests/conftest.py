@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
+from xdist.scheduler import LoadScopeScheduling
 
 for library in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(library, "1")  # as in the console; must come before the first import of numpy
@@ -15,12 +17,17 @@ BEHIND = 10  # niceness of tests that only compute
 LIVE = ("benchmarks/", "browser/", "console/", "core/gate/test_gate_process.py")  # these keep real time
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+class Sharing(LoadScopeScheduling):
     """Tests that keep real time run one after another in one process, the others beside them, file by file."""
-    items.sort(key=lambda item: not is_live(item))
-    for item in items:
-        item.add_marker(pytest.mark.xdist_group("live" if is_live(item) else str(item.path)))
+
+    def _split_scope(self, nodeid: str) -> str:
+        file = nodeid.partition("::")[0]
+        return "live" if file.removeprefix("tests/").startswith(LIVE) else file
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Sharing:
+    return Sharing(config, log)
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
