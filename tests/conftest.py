@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,6 @@ for library in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(library, "1")  # as in the console; must come before the first import of numpy
 
 REPOSITORY = Path(__file__).resolve().parent.parent
-BEHIND = 10  # niceness of tests that only compute
 LIVE = ("benchmarks/", "browser/", "console/", "core/gate/test_gate_process.py")  # these keep real time
 
 
@@ -31,9 +31,12 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Sharing:
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """What only computes steps back behind what keeps real time."""
-    if "PYTEST_XDIST_WORKER" in os.environ and not is_live(item) and hasattr(os, "nice"):
-        os.nice(BEHIND - os.nice(0))
+    """What only computes takes the time that is left over by what keeps real time."""
+    if "PYTEST_XDIST_WORKER" in os.environ and hasattr(os, "SCHED_IDLE"):
+        policy = os.SCHED_OTHER if is_live(item) else os.SCHED_IDLE
+        if os.sched_getscheduler(0) != policy:
+            with contextlib.suppress(PermissionError):  # some systems let nobody out of idleness
+                os.sched_setscheduler(0, policy, os.sched_param(0))
 
 
 def is_live(item: pytest.Item) -> bool:
