@@ -17,12 +17,13 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from console import wire_audio as wire
 from console.latest import Closing
 from console.logins import Person
-from console.microphone import Told, Turn
+from console.microphone import Turn
 from console.problems import Problem
 from console.runtime import Runtime
 from console.sockets import TooMany
 from console.strict_json import read_json
 from console.tally import Tally
+from console.words_worker import Told
 from core.commands.stand import STOP_MOVING
 from core.errors import BadInput, Refused
 

@@ -19,7 +19,8 @@ from console.door import Door
 from console.history import History
 from console.logins import Person
 from console.notice_board import NoticeBoard
-from console.workers import Lost, Worker
+from console.words_worker import Told, WordsWorker
+from console.workers import Lost
 from core.commands.stand import STOP_MOVING
 from core.errors import BeckonError
 from core.geometry import wrap
@@ -32,7 +33,6 @@ log = logging.getLogger(__name__)
 
 PIECE = 0.2  # [s] of sound that go to the worker at once
 MOST_WAITING = 8.0  # [s] of sound that may wait for it; older sound is not heard
-BUDGET = 20.0  # [s] of processor time for a piece
 MOST_LOSSES = 3  # of the worker, one after the other
 REMEMBERED = 50  # utterances
 FRESH = 1.5  # [s] by which a direction may be older than the end of the words that it belongs to
@@ -64,8 +64,7 @@ class Ears:
         self.utterances: deque[Utterance] = deque(maxlen=REMEMBERED)
         self.obey: Callable[[str, Utterance], None] | None = None  # takes words on; None: they are only shown
         self._door, self._history, self._board = door, history, board
-        self._worker = Worker("words")
-        self._starts = 0  # of the worker, when it was last told how to listen
+        self._worker = WordsWorker()
         self._waiting: Sound | None = None
         self._voices: tuple[VoiceDirection, ...] = ()
         self._task: asyncio.Task[None] | None = None
@@ -121,20 +120,13 @@ class Ears:
         self.trouble = why
         self._board.tell("warning", f"The robot's ears hear no words: {why}")
 
-    async def _words(self, sound: Sound) -> list[dict[str, Any]]:
+    async def _words(self, sound: Sound) -> list[Told]:
         """One piece to the worker, which is told first how to listen when it was started anew."""
-        await self._worker.ready()
-        if self._worker.starts != self._starts:
-            await self._worker.ask("begin", {"settings": asdict(self.settings)}, budget=BUDGET)
-            self._starts = self._worker.starts
-        given = {
-            "samples": np.ascontiguousarray(sound.samples[:, 0], np.float32).tobytes(),
-            "rate": sound.rate,
-            "stamp": sound.stamp,
-        }
-        return await self._worker.ask("feed", given, budget=BUDGET)
+        if not await self._worker.begun():
+            await self._worker.begin(self.settings)
+        return await self._worker.feed(sound.samples[:, 0], sound.rate, sound.stamp)
 
-    def _hear(self, told: dict[str, Any]) -> None:
+    def _hear(self, told: Told) -> None:
         """One utterance, or a STOP within one that is not over."""
         stops = told["name"] == STOP_MOVING.name
         if stops and told["end"] > self._stopped:
@@ -160,7 +152,7 @@ class Ears:
             remark=NOT_OBEYED if one.accepted else one.reason,
         )
 
-    def _utterance(self, told: dict[str, Any]) -> Utterance:
+    def _utterance(self, told: Told) -> Utterance:
         self._newest += 1
         near = [one for one in self._voices if told["begin"] - PIECE <= one.stamp <= told["end"] + FRESH]
         best = max(near, key=lambda one: one.strength, default=None)

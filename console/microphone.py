@@ -9,13 +9,12 @@ import asyncio
 import logging
 import time
 from collections.abc import Callable
-from dataclasses import asdict
-from typing import Any
 
 import numpy as np
 
 from console.wire_audio import AUDIO_RATE, ListenMode
-from console.workers import Lost, Worker
+from console.words_worker import Told, WordsWorker
+from console.workers import Lost
 from core.errors import BeckonError, Refused
 from core.message import Array
 from core.speech.settings import SpeechSettings
@@ -25,11 +24,8 @@ log = logging.getLogger(__name__)
 PIECE = 0.1  # [s] of sound that go to the worker at once
 MOST_WAITING = 15.0  # [s] of sound that may wait for it: it may just be starting
 JUMP = 0.1  # [s] by which the browser's clock may be off before the sound counts as interrupted
-BUDGET = 20.0  # [s] of processor time for a piece
 IDLE = 120.0  # [s] after which a worker that nobody needs is ended
 BUSY = "Somebody else is speaking to the robot now; wait until they have ended."
-
-Told = dict[str, Any]
 
 
 class Turn:
@@ -92,7 +88,7 @@ class Microphone:
 
     def __init__(self, settings: SpeechSettings | None = None) -> None:
         self.settings = settings or SpeechSettings()
-        self._worker = Worker("words")
+        self._worker = WordsWorker()
         self._turn: Turn | None = None
         self._task: asyncio.Task[None] | None = None
         self._warming: asyncio.Task[None] | None = None
@@ -127,32 +123,26 @@ class Microphone:
 
     async def _warm(self) -> None:
         try:
-            await self._begin("held")
+            await self._worker.begin(self.settings)
         except BeckonError as trouble:
             log.warning("Words cannot be read: %s", trouble)
         finally:
             self._warming = None
-
-    async def _begin(self, mode: ListenMode) -> None:
-        given = {"settings": asdict(self.settings), "held": mode == "held"}
-        await self._worker.ask("begin", given, budget=BUDGET)
 
     async def _read(self, turn: Turn) -> None:
         """One turn, from its begin to its last word."""
         try:
             if self._warming is not None:
                 await asyncio.gather(self._warming, return_exceptions=True)
-            await self._begin(turn.mode)
+            await self._worker.begin(self.settings, held=turn.mode == "held")
             while True:
                 await turn.news.wait()
                 over = turn.over
                 samples, start = turn.take()
                 if len(samples):
-                    raw = np.ascontiguousarray(samples, np.float32).tobytes()
-                    given = {"samples": raw, "rate": AUDIO_RATE, "stamp": start}
-                    self._tell(turn, await self._worker.ask("feed", given, budget=BUDGET))
+                    self._tell(turn, await self._worker.feed(samples, AUDIO_RATE, start))
                 if over:
-                    self._tell(turn, await self._worker.ask("finish", {}, budget=BUDGET))
+                    self._tell(turn, await self._worker.finish())
                     return
         except Lost as lost:
             log.warning("The worker that reads words was lost: %s", lost)

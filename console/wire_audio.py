@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from typing import Annotated, Literal
+from typing import Literal
 
 import msgspec
 
@@ -25,7 +25,6 @@ class Listen(Inward, tag="listen"):
     """What follows is speech: until `rest` (the button is held), or whatever the silences cut out of it (open)."""
 
     mode: ListenMode
-    settings: dict[Annotated[str, msgspec.Meta(max_length=40)], bool | int | float] = {}  # of the track, as they are
 
 
 class Rest(Inward, tag="rest"):

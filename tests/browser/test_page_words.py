@@ -11,6 +11,9 @@ from tests.browser.visit import PHONE, Visit
 
 SMALL_DESK = (1024, 640)  # [px]: less to draw where the processor does it
 Open = Callable[..., Visit]
+REFUSE = """() => {
+  navigator.mediaDevices.getUserMedia = () => Promise.reject(new DOMException("no", "NotAllowedError"));
+}"""
 
 
 def test_typed_words_run_and_stand_in_the_history_with_their_end(visit: Open, console: Running) -> None:
@@ -132,3 +135,9 @@ def test_the_first_hints_notice_what_was_done(visit: Open, console: Running) -> 
     expect(here.find("link-chip")).to_contain_text("Hz", timeout=10000)
     here.wait(0.5)
     assert not hint.is_visible()
+
+
+def test_a_refused_microphone_is_told_in_words(visit: Open) -> None:
+    here = visit(before=lambda page: page.add_init_script(f"({REFUSE})()"))
+    here.page.get_by_role("button", name="Hold to talk").dispatch_event("pointerdown", {"button": 0, "pointerId": 1})
+    expect(here.find(".voice-says")).to_contain_text("refused. Allow it", timeout=30_000)

@@ -73,6 +73,8 @@ def test_a_viewer_may_say_stop_and_nothing_else(live: Live, shared_data: Path) -
         said = held(line, clip(shared_data, "flite_slt_00.flac"))
         assert not said["accepted"] and "operator" in said["reason"]
         assert newest_deed(live)["state"] == "refused"
+        stopped = held(line, clip(shared_data, "flite_slt_02.flac"))
+        assert stopped["accepted"] and stopped["heard_as"] == "stop moving"
 
 
 def test_noise_moves_nothing(live: Live, line: Connection) -> None:

@@ -1,13 +1,14 @@
 // Where views are taken: the big picture, what to show next, what became of it, and how far it has come.
 
 import { make, mark, write } from "../element.js";
-import { remember, remembered } from "../memory.js";
+import { remember } from "../memory.js";
 import { action, say } from "./action.js";
 import * as api from "./api.js";
 import { AdviceLine } from "./advice-line.js";
 import { CameraChoice } from "./camera-choice.js";
 import { takeDrops } from "./drops.js";
 import { EmptyStage } from "./empty-stage.js";
+import { eyeFor, isMirrored } from "./eye.js";
 import { GainsCard } from "./gains-card.js";
 import { KnownCard } from "./known-card.js";
 import { PictureStage } from "./picture-stage.js";
@@ -23,7 +24,6 @@ import { Webcam } from "./webcam.js";
 import { quietWords } from "./words.js";
 
 /** @typedef {import("./shape.js").Calibration} Calibration */
-/** @typedef {RobotEye | Webcam | Uploads} Eye */
 
 class CalibrationCapture extends Room {
   #stage = new PictureStage();
@@ -52,7 +52,7 @@ class CalibrationCapture extends Room {
   #gains = new GainsCard();
   #uploaded = new UploadsCard();
   #views = new ViewsCard();
-  /** @type {Eye | null} */
+  /** @type {import("./eye.js").Eye | null} */
   #eye = null;
   #eyeOf = "";
   #watched = ""; // the session that looks at the robot for us
@@ -135,8 +135,7 @@ class CalibrationCapture extends Room {
   }
 
   get #mirrored() {
-    const source = this.bench.calibration?.source;
-    return remembered(`mirror.${source}`, source === "webcam" ? "true" : "false") === "true";
+    return isMirrored(this.bench.calibration?.source);
   }
 
   /** @override */
@@ -275,19 +274,12 @@ class CalibrationCapture extends Room {
     this.#eyeOf = key;
     this.#paused = false;
     const { bench } = this;
-    if (source === "webcam") {
-      const webcam = new Webcam(async (picture, stamp_s) => bench.judge(await api.send(id, picture, { stamp_s })));
-      this.#eye = webcam;
-      if (bench.may) void this.#openWebcam(webcam); // who only watches is not asked for a camera
-    } else if (source === "upload") {
-      this.#eye = new Uploads(async (picture, name) => {
-        const verdict = await api.send(id, picture, { name });
-        bench.judge(verdict);
-        return verdict;
-      });
-    } else {
-      this.#eye = new RobotEye(this.session);
-      this.#eye.open();
+    const eye = eyeFor(source, id, bench, this.session);
+    this.#eye = eye;
+    if (eye instanceof Webcam) {
+      if (bench.may) void this.#openWebcam(eye); // who only watches is not asked for a camera
+    } else if (eye instanceof RobotEye) {
+      eye.open();
       this.#watched = id;
       if (!live && bench.may) void bench.wish((session) => api.live(session, true));
     }

@@ -31,7 +31,6 @@ export class Talk {
   ended = () => undefined;
   /** @type {(on: boolean, remark: string) => void} */
   turned = () => undefined;
-  dropped = 0;
   /** @type {WebSocket | null} */
   #socket = null;
   /** @type {{pcm: ArrayBuffer, at: number}[]} */
@@ -66,21 +65,13 @@ export class Talk {
     socket?.close(1000);
   }
 
-  /**
-   * @param {"held" | "open"} mode
-   * @param {Record<string, any>} settings of the track
-   */
-  begin(mode, settings) {
+  /** @param {"held" | "open"} mode */
+  begin(mode) {
     const socket = this.#socket;
     if (!socket || this.#speaking) return false;
     this.#speaking = true;
-    const told = Object.fromEntries(
-      ["sampleRate", "channelCount", "echoCancellation", "noiseSuppression", "autoGainControl"]
-        .filter((name) => ["number", "boolean"].includes(typeof settings[name]))
-        .map((name) => [name, settings[name]]),
-    );
     const say = () => {
-      socket.send(JSON.stringify({ kind: "listen", mode, settings: told }));
+      socket.send(JSON.stringify({ kind: "listen", mode }));
       for (const { pcm, at } of this.#before) this.#send(pcm, at);
       this.#before = [];
     };
@@ -112,10 +103,7 @@ export class Talk {
   #send(pcm, at) {
     const socket = this.#socket;
     if (!socket) return;
-    if (socket.bufferedAmount > MOST_WAITING) {
-      this.dropped += 1;
-      return;
-    }
+    if (socket.bufferedAmount > MOST_WAITING) return;
     const message = new Uint8Array(HEADER_BYTES + pcm.byteLength);
     const header = new DataView(message.buffer);
     header.setUint8(0, AUDIO_KIND);

@@ -3,13 +3,14 @@
 import { Refusal } from "../api.js";
 import { icon, make, write } from "../element.js";
 import { degrees } from "../format.js";
-import { FloorView, headingOf, seenFrom } from "../floor-view.js";
+import { FloorView, headingOf } from "../floor-view.js";
 import * as maps from "../maps.js";
 import { Panel } from "../panel.js";
+import { drawPlace } from "../place-drawing.js";
 
 /** @typedef {import("../session.js").View} View */
 /** @typedef {import("../floor-view.js").Point} Point */
-/** @typedef {{x: number, y: number, heading: number | null}} Placed heading null: nobody knows */
+/** @typedef {import("../place-drawing.js").Placed} Placed */
 
 const MARGIN = 34; // [px] around the map
 const DRAG = 14; // [px] from which a drag says a heading
@@ -238,71 +239,15 @@ class PlaceView extends Panel {
   }
 
   #draw() {
-    const context = this.#canvas.getContext("2d");
-    if (this.hidden || !context || !this.#plan) return;
-    const { clientWidth: width, clientHeight: height } = this.#canvas;
-    const fine = devicePixelRatio || 1;
-    if (this.#canvas.width !== Math.round(width * fine)) this.#canvas.width = Math.round(width * fine);
-    if (this.#canvas.height !== Math.round(height * fine)) this.#canvas.height = Math.round(height * fine);
-    context.setTransform(fine, 0, 0, fine, 0, 0);
-    context.clearRect(0, 0, width, height);
-    const { left, top, right, bottom } = this.#plan.extent;
-    const [from, to] = [this.#view.drawn({ x: left, y: top }), this.#view.drawn({ x: right, y: bottom })];
-    context.imageSmoothingQuality = "high";
-    context.drawImage(this.#plan.picture, from.x, from.y, to.x - from.x, to.y - from.y);
-    const look = getComputedStyle(this);
-    /** @param {string} name */
-    const colour = (name) => look.getPropertyValue(name).trim();
+    if (this.hidden || !this.#plan) return;
     const { state, hello } = this.#shown ?? {};
-    const radius = Math.max(7, this.#view.scale * (hello?.robot.radius_m ?? 0.1));
-    for (const [index, { x_m: x, y_m: y, heading_rad: heading }] of (state?.floor.lost?.candidates ?? []).entries())
-      this.#drawRobot(context, { x, y, heading }, 0.8 * radius, colour("--scene-ghost"), index === 0 ? 0.75 : 0.45);
-    const placed = this.#placed;
-    if (!placed) return;
-    if (placed.heading !== null) {
-      context.fillStyle = colour("--scene-scan");
-      const dot = Math.min(3, Math.max(1.6, 0.05 * this.#view.scale));
-      for (const point of seenFrom(this.#scan, { ...placed, heading: placed.heading })) {
-        const { x, y } = this.#view.drawn(point);
-        context.fillRect(x - dot / 2, y - dot / 2, dot, dot);
-      }
-    }
-    this.#drawRobot(context, placed, radius, colour("--scene-pose"), 1);
-  }
-
-  /**
-   * @param {CanvasRenderingContext2D} context
-   * @param {Placed} at
-   * @param {number} radius [px]
-   * @param {string} colour
-   * @param {number} strength 0..1
-   */
-  #drawRobot(context, at, radius, colour, strength) {
-    const { x, y } = this.#view.drawn(at);
-    context.save();
-    context.globalAlpha = strength;
-    context.strokeStyle = context.fillStyle = colour;
-    context.lineWidth = 2.5;
-    context.lineJoin = context.lineCap = "round";
-    context.beginPath();
-    context.arc(x, y, radius, 0, 2 * Math.PI);
-    if (at.heading === null) context.setLineDash([4, 5]);
-    context.stroke();
-    context.globalAlpha = 0.25 * strength;
-    context.fill();
-    context.globalAlpha = strength;
-    if (at.heading !== null) {
-      const [cos, sin] = [Math.cos(at.heading), -Math.sin(at.heading)];
-      /** @param {number} ahead @param {number} left */
-      const tip = (ahead, left) => [x + cos * ahead + sin * left, y + sin * ahead - cos * left];
-      const long = radius + 26;
-      context.beginPath();
-      context.moveTo(.../** @type {[number, number]} */ (tip(0, 0)));
-      for (const corner of [tip(long, 0), tip(long - 9, 6), tip(long, 0), tip(long - 9, -6)])
-        context.lineTo(.../** @type {[number, number]} */ (corner));
-      context.stroke();
-    }
-    context.restore();
+    drawPlace(this.#canvas, this.#view, {
+      plan: this.#plan,
+      scan: this.#scan,
+      placed: this.#placed,
+      candidates: state?.floor.lost?.candidates ?? [],
+      radius: hello?.robot.radius_m ?? 0.1,
+    });
   }
 }
 

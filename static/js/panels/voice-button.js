@@ -122,7 +122,7 @@ export class VoiceButton extends Panel {
       return;
     }
     if (mode === "held" && !this.#held) return; // let go while the browser asked
-    this.#talk.begin(mode, this.#microphone.settings);
+    this.#talk.begin(mode);
     this.#draw();
   }
 

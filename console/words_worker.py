@@ -1,0 +1,56 @@
+"""The worker that reads words out of sound, as those who listen ask it."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from console.workers import Worker
+from core.message import Array
+from core.speech.settings import SpeechSettings
+
+BUDGET = 20.0  # [s] of processor time for a piece of sound
+
+Told = dict[str, Any]  # an utterance as console.words_desk tells it
+
+
+class WordsWorker:
+    """One listener's. Lives on the event loop; raises Lost when the process is lost, and what it raised itself."""
+
+    def __init__(self) -> None:
+        self._worker = Worker("words")
+        self._begun = 0  # the process's start at which it was told how to listen
+
+    @property
+    def alive(self) -> bool:
+        """Whether there is a process."""
+        return self._worker.alive
+
+    async def begun(self) -> bool:
+        """Whether the process, started where there was none, knows how to listen."""
+        await self._worker.ready()
+        return self._worker.starts == self._begun
+
+    async def begin(self, settings: SpeechSettings, *, held: bool = False) -> None:
+        """Listen anew; `held`: everything up to `finish` is one utterance."""
+        await self._worker.ask("begin", {"settings": asdict(settings), "held": held}, budget=BUDGET)
+        self._begun = self._worker.starts
+
+    async def feed(self, samples: Array, rate: int, stamp: float) -> list[Told]:
+        """Samples (N,) of full scale ±1, first at `stamp` [s] → what became known with them."""
+        raw = np.ascontiguousarray(samples, np.float32).tobytes()
+        return await self._worker.ask("feed", {"samples": raw, "rate": rate, "stamp": stamp}, budget=BUDGET)
+
+    async def finish(self) -> list[Told]:
+        """The sound ends here → what became known with that."""
+        return await self._worker.ask("finish", {}, budget=BUDGET)
+
+    def kill(self) -> None:
+        """End the process now."""
+        self._worker.kill()
+
+    async def gone(self) -> None:
+        """It was killed: wait until no process is left."""
+        await self._worker.gone()
