@@ -111,6 +111,7 @@ export class Drive {
     this.#gate = gate;
     this.#permission = permission;
     if (!this.#engaged) {
+      if (this.#mustLetGo && permission.may === "no") this.#why = permission.why || this.#why;
       this.#await(now);
       return;
     }

@@ -99,12 +99,14 @@ def test_the_robot_is_shown_where_it_is_by_press_and_drag(visit: Open, console: 
     expect(heading).to_have_value("90")
     told = view.get_by_label("x in metres").input_value(), view.get_by_label("y in metres").input_value()
     assert all(math.isfinite(float(value)) for value in told)
-    heading.fill("0")
-    view.get_by_label("x in metres").fill("0.02")
-    view.get_by_label("y in metres").fill("0")
+    there = console.truth()
+    heading.fill(f"{math.degrees(there[2]):.0f}")
+    view.get_by_label("x in metres").fill(f"{there[0] + 0.02:.2f}")
+    view.get_by_label("y in metres").fill(f"{there[1]:.2f}")
     put.click()
     expect(view).to_be_hidden()
-    assert deeds(console, "here")[0] == "I am at 0.02 and 0.00"
+    assert deeds(console, "here")[0] == f"I am at {there[0] + 0.02:.2f} and {there[1]:.2f}"
+    here.until(lambda: console.ask("api/state")["floor"]["lost"] is None, "it fits there")
 
 
 def test_who_watches_sees_all_of_it_and_changes_nothing(visit: Open, console: Running) -> None:

@@ -1,7 +1,8 @@
 """A robot and its gate in this very process: the real simulator, the real gate. Nothing is mocked.
 
-The gate's clock stands still while this process does not get the processor: a busy machine trips nothing here. How
-the gate fares in real time is tested with its own process.
+The gate's clock stands still while this process does not get the processor, and the robot waits for a console that is
+late: a busy machine trips nothing here and no turn goes too far. How gate, driver and console fare in real time is
+tested with their own processes.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from core.robots.nearness import field_of, near_points
 from core.robots.outbox import merged
 from core.sensors import SensorFrame
 from core.settings import Settings
+
+PATIENCE = 0.25  # [s] that the robot waits for its last frame to be taken
 
 
 class InProcessRobot:
@@ -71,6 +74,7 @@ class InProcessRobot:
             if self._frame is None:
                 self._news.wait(timeout)
             frame, self._frame = self._frame, None
+            self._news.notify_all()
             return None if self.cut else frame
 
     def send(self, setpoint: Setpoint) -> None:
@@ -134,8 +138,9 @@ class InProcessRobot:
                 self._frame = frame if self._frame is None else merged(self._frame, frame)
                 self._frame_at = time.monotonic()
                 self._news.notify_all()
-            due += 1 / self.profile.rate
-            self._over.wait(max(0.0, due - time.monotonic()))
+                self._news.wait_for(lambda: self._frame is None or self._over.is_set(), PATIENCE)
+            due = max(due + 1 / self.profile.rate, time.monotonic())
+            self._over.wait(due - time.monotonic())
 
     def _tick(self) -> None:
         before = time.monotonic()

@@ -179,6 +179,19 @@ test("a gate that keeps wanting neutral refuses the press, and the page says so"
   assert.ok(p.drive.mustLetGo && !p.drive.engaged);
 });
 
+test("who lost the wheel after a trip is told who drives now", () => {
+  const p = page();
+  p.keys(FORWARD);
+  p.gate.needNeutral = true;
+  p.wait(100);
+  assert.equal(p.drive.why, "The gate stopped the robot.");
+  p.permission = { may: "no", why: "Ann drives. Take over first." };
+  p.wait(100);
+  assert.equal(p.drive.why, "Ann drives. Take over first.");
+  p.keys(NOTHING);
+  assert.equal(p.drive.why, "");
+});
+
 test("when nobody drives, the press asks for the wheel once and drives when it has it", () => {
   const p = page();
   p.permission = ASK;

@@ -182,7 +182,7 @@ class Floor:
 
     def place_at(self, x: float, y: float, heading: float | None) -> None:
         """The operator says "I am here": world [m], [rad]."""
-        self._watch.clicked(self._stamp or 0.0, Click(x, y, heading), self.grid)
+        self._watch.clicked(self._stamp or 0.0, Click(x, y, heading), self.grid, self.estimate.pose)
 
     @property
     def found(self) -> str:

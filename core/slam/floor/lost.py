@@ -31,6 +31,8 @@ class LostSettings:
     click_score: float = 0.6  # of a place near a click, at least
     click_conflict: float = 0.2  # at most
     click_rival: float = 0.92  # share of its score that another place near the click may reach
+    stayed: float = 0.3  # [m] around the former place that are searched where a click is refuted …
+    stayed_heading: float = math.radians(10)  # [rad] … and around its heading
     unchecked_sd: float = 0.5  # [m] of a click that nothing on the map can confirm …
     unchecked_heading_sd: float = math.radians(40)  # [rad] … and of its heading
     place_sd: float = 0.03  # [m] of a found place, at least
@@ -65,6 +67,7 @@ AGREED = "I know where I am again: {views} views agree."
 CLICKED = "I know where I am again: what I see fits the place that was clicked."
 TRUSTED = "There is too little on the map to check the clicked place; I take it as it was told."
 UNFIT = "What I see does not fit the map there: {doubt}. Click closer, or drive me by hand."
+STAYED = "What I see does not fit the map there: {doubt}. I stay where I was, for that fits."
 NO_VIEW = "No scan has come since; wait for the laser, then click again."
 
 
@@ -79,12 +82,14 @@ class Finding:
         points: Array | None = None,
         settings: LostSettings | None = None,
         usual: float = 1.0,
+        before: Pose | None = None,
     ) -> None:
         """`why`: a clause for the operator. The map as it is now: grid and points (K, 2) [m] of its walls, world.
 
         `usual`: share of a scan's points (0..1) that lie at the map's walls while all is well (`Alarm.usual`).
+        `before`: where the robot believed to be until now, where nothing but a click speaks against it.
         """
-        self._usual = usual
+        self._usual, self._before = usual, before
         self.settings = settings or LostSettings()
         self.turn = 0.0  # [rad/s] that the robot should turn on the spot now, if it may
         self.waiting = False  # for a view from somewhere else
@@ -166,6 +171,13 @@ class Finding:
         doubt = self._doubt(fits)
         if not doubt:
             return self._found(view, fits[0], CLICKED)
+        if self._before is not None:
+            former = self._before @ view.odometry
+            stays = yield from search_near(
+                chart, view, former, settings.stayed, settings.stayed_heading, settings.belief.search
+            )
+            if not self._doubt(stays):
+                return self._found(view, stays[0], STAYED.format(doubt=doubt))
         self._phase, self._words = "asking", UNFIT.format(doubt=doubt)
         self._places = tuple(fit.pose for fit in fits)
         return (yield from self._find())

@@ -81,10 +81,10 @@ class Watch:
         if self._alarm.heed(signs):
             self.begin(stamp, self._alarm.doubt, grid)
 
-    def clicked(self, stamp: float, click: Click, grid: Grid) -> None:
-        """The operator says where the robot is."""
+    def clicked(self, stamp: float, click: Click, grid: Grid, believed: Pose) -> None:
+        """The operator says where the robot is, which believes to be elsewhere."""
         if self._finding is None:
-            self.begin(stamp, "you have told me so", grid)
+            self.begin(stamp, "you have told me so", grid, believed)
         if self._finding is not None:
             self._finding.place_at(click)
 
@@ -104,7 +104,8 @@ class Watch:
             self._alarm.calm()
         return found
 
-    def begin(self, stamp: float, why: str, grid: Grid) -> None:
-        """Look for the robot's place on this map; `why`: a clause for the operator."""
+    def begin(self, stamp: float, why: str, grid: Grid, before: Pose | None = None) -> None:
+        """Look for the robot's place on this map; `why`: a clause for the operator; `before`: where it may yet be."""
         self._odometry = Pose()
-        self._finding = Finding(stamp, why, grid, settings=self._settings.lost, usual=self._alarm.usual)
+        settings, usual = self._settings.lost, self._alarm.usual
+        self._finding = Finding(stamp, why, grid, settings=settings, usual=usual, before=before)

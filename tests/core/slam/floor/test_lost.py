@@ -158,6 +158,22 @@ def test_a_click_at_the_wrong_place_is_answered_in_words_and_a_better_one_is_tak
     assert found is not None and truth.distance_to(found.pose.x, found.pose.y) < 0.05
 
 
+def test_a_click_that_the_walls_refute_leaves_a_robot_that_was_not_lost_where_it_was(lab: Grid) -> None:
+    truth = Pose(0.5, 0.3, 0.4)
+    finding = Finding(0.0, "you have told me so", lab, before=Pose(0.53, 0.28, 0.41))
+    finding.place_at(Click(0.6, 0.2, 0.4 + math.pi / 2))
+    found = stand(finding, seen(LAB, truth, Pose()), 300)
+    assert found is not None and truth.distance_to(found.pose.x, found.pose.y) < 0.05
+    assert "does not fit the map there" in found.words and "I stay where I was" in found.words
+
+
+def test_where_neither_the_click_nor_the_former_place_fits_it_asks(lab: Grid) -> None:
+    finding = Finding(0.0, "you have told me so", lab, before=Pose(0.5, 0.3, 0.4 + math.pi))
+    finding.place_at(Click(0.6, 0.2, 0.4 + math.pi / 2))
+    assert stand(finding, seen(LAB, Pose(0.5, 0.3, 0.4), Pose()), 300) is None
+    assert finding.lost.phase == "asking"
+
+
 def test_on_an_empty_map_it_asks_and_takes_the_click_as_it_is() -> None:
     finding = Finding(0.0, "it was carried", EMPTY)
     view = seen(LAB, Pose(0.5, 0.3, 0.4), Pose())
