@@ -28,6 +28,7 @@ FIRST = 0.35  # [s] of speech after which the robot tells a direction
 WRONG = math.radians(10)  # beyond, a direction misleads
 LOST = math.pi / 2  # [rad] the mean error of a guess; counted where nothing was found
 UTTERANCES = 240
+COLUMNS = ("estimator", "array", "rt60_s", "noise", "snr_db", "error_deg", "sd_deg", "declared", "real_time_factor")
 
 
 @message
@@ -138,14 +139,16 @@ def campaign(
     estimators: Mapping[str, Estimator],
     voices: Sequence[Array] = (),
     tell: Callable[[str], None] | None = None,
+    part: tuple[int, int] = (1, 1),
 ) -> list[Trial]:
     """At least `utterances` sounds: rooms in turn of every reverberation, all arrays and noises in each.
 
-    `voices` (N,) at 16 kHz are used in turn; without any, a voice is made up.
+    `voices` (N,) at 16 kHz are used in turn; without any, a voice is made up. `part` (k, n): only the k-th of n
+    parts, which together are the whole.
     """
     scenes = max(len(REVERBERATION), math.ceil(utterances / (len(ARRAYS) * len(NOISES))))
     done: list[Trial] = []
-    for number in range(scenes):
+    for number in range(scenes * (part[0] - 1) // part[1], scenes * part[0] // part[1]):
         rng = np.random.default_rng([seed, number])
         made = practice_voice(rng, SPEECH, RATE)
         voice = voices[int(rng.integers(len(voices)))][: int(SPEECH * RATE)] if voices else made
@@ -210,9 +213,10 @@ def save(out: Path, result: dict[str, Any], done: Sequence[Trial]) -> dict[str, 
     figures_file.write_text(json.dumps(result, indent=1))
     with table.open("w", newline="") as file:
         rows = csv.writer(file)
-        rows.writerow(("estimator", "array", "rt60_s", "noise", "snr_db", "error_deg", "sd_deg", "declared"))
+        rows.writerow(COLUMNS)
         for one in done:
             sd = "" if one.sd is None else f"{math.degrees(one.sd):.4g}"
             error = f"{math.degrees(one.error):.4g}"
-            rows.writerow((one.estimator, one.array, one.rt60, one.noise, one.ratio, error, sd, int(one.declared)))
+            told = one.estimator, one.array, one.rt60, one.noise, one.ratio, error, sd, int(one.declared)
+            rows.writerow((*told, f"{one.took:.3g}"))
     return {"json": str(figures_file), "csv": str(table)}

@@ -32,6 +32,7 @@ class PlannerSettings:
     occupied: float = 0.6  # log-odds from which a cell is a wall
     margin: float = 3.0  # [m] searched beyond the straight line before the whole map is
     escape: float = 0.3  # [m] around the robot in which it may leave a tight place
+    wider: float = 0.6  # [m] more than asked for at which it stands where nearer there is no room
     reach: float = 10.0  # [m] to the farthest goal that is accepted outside the known map
 
     def __post_init__(self) -> None:
@@ -39,6 +40,8 @@ class PlannerSettings:
             if not low <= getattr(self, name) <= high:
                 raise BadInput(f"{name} must lie between {low:g} and {high:g}.")
 
+
+SOMEBODY = 0.35  # [m] around a place that somebody there may take up
 
 BOUNDS = {
     "stride": (0.02, 1.0),
@@ -49,6 +52,7 @@ BOUNDS = {
     "unknown": (1.0, 100.0),
     "margin": (0.5, 20.0),
     "escape": (0.0, 1.0),
+    "wider": (0.0, 3.0),
     "reach": (1.0, 20.0),
 }
 
@@ -62,31 +66,89 @@ def plan(
     when the goal is too far, in a wall, or walled off.
     """
     ends = np.array([[start.x, start.y], goal])
-    near = survey(
-        grid, seen, ends.min(axis=0) - settings.margin, ends.max(axis=0) + settings.margin, settings.occupied
-    )
+    near = _window(grid, seen, ends, settings.margin, settings)
     check_goal(near, start, goal, radius, settings)
-    way = _search(near, ends, radius, settings.stride, settings)
+    return _find_way(grid, seen, near, ends[0], ends[1:], radius, settings)
+
+
+def plan_beside(
+    grid: Grid,
+    seen: Array,
+    start: Pose,
+    place: tuple[float, float],
+    keep: float,
+    radius: float,
+    settings: PlannerSettings,
+) -> Array:
+    """Way (P, 2) [m], world, to where the robot can stand `keep` [m] from a place with nothing in between.
+
+    The place itself may be taken: somebody stands there. Where the ring of that distance is not free, a wider one is
+    tried. Raises Refused with a sentence when the place is too far away or there is nowhere to stand.
+    """
+    ends = np.array([[start.x, start.y], place])
+    near = _window(grid, seen, ends, settings.margin + keep, settings)
+    check_reach(near, start, place, settings)
+    stands = stands_around(near, place, keep, radius + settings.guard, settings.wider)
+    if not len(stands):
+        raise Refused(f"I find no free place to stand {keep:g} m from there.")
+    return _find_way(grid, seen, near, ends[0], stands, radius, settings)
+
+
+def stands_around(terrain: Terrain, place: tuple[float, float], keep: float, room: float, wider: float) -> Array:
+    """Where a body that needs `room` [m] can stand `keep` [m] from a place and see it: (K, 2) [m], none: (0, 2).
+
+    Where nothing is free at that distance, the next one that is free counts, up to `wider` [m] more.
+    """
+    around = np.linspace(-math.pi, math.pi, 48, endpoint=False)
+    rays = np.column_stack((np.cos(around), np.sin(around)))
+    for more in np.arange(0.0, wider + 1e-9, 0.1):
+        stands = np.array(place) + (keep + more) * rays
+        free = terrain.clearance_at(stands) >= room
+        shares = np.linspace(min(1.0, SOMEBODY / (keep + more)), 1.0, 12)[None, :, None]
+        between = np.array(place) + (stands - place)[:, None] * shares
+        seen = (terrain.clearance_at(between.reshape(-1, 2)) > 0).reshape(len(stands), -1).all(axis=1)
+        if (free & seen).any():
+            return stands[free & seen]
+    return np.empty((0, 2))
+
+
+def _window(grid: Grid, seen: Array, ends: Array, margin: float, settings: PlannerSettings) -> Terrain:
+    """The terrain around places (N, 2) [m]."""
+    return survey(grid, seen, ends.min(axis=0) - margin, ends.max(axis=0) + margin, settings.occupied)
+
+
+def _find_way(
+    grid: Grid, seen: Array, near: Terrain, start: Array, goals: Array, radius: float, settings: PlannerSettings
+) -> Array:
+    """Way from `start` (2,) to the cheapest of `goals` (G, 2) [m], in the window or in the whole map."""
+    way = _search(near, start, goals, radius, settings.stride, settings)
     if way is not None:
         return _resample(_pull_tight(near, way, radius, settings), settings.spacing)
-    corners = np.vstack((ends, grid.origin, grid.origin + np.array(grid.log_odds.shape[::-1]) * grid.resolution))
-    whole = survey(grid, seen, corners.min(axis=0), corners.max(axis=0), settings.occupied)
+    corners = np.vstack(
+        (start, goals, grid.origin, grid.origin + np.array(grid.log_odds.shape[::-1]) * grid.resolution)
+    )
+    whole = _window(grid, seen, corners, 0.0, settings)
     for stride in (settings.stride, grid.resolution):
-        way = _search(whole, ends, radius, stride, settings)
+        way = _search(whole, start, goals, radius, stride, settings)
         if way is not None:
             return _resample(_pull_tight(whole, way, radius, settings), settings.spacing)
     raise Refused("I know of no way there: walls or too narrow gaps close it off.")
+
+
+def check_reach(terrain: Terrain, start: Pose, goal: tuple[float, float], settings: PlannerSettings) -> None:
+    """Raises Refused for what lies far away and outside the map."""
+    if start.distance_to(*goal) > settings.reach and not terrain.known_at(*goal):
+        raise Refused(
+            f"That place is {start.distance_to(*goal):.1f} m away and not on the map; "
+            f"outside the map I go up to {settings.reach:g} m."
+        )
 
 
 def check_goal(
     terrain: Terrain, start: Pose, goal: tuple[float, float], radius: float, settings: PlannerSettings
 ) -> None:
     """Raises Refused when the robot cannot stand at the goal, naming the nearest place where it can."""
-    if start.distance_to(*goal) > settings.reach and not terrain.known_at(*goal):
-        raise Refused(
-            f"That place is {start.distance_to(*goal):.1f} m away and not on the map; "
-            f"outside the map I go up to {settings.reach:g} m."
-        )
+    check_reach(terrain, start, goal, settings)
     needed = radius + settings.guard
     room = float(terrain.clearance_at(np.array([goal]))[0])
     if room >= needed:
@@ -115,32 +177,35 @@ def _cost(terrain: Terrain, clearance: Array, known: Array, radius: float, setti
     return np.where(known, cost, cost * settings.unknown)
 
 
-def _search(terrain: Terrain, ends: Array, radius: float, stride: float, settings: PlannerSettings) -> Array | None:
-    """Dijkstra from the goal on a lattice of that stride [m]: points (P, 2) [m] from start to goal, or None."""
+def _search(
+    terrain: Terrain, start: Array, goals: Array, radius: float, stride: float, settings: PlannerSettings
+) -> Array | None:
+    """Dijkstra from the goals (G, 2) on a lattice of that stride [m]: points (P, 2) [m] from start to one, or None."""
     every = max(1, round(stride / terrain.resolution))
     clearance, known = terrain.clearance[::every, ::every], terrain.known[::every, ::every]
     rows, columns = np.indices(clearance.shape)
     places = terrain.places(rows.ravel() * every, columns.ravel() * every).reshape(*clearance.shape, 2)
-    from_robot = np.hypot(*np.moveaxis(places - ends[0], -1, 0))
+    from_robot = np.hypot(*np.moveaxis(places - start, -1, 0))
     open_ = (clearance >= radius + settings.guard) | ((from_robot < settings.escape) & (clearance > 0.5 * radius))
     cost = _cost(terrain, clearance, known, radius, settings)
     node = np.full(clearance.shape, -1)
     node[open_] = np.arange(np.count_nonzero(open_))
-    start, goal = (_nearest(places, open_, end, 2 * stride) for end in ends)
-    if start is None or goal is None:
+    begin = _nearest(places, open_, start, 2 * stride)
+    found = [(cell, goal) for goal in goals if (cell := _nearest(places, open_, goal, 2 * stride)) is not None]
+    if begin is None or not found:
         return None
-    before = _predecessors(node, cost, int(node[goal]))
-    here = int(node[start])
-    order = [here]
+    ends = {int(node[cell]): goal for cell, goal in reversed(found)}
+    before = _predecessors(node, cost, list(ends))
+    order = [int(node[begin])]
     while before[order[-1]] >= 0:
         order.append(int(before[order[-1]]))
-    if order[-1] != node[goal]:
+    if order[-1] not in ends:
         return None
-    return np.vstack((ends[0], places[open_][order], ends[1]))
+    return np.vstack((start, places[open_][order], ends[order[-1]]))
 
 
-def _predecessors(node: Array, cost: Array, goal: int) -> Array:
-    """(N,): the next node on the way to the goal, negative where there is none."""
+def _predecessors(node: Array, cost: Array, goals: list[int]) -> Array:
+    """(N,): the next node on the way to the nearest goal, negative where there is none."""
     froms: list[Array] = []
     tos: list[Array] = []
     prices: list[Array] = []
@@ -153,7 +218,7 @@ def _predecessors(node: Array, cost: Array, goal: int) -> Array:
         prices.append(0.5 * math.hypot(down, right) * (cost[a] + cost[b])[both])
     count = int(node.max()) + 1
     edges = csr_matrix((np.concatenate(prices), (np.concatenate(froms), np.concatenate(tos))), shape=(count, count))
-    return dijkstra(edges, directed=False, indices=goal, return_predecessors=True)[1]
+    return dijkstra(edges, directed=False, indices=goals, return_predecessors=True, min_only=True)[1]
 
 
 def _nearest(places: Array, open_: Array, end: Array, reach: float) -> tuple[int, int] | None:

@@ -3,18 +3,29 @@
 Needs `pip install pyroomacoustics` (0.10.1 was measured), and OMP_NUM_THREADS=1 in the environment for times on one
 core. Peers get the speech without the noise before it, which they have no use for. With the flat array they search
 azimuths in whole degrees, with the tetrahedron 2,000 directions of the sphere, as their documentation shows.
+`--part 2/8` measures the second of eight parts, `--pool` puts together what the parts have written.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import json
+import math
 import sys
 from pathlib import Path
 
 import numpy as np
 
-from core.experiments.direction_of_arrival import ESTIMATORS, Answer, Estimator, campaign, save, summary
+from core.experiments.direction_of_arrival import (
+    ESTIMATORS,
+    Answer,
+    Estimator,
+    Trial,
+    campaign,
+    save,
+    summary,
+)
 from core.experiments.talk_in_rooms import PRE_ROLL, RATE
 from core.log.sound_file import read_sound
 from core.message import Array
@@ -55,6 +66,28 @@ def voices(folder: Path) -> list[Array]:
     return found
 
 
+def written(folder: Path) -> list[Trial]:
+    """All trials that parts have written below a folder."""
+    done: list[Trial] = []
+    for path in sorted(folder.glob("part-*/direction.csv")):
+        with path.open(newline="") as file:
+            done += [
+                Trial(
+                    estimator=row["estimator"],
+                    array=row["array"],
+                    rt60=float(row["rt60_s"]),
+                    noise=row["noise"],
+                    ratio=float(row["snr_db"]),
+                    error=math.radians(float(row["error_deg"])),
+                    sd=math.radians(float(row["sd_deg"])) if row["sd_deg"] else None,
+                    declared=row["declared"] == "1",
+                    took=float(row["real_time_factor"]),
+                )
+                for row in csv.DictReader(file)
+            ]
+    return done
+
+
 def main() -> None:
     """Measure, write direction.json and direction.csv, say the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -62,14 +95,26 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--speech", type=Path, default=None, help="folder of recordings; without: a made-up voice")
     parser.add_argument("--out", type=Path, default=Path("direction"))
+    parser.add_argument("--part", default="1/1", help="which of how many parts, as 2/8")
+    parser.add_argument("--pool", action="store_true", help="measure nothing: put together the parts in --out")
     chosen = parser.parse_args()
-    estimators = dict(ESTIMATORS) | {name: peer(name) for name in ("SRP", "MUSIC", "NormMUSIC")}
+    number, parts = map(int, chosen.part.split("/"))
     spoken = voices(chosen.speech) if chosen.speech else []
-    done = campaign(
-        chosen.utterances, chosen.seed, estimators, spoken, tell=lambda words: sys.stderr.write(f"{words}\n") and None
-    )
+    if chosen.pool:
+        done, out = written(chosen.out), chosen.out
+    else:
+        estimators = dict(ESTIMATORS) | {name: peer(name) for name in ("SRP", "MUSIC", "NormMUSIC")}
+        done = campaign(
+            chosen.utterances,
+            chosen.seed,
+            estimators,
+            spoken,
+            tell=lambda words: sys.stderr.write(f"{words}\n") and None,
+            part=(number, parts),
+        )
+        out = chosen.out if parts == 1 else chosen.out / f"part-{number:02d}"
     told = summary(done)
-    save(chosen.out, {"seed": chosen.seed, "voices": len(spoken), "estimators": told}, done)
+    save(out, {"seed": chosen.seed, "voices": len(spoken), "estimators": told}, done)
     for name, one in told.items():
         sys.stdout.write(f"{name}: {json.dumps(one['all'])}\n")
         for part in ("arrays", "noises"):

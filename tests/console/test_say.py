@@ -36,7 +36,6 @@ def state(live: Live) -> dict[str, Any]:
 
 @needs_words
 def test_a_voice_is_heard_where_it_is_and_what_it_says_is_judged(live: Live) -> None:
-    assert state(live)["ears"]["listening"] is False
     robot = live.ask("GET", "/api/sim/truth", token=live.operator).json
     told = say(live, pcm=babble(1.0))
     assert (told.status, told.json["seconds"]) == (202, 1.0)
