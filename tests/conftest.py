@@ -14,15 +14,22 @@ for library in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(library, "1")  # as in the console; must come before the first import of numpy
 
 REPOSITORY = Path(__file__).resolve().parent.parent
-LIVE = ("benchmarks/", "browser/", "console/", "core/gate/test_gate_process.py")  # these keep real time
+BROWSER = "browser/"
+LIVE = (BROWSER, "benchmarks/", "console/", "core/gate/test_gate_process.py")  # these keep real time
+LONG = "test_conventions.py"  # its reading of types lasts longest of what computes
+
+
+def room_of(file: str) -> str:
+    """What goes together: the pages, the consoles, and of the rest every file by itself."""
+    file = file.removeprefix("tests/")
+    return BROWSER if file.startswith(BROWSER) else "live" if file.startswith(LIVE) else file
 
 
 class Sharing(LoadScopeScheduling):
-    """Tests that keep real time run one after another in one process, the others beside them, file by file."""
+    """Pages in one process, consoles in another, one test after another each; beside them the others, by files."""
 
     def _split_scope(self, nodeid: str) -> str:
-        file = nodeid.partition("::")[0]
-        return "live" if file.removeprefix("tests/").startswith(LIVE) else file
+        return room_of(nodeid.partition("::")[0])
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -30,18 +37,24 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Sharing:
     return Sharing(config, log)
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """What lasts longest begins first."""
+    ranks = {BROWSER: 0, "live": 1, LONG: 2}
+    items.sort(key=lambda item: ranks.get(room_of(file_of(item)), 3))
+
+
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """What only computes takes the time that is left over by what keeps real time."""
     if "PYTEST_XDIST_WORKER" in os.environ and hasattr(os, "SCHED_IDLE"):
-        policy = os.SCHED_OTHER if is_live(item) else os.SCHED_IDLE
+        policy = os.SCHED_OTHER if file_of(item).startswith(LIVE) else os.SCHED_IDLE
         if os.sched_getscheduler(0) != policy:
             with contextlib.suppress(PermissionError):  # some systems let nobody out of idleness
                 os.sched_setscheduler(0, policy, os.sched_param(0))
 
 
-def is_live(item: pytest.Item) -> bool:
-    """Whether a test keeps real time, with processes of a running console."""
-    return item.path.relative_to(REPOSITORY / "tests").as_posix().startswith(LIVE)
+def file_of(item: pytest.Item) -> str:
+    """The file of a test, as seen from this folder."""
+    return item.path.relative_to(REPOSITORY / "tests").as_posix()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
