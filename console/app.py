@@ -25,8 +25,10 @@ from console.api.page import PageFiles, page, static_folder
 from console.api.playback import playback
 from console.api.simulation import simulation
 from console.api.slam import slam
+from console.api.speech_quality import speech_quality
 from console.api.state import state
 from console.api.stop import stop
+from console.api.voice import voice
 from console.problems import Problem, problem_of
 from console.roles import check_roles
 from console.runtime import Runtime
@@ -49,6 +51,8 @@ ROUTERS = (
     calibration,
     calibration_files,
     simulation,
+    voice,
+    speech_quality,
     documentation,
     page,
 )

@@ -106,7 +106,7 @@ class AudioTalk:
         kind, _, clock = wire.AUDIO_HEADER.unpack_from(raw)
         if kind != wire.AUDIO_KIND or not 0 <= clock < 1e15:
             self._close(1007, "This is no piece of sound: its header is wrong.")
-        elif self._turn is not None:
+        elif self._turn is not None and not (self._turn.mode == "open" and self._runtime.voice.muted):
             samples = np.frombuffer(raw, "<i2", offset=size).astype(float) / 32768
             self._turn.add(samples, clock / 1000)
 

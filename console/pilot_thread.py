@@ -7,6 +7,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Protocol
 
 from console.helm import Helm
@@ -118,13 +119,16 @@ class PilotThread:
         helm: Helm,
         publish: Callable[[Snapshot, SensorFrame], None],
         failed: Callable[[str], None],
+        deaf: Callable[[float], bool] = lambda _: False,
     ) -> None:
+        """`deaf`: whether what was heard up to a stamp [s] is not listened to."""
         self.pilot = pilot
         self.pace = Pace()
         self._robot = robot
         self._helm = helm
         self._publish = publish
         self._failed = failed
+        self._deaf = deaf
         self._over = threading.Event()
         self._turned = 0.0  # [s] when it last was at the beginning of a turn
         self._thread = threading.Thread(target=self._run, name="pilot", daemon=True)
@@ -158,6 +162,8 @@ class PilotThread:
                 if frame is None:
                     continue
                 arrived = time.monotonic()
+                if frame.sound is not None and self._deaf(frame.stamp):
+                    frame = replace(frame, sound=None)
                 snapshot = self.pilot.step(frame)
                 self._helm.follow(snapshot)
                 self._publish(snapshot, frame)

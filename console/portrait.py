@@ -39,6 +39,7 @@ class Circumstances:
     notices: Sequence[Notice]
     history_revision: int
     map: wire.MapState
+    muted: bool = False  # the robot speaks: nobody is listened to
 
 
 def draw(snapshot: Snapshot, around: Circumstances, seq: int) -> wire.State:
@@ -55,7 +56,7 @@ def draw(snapshot: Snapshot, around: Circumstances, seq: int) -> wire.State:
         floor=floor(snapshot.floor),
         map=around.map,
         direction=hearing_portrait.direction(snapshot.hearing, around.profile.camera),
-        ears=hearing_portrait.ears(snapshot.hearing, around.profile.camera),
+        ears=hearing_portrait.ears(snapshot.hearing, around.profile.camera, muted=around.muted),
         goal=None if goal is None else wire.Place(near(goal[0]), near(goal[1])),
         path=[(x, y) for x, y in rounded(snapshot.path, 3)],
         command=None if snapshot.undertaking is None else command(snapshot.undertaking),

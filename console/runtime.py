@@ -30,11 +30,13 @@ from console.notice_board import NoticeBoard
 from console.pilot_thread import Pace, PilotLike, PilotThread
 from console.player import Player
 from console.portrait import Circumstances, draw
+from console.quality_runs import QualityRuns
 from console.robot_link import RobotLink
+from console.robot_voice import RobotVoice
 from console.scene import Scene
 from console.security import Access
 from console.sockets import Sockets
-from console.watch import HANGS, Watch
+from console.watch import Watch
 from core.errors import BeckonError
 from core.robots import Profile
 from core.sensors import SensorFrame, Sound
@@ -67,6 +69,8 @@ class Runtime:
         self.maps = MapDesk(home, robot, self.door, self.lease, self.history)
         self.ears = Ears(self.door, self.history, self.board)
         self.microphone = Microphone()
+        self.voice = RobotVoice()
+        self.quality = QualityRuns(home)
         self.player = Player(robot, self.history, self.board)
         self.scene = Scene(robot, self._complain)
         self.workbench = Workbench(home, robot, self.hub, self.board.tell, self._look_through)
@@ -100,7 +104,7 @@ class Runtime:
             self._opening = False
         await asyncio.to_thread(self.history.open)
         await self.scene.open(self.door, self.sockets)
-        await self.workbench.open()
+        await asyncio.gather(self.workbench.open(), self.quality.open())
         self._start_pilot()
         self.keep(asyncio.create_task(self._beat()))
 
@@ -122,15 +126,13 @@ class Runtime:
     async def close(self) -> None:
         """Stop the robot and let go of everything."""
         self.farewell()
-        tasks = list(self._tasks)
-        for task in tasks:
+        for task in (tasks := list(self._tasks)):
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
         if self._pilot is not None:
             await asyncio.to_thread(self._pilot.close)
-        await self.workbench.close()
-        await self.ears.close()
-        await self.microphone.close()
+        parts = (self.workbench, self.ears, self.microphone, self.quality)
+        await asyncio.gather(*(part.close() for part in parts))
         await asyncio.to_thread(self.robot.close)
         await self.scene.close()
         await asyncio.to_thread(self.history.close)
@@ -154,6 +156,7 @@ class Runtime:
             notices=tuple(self.board.shown),
             history_revision=self.history.revision,
             map=self.maps.shown,
+            muted=self.voice.muted,
         )
         self._seq += 1
         return draw(self.snapshot, around, self._seq)
@@ -162,20 +165,6 @@ class Runtime:
     def pace(self) -> Pace:
         """How the pilot keeps up."""
         return self._pilot.pace if self._pilot is not None else Pace()
-
-    def troubles(self) -> list[str]:
-        """Why the console is not well, in sentences; empty when it is."""
-        link, age = self.robot.link()
-        told: list[str] = []
-        if link != "live":
-            told.append(self.robot.trouble or f"The robot's link is {link}; its newest frame is {age:.1f} s old.")
-        if self.failure:
-            told.append(self.failure)
-        elif self._hangs:
-            told.append(HANGS)
-        elif self.snapshot is None:
-            told.append("No frame of the robot has been worked on yet.")
-        return told
 
     async def ask(self, request: dict[str, Any]) -> dict[str, Any]:
         """A request to the driver, waited for outside the event loop."""
@@ -192,7 +181,8 @@ class Runtime:
         self.failure = ""
         pilot = self._make_pilot()
         pilot.look_through(self.workbench.profile())
-        self._pilot = PilotThread(self.robot, pilot, self.door.helm, self._published, self._pilot_failed)
+        told = (self._published, self._pilot_failed, self.voice.deaf)
+        self._pilot = PilotThread(self.robot, pilot, self.door.helm, *told)
         self.door.pilot = pilot
         self.board.another_pilot()
         self._pilot.start()
@@ -279,7 +269,7 @@ class Runtime:
         for person in self.access.logins.expire(now):
             self.door.forget(person)
             self.sockets.close_of(person, 1008, "Your login has expired; sign in again.")
-        if self._watch.look(hangs=self._hangs):
+        if self._watch.look(hangs=self.hangs):
             self._nothing_under_way()
         self.workbench.tick(now)
         self.microphone.tick(now)
@@ -287,7 +277,8 @@ class Runtime:
             self._tell_state()
 
     @property
-    def _hangs(self) -> bool:
+    def hangs(self) -> bool:
+        """Whether the pilot is caught in a step."""
         return self._pilot is not None and self._pilot.alive and not self._pilot.steps
 
     def _nothing_under_way(self) -> None:

@@ -90,6 +90,8 @@ def serve(options: Options) -> None:
         )
         runtime = Runtime(robot, lambda: Pilot(robot.profile, settings), home=home, access=access)
         runtime.ears.settings = runtime.microphone.settings = settings.speech
+        runtime.voice.settings = settings.voice
+        runtime.quality.ears, runtime.quality.speech = settings.simulation, settings.speech
         server = Server(configured(create_app(runtime)), runtime, lambda: announce(options, port, access))
         recording = options.robot.removeprefix("log:")
         if recording != options.robot and Path(recording).exists():

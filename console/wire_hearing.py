@@ -30,6 +30,7 @@ class Ears(Struct):
     """What the robot's ears make of the sound."""
 
     listening: bool
+    muted: bool  # the robot itself speaks, so that nothing is listened to
     speaking: bool
     level_dbfs: float | None
     voices: list[VoiceHeard]  # most recently heard first

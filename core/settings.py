@@ -37,6 +37,7 @@ from core.slam.motion import MotionSettings
 from core.slam.occupancy import OccupancySettings
 from core.slam.scan_odometry import ScanOdometrySettings
 from core.speech.settings import SpeechSettings
+from core.speech.voice import VoiceSettings
 
 LARGEST = 1_000_000  # bytes of a settings file
 
@@ -51,6 +52,7 @@ class Settings:
     drift: DriftSettings = field(default_factory=DriftSettings)
     hearing: HearingSettings = field(default_factory=HearingSettings)
     speech: SpeechSettings = field(default_factory=SpeechSettings)
+    voice: VoiceSettings = field(default_factory=VoiceSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     ekf: EkfSettings = field(default_factory=EkfSettings)
     scan_odometry: ScanOdometrySettings = field(default_factory=ScanOdometrySettings)

@@ -11,6 +11,8 @@ from console import wire
 from console.api import Behind, router
 from console.problems import Problem
 from console.roles import needs
+from console.runtime import Runtime
+from console.watch import HANGS
 
 state = router("state")
 
@@ -29,13 +31,28 @@ async def newest(behind: Behind) -> Response:
 @needs("public")
 async def health(behind: Behind) -> Response:
     """200 when all is well, 503 with the reasons when it is not."""
-    troubles = behind.troubles()
+    reasons = troubles(behind)
     pace = behind.pace
     told: dict[str, Any] = {
-        "ok": not troubles,
-        "reasons": troubles,
+        "ok": not reasons,
+        "reasons": reasons,
         "scene": behind.scene.why_not or "ok",
         "pilot_late_ms": {"p50": pace.late_ms(0.5), "p99": pace.late_ms(0.99)},
         "pilot_step_ms": {"p50": pace.step_ms(0.5), "p99": pace.step_ms(0.99)},
     }
-    return Response(msgspec.json.encode(told), 503 if troubles else 200, media_type="application/json")
+    return Response(msgspec.json.encode(told), 503 if reasons else 200, media_type="application/json")
+
+
+def troubles(behind: Runtime) -> list[str]:
+    """Why the console is not well, in sentences; empty when it is."""
+    link, age = behind.robot.link()
+    told: list[str] = []
+    if link != "live":
+        told.append(behind.robot.trouble or f"The robot's link is {link}; its newest frame is {age:.1f} s old.")
+    if behind.failure:
+        told.append(behind.failure)
+    elif behind.hangs:
+        told.append(HANGS)
+    elif behind.snapshot is None:
+        told.append("No frame of the robot has been worked on yet.")
+    return told

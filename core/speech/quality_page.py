@@ -13,6 +13,7 @@ from core.speech.quality import Path, Quality
 from core.speech.quality_style import STYLE
 from core.speech.spectrogram import loudest_db, spectrogram_png
 
+SHOWN = 12.0  # [s] of the recordings that are drawn
 SIGN = "Below zero, or a ratio below one: the robot hears worse than the person's own path."
 
 
@@ -109,13 +110,14 @@ def _marked(pairs: Sequence[Pair]) -> str:
 
 
 def _sound(one: Likeness) -> str:
-    top = max(loudest_db(one.matched.original, RATE), loudest_db(one.matched.received, RATE))
+    shown = [samples[: round(SHOWN * RATE)] for samples in (one.matched.original, one.matched.received)]
+    top = max(loudest_db(samples, RATE) for samples in shown)
     pictures = "".join(
         f"<figure><figcaption>{name}</figcaption><img alt='Spectrogram of the {name} sound' "
         f"src='data:image/png;base64,{base64.b64encode(spectrogram_png(samples, RATE, top)).decode()}'></figure>"
-        for name, samples in (("original", one.matched.original), ("received", one.matched.received))
+        for name, samples in zip(("original", "received"), shown, strict=True)
     )
-    seconds = len(one.matched.original) / RATE
+    seconds = len(shown[0]) / RATE
     rows = [
         ("STOI", _number(one.stoi, ".3f"), "understood, 0 to 1"),
         ("ESTOI", _number(one.estoi, ".3f"), "the same where noise comes and goes"),
@@ -137,7 +139,8 @@ def _sound(one: Likeness) -> str:
     )
     return (
         f"<section><h2>The two recordings</h2><table class='measures'><tbody>{body}</tbody></table>{pictures}"
-        f"<p class='note'>{seconds:.1f} s to the right, 0 to 8 kHz upwards, the same colours in both.</p></section>"
+        f"<p class='note'>The first {seconds:.1f} s to the right, 0 to 8 kHz upwards, the same colours in both.</p>"
+        "</section>"
     )
 
 

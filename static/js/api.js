@@ -78,6 +78,14 @@ export const login = (token) => post("api/login", { token });
 /** @param {boolean} on whether the robot's own microphones listen */
 export const listen = (on) => post("api/hearing", { listen: on });
 
+/** @typedef {{id: number, seconds: number, rate_hz: number, pcm: string}} Spoken 16-bit samples in base64 */
+
+/** @param {string} text @returns {Promise<Spoken>} how the robot says it; from now on nobody is listened to */
+export const voice = (text) => post("api/voice", { text });
+
+/** @param {number} id of an utterance that is over */
+export const hush = (id) => post("api/voice/hush", { id });
+
 export const logout = () => post("api/logout");
 
 /** @param {number} press a number for this press of STOP, the same as over the socket */

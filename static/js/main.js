@@ -1,6 +1,7 @@
 // The page: its parts, listed; what joins them; and the beat at which they show the newest view.
 
 import "./theme.js";
+import "./panels/answer-button.js";
 import "./panels/app-menu.js";
 import "./panels/banner-stack.js";
 import "./panels/camera-view.js";

@@ -40,6 +40,8 @@ const ANSWER_MS = 5000;
  * @property {null} stopped
  * @property {string} trouble a sentence
  * @property {import("./hear/talk.js").Transcript} transcript what was heard in our own microphone
+ * @property {boolean} speaking whether the robot's voice is heard in this browser
+ * @property {null} interrupt the robot is to fall silent: somebody speaks to it
  * @property {string} told a sentence for those who do not see the page
  */
 
@@ -158,6 +160,16 @@ export class Session {
   /** @param {import("./hear/talk.js").Transcript} transcript */
   transcribe(transcript) {
     this.#tell("transcript", transcript);
+  }
+
+  /** @param {boolean} speaking whether the robot's voice is heard here now */
+  speaks(speaking) {
+    this.#tell("speaking", speaking);
+  }
+
+  /** Somebody is about to speak to the robot. */
+  interrupt() {
+    this.#tell("interrupt", null);
   }
 
   /** @param {string} sentence that passes over the page */

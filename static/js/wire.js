@@ -210,6 +210,7 @@ export const CAMERA_HEADER_BYTES = 16;
  * What the robot's ears make of the sound.
  * @typedef {object} Ears
  * @property {boolean} listening
+ * @property {boolean} muted
  * @property {boolean} speaking
  * @property {number | null} level_dbfs
  * @property {VoiceHeard[]} voices

@@ -16,6 +16,7 @@ import { socketAddress } from "../api.js";
  * @property {number} seconds
  * @property {number} delay_s
  * @property {number | null} [deed]
+ * @property {boolean} [held] the button was held: it was surely meant for the robot
  */
 /** @typedef {{kind: "listening", on: boolean, why: string}} Listening */
 
@@ -84,6 +85,11 @@ export class Talk {
     if (!this.#speaking) return;
     this.#speaking = false;
     if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(JSON.stringify({ kind: "rest" }));
+  }
+
+  /** What was kept from before the press is not to be heard: the robot itself was speaking. */
+  forget() {
+    this.#before = [];
   }
 
   /** @param {Piece} piece */

@@ -49,10 +49,12 @@ class HearingCard extends Panel {
     mark(this.#rose, "hidden", ears === null);
     this.#listen.hidden = ears === null;
     this.#listen.disabled = !up || permission.may === "no";
-    mark(this.#listen, "aria-pressed", String(ears?.listening ?? false));
+    if (!ears?.muted) mark(this.#listen, "aria-pressed", String(ears?.listening ?? false));
     this.#rose.show(ears);
     const [voice] = ears?.voices ?? [];
-    write(this.#where, voice ? told(voice) : ears?.listening ? "Listening; nobody speaks." : "");
+    const on = this.#listen.getAttribute("aria-pressed") === "true";
+    const quiet = on && ears?.muted ? "Not listening while the robot speaks." : on ? "Listening; nobody speaks." : "";
+    write(this.#where, voice ? told(voice) : quiet);
     this.#where.hidden = this.#where.textContent === "";
   }
 

@@ -46,6 +46,9 @@ export class VoiceButton extends Panel {
   #microphone = new Microphone();
   #talk = new Talk();
   #held = false;
+  #muted = false; // the robot speaks in this browser and must not hear itself
+  /** @type {"held" | "open"} */
+  #mode = "held";
   #listening = false;
   #why = "";
   #until = 0; // [ms] when an open microphone closes
@@ -70,7 +73,8 @@ export class VoiceButton extends Panel {
     this.#open.addEventListener("change", () => void this.#leaveOpen(this.#open.checked));
     this.#microphone.changed = () => this.#draw();
     this.#microphone.heard = (piece) => {
-      this.#talk.add(piece);
+      if (this.#muted) this.#talk.forget();
+      else this.#talk.add(piece);
       this.#level();
     };
     this.#talk.turned = (on, remark) => {
@@ -78,7 +82,7 @@ export class VoiceButton extends Panel {
       if (remark) this.session.complain(remark);
       this.#draw();
     };
-    this.#talk.heard = (transcript) => this.session.transcribe(transcript);
+    this.#talk.heard = (transcript) => this.session.transcribe({ ...transcript, held: this.#mode === "held" });
     this.#talk.ended = (why) => {
       this.#held = this.#listening = false;
       this.#open.checked = false;
@@ -88,6 +92,10 @@ export class VoiceButton extends Panel {
       if (document.visibilityState === "hidden") this.#close();
     });
     this.session.on("stopped", () => this.hold(false));
+    this.session.on("speaking", (speaking) => {
+      this.#muted = speaking;
+      this.#draw();
+    });
     setInterval(() => this.#expire(performance.now()), 1000);
     this.#draw();
   }
@@ -114,7 +122,9 @@ export class VoiceButton extends Panel {
   /** @param {"held" | "open"} mode */
   async #begin(mode) {
     this.#why = "";
+    this.#mode = mode;
     this.#used = performance.now();
+    this.session.interrupt();
     this.#talk.open();
     if (!(await this.#microphone.open(this.#cleaning()))) {
       this.#held = this.#open.checked = false;
@@ -219,7 +229,7 @@ export class VoiceButton extends Panel {
     redraw(this.#icon, state === "refused" ? "muted" : "microphone");
     if (!speaking) this.#ring.style.setProperty("--level", "0");
     const hint = state === "asking" ? "Allow the microphone in the browser…" : "Starting…";
-    const words = speaking ? (this.#listening && state === "on" ? (open ? "Open: say a command" : "Listening…") : hint) : "";
+    const words = speaking ? (this.#listening && state === "on" ? (this.#muted ? "Muted while the robot speaks" : open ? "Open: say a command" : "Listening…") : hint) : "";
     write(this.#says, this.#why || words);
     mark(this.#says, "data-tone", this.#why ? "stale" : "live");
     this.#says.hidden = !(this.#why || words);

@@ -1,0 +1,111 @@
+"""How well somebody is understood where the robot stands now: runs, their figures and their pages."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import math
+from typing import Annotated, Any
+
+from fastapi import Path, Response
+from pydantic import Field
+
+from console.api import Behind, Who, Wish, router
+from console.api.simulation import simulated
+from console.problems import Problem
+from console.roles import needs
+from core.speech.quality_style import STYLE
+
+speech_quality = router("speech quality")
+
+Id = Annotated[str, Path(max_length=40)]
+Distance = Annotated[float, Field(ge=0.3, le=12)]
+Ratio = Annotated[float, Field(ge=-10, le=60)]
+STYLED = base64.b64encode(hashlib.sha256(STYLE.encode()).digest()).decode()
+POLICY = f"default-src 'none'; img-src data:; style-src 'sha256-{STYLED}'; frame-ancestors 'none'"
+ONLY_SIMULATED = (
+    "Hearing is measured by itself only on the simulated robot. With a real one, record what is said and what it "
+    "hears, and compare them: beckon speech-quality --orig-wav ORIG.wav --rev-wav REV.wav"
+)
+PAGE: dict[int | str, dict[str, Any]] = {200: {"content": {"text/html": {}}}}
+
+
+class QualityWish(Wish):
+    """Where people speak: `distances_m` from the robot, towards a place of the world or in a direction of the robot.
+
+    `snr_db`: of a voice at 1 m over the room's noise. Every pair of both is measured with as many `phrases`.
+    """
+
+    distances_m: list[Distance] = Field(default=[1.0, 2.0, 3.0], min_length=1, max_length=10)
+    snr_db: list[Ratio] = Field(default=[30.0, 10.0], min_length=1, max_length=10)
+    phrases: int = Field(default=18, ge=1, le=36)
+    azimuth_rad: float = Field(default=0.0, ge=-10, le=10)
+    x_m: float | None = Field(default=None, ge=-1000, le=1000)
+    y_m: float | None = Field(default=None, ge=-1000, le=1000)
+
+
+@speech_quality.get("/speech-quality")
+@needs("viewer")
+async def runs(behind: Behind) -> dict[str, Any]:
+    """All runs, newest first; what is missing for another one stands in `why_not`."""
+    why_not = "" if behind.robot.profile.kind == "SIM" else ONLY_SIMULATED
+    return {"runs": [run.told() for run in reversed(behind.quality.runs.values())], "why_not": why_not}
+
+
+@speech_quality.post("/speech-quality", status_code=202)
+@needs("operator")
+async def begin(asked: QualityWish, behind: Behind, who: Who) -> dict[str, Any]:
+    """Measure in the simulated room, from where the robot is now; how it goes stands in the run."""
+    if behind.robot.profile.kind != "SIM":
+        raise Problem(409, ONLY_SIMULATED)
+    robot = await simulated(behind).ask({"do": "truth"})
+    world = (await behind.ask({"do": "plan"}))["name"]
+    towards = robot["heading_rad"] + asked.azimuth_rad
+    if asked.x_m is not None and asked.y_m is not None:
+        x, y = asked.x_m - robot["x_m"], asked.y_m - robot["y_m"]
+        towards = math.atan2(y, x)
+    wish = {
+        "world": world,
+        **{name: float(robot[name]) for name in ("x_m", "y_m", "heading_rad")},
+        "towards_rad": towards,
+        "distances_m": asked.distances_m,
+        "snr_db": asked.snr_db,
+        "phrases": asked.phrases,
+    }
+    run = behind.quality.begin(wish, who)
+    behind.history.add("speech quality", who, words="begin")
+    return run.told()
+
+
+@speech_quality.get("/speech-quality/{id}")
+@needs("viewer")
+async def one(id: Id, behind: Behind) -> dict[str, Any]:
+    """One run: how far it is, and a row of figures for every place."""
+    return behind.quality.find(id).told()
+
+
+@speech_quality.post("/speech-quality/{id}/cancel")
+@needs("operator")
+async def cancel(id: Id, behind: Behind) -> dict[str, Any]:
+    """Give it up; what was measured so far stays."""
+    run = behind.quality.find(id)
+    await behind.quality.cancel(run)
+    return run.told()
+
+
+@speech_quality.delete("/speech-quality/{id}", status_code=204)
+@needs("operator")
+async def delete(id: Id, behind: Behind) -> Response:
+    """Delete it for good."""
+    await behind.quality.delete(behind.quality.find(id))
+    return Response(status_code=204)
+
+
+@speech_quality.get("/speech-quality/{id}/report/{row}", response_class=Response, responses=PAGE)
+@needs("viewer")
+async def report(id: Id, row: Annotated[int, Path(ge=0, le=100)], behind: Behind) -> Response:
+    """The page of one place: texts side by side, figures, spectrograms."""
+    pages = behind.quality.find(id).pages
+    if row >= len(pages) or not pages[row]:
+        raise Problem(404, "Nothing was measured there (yet).")
+    return Response(pages[row], media_type="text/html", headers={"Content-Security-Policy": POLICY})

@@ -1,0 +1,75 @@
+"""The robot's voice: answers spoken aloud in the browser that asks for them."""
+
+from __future__ import annotations
+
+import base64
+import contextlib
+from typing import Any
+
+from pydantic import Field
+
+from console.api import Behind, Wish, router
+from console.api.simulation import pieces
+from console.roles import needs
+from console.runtime import Runtime
+from core.errors import BeckonError
+from core.sensors.microphones import Sound
+from core.speech.voice import pcm
+
+LONGEST = 300  # characters
+ABOVE = 0.35  # [m] of the simulated robot's loudspeaker above its microphones
+NAME = "robot"
+LAG = 1.5  # [s] until the simulated room has worked out its first echo
+
+voice = router("voice")
+
+
+class Speech(Wish):
+    """What is to be said."""
+
+    text: str = Field(min_length=1, max_length=LONGEST)
+
+
+class Spoken(Wish):
+    """Which utterance was played to its end, or broken off."""
+
+    id: int = Field(ge=0, le=2**53)
+
+
+@voice.post("/voice")
+@needs("operator")
+async def say(asked: Speech, behind: Behind) -> dict[str, Any]:
+    """A text → 16-bit samples of one channel in base64, to be played at once; meanwhile nobody is listened to."""
+    number, sound = await behind.voice.say(asked.text)
+    await in_room(behind, sound)
+    samples = base64.b64encode(pcm(sound)).decode()
+    return {"id": number, "seconds": round(sound.duration, 3), "rate_hz": sound.rate, "pcm": samples}
+
+
+@voice.post("/voice/hush")
+@needs("operator")
+async def hush(asked: Spoken, behind: Behind) -> dict[str, Any]:
+    """It was said: listening goes on in a moment."""
+    behind.voice.hush(asked.id)
+    return {"muted": behind.voice.muted}
+
+
+async def in_room(behind: Runtime, sound: Sound) -> None:
+    """A simulated robot that listens is heard in its room as well, and does not take its own words for an order."""
+    snapshot, array = behind.snapshot, behind.robot.profile.microphones
+    heard = snapshot.hearing if snapshot is not None else None
+    if (
+        behind.robot.profile.kind != "SIM"
+        or array is None
+        or snapshot is None
+        or heard is None
+        or not heard.listening
+    ):
+        return
+    behind.voice.in_room(snapshot.stamp + LAG + sound.duration)
+    with contextlib.suppress(BeckonError):  # no room for a loudspeaker, or too many talk: only the browser is heard
+        here = await behind.ask({"do": "truth"})
+        wish = {"x_m": here["x_m"], "y_m": here["y_m"], "z_m": array.height + ABOVE, "id": NAME}
+        wish |= {"pcm": base64.b64encode(pcm(sound)).decode(), "rate_hz": sound.rate}
+        for piece in pieces(wish):
+            await behind.ask({"do": "say", **piece})

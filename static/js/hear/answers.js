@@ -1,0 +1,44 @@
+// What the robot says aloud of an order: what it understood, why it does not, and how it ended.
+
+/** @typedef {import("../api.js").HistoryRow} HistoryRow */
+/** @typedef {import("./talk.js").Transcript} Transcript */
+
+const LONGEST = 280; // characters; the rest is only written
+const STOPS = "stop moving";
+
+/**
+ * Words as a sentence that can be said.
+ * @param {string} words
+ */
+export function sentence(words) {
+  const plain = words.trim().replace(/[“”]/g, "").replace(/−/g, "minus ").replace(/\s+/g, " ");
+  if (!plain) return "";
+  const cut = plain.length > LONGEST ? `${plain.slice(0, LONGEST).replace(/\s\S*$/, "")}.` : plain;
+  const whole = cut.charAt(0).toUpperCase() + cut.slice(1);
+  return /[.!?]$/.test(whole) ? whole : `${whole}.`;
+}
+
+/** @param {string} heardAs a command as it was understood */
+export const accepted = (heardAs) => (heardAs === STOPS ? "Stopping." : sentence(heardAs));
+
+/** @param {string} reason */
+export const refused = (reason) => sentence(reason || "I did not understand that");
+
+/**
+ * How a command ended; "" where nothing has to be said.
+ * @param {HistoryRow} row
+ */
+export function ended({ state, name, remark }) {
+  if (state === "done") return name === "stop_moving" ? "" : sentence(remark || "Done");
+  if (state === "failed") return sentence(remark || "That did not work");
+  return state === "refused" ? refused(remark) : "";
+}
+
+/**
+ * What is answered to words that were heard; "" where talk was meant for nobody here.
+ * @param {Transcript} transcript
+ */
+export function answer({ final, accepted: taken, heard_as, words, reason, held }) {
+  if (taken) return accepted(heard_as);
+  return final && (held || words) ? refused(reason) : "";
+}
