@@ -180,7 +180,7 @@ def _cost(terrain: Terrain, clearance: Array, known: Array, radius: float, setti
 def _search(
     terrain: Terrain, start: Array, goals: Array, radius: float, stride: float, settings: PlannerSettings
 ) -> Array | None:
-    """Dijkstra from the goals (G, 2) on a lattice of that stride [m]: points (P, 2) [m] from start to one, or None."""
+    """Dijkstra from the goals (G, 2) on a lattice of that stride [m]: points (P, 2) [m] to one of them, or None."""
     every = max(1, round(stride / terrain.resolution))
     clearance, known = terrain.clearance[::every, ::every], terrain.known[::every, ::every]
     rows, columns = np.indices(clearance.shape)

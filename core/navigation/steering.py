@@ -88,14 +88,14 @@ def hold_line(
 class Pursuit:
     """Follows one path to its end; remembers how far along it is and whether it is turning on the spot."""
 
-    def __init__(self, path: Array, settings: SteeringSettings) -> None:
-        """Path (P, 2) [m], world, P ≥ 1, its points a few centimetres apart."""
+    def __init__(self, path: Array, settings: SteeringSettings, *, turn_first: bool = True) -> None:
+        """Path (P, 2) [m], world, P ≥ 1, its points a few centimetres apart; `turn_first`: look along it exactly."""
         self.path = path
         self._settings = settings
         steps = np.hypot(*np.diff(path, axis=0).T) if len(path) > 1 else np.zeros(0)
         self._travel = np.concatenate(([0.0], np.cumsum(steps)))
         self._at = 0
-        self._pivoting = True
+        self._pivoting = turn_first
 
     def left(self, pose: Pose) -> float:
         """Distance [m] to the path's end along the path."""

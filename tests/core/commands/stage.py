@@ -8,6 +8,7 @@ import numpy as np
 
 from core.commands import kind_of
 from core.commands.command import Action, Progress
+from core.gate import Twist
 from core.geometry import Pose, arc
 from core.navigation.surroundings import Body, Surroundings
 from core.slam.occupancy import Grid
@@ -25,7 +26,7 @@ class Stage:
         self.grid = grid
         self.walls = np.zeros((0, 2))
         self.stamp = 0.0
-        self.held = False
+        self.held = self.held_forward = False
         self.jump = Pose()
         self.path = np.zeros((0, 2))
         self.nearest = np.inf
@@ -56,13 +57,18 @@ class Stage:
         progress = action.drive(self.here)
         if progress.path is not None:
             self.path = progress.path
-        moved = self.pose @ arc(progress.twist.v * STEP, progress.twist.w * STEP)
+        self.move(progress.twist)
+        return progress
+
+    def move(self, twist: Twist) -> None:
+        """The base obeys for one frame, unless it is held or a wall bars its way."""
+        moved = self.pose @ arc(twist.v * STEP, twist.w * STEP)
         gap = float(np.hypot(*(self.walls - (moved.x, moved.y)).T).min()) if len(self.walls) else np.inf
-        if not self.held and (gap > 0.12 or progress.twist.v == 0):
+        free = gap > 0.12 or twist.v <= 0
+        if not self.held and free and not (self.held_forward and twist.v > 0):
             self.pose = moved
         self.nearest = min(self.nearest, gap)
         self.stamp += STEP
-        return progress
 
     def obey(self, words: str, seconds: float = 120.0, **numbers: float) -> Progress:
         """Until it is finished."""
