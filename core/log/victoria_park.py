@@ -22,6 +22,7 @@ from core.log.tally import Tally
 from core.slam.motion import Increment
 
 STEP_NOISE = np.diag([0.01**2, 0.01**2, 0.002**2])  # of one increment: [m], [m], [rad]
+TURN_NOISE = 0.05  # [rad per root rad]: a car's turns are reckoned from its steering, and its tyres slip in them
 SIGHTING_NOISE = 0.4, 0.035  # [m], [rad]
 
 
@@ -64,9 +65,14 @@ def read(path: Path, ids: Ids, settings: LogSettings) -> SightingRecording:
     steps = Steps(SIGHTING_NOISE, ids, tally)
     for k in range(len(increments) + 1):
         if k:
-            moved = moved.then(Increment(increments[k - 1], STEP_NOISE))
+            moved = moved.then(_told(increments[k - 1]))
         if k in by_step:
             steps.add(float(k), moved, by_step[k])
             moved = Increment()
     tally.topics = ["ODOMETRY: odometry", "LANDMARK: sightings"]
     return steps.finish(path, "Victoria Park text")
+
+
+def _told(move: Pose) -> Increment:
+    """A move of one line → with its covariance; the file gives every line the same, be it straight or in a bend."""
+    return Increment(move, STEP_NOISE + np.diag([0.0, 0.0, TURN_NOISE**2 * abs(move.heading)]))

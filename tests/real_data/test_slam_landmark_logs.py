@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from core.log import Ids
 from tests.benchmarks.log_scores import CORRIDOR, PARK, ROBOTS, aligned, score
 
 pytestmark = pytest.mark.real_data
@@ -33,5 +34,10 @@ def test_a_corridor_is_driven_twice_without_identities_nearly_as_well_as_with_th
     assert hidden.nees <= 4.0
 
 
-def test_a_park_of_four_kilometres_is_crossed_when_identities_are_given(shared_data: Path) -> None:
-    assert score(shared_data, PARK, "given").error <= 4.5
+@pytest.mark.parametrize(("ids", "error"), [("given", 4.5), ("hidden", 15.0)])
+def test_four_kilometres_through_a_park_are_driven_with_honest_doubt(
+    shared_data: Path, ids: Ids, error: float
+) -> None:
+    found = score(shared_data, PARK, ids)
+    assert found.error <= error
+    assert 1.0 <= found.nees <= 4.0

@@ -185,6 +185,23 @@ def test_victoria_park_text_shares_numbers_between_poses_and_trees(tmp_path):
     assert recording.report.skipped == 3
 
 
+def test_a_car_is_less_sure_of_its_heading_the_more_it_has_turned(tmp_path):
+    path = tmp_path / "park.txt"
+    path.write_text(
+        "".join(
+            f"ODOMETRY {2 * n} {2 * n + 2} 1.0 0 {turn}\nLANDMARK {2 * n + 2} 1 5 0\n"
+            for n, turn in enumerate((0.0, 0.1, -0.1, 0.2))
+        )
+        + "".join(f"ODOMETRY {n} {n + 2} 0.5 0 0.1\n" for n in (8, 10))
+        + "LANDMARK 12 1 5 0\n"
+    )
+    straight, left, right, more, parts = (step.increment.covariance[2, 2] for step in open_log(path))
+    assert left == pytest.approx(right)
+    assert straight < left < more
+    assert more - straight == pytest.approx(2 * (left - straight))
+    assert parts == pytest.approx(more + straight)  # a bend in two lines turns as far as in one
+
+
 def test_a_scan_set_needs_no_odometry(tmp_path):
     ranges = np.full((4, 90), 250, np.uint16)
     ranges[:, 3] = 8183
