@@ -21,8 +21,15 @@ PIECE = 100_000  # of them that go through the driver's pipe at once; a multiple
 simulation = router("simulation")
 
 
+Place = Annotated[list[Annotated[float, Field(ge=-1000, le=1000)]], Field(min_length=2, max_length=2)]  # x, y [m]
+
+
 class Placing(Wish):
-    """What stands where, in the world frame. `robot` carries the robot itself; its wheels do not notice."""
+    """What stands where, in the world frame. `robot` carries the robot itself; its wheels do not notice.
+
+    A person wears `clothes` ("red/blue": shirt and trousers), has a `gesture`, and with `path_m` walks from there
+    along these places, `again` in a round.
+    """
 
     what: Literal["person", "box", "robot"]
     x_m: float = Field(ge=-1000, le=1000)
@@ -30,6 +37,11 @@ class Placing(Wish):
     heading_rad: float = Field(default=0.0, ge=-100, le=100)
     id: str | None = Field(default=None, max_length=40)
     size_m: float | None = Field(default=None, ge=0, le=10)
+    clothes: str | None = Field(default=None, max_length=40)
+    gesture: str | None = Field(default=None, max_length=40)
+    path_m: list[Place] | None = Field(default=None, min_length=1, max_length=100)
+    speed_m_s: float | None = Field(default=None, ge=0, le=10)
+    again: bool | None = None
 
 
 Number = Annotated[float, Field(ge=-1000, le=1000)]  # [m] or a part of a rotation

@@ -71,7 +71,13 @@ def world_without(world: World) -> World:
 def holding_asked_for(
     request: dict[str, Any], world: World, robot: Pose, radius: float, camera: Camera | None
 ) -> Holding:
-    """The board of a `place` request where it can be held, and its holder; BadInput says why it cannot."""
+    """The board of a `place` request where it can be held, and its holder; BadInput says why it cannot.
+
+    `what` board, `columns`, `rows`, `square_m`, `panel_m`? [width, height]; its middle at `x_m`, `y_m`, `z_m` with
+    `rotation`? (3 rows, world from board; none: upright, facing the robot), or both in the camera's frame:
+    `in_camera` {`rotation`, `translation_m` of the first corner}; `holder`? true: a person stands behind it;
+    `seconds`? of the way from where it is now.
+    """
     if request.get("id", BOARD) != BOARD:
         raise BadInput(f"There is one board, and its id is {BOARD}.")
     kind, panel = _kind(request)

@@ -7,7 +7,7 @@ from typing import Any
 
 from core.errors import BadInput
 from core.geometry import Pose
-from core.world import SIZES, Thing, World
+from core.world import COLOURS, GESTURES, SIZES, Thing, World
 
 BOARD, HOLDER = "board", "board's holder"  # ids of the chessboard and of who holds it
 MOST = 30  # things that may be placed
@@ -51,7 +51,10 @@ def thing_asked_for(request: dict[str, Any], world: World, robot: Pose, radius: 
     length, depth, height = _size(request, what)
     heading = math.remainder(number(request, "heading_rad", 0.0), math.tau)
     pose = Pose(number(request, "x_m"), number(request, "y_m"), heading)
-    thing = Thing(id=name, what=what, pose=pose, length=length, depth=depth, height=height)
+    look, gesture = _appearance(request, what, next((thing for thing in placed if thing.id == name), None))
+    thing = Thing(
+        id=name, what=what, pose=pose, length=length, depth=depth, height=height, look=look, gesture=gesture
+    )
     if not others.free(pose.x, pose.y, thing.reach):
         raise BadInput(f"A {what} does not fit there; choose a place on the free floor, away from walls and things.")
     if robot.distance_to(pose.x, pose.y) < thing.reach + radius + ELBOW_ROOM:
@@ -59,8 +62,30 @@ def thing_asked_for(request: dict[str, Any], world: World, robot: Pose, radius: 
     return thing
 
 
+def _appearance(request: dict[str, Any], what: str, former: Thing | None) -> tuple[str, str]:
+    """Clothes and gesture of a person; who is moved keeps what nothing is said of."""
+    look, gesture = request.get("clothes"), request.get("gesture")
+    if what != "person":
+        if look is not None or gesture is not None:
+            raise BadInput("Only a person has clothes and gestures; leave them out.")
+        return "", ""
+    look = (former.look if former else "") if look is None else look
+    gesture = (former.gesture if former else "") if gesture is None else gesture
+    if not isinstance(look, str) or (look and not _are_clothes(look)):
+        raise BadInput(f"clothes must be shirt and trousers like red/blue, of {', '.join(COLOURS)}.")
+    if not isinstance(gesture, str) or gesture not in GESTURES:
+        raise BadInput(f"gesture must be one of {', '.join(GESTURES[1:])}, or empty.")
+    return look, gesture
+
+
+def _are_clothes(look: str) -> bool:
+    parts = look.split("/")
+    return len(parts) == 2 and all(part in COLOURS for part in parts)
+
+
 def describe(thing: Thing) -> dict[str, Any]:
     """A thing as the answers have it."""
+    worn = {"clothes": thing.look, "gesture": thing.gesture} if thing.what == "person" else {}
     return {
         "id": thing.id,
         "what": thing.what,
@@ -71,6 +96,7 @@ def describe(thing: Thing) -> dict[str, Any]:
         "depth_m": thing.depth,
         "height_m": thing.height,
         "fixed": thing.fixed,
+        **worn,
     }
 
 

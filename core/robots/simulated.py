@@ -17,6 +17,7 @@ from core.robots.base import Base
 from core.robots.hands import Hands
 from core.robots.placing import BOARD, HOLDER, describe, number, thing_asked_for
 from core.robots.voices import Voices
+from core.robots.walking import Walkers
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame
 from core.sensors.laser import SimulatedLaser
 from core.sensors.simulated_camera import SimulatedCamera
@@ -127,7 +128,7 @@ class SimulatedRobot:
                 defocus=settings.defocus,
             )
         self._frames = self._scans = self._images = 0
-        self._hands = Hands(self._profile)
+        self._hands, self._walkers = Hands(self._profile), Walkers(self._profile.radius)
         self._voices = Voices(settings, seeds[3], self._profile.rate, self._profile.wheelbase)
         self._heading = 0.0  # [rad], running on without jumps
         self._past: deque[tuple[float, float, float, float]] = deque([(0.0, 0.0, 0.0, 0.0)])
@@ -155,7 +156,7 @@ class SimulatedRobot:
             self._wheels.roll(move.forward, move.turn)
             self._heading += move.turn
         speed, turn_rate = sum(move.forward for move in moves) / step, sum(move.turn for move in moves) / step
-        self._change(self._hands.in_world(self._world, stamp))
+        self._change(self._hands.in_world(self._walkers.in_world(self._world, stamp, self._base.pose), stamp))
         pose = self._base.pose
         self._past.append((stamp, pose.x, pose.y, self._heading))
         while self._past[0][0] < stamp - SINCE:
@@ -175,12 +176,9 @@ class SimulatedRobot:
         """`{"do": "place" | "remove" | "truth" | "plan"}` → an answer; BadInput says what is wrong.
 
         place: `what` person, box or robot (this one: it is carried, its wheels do not notice), `x_m`, `y_m`,
-        `heading_rad`?, `id`? (one that exists is moved), `size_m`? (a box's edge, a person's height).
-        place a chessboard: `what` board, `columns`, `rows`, `square_m`, `panel_m`? [width, height]; its middle at
-        `x_m`, `y_m`, `z_m` with `rotation`? (3 rows, world from board; none: upright, facing the robot), or both in
-        the camera's frame: `in_camera` {`rotation`, `translation_m` of the first corner}; `holder`? true: a person
-        stands behind it; `seconds`? of the way from where it is now. Its id is board.
-        say, listen: see `core.robots.voices`.
+        `heading_rad`?, `id`? (one that exists is moved), `size_m`? (a box's edge, a person's height). A person:
+        `clothes`? ("red/blue"), `gesture`?, and to walk `path_m`? [[x, y], …], `speed_m_s`?, `again`? (in a round).
+        A chessboard: see `core.robots.holding`; its id is board. say, listen: see `core.robots.voices`.
         """
         match request.get("do"):
             case "place" if request.get("what") == "robot":
@@ -191,8 +189,9 @@ class SimulatedRobot:
                 return told
             case "place":
                 thing = thing_asked_for(request, self._world, self._base.pose, self._profile.radius)
+                walks = self._walkers.send(request, thing, self._world)
                 self._change(self._world.with_thing(thing))
-                return describe(thing)
+                return describe(thing) | walks
             case "remove":
                 name = str(request.get("id", ""))
                 if name in (BOARD, HOLDER):
@@ -200,6 +199,7 @@ class SimulatedRobot:
                     self._change(self._hands.in_world(self._world, self._stamp))
                     return told
                 self._change(self._world.without(name))
+                self._walkers.forget(name)
                 return {"id": name}
             case "truth":
                 return self._truth()

@@ -9,7 +9,7 @@ from core.world.floor import FLOOR
 from core.world.lab import LAB
 from core.world.outline import Rect, outline
 from core.world.plan import Dressing, World, Zone
-from core.world.things import SIZES, Solid, Thing, furniture
+from core.world.things import COLOURS, GESTURES, SIZES, SWING, Solid, Thing, furniture
 
 WORLDS = {"lab": LAB, "floor": FLOOR}
 
@@ -22,9 +22,12 @@ def world_named(name: str) -> World:
 
 
 __all__ = [
+    "COLOURS",
     "FLOOR",
+    "GESTURES",
     "LAB",
     "SIZES",
+    "SWING",
     "WORLDS",
     "Dressing",
     "HeldBoard",

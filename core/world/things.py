@@ -45,8 +45,10 @@ class Thing:
     length: float  # [m] along its heading; the diameter of something round
     depth: float  # [m] across
     height: float  # [m]
-    look: str = ""
+    look: str = ""  # how it is painted; a person's clothes: "red/blue", shirt and trousers
     fixed: bool = False  # belongs to the room; cannot be removed
+    gesture: str = ""  # what a person does with the arms; one of GESTURES
+    stride: float = 0.0  # [rad] where in a step a person who walks is; 0: stands
 
     @property
     def solids(self) -> tuple[Solid, ...]:
@@ -98,7 +100,15 @@ def _stool(thing: Thing) -> tuple[Solid, ...]:
 
 def _person(thing: Thing) -> tuple[Solid, ...]:
     """Two legs, which is what a laser at ankle height sees; the figure itself is drawn by the camera."""
-    return tuple(_post(thing, 0.0, side * 0.10, 0.055, 0.0, thing.height / 2, "") for side in (1, -1))
+    swing = SWING * math.sin(thing.stride)
+    return tuple(_post(thing, side * swing, side * 0.10, 0.055, 0.0, thing.height / 2, "") for side in (1, -1))
+
+
+SWING = 0.15  # [m] by which the feet of somebody who walks are before and behind the body
+COLOURS = ("red", "blue", "green", "white", "grey", "black", "yellow", "brown")
+"""Of shirts and trousers."""
+GESTURES = ("", "wave", "up", "wide", "point", "hips", "crossed")
+"""What the arms do: hang, one raised, both raised, stretched out, one to the front, on the hips, crossed."""
 
 
 BUILDERS: dict[What, Callable[[Thing], tuple[Solid, ...]]] = {

@@ -9,7 +9,7 @@ import numpy as np
 
 from core.message import Array
 from core.sensors.picture.chessboard import see
-from core.sensors.picture.figure import SCALE, TALL, VIEWS, WIDTH, figure
+from core.sensors.picture.figure import SCALE, TALL, TOP, VIEWS, WIDTH, figure
 from core.sensors.picture.scenery import LEVELS, Scenery
 from core.sensors.picture.sheet import shade
 from core.sensors.picture.view import Eye, Patch, View, ahead_of, plane
@@ -169,14 +169,15 @@ class Renderer:
         if ahead < 0.15:
             return
         side = math.atan2(eye.y - thing.pose.y, eye.x - thing.pose.x) - thing.pose.heading
-        drawing = figure(round(side / (2 * np.pi) * VIEWS) % VIEWS)
+        drawing = figure(round(side / (2 * np.pi) * VIEWS), thing.look, thing.gesture, thing.stride)
         scale = SCALE * TALL / thing.height
         half = WIDTH / 2 * thing.height / TALL
         columns = self.view.columns((right - half) / ahead, (right + half) / ahead)
         if not (ahead < self._far[columns]).any():
             return
         along = self._x[columns] * ahead - right + half
-        self._paint(Patch(columns, np.full(len(along), ahead), along, 0.0, thing.height, drawing, scale), eye)
+        top = TOP * thing.height / TALL
+        self._paint(Patch(columns, np.full(len(along), ahead), along, 0.0, top, drawing, scale), eye)
 
     def _draw_board(self, board: HeldBoard, eye: Eye) -> None:
         seen = see(board, self.view, eye)
