@@ -21,6 +21,7 @@ from console.api.hearing import hearing
 from console.api.lease import lease
 from console.api.login import login
 from console.api.maps import maps
+from console.api.microphones import microphones
 from console.api.page import PageFiles, page, static_folder
 from console.api.playback import playback
 from console.api.simulation import simulation
@@ -53,6 +54,7 @@ ROUTERS = (
     simulation,
     voice,
     speech_quality,
+    microphones,
     documentation,
     page,
 )

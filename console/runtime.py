@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from console import wire
+from console.array_bench import ArrayBench
 from console.calibration.workbench import Workbench
 from console.camera_feed import CameraFeed, Picture
 from console.door import Door
@@ -74,6 +75,7 @@ class Runtime:
         self.player = Player(robot, self.history, self.board)
         self.scene = Scene(robot, self._complain)
         self.workbench = Workbench(home, robot, self.hub, self.board.tell, self._look_through)
+        self.array = ArrayBench(home, robot, lambda: self._look_through(self.workbench.profile()))
         self.snapshot: Snapshot | None = None
         self.over = False  # the console is ending
         self.trouble = ""  # why the robot did not come
@@ -104,7 +106,7 @@ class Runtime:
             self._opening = False
         await asyncio.to_thread(self.history.open)
         await self.scene.open(self.door, self.sockets)
-        await asyncio.gather(self.workbench.open(), self.quality.open())
+        await asyncio.gather(self.workbench.open(), self.quality.open(), self.array.open())
         self._start_pilot()
         self.keep(asyncio.create_task(self._beat()))
 
@@ -131,7 +133,7 @@ class Runtime:
         await asyncio.gather(*tasks, return_exceptions=True)
         if self._pilot is not None:
             await asyncio.to_thread(self._pilot.close)
-        parts = (self.workbench, self.ears, self.microphone, self.quality)
+        parts = (self.workbench, self.ears, self.microphone, self.quality, self.array)
         await asyncio.gather(*(part.close() for part in parts))
         await asyncio.to_thread(self.robot.close)
         await self.scene.close()
@@ -180,7 +182,7 @@ class Runtime:
     def _start_pilot(self) -> None:
         self.failure = ""
         pilot = self._make_pilot()
-        pilot.look_through(self.workbench.profile())
+        pilot.look_through(self.array.profile(self.workbench.profile()))
         told = (self._published, self._pilot_failed, self.voice.deaf)
         self._pilot = PilotThread(self.robot, pilot, self.door.helm, *told)
         self.door.pilot = pilot
@@ -199,7 +201,7 @@ class Runtime:
     def _look_through(self, profile: Profile) -> None:
         """A calibration was accepted or taken back: used from the next frame on."""
         if self._pilot is not None:
-            self._pilot.pilot.look_through(profile)
+            self._pilot.pilot.look_through(self.array.profile(profile))
 
     def _pilot_failed(self, fault: str) -> None:
         """From the pilot's thread."""
@@ -215,7 +217,8 @@ class Runtime:
             self.robot.beat()  # the loop runs and the pilot steps: that is what the gate wants to know
         self.snapshot = snapshot
         self.maps.took(snapshot)
-        self.ears.took(snapshot, sound, self.robot.profile.microphones)
+        self.ears.took(snapshot, None if self.array.busy else sound, self.robot.profile.microphones)
+        self.array.took(snapshot, sound)
         self.board.adopt(snapshot.notices, snapshot.stamp)
         for told in snapshot.endings:
             self.door.ended(told)

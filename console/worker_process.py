@@ -34,6 +34,7 @@ DESKS = {
     "laser": "console.calibration.laser_desk:LaserDesk",
     "back room": "console.calibration.back_room:BackRoom",
     "words": "console.words_desk:WordsDesk",
+    "array": "console.array_desk:ArrayDesk",
     "quality": "console.quality_desk:QualityDesk",
 }
 

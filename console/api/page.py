@@ -52,6 +52,13 @@ async def wizards() -> FileResponse:
     return FileResponse(static_folder() / "calibrate.html", headers=NO_CACHE)
 
 
+@page.get("/hearing", include_in_schema=False)
+@needs("public")
+async def hearing_page() -> FileResponse:
+    """The page that measures hearing; as open as the other, and as empty."""
+    return FileResponse(static_folder() / "hearing.html", headers=NO_CACHE)
+
+
 @page.get("/scene/", include_in_schema=False)
 @needs("viewer")
 async def scene_page(request: Request) -> Response:

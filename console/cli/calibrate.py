@@ -1,4 +1,4 @@
-"""`beckon calibrate`: the camera from pictures, its place on the laser from pairs, and a board to print."""
+"""`beckon calibrate`: the camera from pictures, its place on the laser from pairs, the array from claps, a board."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+from console.cli import calibrate_array
 from console.cli.answer import add_json, progress, tell, write, write_json
 from console.cli.board_options import add_board, board_from, board_or_known
 
@@ -14,13 +15,14 @@ HIGHEST = 2.0  # [m] the camera above or below the laser
 
 
 def add(places: Any) -> None:
-    """Add the subcommand with its three kinds."""
+    """Add the subcommand with its kinds."""
     parser: argparse.ArgumentParser = places.add_parser(
-        "calibrate", help="the camera from pictures of a board; its place on the laser from pictures and scans"
+        "calibrate", help="the camera from pictures of a board, its place on the laser, the microphones from claps"
     )
-    kinds = parser.add_subparsers(dest="kind", metavar="camera|laser|board", required=True)
+    kinds = parser.add_subparsers(dest="kind", metavar="camera|laser|array|board", required=True)
     _add_camera(kinds)
     _add_laser(kinds)
+    calibrate_array.add(kinds)
     _add_board_page(kinds)
 
 

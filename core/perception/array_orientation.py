@@ -3,18 +3,28 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from core.geometry import wrap, wrap_all
+from core.errors import BadInput
+from core.geometry import Pose, wrap, wrap_all
 from core.message import message
 from core.perception.sound.direction import Direction
+from core.perception.sound.locate import DEFAULT, locate
+from core.perception.sound.settings import HearingSettings
+from core.sensors.microphones import MicrophoneArray, Sound
 
 FEWEST = 3  # claps
 SPREAD = math.radians(60)  # between the two most distant claps
 AGREES = 3.0  # standard deviations of a clap that fits
 PLACING = math.radians(3)  # [rad] how exactly a person stands where they are asked to
+MOMENT = 0.01  # [s] in which loudness is measured
+LOUD = 0.1  # of the loudest moment's level, from which a clap or a voice has begun
+ABOVE_NOISE = 4.0  # times the usual level that the loudest moment reaches
+BEFORE, AFTER = 0.6, 0.8  # [s] around the beginning that are looked at
+UNCLEAR = "That clap came from no clear direction; clap again, nearer."
+EARLY = 0.03  # [s] before the beginning that may already belong to it
 
 
 @message
@@ -27,12 +37,53 @@ class Orientation:
     residual: float  # [rad] rms
 
 
+def oriented(array: MicrophoneArray, found: Orientation) -> MicrophoneArray:
+    """The array as it is really mounted: turned by `yaw` and, where it hangs upside down, its sides exchanged."""
+    flipped = array.positions * (1.0, -1.0, -1.0) if found.mirrored else array.positions
+    mounting = Pose(x=array.mounting.x, y=array.mounting.y, heading=found.yaw)
+    return replace(array, positions=flipped, mounting=mounting)
+
+
+def heard_from(sound: Sound, array: MicrophoneArray, settings: HearingSettings = DEFAULT) -> Direction:
+    """Where the clap or the word in a recording of some seconds came from. Raises BadInput when there was none."""
+    length = max(1, round(MOMENT * sound.rate))
+    samples = array.heard(sound)
+    if len(samples) < 20 * length:
+        raise BadInput("The recording is too short; half a second before the clap is needed.")
+    moments = samples[: len(samples) // length * length].reshape(-1, length * samples.shape[1])
+    level = moments.std(axis=1)
+    top = int(np.argmax(level))
+    if not level[top] > ABOVE_NOISE * float(np.median(level)):
+        raise BadInput("Nothing stood out of the noise; clap louder or nearer.")
+    quiet = np.nonzero(level[: top + 1] < LOUD * level[top])[0]
+    first = int(quiet[-1]) + 1 if len(quiet) else 0
+    begin = sound.stamp + first * length / sound.rate - EARLY
+    part = sound.part(begin - BEFORE, begin + AFTER)
+    found = locate(part, array, speech_from=begin if begin - part.stamp > BEFORE / 2 else None, settings=settings)
+    if found is None:
+        raise BadInput(UNCLEAR)
+    return found
+
+
+@message
+class Clap:
+    """One clap: where it was asked for, and where the array heard it."""
+
+    asked: float  # [rad] in the robot frame
+    heard: float  # [rad] in the array frame
+    sd: float  # [rad] of what was heard
+
+    def gap(self, found: Orientation) -> float:
+        """By how much [rad] it misses an orientation."""
+        return wrap(self.asked - (-self.heard if found.mirrored else self.heard) - found.yaw)
+
+
 @dataclass
 class OrientationWizard:
     """Asks for claps and gathers them."""
 
     asked: tuple[float, ...] = (0.0, math.pi / 2, math.pi, -math.pi / 2)  # [rad] in the robot frame
-    claps: list[tuple[float, Direction]] = field(default_factory=list[tuple[float, Direction]])
+    claps: list[Clap] = field(default_factory=list[Clap])
 
     @property
     def advice(self) -> str:
@@ -44,9 +95,13 @@ class OrientationWizard:
 
     def add(self, asked: float, direction: Direction) -> str:
         """A clap at azimuth `asked` [rad] in the robot frame → '' when it is taken, or why it is not."""
-        if direction.azimuth_sd > math.radians(15):
-            return "That clap came from no clear direction; clap again, nearer."
-        self.claps.append((asked, direction))
+        return self.take(Clap(asked=asked, heard=direction.azimuth, sd=direction.azimuth_sd))
+
+    def take(self, clap: Clap) -> str:
+        """The same, of a clap that was located already."""
+        if clap.sd > math.radians(15):
+            return UNCLEAR
+        self.claps.append(clap)
         return ""
 
     def drop(self, number: int) -> None:
@@ -57,11 +112,11 @@ class OrientationWizard:
         """The orientation, or what is still missing."""
         if len(self.claps) < FEWEST:
             return f"{FEWEST} claps are needed; {len(self.claps)} were heard."
-        asked = np.array([where for where, _ in self.claps])
+        asked = np.array([one.asked for one in self.claps])
         if np.max(np.abs(wrap_all(asked[:, None] - asked))) < SPREAD:
             return "The claps came all from one side; clap from another one."
-        heard = np.array([one.azimuth for _, one in self.claps])
-        variance = np.array([one.azimuth_sd**2 + PLACING**2 for _, one in self.claps])
+        heard = np.array([one.heard for one in self.claps])
+        variance = np.array([one.sd**2 + PLACING**2 for one in self.claps])
         best: Orientation | None = None
         for side in (1.0, -1.0):
             turns = asked - side * heard

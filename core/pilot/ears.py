@@ -18,6 +18,7 @@ from core.perception.sound.settings import HearingSettings
 from core.perception.sound.tracking import Tracker, Voice
 from core.robots import Profile
 from core.sensors import Sound
+from core.sensors.microphones import MicrophoneArray
 from core.slam.estimate import Estimate
 from core.snapshot import Hearing, VoiceDirection
 
@@ -39,10 +40,18 @@ class Ears:
         self._surest: dict[int, float] = {}  # [rad] sd of each voice's azimuth then
         self._newest: dict[int, Direction] = {}
         self._power = 0.0
+        self._next = self._array  # heard with from the next frame on
         self.trouble = ""  # why the sound is of no use
+
+    def hear_with(self, array: MicrophoneArray | None) -> None:
+        """Hear with this array from the next frame on: its orientation was found. From any thread."""
+        self._next = array
 
     def hear(self, sound: Sound | None, stamp: float, estimate: Estimate) -> Hearing | None:
         """The sound up to `stamp` [s] → what is heard and where; None on a robot without microphones."""
+        if self._next is not self._array:
+            self._array = self._next
+            self._listener = None if self._array is None else Listener(self._array, self._settings)
         if self._array is None or self._listener is None:
             return None
         heading = estimate.pose.heading

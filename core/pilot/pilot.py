@@ -87,9 +87,10 @@ class Pilot:
         self._obedience.cancel(state, why)
 
     def look_through(self, profile: Profile) -> None:
-        """See with this profile's camera from the next frame on: it was calibrated. From any thread."""
+        """See and hear with this profile from the next frame on: it was calibrated. From any thread."""
         self._profile = profile
         self._eyes.camera = profile.camera
+        self._ears.hear_with(profile.microphones)
 
     def undo_closure(self, number: int) -> None:
         """Take back a place that was recognised, from the next frame on. From any thread."""

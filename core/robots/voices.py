@@ -34,7 +34,7 @@ class Voices:
     """The simulated robot's ears and all who speak to it."""
 
     def __init__(self, settings: EarSettings, seed: np.random.SeedSequence, rate: float, wheelbase: float) -> None:
-        array = settings.array
+        array = settings.mounted
         self._microphones = None if array is None else SimulatedMicrophones(array, settings, seed)
         self._block = round(RATE / rate)
         self._wheelbase = wheelbase

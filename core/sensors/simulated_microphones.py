@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,20 +38,28 @@ class EarSettings:
     murmur: float = -30.0  # [dB] of the room's noise, against a voice at 1 m
     motor_noise: float = -10.0  # [dB] of the robot's motors at 0.1 m/s at its own microphones; -60: none
     fan_noise: float = SILENT  # [dB] of a fan in a corner at 1 m; -60: none
+    turned: float = 0.0  # [rad] by which the array really sits on the robot, which its profile does not know
 
     def __post_init__(self) -> None:
         if self.microphones != "none" and self.microphones not in ARRAYS:
             raise BadInput(f"microphones must be one of none, {', '.join(ARRAYS)}.")
         if not 0 <= self.reverberation <= 0.6:
             raise BadInput("reverberation must lie between 0 and 0.6.")
+        if not -7 <= self.turned <= 7:
+            raise BadInput("turned must lie between -7 and 7 (radians).")
         for name in ("murmur", "motor_noise", "fan_noise"):
             if not SILENT <= getattr(self, name) <= 20:
                 raise BadInput(f"{name} must lie between {SILENT:g} and 20.")
 
     @property
     def array(self) -> MicrophoneArray | None:
-        """The array on the robot; None: deaf."""
+        """The array on the robot as its profile has it; None: deaf."""
         return None if self.microphones == "none" else ARRAYS[self.microphones]
+
+    @property
+    def mounted(self) -> MicrophoneArray | None:
+        """The array as it really sits on the robot; None: deaf."""
+        return None if self.array is None else replace(self.array, mounting=Pose(heading=self.turned))
 
 
 class SimulatedMicrophones:

@@ -80,11 +80,19 @@ export const listen = (on) => post("api/hearing", { listen: on });
 
 /** @typedef {{id: number, seconds: number, rate_hz: number, pcm: string}} Spoken 16-bit samples in base64 */
 
+/** @typedef {{kind: string, channels: number[], sentence: string, serious: boolean}} ArrayFault */
+
+/** @param {boolean} show somebody in the simulated room speaks meanwhile @returns {Promise<{well: boolean, faults: ArrayFault[]}>} */
+export const checkArray = (show) => post("api/hearing/check", { show });
+
 /** @param {string} text @returns {Promise<Spoken>} how the robot says it; from now on nobody is listened to */
 export const voice = (text) => post("api/voice", { text });
 
 /** @param {number} id of an utterance that is over */
 export const hush = (id) => post("api/voice/hush", { id });
+
+/** @returns {Promise<{summary: string}[]>} measurements of hearing, newest first */
+export const qualityRuns = async () => (await call("api/speech-quality")).runs;
 
 export const logout = () => post("api/logout");
 

@@ -23,6 +23,12 @@ class CalibrationHome extends Room {
     "Laser on the camera",
     "Where every laser point lies in the picture. The same board, held before both sensors. Calibrate the camera first.",
   );
+  #microphones = wizard(
+    "microphones",
+    "ears",
+    "Microphones",
+    "How the array is turned on the robot: clap from four sides, and every direction it hears is right. No board needed.",
+  );
   #rows = make("ul", { class: "session-rows" });
   #none = make("p", { class: "note" }, "Nothing has been begun yet.");
   #file = make("input", {
@@ -42,14 +48,14 @@ class CalibrationHome extends Room {
         make(
           "header",
           { class: "home-head" },
-          make("h2", {}, "Teach the robot to measure with its eyes"),
+          make("h2", {}, "Teach the robot to measure with its eyes and ears"),
           make(
             "p",
             {},
             "A chessboard of known size, shown from a few sides, is all it needs. The page says which side next.",
           ),
         ),
-        make("div", { class: "wizards" }, this.#camera.card, this.#laser.card),
+        make("div", { class: "wizards" }, this.#camera.card, this.#laser.card, this.#microphones.card),
         make(
           "section",
           { class: "card begun", "aria-label": "Begun" },
@@ -74,6 +80,9 @@ class CalibrationHome extends Room {
       start.addEventListener("click", () => this.bench.go({ at: "new", kind: this.#first ? "camera" : kind }));
       undo.addEventListener("click", () => void this.#undo(kind));
     }
+    this.#microphones.start.addEventListener("click", () => this.bench.go({ at: "microphones" }));
+    this.#microphones.undo.hidden = true;
+    write(this.#microphones.start, "Open");
     this.#file.addEventListener("change", () => void this.#bring());
   }
 
@@ -173,7 +182,7 @@ const NOTHING = {
 };
 
 /**
- * @param {Kind} kind
+ * @param {Kind | "microphones"} kind
  * @param {string} drawing
  * @param {string} name
  * @param {string} says

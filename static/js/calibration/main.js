@@ -10,6 +10,7 @@ import "../panels/stop-button.js";
 import "../panels/theme-toggle.js";
 import "./calibration-capture.js";
 import "./calibration-home.js";
+import "./calibration-microphones.js";
 import "./calibration-review.js";
 import "./calibration-setup.js";
 import "./steps.js";
@@ -21,12 +22,13 @@ import { Bench } from "./bench.js";
 import { Room } from "./room.js";
 
 const SHOW_MS = 200;
-const NAMES = { home: "Calibrate", new: "Which board?", capture: "Views", review: "Review" };
+const NAMES = { home: "Calibrate", new: "Which board?", capture: "Views", review: "Review", microphones: "Microphones" };
 const ROOMS = {
   home: "calibration-home",
   new: "calibration-setup",
   capture: "calibration-capture",
   review: "calibration-review",
+  microphones: "calibration-microphones",
 };
 
 const session = new Session();

@@ -4,7 +4,8 @@
 /** @typedef {{at: "home"}} Home */
 /** @typedef {{at: "new", kind: Kind}} New */
 /** @typedef {{at: "capture" | "review", id: string}} Within */
-/** @typedef {Home | New | Within} Place */
+/** @typedef {{at: "microphones"}} Microphones */
+/** @typedef {Home | New | Within | Microphones} Place */
 
 /**
  * @param {string} hash of the address, with or without its "#"
@@ -12,6 +13,7 @@
  */
 export function placeOf(hash) {
   const told = new URLSearchParams(hash.replace(/^#/, ""));
+  if (told.has("microphones")) return { at: "microphones" };
   const fresh = told.get("new");
   if (fresh === "camera" || fresh === "laser") return { at: "new", kind: fresh };
   const id = told.get("s") ?? "";
@@ -22,6 +24,7 @@ export function placeOf(hash) {
 /** @param {Place} place */
 export function hashOf(place) {
   if (place.at === "home") return "#";
+  if (place.at === "microphones") return "#microphones";
   if (place.at === "new") return `#new=${place.kind}`;
   return place.at === "review" ? `#s=${place.id}&review` : `#s=${place.id}`;
 }

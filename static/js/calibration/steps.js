@@ -23,7 +23,7 @@ class CalibrationSteps extends Room {
   /** @override */
   draw() {
     const { place, calibration } = this.bench;
-    this.hidden = place.at === "home";
+    this.hidden = place.at === "home" || place.at === "microphones";
     const accepted = calibration !== null && this.bench.used;
     const present = place.at === "new" ? 0 : place.at === "capture" ? 1 : accepted ? 3 : 2;
     this.#items.forEach((item, index) => {

@@ -40,6 +40,17 @@ class AppMenu extends Panel {
       make("span", { class: "note" }, "The camera, and the laser on it."),
     ),
   );
+  #hearing = make(
+    "a",
+    { class: "menu-item", href: "hearing" },
+    icon("ears"),
+    make(
+      "span",
+      { class: "menu-words" },
+      make("span", {}, "Hearing"),
+      make("span", { class: "note" }, "How well it understands you where it stands."),
+    ),
+  );
   #docs = make(
     "a",
     { class: "menu-item", href: "docs", target: "_blank", rel: "noopener" },
@@ -51,6 +62,7 @@ class AppMenu extends Panel {
     "div",
     { class: "menu", role: "group", "aria-label": "Menu" },
     this.#calibrate,
+    this.#hearing,
     this.#halt,
     this.#keys,
     this.#hints,
@@ -95,6 +107,7 @@ class AppMenu extends Panel {
     this.#halt.disabled = !up;
     this.#hints.hidden = !drives || hello?.you.role === "viewer";
     this.#switch.hidden = !drives;
+    this.#hearing.hidden = !drives;
     this.#leave.hidden = hello?.you.id === "local"; // nobody had to sign in here
     write(/** @type {Element} */ (this.#halt.querySelector(".menu-name")), this.#halted ? "Reset the halt" : "Halt");
     mark(this.#halt, "data-tone", this.#halted ? null : "fault");

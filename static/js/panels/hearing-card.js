@@ -15,7 +15,11 @@ class HearingCard extends Panel {
   #rose = new SoundRose();
   #where = make("p", { class: "hearing-where" });
   #listen = make("button", { type: "button", class: "toggle", "aria-pressed": "false" }, "Listen");
+  #check = make("button", { type: "button" }, "Check the microphones");
+  #faults = make("ul", { class: "faults", role: "status", hidden: true });
+  #measure = make("a", { href: "hearing" }, "How well do I hear you here?");
   #lines = make("ol", { class: "transcripts", "aria-label": "What was heard", role: "log" });
+  #checking = false;
   #none = make("p", { class: "note" }, "Hold V and speak, or let the robot listen.");
 
   /** @override */
@@ -32,7 +36,10 @@ class HearingCard extends Panel {
         this.#listen,
       ),
       make("div", { class: "hearing" }, this.#rose, make("div", { class: "hearing-words" }, this.#where, this.#none, this.#lines)),
+      make("div", { class: "hearing-foot" }, this.#check, this.#measure),
+      this.#faults,
     );
+    this.#check.addEventListener("click", () => void this.#examine());
     this.#listen.addEventListener("click", () => void this.#toggle());
     this.session.on("transcript", (transcript) => this.#add(transcript));
   }
@@ -47,7 +54,9 @@ class HearingCard extends Panel {
     if (this.hidden) return;
     this.classList.toggle("is-old", !up);
     mark(this.#rose, "hidden", ears === null);
-    this.#listen.hidden = ears === null;
+    this.#listen.hidden = this.#check.hidden = ears === null;
+    this.#measure.hidden = hello?.robot.kind !== "SIM";
+    this.#check.disabled = !up || permission.may === "no" || this.#checking;
     this.#listen.disabled = !up || permission.may === "no";
     if (!ears?.muted) mark(this.#listen, "aria-pressed", String(ears?.listening ?? false));
     this.#rose.show(ears);
@@ -56,6 +65,23 @@ class HearingCard extends Panel {
     const quiet = on && ears?.muted ? "Not listening while the robot speaks." : on ? "Listening; nobody speaks." : "";
     write(this.#where, voice ? told(voice) : quiet);
     this.#where.hidden = this.#where.textContent === "";
+  }
+
+  /** Three seconds of sound, looked at for faults of the wiring. */
+  async #examine() {
+    const simulated = this.session.hello?.robot.kind === "SIM";
+    this.#checking = true;
+    write(this.#check, simulated ? "Somebody speaks…" : "Speak for three seconds…");
+    try {
+      const { well, faults } = await api.checkArray(simulated);
+      const rows = faults.map(({ sentence, serious }) => fault(sentence, serious ? "warning" : "info"));
+      this.#faults.replaceChildren(...(well ? [fault("Every channel is heard, and all of them fit.", "done")] : []), ...rows);
+      this.#faults.hidden = false;
+    } catch (refusal) {
+      this.session.complain(refusal instanceof Error ? refusal.message : "That did not work.");
+    }
+    this.#checking = false;
+    write(this.#check, "Check the microphones");
   }
 
   async #toggle() {
@@ -88,6 +114,13 @@ class HearingCard extends Panel {
     this.session.announce(accepted ? `Heard: ${heard_as}.` : `Heard, but refused. ${reason}`);
   }
 }
+
+/**
+ * One finding of the self-check.
+ * @param {string} sentence
+ * @param {"warning" | "info" | "done"} kind
+ */
+const fault = (sentence, kind) => make("li", { class: "fault", "data-kind": kind }, icon(kind), make("span", {}, sentence));
 
 /**
  * A voice's direction as people say it.

@@ -1,6 +1,6 @@
 // What was told and how it ended; what the robot had to say; how the mapping fares; the maps that are kept.
 
-import { wordsOf } from "../api.js";
+import { qualityRuns, wordsOf } from "../api.js";
 import { icon, make, mark, write } from "../element.js";
 import { age, quantities, timeOfDay } from "../format.js";
 import { Panel } from "../panel.js";
@@ -23,6 +23,7 @@ const SOURCES = {
 
 class RecordCard extends Panel {
   #history = make("ol", { class: "record-list", tabindex: "0", "aria-label": "History, newest first" });
+  #score = make("a", { class: "record-score", href: "hearing", hidden: true });
   #notices = make("ol", { class: "record-list", tabindex: "0", "aria-label": "Notices, newest first", hidden: true });
   #slam = /** @type {HTMLElement} */ (this.querySelector("slam-card"));
   #maps = /** @type {HTMLElement} */ (this.querySelector("map-card"));
@@ -62,6 +63,7 @@ class RecordCard extends Panel {
         make("span", { class: "spring" }),
         this.#tall,
       ),
+      this.#score,
       this.#history,
       this.#notices,
       this.#slam,
@@ -70,6 +72,8 @@ class RecordCard extends Panel {
     );
     for (const tab of TABS) this.#tabs[tab].addEventListener("click", () => this.#turnTo(tab));
     this.session.on("history", (rows) => this.#list(rows));
+    this.session.on("hello", () => void this.#readScore());
+    document.addEventListener("visibilitychange", () => document.visibilityState === "visible" && void this.#readScore());
     this.session.on("hello", ({ robot }) => {
       this.#tabs.history.hidden = !robot.drives;
       if (!robot.drives && this.#open === "history") this.#turnTo(innerWidth < 1024 ? "notices" : "slam");
@@ -112,6 +116,7 @@ class RecordCard extends Panel {
     const lists = { history: this.#history, notices: this.#notices, slam: this.#slam, maps: this.#maps };
     for (const tab of TABS) {
       lists[tab].hidden = tab !== open;
+      this.#score.hidden = open !== "history" || this.#score.textContent === "";
       mark(this.#tabs[tab], "aria-pressed", String(tab === open));
     }
     if (open === "notices") {
@@ -128,6 +133,14 @@ class RecordCard extends Panel {
     mark(this, "data-tall", tall);
     mark(this.#tall, "aria-pressed", String(tall));
     this.#tall.hidden = !long;
+  }
+
+  /** How well words were understood when that was last measured. */
+  async #readScore() {
+    const runs = await qualityRuns().catch(() => []);
+    const newest = runs.find(({ summary }) => summary);
+    if (newest) this.#score.replaceChildren(icon("ears"), make("span", {}, `Heard here: ${newest.summary}`));
+    this.#score.hidden = this.#open !== "history" || this.#score.textContent === "";
   }
 
   /** @param {HistoryRow[]} rows newest first */

@@ -1,0 +1,85 @@
+"""The robot's own microphones: a self-check, and the wizard that finds how the array is turned on the robot."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import Path
+from pydantic import Field
+
+from console.api import Behind, Who, Wish, router
+from console.roles import needs
+
+microphones = router("microphones")
+
+Number = Annotated[int, Path(ge=0, le=1000)]
+
+
+class CheckWish(Wish):
+    """`show`: in the simulated room somebody speaks meanwhile."""
+
+    show: bool = False
+
+
+class ClapWish(Wish):
+    """Where somebody claps, from the robot: 0 is ahead, counter-clockwise."""
+
+    azimuth_rad: float = Field(ge=-7, le=7)
+    show: bool = False
+
+
+@microphones.post("/hearing/check")
+@needs("operator")
+async def check(asked: CheckWish, behind: Behind) -> dict[str, Any]:
+    """Listen for three seconds, in which somebody should speak: identical, dead, faint, swapped, clipped channels."""
+    faults = await behind.array.check(show=asked.show)
+    return {"well": not any(fault["serious"] for fault in faults), "faults": faults}
+
+
+@microphones.get("/calibration/microphones")
+@needs("viewer")
+async def shown(behind: Behind) -> dict[str, Any]:
+    """Where the wizard of the microphones stands, and what is in use."""
+    return behind.array.told()
+
+
+@microphones.post("/calibration/microphones/clap")
+@needs("operator")
+async def clap(asked: ClapWish, behind: Behind) -> dict[str, Any]:
+    """Listen for three seconds to a clap or a word from a known direction."""
+    await behind.array.clap(asked.azimuth_rad, show=asked.show)
+    return behind.array.told()
+
+
+@microphones.post("/calibration/microphones/claps/{number}/drop")
+@needs("operator")
+async def drop(number: Number, behind: Behind) -> dict[str, Any]:
+    """Leave a clap out."""
+    behind.array.drop(number)
+    return behind.array.told()
+
+
+@microphones.post("/calibration/microphones/again")
+@needs("operator")
+async def again(behind: Behind) -> dict[str, Any]:
+    """Forget all claps and begin anew."""
+    behind.array.forget()
+    return behind.array.told()
+
+
+@microphones.post("/calibration/microphones/accept")
+@needs("operator")
+async def accept(behind: Behind, who: Who) -> dict[str, Any]:
+    """Use this orientation from now on."""
+    await behind.array.accept(who.name)
+    behind.history.add("calibration", who, words="accept microphones")
+    return behind.array.told()
+
+
+@microphones.post("/calibration/microphones/undo")
+@needs("operator")
+async def undo(behind: Behind, who: Who) -> dict[str, Any]:
+    """The profile's own orientation again."""
+    await behind.array.undo()
+    behind.history.add("calibration", who, words="undo microphones")
+    return behind.array.told()

@@ -1,0 +1,214 @@
+"""The robot's microphones on the bench: are they wired as their profile says, and how are they turned?"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import math
+import time
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from console.array_desk import told_array, told_sound
+from console.array_recorder import ArrayRecorder
+from console.problems import Problem
+from console.robot_link import RobotLink
+from console.workers import Lost, Worker
+from core.errors import BeckonError, Refused, Unavailable
+from core.perception.array_orientation import Clap, Orientation, OrientationWizard, oriented
+from core.robots import Profile
+from core.sensors.microphones import MicrophoneArray, Sound
+from core.snapshot import Snapshot
+
+log = logging.getLogger(__name__)
+
+CHECKED = 3.0  # [s] of sound that the self-check looks at
+CLAPPED = 3.0  # [s] within which somebody claps
+BUDGET = 30.0  # [s] of processor time
+MOVING = 0.02  # [m/s, rad/s]
+MOST_CLAPS = 24
+FILE = "microphones.json"
+
+
+class ArrayBench:
+    """Lives on the event loop."""
+
+    def __init__(self, home: Path, robot: RobotLink, changed: Callable[[], None]) -> None:
+        """`changed`: another orientation is in use."""
+        self.wizard = OrientationWizard()
+        self.in_use: dict[str, Any] | None = None
+        self.verdict = ""  # of the newest clap
+        self.busy = False
+        self.moves = False  # the robot does, so that nothing can be measured
+        self._path = home / "calibration" / FILE
+        self._robot, self._changed = robot, changed
+        self._recorder = ArrayRecorder(self._ask)
+        self._worker = Worker("array")
+        self._listening = False
+
+    async def open(self) -> None:
+        """Find what was in use before."""
+        self.in_use = await asyncio.to_thread(_read, self._path)
+
+    async def close(self) -> None:
+        """End the worker."""
+        self._worker.kill()
+        await self._worker.gone()
+
+    def took(self, snapshot: Snapshot, sound: Sound | None) -> None:
+        """The newest of what the robot does and hears."""
+        self.moves = abs(snapshot.velocity.v) > MOVING or abs(snapshot.velocity.w) > MOVING
+        if not self.busy:
+            self._listening = snapshot.hearing is not None and snapshot.hearing.listening
+        self._recorder.took(sound)
+
+    def profile(self, profile: Profile) -> Profile:
+        """The robot with its microphones as they were found to be mounted."""
+        if profile.microphones is None or self.in_use is None:
+            return profile
+        found = Orientation(**{name: self.in_use[name] for name in ("yaw", "yaw_sd", "mirrored", "residual")})
+        return replace(profile, microphones=oriented(profile.microphones, found))
+
+    async def check(self, *, show: bool) -> list[dict[str, Any]]:
+        """Record a moment and look for what is wrong; `show`: in the simulated room somebody speaks meanwhile."""
+        sound = await self._record(CHECKED, 0.0 if show else None)
+        return await self._asked("check", sound)
+
+    async def clap(self, asked: float, *, show: bool) -> None:
+        """Somebody claps at `asked` [rad] from the robot; `show`: in the simulated room somebody speaks from there.
+
+        Raises Problem 409 while the robot moves. What is wrong with a clap stands in the verdict.
+        """
+        if self.moves:
+            raise Problem(409, "The robot moves; let it stand while its microphones are measured.")
+        if len(self.wizard.claps) >= MOST_CLAPS:
+            raise Problem(409, f"{MOST_CLAPS} claps are enough; begin anew to take others.")
+        sound = await self._record(CLAPPED, asked if show else None)
+        try:
+            heard = await self._asked("heard_from", sound)
+        except Unavailable:
+            raise
+        except BeckonError as wrong:
+            self.verdict = str(wrong)
+            return
+        clap = Clap(asked=asked, heard=heard["azimuth_rad"], sd=heard["sd_rad"])
+        self.verdict = self.wizard.take(clap)
+
+    def forget(self) -> None:
+        """Begin anew."""
+        self.wizard, self.verdict = OrientationWizard(), ""
+
+    def drop(self, number: int) -> None:
+        """Leave a clap out. Raises Problem 404."""
+        if not 0 <= number < len(self.wizard.claps):
+            raise Problem(404, "There is no such clap.")
+        self.wizard.drop(number)
+        self.verdict = ""
+
+    async def accept(self, who: str) -> None:
+        """Use what was found. Raises Refused with what is missing."""
+        found = self.wizard.solve()
+        if isinstance(found, str):
+            raise Refused(found)
+        await self._use(asdict(found) | {"claps": len(self.wizard.claps), "accepted_s": time.time(), "who": who})
+
+    async def undo(self) -> None:
+        """The profile's own orientation again."""
+        await self._use(None)
+
+    def told(self) -> dict[str, Any]:
+        """Everything that the page shows."""
+        solved = self.wizard.solve()
+        found = None if isinstance(solved, str) else solved
+        return {
+            "microphones": self._array is not None,
+            "simulated": self._robot.profile.kind == "SIM",
+            "busy": self.busy,
+            "listens_s": CLAPPED,
+            "asked_rad": list(self.wizard.asked),
+            "claps": [
+                {
+                    "asked_rad": one.asked,
+                    "heard_rad": one.heard,
+                    "sd_rad": one.sd,
+                    "gap_rad": None if found is None else one.gap(found),
+                }
+                for one in self.wizard.claps
+            ],
+            "advice": self.wizard.advice,
+            "verdict": self.verdict,
+            "missing": solved if isinstance(solved, str) else "",
+            "solution": None if found is None else _told(asdict(found)),
+            "in_use": None if self.in_use is None else _told(self.in_use),
+        }
+
+    @property
+    def _array(self) -> MicrophoneArray | None:
+        return self._robot.profile.microphones
+
+    async def _ask(self, request: dict[str, Any]) -> dict[str, Any]:
+        return await asyncio.to_thread(self._robot.ask, request)
+
+    async def _record(self, seconds: float, say_from: float | None) -> Sound:
+        if self._array is None:
+            raise Problem(404, "This robot has no microphones.")
+        if self.busy:
+            raise Problem(409, "The microphones are being listened to already; wait a moment.")
+        if say_from is not None and self._robot.profile.kind != "SIM":
+            raise Problem(409, "Only in the simulated room somebody is there to help; clap yourself.")
+        self.busy = True
+        try:
+            return await self._recorder.record(seconds, self._listening, say_from)
+        finally:
+            self.busy = False
+
+    async def _asked(self, do: str, sound: Sound) -> Any:
+        """Raises what the desk raises, and Unavailable when it breaks."""
+        array = self._array
+        assert array is not None
+        try:
+            return await self._worker.ask(do, {"sound": told_sound(sound), "array": told_array(array)}, budget=BUDGET)
+        except Lost as lost:
+            log.warning("The worker that looks at the array was lost: %s", lost)
+            raise Unavailable("What looks at the microphones broke; try once more.") from None
+
+    async def _use(self, found: dict[str, Any] | None) -> None:
+        await asyncio.to_thread(_write, self._path, found)
+        self.in_use = found
+        self._changed()
+
+
+def _told(found: dict[str, Any]) -> dict[str, Any]:
+    """An orientation with the units in its names."""
+    names = {"yaw": "yaw_rad", "yaw_sd": "sd_yaw_rad", "residual": "residual_rad"}
+    return {names.get(name, name): value for name, value in found.items()}
+
+
+def _read(path: Path) -> dict[str, Any] | None:
+    """What was written, if it is sound."""
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+        numbers = [told[name] for name in ("yaw", "yaw_sd", "residual")]
+        sound = isinstance(told["mirrored"], bool) and all(math.isfinite(number) for number in numbers)
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, KeyError, TypeError):
+        sound, told = False, {}
+    if not sound:
+        log.warning("The microphones' orientation in %s cannot be used.", path.name)
+        return None
+    return told
+
+
+def _write(path: Path, found: dict[str, Any] | None) -> None:
+    """Raises OSError."""
+    if found is None:
+        path.unlink(missing_ok=True)
+        return
+    path.parent.mkdir(parents=True, exist_ok=True)
+    fresh = path.with_suffix(".new")
+    fresh.write_text(json.dumps(found), encoding="utf-8")
+    fresh.replace(path)

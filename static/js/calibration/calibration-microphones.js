@@ -1,0 +1,195 @@
+// The third wizard: claps from known sides tell how the microphones are turned on the robot.
+
+import { icon, make, mark, write } from "../element.js";
+import { degrees } from "../format.js";
+import { action } from "./action.js";
+import { ClapCompass } from "./clap-compass.js";
+import * as api from "./microphones-api.js";
+import { Room } from "./room.js";
+import { since } from "./used.js";
+
+/** @typedef {import("./microphones-api.js").Bench} Bench */
+
+class CalibrationMicrophones extends Room {
+  /** @type {Bench | null} */
+  #told = null;
+  #busy = false;
+  #showing = false;
+  #compass = new ClapCompass();
+  #advice = make("p", { class: "claps-advice", role: "status" });
+  #verdict = make("p", { class: "claps-verdict", role: "alert" });
+  #bar = make("div", { class: "bar-fill" });
+  #progress = make("div", { class: "progress", role: "progressbar", "aria-label": "Listening", hidden: true }, this.#bar);
+  #listen = action("ears", "Listen for a clap");
+  #show = action("assistant", "Show me");
+  #again = action("undo", "Begin anew");
+  #claps = make("ol", { class: "claps-list", "aria-label": "Claps" });
+  #found = make("p", { class: "claps-found" });
+  #remark = make("p", { class: "note" });
+  #accept = make("button", { type: "button", class: "button primary large" }, "Use this orientation");
+  #used = make("p", { class: "note" });
+  #undo = make("button", { type: "button", class: "button plain" }, "Use the profile’s own orientation again");
+  #drawn = "";
+
+  /** @override */
+  build() {
+    this.append(
+      make(
+        "div",
+        { class: "claps" },
+        make(
+          "section",
+          { class: "card claps-stage", "aria-label": "Claps from known sides" },
+          make("h2", {}, "How are the microphones turned?"),
+          make("p", { class: "note" }, "Stand where the ring says, press, and clap twice or say a word. The robot has to stand still."),
+          this.#compass,
+          this.#advice,
+          this.#progress,
+          this.#verdict,
+          make("div", { class: "claps-buttons" }, this.#listen, this.#show, this.#again),
+        ),
+        make(
+          "section",
+          { class: "card claps-result", "aria-label": "Result" },
+          make("h3", {}, "What was heard"),
+          this.#claps,
+          this.#found,
+          this.#remark,
+          this.#accept,
+          this.#used,
+          this.#undo,
+        ),
+      ),
+    );
+    this.#listen.classList.add("primary");
+    this.#listen.addEventListener("click", () => void this.#clap(false));
+    this.#show.addEventListener("click", () => void this.#showMe());
+    this.#again.addEventListener("click", () => void this.#tried(() => api.wish("again")));
+    this.#accept.addEventListener("click", () => void this.#accepted());
+    this.#undo.addEventListener("click", () => void this.#tried(() => api.wish("undo")));
+  }
+
+  /** @override */
+  opened() {
+    void this.#tried(api.read);
+  }
+
+  /** @override */
+  left() {
+    this.#showing = false;
+  }
+
+  /** Where the next clap is asked for [rad]. */
+  get #next() {
+    const { asked_rad = [0], claps = [] } = this.#told ?? {};
+    const open = asked_rad.find((angle) => !claps.some((clap) => clap.asked_rad === angle));
+    return open ?? asked_rad[claps.length % asked_rad.length] ?? 0;
+  }
+
+  /** @override */
+  draw() {
+    const told = this.#told;
+    if (!told) return;
+    const { may } = this.bench;
+    this.#listen.disabled = this.#again.disabled = this.#busy || !may || !told.microphones;
+    this.#show.hidden = !told.simulated;
+    this.#show.disabled = !may || !told.microphones || (this.#busy && !this.#showing);
+    write(/** @type {Element} */ (this.#show.lastElementChild), this.#showing ? "Enough shown" : "Show me");
+    this.#accept.hidden = told.solution === null || !may;
+    this.#accept.disabled = this.#busy;
+    this.#undo.hidden = told.in_use === null || !may;
+    this.#progress.hidden = !this.#busy;
+    const key = JSON.stringify([told, this.#busy, may]);
+    if (key === this.#drawn) return;
+    this.#drawn = key;
+    this.#compass.show(told, this.#next);
+    write(this.#advice, told.microphones ? told.advice : "This robot has no microphones.");
+    write(this.#verdict, told.verdict);
+    this.#verdict.hidden = told.verdict === "";
+    this.#claps.replaceChildren(...told.claps.map((clap, index) => this.#row(clap, index)));
+    this.#result(told);
+  }
+
+  /** @param {Bench} told */
+  #result({ solution, missing, in_use: used }) {
+    mark(this.#found, "data-some", solution !== null);
+    write(this.#found, solution ? `Turned by ${turned(solution.yaw_rad)} ± ${degrees(2 * solution.sd_yaw_rad, 1)}` : missing);
+    const agree = solution ? `The claps agree to ${degrees(solution.residual_rad, 1)} (rms).` : "";
+    const down = solution?.mirrored ? " The array hangs upside down." : "";
+    write(this.#remark, agree + down);
+    const sure = used ? `In use: turned by ${turned(used.yaw_rad)} ± ${degrees(2 * used.sd_yaw_rad, 1)}` : "";
+    write(this.#used, used ? `${sure}, from ${used.claps} claps, ${since(used.accepted_s)}.` : "In use: the orientation of the array’s profile.");
+  }
+
+  /**
+   * @param {import("./microphones-api.js").Clap} clap
+   * @param {number} index
+   */
+  #row({ asked_rad, heard_rad, sd_rad, gap_rad }, index) {
+    const away = make("button", { type: "button", class: "icon-button small", "aria-label": `Leave out clap ${index + 1}` }, icon("close"));
+    away.addEventListener("click", () => void this.#tried(() => api.drop(index)));
+    const gap = gap_rad === null ? "" : ` · misses by ${degrees(Math.abs(gap_rad), 1)}`;
+    return make(
+      "li",
+      {},
+      make("span", { class: "clap-asked" }, side(asked_rad)),
+      make("span", { class: "note" }, `heard at ${turned(heard_rad)} ± ${degrees(2 * sd_rad, 1)} of the array${gap}`),
+      this.bench.may && away,
+    );
+  }
+
+  /** @param {boolean} show */
+  async #clap(show) {
+    const seconds = this.#told?.listens_s ?? 3;
+    this.#bar.style.transition = "none";
+    this.#bar.style.width = "0";
+    void this.#bar.offsetWidth; // so that the next width is reached slowly
+    this.#bar.style.transition = `width ${seconds + 0.5}s linear`;
+    this.#bar.style.width = "100%";
+    if (!show) this.session.announce("Clap now.");
+    return this.#tried(() => api.clap(this.#next, show));
+  }
+
+  async #showMe() {
+    if (this.#showing) {
+      this.#showing = false;
+      return;
+    }
+    this.#showing = true;
+    const wanted = this.#told?.asked_rad.length ?? 4;
+    for (let turn = 0; this.#showing && turn < wanted + 2 && (this.#told?.claps.length ?? 0) < wanted; turn += 1)
+      if (!(await this.#clap(true))) break;
+    this.#showing = false;
+    this.draw();
+  }
+
+  async #accepted() {
+    if (await this.#tried(() => api.wish("accept"))) this.session.announce("This orientation is in use.");
+  }
+
+  /** @param {() => Promise<Bench>} act */
+  async #tried(act) {
+    this.#busy = true;
+    this.draw();
+    const told = await this.bench.tried(act);
+    this.#told = told ?? this.#told;
+    this.#busy = false;
+    this.draw();
+    return told !== null;
+  }
+}
+
+/** @param {number} angle [rad], left is positive */
+function turned(angle) {
+  const around = degrees(Math.abs(angle), 1);
+  return Math.abs(angle) < 0.001 ? around : `${around} ${angle > 0 ? "left" : "right"}`;
+}
+
+/** @param {number} angle [rad] */
+function side(angle) {
+  const quarter = Math.round((2 * angle) / Math.PI);
+  const exact = Math.abs(angle - (quarter * Math.PI) / 2) < 0.01;
+  return exact ? (["ahead", "left", "behind", "right"][(quarter + 4) % 4] ?? "") : turned(angle);
+}
+
+customElements.define("calibration-microphones", CalibrationMicrophones);

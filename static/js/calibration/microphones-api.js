@@ -1,0 +1,34 @@
+// The calls of the microphones' wizard.
+
+import { call, post } from "../api.js";
+
+/** @typedef {{asked_rad: number, heard_rad: number, sd_rad: number, gap_rad: number | null}} Clap */
+/** @typedef {{yaw_rad: number, sd_yaw_rad: number, mirrored: boolean, residual_rad: number}} Orientation */
+/**
+ * @typedef {object} Bench
+ * @property {boolean} microphones
+ * @property {boolean} simulated
+ * @property {boolean} busy
+ * @property {number} listens_s how long a clap is listened for
+ * @property {number[]} asked_rad where claps are asked for, one after the other
+ * @property {Clap[]} claps
+ * @property {string} advice
+ * @property {string} verdict why the newest clap was not taken; "" when it was
+ * @property {string} missing why there is no solution; "" when there is
+ * @property {Orientation | null} solution
+ * @property {(Orientation & {claps: number, accepted_s: number, who: string}) | null} in_use
+ */
+
+const ROOT = "api/calibration/microphones";
+
+/** @returns {Promise<Bench>} */
+export const read = () => call(ROOT);
+
+/** @param {number} azimuth [rad] @param {boolean} show somebody in the simulated room speaks from there @returns {Promise<Bench>} */
+export const clap = (azimuth, show) => post(`${ROOT}/clap`, { azimuth_rad: azimuth, show });
+
+/** @param {number} index @returns {Promise<Bench>} */
+export const drop = (index) => post(`${ROOT}/claps/${index}/drop`);
+
+/** @param {"again" | "accept" | "undo"} wish @returns {Promise<Bench>} */
+export const wish = (wish) => post(`${ROOT}/${wish}`);

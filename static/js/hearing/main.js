@@ -1,0 +1,48 @@
+// The page that measures hearing: its parts, and the runs that they all show.
+
+import "../theme.js";
+import "../panels/banner-stack.js";
+import "../panels/link-chip.js";
+import "../panels/live-region.js";
+import "../panels/login-view.js";
+import "../panels/notice-toasts.js";
+import "../panels/stop-button.js";
+import "../panels/theme-toggle.js";
+import "./quality-form.js";
+import "./quality-list.js";
+import "./quality-result.js";
+import { intentionOf, takesText } from "../keys.js";
+import { remembered } from "../memory.js";
+import { Panel } from "../panel.js";
+import { Session } from "../session.js";
+import { Runs } from "./runs.js";
+
+const SHOW_MS = 200;
+
+const session = new Session();
+const runs = new Runs(session);
+const panels = [...document.querySelectorAll("*")].filter((element) => element instanceof Panel);
+for (const panel of panels) {
+  if ("watch" in panel && typeof panel.watch === "function") panel.watch(runs);
+  panel.join(session);
+}
+
+setInterval(() => {
+  const { view } = session;
+  document.body.classList.toggle("is-lost", !view.up);
+  for (const panel of panels) panel.show(view);
+}, SHOW_MS);
+
+addEventListener(
+  "keydown",
+  (event) => {
+    const typing = takesText(event.composedPath()[0]);
+    const intention = intentionOf(event, { typing, singleKeys: remembered("single-keys", "on") === "on" });
+    if (intention?.does !== "stop") return;
+    if (event.key !== "Escape") event.preventDefault();
+    if (!event.repeat) session.stop();
+  },
+  true,
+);
+
+void session.begin();

@@ -1,0 +1,125 @@
+// The measurements of hearing as the page knows them: all of them, the one that is shown, and every wish about them.
+
+import { address, call, post } from "../api.js";
+
+/** @typedef {import("../session.js").Session} Session */
+/**
+ * @typedef {object} Row one place
+ * @property {number} distance_m
+ * @property {number} snr_db
+ * @property {string} refused why nobody can speak from there; "" otherwise
+ * @property {number} [commands]
+ * @property {number} [commands_exact]
+ * @property {number} [words]
+ * @property {number} [erroneous_words_person]
+ * @property {number} [erroneous_words_robot]
+ * @property {number} [osqe_d]
+ * @property {number | null} [osqe_r]
+ * @property {string} [reason]
+ * @property {string} [verdict]
+ * @property {number} [stoi]
+ */
+/**
+ * @typedef {object} Run
+ * @property {string} id
+ * @property {string} who
+ * @property {number} at_s Unix time
+ * @property {"running" | "done" | "cancelled" | "failed"} state
+ * @property {string} doing
+ * @property {string} reason
+ * @property {number} progress 0..1
+ * @property {string} summary "" before anything was measured
+ * @property {Row[]} rows
+ * @property {boolean[]} reports which rows have a page
+ * @property {{phrases: number, distances_m: number[], snr_db: number[]}} wish
+ */
+/** @typedef {{distances_m: number[], snr_db: number[], phrases: number, azimuth_rad: number}} Wish */
+
+const ROOT = "api/speech-quality";
+const ASK_MS = 700;
+
+/** @returns {Promise<{runs: Run[], why_not: string}>} newest first */
+export const list = () => call(ROOT);
+
+/** @param {string} id @param {number} row */
+export const report = (id, row) => address(`${ROOT}/${encodeURIComponent(id)}/report/${row}`).href;
+
+export class Runs {
+  /** @type {Run[] | null} newest first; null until they were read */
+  all = null;
+  whyNot = "";
+  /** @type {string} of the one that is shown; "" for the newest */
+  chosen = "";
+  /** @type {Set<() => void>} */
+  #listeners = new Set();
+
+  /** @param {Session} session */
+  constructor(session) {
+    this.session = session;
+    session.on("hello", () => void this.read());
+    setInterval(() => this.running && document.visibilityState === "visible" && void this.read(), ASK_MS);
+  }
+
+  get running() {
+    return this.all?.find((run) => run.state === "running") ?? null;
+  }
+
+  get shown() {
+    return this.all?.find((run) => run.id === this.chosen) ?? this.all?.[0] ?? null;
+  }
+
+  /** May this person do more than look? */
+  get may() {
+    return this.session.hello !== null && this.session.hello.you.role !== "viewer";
+  }
+
+  /** @param {() => void} listener */
+  onChange(listener) {
+    this.#listeners.add(listener);
+  }
+
+  /** @param {string} id */
+  choose(id) {
+    this.chosen = id;
+    this.#tell();
+  }
+
+  async read() {
+    const told = await list().catch(() => null);
+    if (!told) return;
+    const before = this.running;
+    [this.all, this.whyNot] = [told.runs, told.why_not];
+    const after = before && this.all.find((run) => run.id === before.id);
+    if (after && after.state !== "running") this.session.announce(`Measured. ${after.summary || after.reason}`);
+    this.#tell();
+  }
+
+  /** @param {Wish} wish */
+  async begin(wish) {
+    await this.#tried(async () => this.choose((await post(ROOT, wish)).id));
+  }
+
+  /** @param {string} id */
+  async cancel(id) {
+    await this.#tried(() => post(`${ROOT}/${encodeURIComponent(id)}/cancel`));
+  }
+
+  /** @param {string} id */
+  async forget(id) {
+    await this.#tried(() => call(`${ROOT}/${encodeURIComponent(id)}`, { method: "DELETE" }));
+  }
+
+  /** @param {() => Promise<unknown>} act */
+  async #tried(act) {
+    try {
+      await act();
+    } catch (refusal) {
+      this.session.complain(refusal instanceof Error ? refusal.message : "That did not work.");
+    }
+    await this.read();
+  }
+
+  #tell() {
+    for (const listener of this.#listeners) listener();
+  }
+}
