@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import ipaddress
 import socket
+import ssl
 import sys
 import threading
 import webbrowser
@@ -49,6 +50,10 @@ class Options:
     settings: Path | None = None
     open_browser: bool = True
     log: Path | None = None  # None: console.log in the data folder
+    tls_cert: Path | None = (
+        None  # PEM; with it and its key the console speaks HTTPS, which microphones of phones want
+    )
+    tls_key: Path | None = None
 
 
 class Server(uvicorn.Server):
@@ -92,7 +97,8 @@ def serve(options: Options) -> None:
         runtime.ears.settings = runtime.microphone.settings = settings.speech
         runtime.voice.settings = settings.voice
         runtime.quality.ears, runtime.quality.speech = settings.simulation, settings.speech
-        server = Server(configured(create_app(runtime)), runtime, lambda: announce(options, port, access))
+        config = configured(create_app(runtime), options.tls_cert, options.tls_key)
+        server = Server(config, runtime, lambda: announce(options, port, access))
         recording = options.robot.removeprefix("log:")
         if recording != options.robot and Path(recording).exists():
             sys.stderr.write(f"Reading {recording}…\n")
@@ -106,10 +112,12 @@ def serve(options: Options) -> None:
             raise Unavailable(runtime.trouble or "The console could not start; the log says why.") from None
 
 
-def configured(app: ASGIApp) -> uvicorn.Config:
-    """How uvicorn runs this application."""
+def configured(app: ASGIApp, certificate: Path | None = None, key: Path | None = None) -> uvicorn.Config:
+    """How uvicorn runs this application; by HTTPS where there is a certificate."""
     return uvicorn.Config(
         app,
+        ssl_certfile=certificate,
+        ssl_keyfile=key,
         http=ImpatientHttp,
         ws=ImpatientSocket,
         ws_per_message_deflate=False,
@@ -129,17 +137,21 @@ def configured(app: ASGIApp) -> uvicorn.Config:
 def announce(options: Options, port: int, access: Access) -> None:
     """Tell the address, with a token behind the #, which no server and no log ever sees."""
     everywhere = is_wildcard(options.host)
-    address = f"http://{in_address(options.allow_hosts[0] if everywhere else options.host)}:{port}/"
+    scheme = "http" if options.tls_cert is None else "https"
+    address = f"{scheme}://{in_address(options.allow_hosts[0] if everywhere else options.host)}:{port}/"
     if access.no_auth:
         sys.stdout.write(f"Beckon is at {address}\n")
     else:
         driving, watching = access.logins.issue("operator", "operator"), access.logins.issue("viewer", "viewer")
         sys.stdout.write(f"Beckon is at {address}#t={driving}\nTo watch only: {address}#t={watching}\n")
     sys.stdout.flush()
-    if in_address(options.host) not in LOOPBACK:
-        sys.stderr.write("Whoever is on the network between can read along: this is HTTP. Put TLS in front of it.\n")
+    if in_address(options.host) not in LOOPBACK and options.tls_cert is None:
+        sys.stderr.write(
+            "Whoever is on the network between can read along: this is HTTP, and phones give it no microphone. "
+            "Start with --tls-cert and --tls-key, or put TLS in front of it.\n"
+        )
     if options.open_browser:
-        here = f"http://127.0.0.1:{port}/" if everywhere else address
+        here = f"{scheme}://127.0.0.1:{port}/" if everywhere else address
         once = "" if access.no_auth else f"#t={access.logins.issue('operator', 'operator', once=True)}"
         threading.Thread(target=webbrowser.open, args=(here + once,), name="browser", daemon=True).start()
 
@@ -158,11 +170,36 @@ def check(options: Options) -> None:
     for name in options.allow_hosts:
         if not HOST_NAME.fullmatch(in_address(name)) or is_wildcard(name):
             raise BadInput("--allow-host takes a host's name or address as it stands in the browser, without a port.")
+    _check_tls(options)
     if options.gate_trace is not None:
         try:
             options.gate_trace.open("a").close()
         except OSError as trouble:
             raise BadInput(f"--gate-trace {options.gate_trace} cannot be written: {trouble.strerror}.") from None
+
+
+def _check_tls(options: Options) -> None:
+    """Raises BadInput for a certificate that browsers could not be shown."""
+    certificate, key = options.tls_cert, options.tls_key
+    if (certificate is None) != (key is None):
+        raise BadInput("--tls-cert and --tls-key belong together; give both.")
+    if certificate is None or key is None:
+        return
+    try:
+        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(certificate, key, password=_no_password)
+    except FileNotFoundError:
+        missing = certificate if not certificate.exists() else key
+        raise BadInput(f"{missing} is not there; --tls-cert and --tls-key take PEM files.") from None
+    except (OSError, ValueError) as trouble:
+        why = trouble.reason if isinstance(trouble, ssl.SSLError) and trouble.reason else trouble
+        raise BadInput(
+            f"{certificate} and {key} are no certificate in PEM with its own key, without a password ({why})."
+        ) from None
+
+
+def _no_password() -> str:
+    """A console that starts by itself cannot ask for one."""
+    return ""
 
 
 def is_simulated(url: str) -> bool:

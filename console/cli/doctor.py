@@ -19,6 +19,8 @@ from core.message import message
 PORT = 8420
 CHECKOUT = Path(__file__).resolve().parents[2]
 PACKAGE = re.compile(r"[A-Za-z0-9._-]+")
+PYTHONS = re.compile(r"python_version\s*==\s*['\"]([0-9.]+)['\"]")  # the only condition that Beckon sets
+HERE = f"{sys.version_info.major}.{sys.version_info.minor}"
 WELL = "All that is needed is here."
 MISSING = "Something that is needed is missing; see the arrows above."
 FAILED = "The self-test found something that is not as it should be; the lines marked FAILED say what."
@@ -97,14 +99,19 @@ def examine() -> list[Finding]:
     return [python(), *map(package, needed()), words(), voice(), pipe(), port(), home(), browser()]
 
 
-def needed() -> list[str]:
-    """The packages that Beckon declares to need; extras are not among them."""
+def declared() -> list[str]:
+    """What Beckon declares to need, a line each with its conditions; extras are not among it."""
     try:
-        declared = requires("beckon") or []
+        lines: list[str] = requires("beckon") or []
     except PackageNotFoundError:  # a bare checkout
-        declared = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["project"]["dependencies"]
-    names = (PACKAGE.match(line) for line in declared if "extra ==" not in line)
-    return [name[0] for name in names if name]
+        lines = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["project"]["dependencies"]
+    return [line for line in lines if "extra ==" not in line]
+
+
+def needed(python: str = HERE) -> list[str]:
+    """The packages that Beckon needs on this Python ("3.11")."""
+    wanted = (line for line in declared() if python in PYTHONS.findall(line) or not PYTHONS.search(line))
+    return [name[0] for line in wanted if (name := PACKAGE.match(line))]
 
 
 def python() -> Finding:
@@ -126,15 +133,17 @@ def package(name: str) -> Finding:
         return Finding(name=name, good=False, found="not installed", remedy=f"pip install {name}")
 
 
-def words() -> Finding:
+def words(python: str = HERE) -> Finding:
     """What reads words out of sound."""
     try:
         return Finding(name="words (pocketsphinx)", good=True, needed=False, found=version("pocketsphinx"))
     except PackageNotFoundError:
-        found = "not installed: the robot hears where, not what"
-        return Finding(
-            name="words (pocketsphinx)", good=False, needed=False, found=found, remedy="pip install 'beckon[speech]'"
-        )
+        found, remedy = "not installed: the robot hears where, not what", "pip install 'beckon[speech]'"
+        ready = [one for line in declared() if line.startswith("pocketsphinx") for one in PYTHONS.findall(line)]
+        if ready and python not in ready:
+            found += f" (there is no ready-made package for Python {python})"
+            remedy += f" with a C compiler and CMake, or run Beckon on Python {' or '.join(ready)}"
+        return Finding(name="words (pocketsphinx)", good=False, needed=False, found=found, remedy=remedy)
 
 
 def voice() -> Finding:

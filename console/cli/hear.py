@@ -20,7 +20,11 @@ def add(places: Any) -> None:
         "--array", default=None, metavar="ARRAY.toml", help="the microphones: a profile or the name of a known board"
     )
     parser.add_argument(
-        "--channel", type=int, default=None, metavar="N", help="the channel in which words are read, from 0"
+        "--channel",
+        type=int,
+        default=None,
+        metavar="N",
+        help="the channel in which words are read, from 0 (else: all together, towards the voice)",
     )
     parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml")
     add_json(parser)
@@ -53,7 +57,7 @@ def sentences(name: str, told: dict[str, Any]) -> list[str]:
     """One file for people."""
     if "error" in told:
         return [f"{name}: {told['error']}"]
-    lines = [f"{name}: {told['audio_s']:.1f} s in {told['processing_s']:.2f} s"]
+    lines = [f"{name}: {told['audio_s']:.1f} s in {told['processing_s']:.2f} s, words from the {told['words_from']}"]
     for one in told["directions"]:
         azimuth, sd = math.degrees(one["azimuth_rad"]), math.degrees(one["sd_rad"])
         doubt = "" if one["sure"] else " (unsure)"

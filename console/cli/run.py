@@ -21,6 +21,8 @@ def add(places: Any) -> None:
         metavar="NAME",
         help="a name or address under which browsers may open the console; may stand several times",
     )
+    parser.add_argument("--tls-cert", type=Path, default=None, metavar="CERT.pem", help="speak HTTPS with this")
+    parser.add_argument("--tls-key", type=Path, default=None, metavar="KEY.pem", help="the key of the certificate")
     parser.add_argument("--port", type=int, default=8420, help="0 takes any free port (default 8420)")
     parser.add_argument("--no-browser", action="store_true", help="do not open a browser")
     parser.add_argument(
@@ -51,6 +53,8 @@ def run(chosen: argparse.Namespace) -> int:
             gate_trace=chosen.gate_trace,
             settings=chosen.settings,
             open_browser=not chosen.no_browser,
+            tls_cert=chosen.tls_cert,
+            tls_key=chosen.tls_key,
         )
     )
     return 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,9 @@ from core.perception.sound.locate import sure
 from core.perception.sound.utterances import directions
 from core.sensors.microphones import MicrophoneArray, Sound
 from core.settings import Settings
+from core.speech.array_transcriber import ArrayTranscriber
 from core.speech.engines import open_engine
-from core.speech.recognizer import Engine, for_words
+from core.speech.recognizer import Engine, at_16_khz, for_words
 from core.speech.spoken import Spoken, judge
 from core.speech.transcriber import Transcriber
 
@@ -42,7 +44,8 @@ class Hearer:
             self.wordless = str(absent)
 
     def hear(self, path: Path, channel: int | None = None) -> dict[str, Any]:
-        """One file → directions and utterances. Words are read in `channel`, else in the array's first, else in 0.
+        """One file → directions and utterances. Words are read in `channel`; without one from the array's beam
+        towards each voice, where the array is sound, else in its first microphone, else in channel 0.
 
         Raises BadInput with a sentence.
         """
@@ -50,17 +53,21 @@ class Hearer:
         sound = read_sound(path)
         found: tuple[Direction, ...] = ()
         warnings: list[str] = []
+        beam = False
         if self._array is not None:
             found = directions(sound, self._array, self._settings.hearing)
-            warnings += [fault.sentence for fault in check(sound, self._array, self._settings.hearing)]
+            faults = check(sound, self._array, self._settings.hearing)
+            warnings += [fault.sentence for fault in faults]
+            beam = channel is None and self._array.dimensions >= 2 and not any(fault.serious for fault in faults)
         words = self._array.channels[0] if self._array is not None and channel is None else channel or 0
-        said, stops = self._words(sound, words)
+        said, stops = self._words(sound, None if beam else words)
         if self.wordless:
             warnings.append(self.wordless)
         return {
             "directions": [_direction(one, self._array) for one in found],
             "utterances": [_utterance(one, found) for one in said],
             "stops": [{"t0_s": one.begin, "t1_s": one.end} for one in stops],
+            "words_from": "beam" if beam else f"channel {words}",
             "warnings": warnings,
             "channels": sound.channels,
             "sample_rate_hz": sound.rate,
@@ -68,12 +75,18 @@ class Hearer:
             "processing_s": time.perf_counter() - began,
         }
 
-    def _words(self, sound: Sound, channel: int) -> tuple[list[Spoken], list[Spoken]]:
-        """Utterances, and STOPs that were heard before their sentence was over."""
+    def _words(self, sound: Sound, channel: int | None) -> tuple[list[Spoken], list[Spoken]]:
+        """Utterances, and STOPs that were heard before their sentence was over; without a channel from the beam."""
         if self._engine is None:
             return [], []
-        one = for_words(sound, channel)
-        ears = Transcriber(self._settings.speech, engine=self._engine)
+        if channel is None and self._array is not None:
+            array = replace(self._array, rate=None)
+            one = at_16_khz(sound)
+            given = (array, self._settings.speech, self._settings.hearing)
+            ears: Transcriber | ArrayTranscriber = ArrayTranscriber(*given, engine=self._engine)
+        else:
+            one = for_words(sound, channel or 0)
+            ears = Transcriber(self._settings.speech, engine=self._engine)
         heard: list[Spoken] = []
         begin, end = one.stamp, one.stamp + one.duration
         while begin < end:

@@ -41,7 +41,15 @@ class Reply:
 class Live:
     """The console between `with` and its end."""
 
-    def __init__(self, folder: Path, *, no_auth: bool = False, url: str = "sim:lab", make_pilot: Any = None) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        *,
+        no_auth: bool = False,
+        url: str = "sim:lab",
+        make_pilot: Any = None,
+        tls: tuple[Path, Path] | None = None,
+    ) -> None:
         self.robot = InProcessRobot(url)
         logins = Logins()
         self.operator = logins.issue("operator", "operator")
@@ -54,7 +62,7 @@ class Live:
             self.robot, make_pilot or (lambda: Pilot(self.robot.profile)), home=folder, access=access
         )
         self.app = create_app(self.runtime)
-        self.server = Server(configured(self.app), self.runtime, lambda: None)
+        self.server = Server(configured(self.app, *(tls or ())), self.runtime, lambda: None)
         self._thread = threading.Thread(target=self._run, daemon=True)
 
     def __enter__(self) -> Live:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
 import pytest
@@ -17,8 +18,22 @@ ROOT = Path(__file__).parents[2]
 
 def test_every_declared_package_is_looked_for() -> None:
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
-    assert set(doctor.needed()) == {re.split(r"[<>=]", line)[0] for line in declared}
+    assert set(doctor.needed("3.11")) == {re.split(r"[<>=]", line)[0] for line in declared}
     assert {"soundfile", "pydantic", "h11", "lz4", "zstandard"} <= set(doctor.needed())
+
+
+@pytest.mark.parametrize("python", ["3.12", "3.14"])
+def test_where_no_recognizer_is_ready_made_nothing_is_missing_and_the_way_out_is_told(
+    monkeypatch: pytest.MonkeyPatch, python: str
+) -> None:
+    def absent(name: str) -> str:
+        raise PackageNotFoundError(name)
+
+    assert "pocketsphinx" not in doctor.needed(python) and "pocketsphinx" in doctor.needed("3.13")
+    monkeypatch.setattr(doctor, "version", absent)
+    told = doctor.words(python)
+    assert not told.needed and f"for Python {python}" in told.found and "3.11 or 3.13" in told.remedy
+    assert "Python 3" not in doctor.words("3.11").found
 
 
 def test_a_failed_self_test_is_not_called_missing(
