@@ -1,8 +1,8 @@
 """A robot and its gate in this very process: the real simulator, the real gate. Nothing is mocked.
 
-The gate's clock stands still while this process does not get the processor, and the robot waits for a console that is
-late: a busy machine trips nothing here and no turn goes too far. How gate, driver and console fare in real time is
-tested with their own processes.
+The gate's clock runs no further than the robot's frames, and the robot waits for a console that is late: a busy machine
+trips nothing here and no turn goes too far. How gate, driver and console fare in real time is tested with their own
+processes.
 """
 
 from __future__ import annotations
@@ -43,6 +43,7 @@ class InProcessRobot:
         self.deaf = False  # there is no gate that could be told of a reset
         self.orders: list[Setpoint] = []
         self._now = 1.0  # [s] of the gate's clock
+        self._ahead = 0.0  # [s] that it may still run before the next frame
         self._lock = threading.RLock()
         self._news = threading.Condition()
         self._frame: SensorFrame | None = None
@@ -130,6 +131,7 @@ class InProcessRobot:
             with self._lock:
                 self.robot.drive(self.gate.twist)
                 frame = replace(self.robot.read(), nonce=self.gate.status().nonce)
+                self._ahead = 2 / self.profile.rate
                 self.gate.touch(frame.contact, self._now)
                 laser = self.profile.laser
                 if frame.scan is not None and laser is not None:
@@ -147,7 +149,8 @@ class InProcessRobot:
         while not self._over.wait(TICK):
             with self._lock:
                 elapsed, before = time.monotonic() - before, time.monotonic()
-                self._now += min(elapsed, 1.5 * TICK)
+                passed = min(elapsed, 1.5 * TICK, self._ahead)
+                self._now, self._ahead = self._now + passed, self._ahead - passed
                 self.gate.tick(self._now)
 
     def faults(self) -> list[str]:

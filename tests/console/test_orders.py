@@ -47,7 +47,7 @@ def test_turn_left_turns_by_ninety_degrees_and_the_history_says_so(live: Live) -
     assert told["heard_as"] == "turn left" and told["source"] == "rest" and told["command"]["name"] == "turn_left"
     assert answer.headers["location"] == f"commands/{told['id']}"
     end = ended(live, told["id"])
-    assert end["state"] == "done", end
+    assert end["state"] == "done", end["remark"]
     time.sleep(0.3)
     turned = math.remainder(truth(live)["heading_rad"] - before["heading_rad"] - math.pi / 2, math.tau)
     assert abs(math.degrees(turned)) < 2
