@@ -7,7 +7,7 @@ import json
 import logging
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from console.array_recorder import ArrayRecorder
 from console.problems import Problem
 from console.robot_link import RobotLink
 from console.workers import Lost, Worker
-from core.errors import BeckonError, Refused, Unavailable
+from core.errors import BadInput, BeckonError, Refused, Unavailable
 from core.perception.array_orientation import Clap, Orientation, OrientationWizard, oriented
 from core.robots import Profile
 from core.sensors.microphones import MicrophoneArray, Sound
@@ -42,19 +42,26 @@ class ArrayBench:
         self.in_use: dict[str, Any] | None = None
         self.verdict = ""  # of the newest clap
         self.busy = False
+        self.trouble = ""  # why the newest measurement could not be made
+        self.faults: list[dict[str, Any]] | None = None  # what the newest self-check found; None: nothing was checked
+        self.helped = False  # somebody in the simulated room speaks for the measurement: that is no order
         self.moves = False  # the robot does, so that nothing can be measured
         self._path = home / "calibration" / FILE
         self._robot, self._changed = robot, changed
         self._recorder = ArrayRecorder(self._ask)
         self._worker = Worker("array")
         self._listening = False
+        self._task: asyncio.Task[None] | None = None
 
     async def open(self) -> None:
         """Find what was in use before."""
         self.in_use = await asyncio.to_thread(_read, self._path)
 
     async def close(self) -> None:
-        """End the worker."""
+        """End what is under way."""
+        if self._task is not None:
+            self._task.cancel()
+            await asyncio.gather(self._task, return_exceptions=True)
         self._worker.kill()
         await self._worker.gone()
 
@@ -72,30 +79,23 @@ class ArrayBench:
         found = Orientation(**{name: self.in_use[name] for name in ("yaw", "yaw_sd", "mirrored", "residual")})
         return replace(profile, microphones=oriented(profile.microphones, found))
 
-    async def check(self, *, show: bool) -> list[dict[str, Any]]:
-        """Record a moment and look for what is wrong; `show`: in the simulated room somebody speaks meanwhile."""
-        sound = await self._record(CHECKED, 0.0 if show else None)
-        return await self._asked("check", sound)
+    def check(self, *, show: bool) -> None:
+        """Listen for a moment, and look for what is wrong; `show`: in the simulated room somebody speaks meanwhile.
 
-    async def clap(self, asked: float, *, show: bool) -> None:
+        Raises Problem 404 or 409. What comes of it stands in `faults`.
+        """
+        self._start(self._check(0.0 if show else None), show=show)
+
+    def clap(self, asked: float, *, show: bool) -> None:
         """Somebody claps at `asked` [rad] from the robot; `show`: in the simulated room somebody speaks from there.
 
-        Raises Problem 409 while the robot moves. What is wrong with a clap stands in the verdict.
+        Raises Problem 404, and 409 while the robot moves. What is wrong with the clap stands in the verdict.
         """
         if self.moves:
             raise Problem(409, "The robot moves; let it stand while its microphones are measured.")
         if len(self.wizard.claps) >= MOST_CLAPS:
             raise Problem(409, f"{MOST_CLAPS} claps are enough; begin anew to take others.")
-        sound = await self._record(CLAPPED, asked if show else None)
-        try:
-            heard = await self._asked("heard_from", sound)
-        except Unavailable:
-            raise
-        except BeckonError as wrong:
-            self.verdict = str(wrong)
-            return
-        clap = Clap(asked=asked, heard=heard["azimuth_rad"], sd=heard["sd_rad"])
-        self.verdict = self.wizard.take(clap)
+        self._start(self._clap(asked, asked if show else None), show=show)
 
     def forget(self) -> None:
         """Begin anew."""
@@ -119,8 +119,14 @@ class ArrayBench:
         """The profile's own orientation again."""
         await self._use(None)
 
+    def checked(self) -> dict[str, Any]:
+        """What the newest self-check found."""
+        found = self.faults
+        well = None if found is None else not any(fault["serious"] for fault in found)
+        return {"busy": self.busy, "well": well, "faults": found or [], "trouble": self.trouble}
+
     def told(self) -> dict[str, Any]:
-        """Everything that the page shows."""
+        """Everything that the wizard's page shows."""
         solved = self.wizard.solve()
         found = None if isinstance(solved, str) else solved
         return {
@@ -140,6 +146,7 @@ class ArrayBench:
             ],
             "advice": self.wizard.advice,
             "verdict": self.verdict,
+            "trouble": self.trouble,
             "missing": solved if isinstance(solved, str) else "",
             "solution": None if found is None else _told(asdict(found)),
             "in_use": None if self.in_use is None else _told(self.in_use),
@@ -152,18 +159,45 @@ class ArrayBench:
     async def _ask(self, request: dict[str, Any]) -> dict[str, Any]:
         return await asyncio.to_thread(self._robot.ask, request)
 
-    async def _record(self, seconds: float, say_from: float | None) -> Sound:
+    def _start(self, work: Coroutine[Any, Any, None], *, show: bool) -> None:
+        """Work that takes some seconds. Raises Problem."""
+        try:
+            self._ready(show=show)
+        except Problem:
+            work.close()
+            raise
+        self.busy, self.helped, self.trouble = True, show, ""
+        self._task = asyncio.get_running_loop().create_task(self._to_the_end(work))
+
+    def _ready(self, *, show: bool) -> None:
         if self._array is None:
             raise Problem(404, "This robot has no microphones.")
         if self.busy:
             raise Problem(409, "The microphones are being listened to already; wait a moment.")
-        if say_from is not None and self._robot.profile.kind != "SIM":
+        if show and self._robot.profile.kind != "SIM":
             raise Problem(409, "Only in the simulated room somebody is there to help; clap yourself.")
-        self.busy = True
+
+    async def _to_the_end(self, work: Coroutine[Any, Any, None]) -> None:
         try:
-            return await self._recorder.record(seconds, self._listening, say_from)
+            await work
+        except BeckonError as trouble:
+            self.trouble = str(trouble)
         finally:
-            self.busy = False
+            self.busy = self.helped = False
+
+    async def _check(self, say_from: float | None) -> None:
+        self.faults = None
+        sound = await self._recorder.record(CHECKED, self._listening, say_from)
+        self.faults = await self._asked("check", sound)
+
+    async def _clap(self, asked: float, say_from: float | None) -> None:
+        sound = await self._recorder.record(CLAPPED, self._listening, say_from)
+        try:
+            heard = await self._asked("heard_from", sound)
+        except BadInput as wrong:
+            self.verdict = str(wrong)
+            return
+        self.verdict = self.wizard.take(Clap(asked=asked, heard=heard["azimuth_rad"], sd=heard["sd_rad"]))
 
     async def _asked(self, do: str, sound: Sound) -> Any:
         """Raises what the desk raises, and Unavailable when it breaks."""

@@ -88,8 +88,13 @@ class QualityRuns:
         self._task = asyncio.get_running_loop().create_task(self._measure(run))
         return run
 
+    def give_up(self) -> None:
+        """End what runs, soon; what was measured so far stays."""
+        if self._task is not None and not self._task.done():
+            self._task.cancel()
+
     async def cancel(self, run: QualityRun) -> None:
-        """Give it up; what was measured so far stays."""
+        """The same of one run, and wait until it is so."""
         if run.state == "running":
             await self._give_up()
 
@@ -100,8 +105,8 @@ class QualityRuns:
         await asyncio.to_thread((self._folder / f"{run.id}.json").unlink, True)
 
     async def _give_up(self) -> None:
-        if self._task is not None and not self._task.done():
-            self._task.cancel()
+        self.give_up()
+        if self._task is not None:
             await asyncio.gather(self._task, return_exceptions=True)
 
     async def _measure(self, run: QualityRun) -> None:

@@ -28,12 +28,19 @@ class ClapWish(Wish):
     show: bool = False
 
 
-@microphones.post("/hearing/check")
+@microphones.post("/hearing/check", status_code=202)
 @needs("operator")
 async def check(asked: CheckWish, behind: Behind) -> dict[str, Any]:
-    """Listen for three seconds, in which somebody should speak: identical, dead, faint, swapped, clipped channels."""
-    faults = await behind.array.check(show=asked.show)
-    return {"well": not any(fault["serious"] for fault in faults), "faults": faults}
+    """Listen for three seconds, in which somebody should speak; then ask what was found."""
+    behind.array.check(show=asked.show)
+    return behind.array.checked()
+
+
+@microphones.get("/hearing/check")
+@needs("viewer")
+async def checked(behind: Behind) -> dict[str, Any]:
+    """What the newest self-check found: identical, dead, faint, swapped, clipped channels."""
+    return behind.array.checked()
 
 
 @microphones.get("/calibration/microphones")
@@ -43,11 +50,11 @@ async def shown(behind: Behind) -> dict[str, Any]:
     return behind.array.told()
 
 
-@microphones.post("/calibration/microphones/clap")
+@microphones.post("/calibration/microphones/clap", status_code=202)
 @needs("operator")
 async def clap(asked: ClapWish, behind: Behind) -> dict[str, Any]:
-    """Listen for three seconds to a clap or a word from a known direction."""
-    await behind.array.clap(asked.azimuth_rad, show=asked.show)
+    """Listen for three seconds to a clap or a word from a known direction; it is `busy` meanwhile."""
+    behind.array.clap(asked.azimuth_rad, show=asked.show)
     return behind.array.told()
 
 

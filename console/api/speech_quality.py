@@ -27,16 +27,18 @@ ONLY_SIMULATED = (
     "Hearing is measured by itself only on the simulated robot. With a real one, record what is said and what it "
     "hears, and compare them: beckon speech-quality --orig-wav ORIG.wav --rev-wav REV.wav"
 )
+DISTANCES = (1.0, 2.0, 3.0)  # [m] when nobody says anything else
 PAGE: dict[int | str, dict[str, Any]] = {200: {"content": {"text/html": {}}}}
 
 
 class QualityWish(Wish):
-    """Where people speak: `distances_m` from the robot, towards a place of the world or in a direction of the robot.
+    """Where people speak: `distances_m` from the robot, towards a place of the world or in a direction of the robot;
+    with a place and without distances at that place.
 
     `snr_db`: of a voice at 1 m over the room's noise. Every pair of both is measured with as many `phrases`.
     """
 
-    distances_m: list[Distance] = Field(default=[1.0, 2.0, 3.0], min_length=1, max_length=10)
+    distances_m: list[Distance] | None = Field(default=None, min_length=1, max_length=10)
     snr_db: list[Ratio] = Field(default=[30.0, 10.0], min_length=1, max_length=10)
     phrases: int = Field(default=18, ge=1, le=36)
     azimuth_rad: float = Field(default=0.0, ge=-10, le=10)
@@ -60,15 +62,15 @@ async def begin(asked: QualityWish, behind: Behind, who: Who) -> dict[str, Any]:
         raise Problem(409, ONLY_SIMULATED)
     robot = await simulated(behind).ask({"do": "truth"})
     world = (await behind.ask({"do": "plan"}))["name"]
-    towards = robot["heading_rad"] + asked.azimuth_rad
+    towards, distances = robot["heading_rad"] + asked.azimuth_rad, list(DISTANCES)
     if asked.x_m is not None and asked.y_m is not None:
         x, y = asked.x_m - robot["x_m"], asked.y_m - robot["y_m"]
-        towards = math.atan2(y, x)
+        towards, distances = math.atan2(y, x), [round(math.hypot(x, y), 2)]
     wish = {
         "world": world,
         **{name: float(robot[name]) for name in ("x_m", "y_m", "heading_rad")},
         "towards_rad": towards,
-        "distances_m": asked.distances_m,
+        "distances_m": asked.distances_m or distances,
         "snr_db": asked.snr_db,
         "phrases": asked.phrases,
     }

@@ -17,6 +17,7 @@
  * @property {string} remark
  */
 
+const BUSY_MS = 300; // between questions whether something is over
 const HISTORY_ROWS = 60; // more than anybody reads
 
 /** An answer that is no success, with the server's own sentence. */
@@ -82,8 +83,32 @@ export const listen = (on) => post("api/hearing", { listen: on });
 
 /** @typedef {{kind: string, channels: number[], sentence: string, serious: boolean}} ArrayFault */
 
-/** @param {boolean} show somebody in the simulated room speaks meanwhile @returns {Promise<{well: boolean, faults: ArrayFault[]}>} */
-export const checkArray = (show) => post("api/hearing/check", { show });
+/** @typedef {{busy: boolean, well: boolean | null, faults: ArrayFault[], trouble: string}} ArrayCheck */
+
+/**
+ * Looks for what is wrong with the robot's microphones.
+ * @param {boolean} show somebody in the simulated room speaks meanwhile
+ * @returns {Promise<ArrayCheck>} when it is over
+ */
+export async function checkArray(show) {
+  await post("api/hearing/check", { show });
+  return patiently(() => call("api/hearing/check"));
+}
+
+/**
+ * Asks until something that takes a while is over. Refused with the server's sentence when nothing came of it.
+ * @template {{busy: boolean, trouble: string}} T
+ * @param {() => Promise<T>} ask
+ * @returns {Promise<T>}
+ */
+export async function patiently(ask) {
+  for (;;) {
+    await new Promise((resolve) => setTimeout(resolve, BUSY_MS));
+    const told = await ask();
+    if (told.trouble) throw new Refusal(503, told.trouble);
+    if (!told.busy) return told;
+  }
+}
 
 /** @param {string} text @returns {Promise<Spoken>} how the robot says it; from now on nobody is listened to */
 export const voice = (text) => post("api/voice", { text });

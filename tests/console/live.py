@@ -105,6 +105,7 @@ class Live:
 
         def act() -> None:
             runtime = self.runtime
+            runtime.quality.give_up()
             if self.robot.status().state == "halted":
                 self.robot.reset()
             if runtime.lease.holder is not None:

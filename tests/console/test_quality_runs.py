@@ -19,6 +19,15 @@ needs_words = pytest.mark.skipif(
 )
 
 
+@pytest.fixture(autouse=True)
+def nothing_runs(request: pytest.FixtureRequest) -> None:
+    """What another test began is over."""
+    if "live" in request.fixturenames:
+        live: Live = request.getfixturevalue("live")
+        live.on_loop(live.runtime.quality.give_up)
+        live.until(lambda: all(run.state != "running" for run in live.runtime.quality.runs.values()))
+
+
 def ask(live: Live, method: str, path: str, body: Any = None) -> Any:
     return live.ask(method, f"/api/speech-quality{path}", body, token=live.operator)
 

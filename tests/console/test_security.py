@@ -55,6 +55,7 @@ def test_every_way_in_but_the_door_itself_refuses_a_stranger(live: Live) -> None
     assert public == {
         ("GET", "/"),
         ("GET", "/calibrate"),
+        ("GET", "/hearing"),
         ("GET", "/static/main.js"),
         ("POST", "/api/login"),
         ("GET", "/api/health"),

@@ -42,6 +42,7 @@ test("an address leads back to the place it was made for", () => {
     { at: "new", kind: "laser" },
     { at: "capture", id: "ab12" },
     { at: "review", id: "ab12" },
+    { at: "microphones" },
   ]))
     assert.deepEqual(placeOf(hashOf(place)), place);
   assert.deepEqual(placeOf("#s=<script>"), { at: "home" });

@@ -2,6 +2,7 @@
 
 import { icon, make, write } from "../element.js";
 import * as api from "./api.js";
+import { orientationInWords, read as readMicrophones } from "./microphones-api.js";
 import { Room } from "./room.js";
 import { inWords, since } from "./used.js";
 
@@ -52,7 +53,7 @@ class CalibrationHome extends Room {
           make(
             "p",
             {},
-            "A chessboard of known size, shown from a few sides, is all it needs. The page says which side next.",
+            "A chessboard of known size, shown from a few sides, and hands that clap are all it needs. The page says what comes next.",
           ),
         ),
         make("div", { class: "wizards" }, this.#camera.card, this.#laser.card, this.#microphones.card),
@@ -84,6 +85,18 @@ class CalibrationHome extends Room {
     this.#microphones.undo.hidden = true;
     write(this.#microphones.start, "Open");
     this.#file.addEventListener("change", () => void this.#bring());
+  }
+
+  /** @override */
+  opened() {
+    readMicrophones().then(
+      (told) => {
+        write(this.#microphones.used, told.microphones ? orientationInWords(told.in_use) : "This robot has no microphones.");
+        this.#microphones.used.toggleAttribute("data-some", told.in_use !== null);
+        this.#microphones.start.disabled = !told.microphones;
+      },
+      () => undefined,
+    );
   }
 
   /** Has the camera to be calibrated before the laser can be? */

@@ -6,7 +6,6 @@ import { action } from "./action.js";
 import { ClapCompass } from "./clap-compass.js";
 import * as api from "./microphones-api.js";
 import { Room } from "./room.js";
-import { since } from "./used.js";
 
 /** @typedef {import("./microphones-api.js").Bench} Bench */
 
@@ -93,7 +92,7 @@ class CalibrationMicrophones extends Room {
     const { may } = this.bench;
     this.#listen.disabled = this.#again.disabled = this.#busy || !may || !told.microphones;
     this.#show.hidden = !told.simulated;
-    this.#show.disabled = !may || !told.microphones || (this.#busy && !this.#showing);
+    this.#show.disabled = !may || !told.microphones || (this.#busy && !this.#showing) || told.claps.length >= told.asked_rad.length;
     write(/** @type {Element} */ (this.#show.lastElementChild), this.#showing ? "Enough shown" : "Show me");
     this.#accept.hidden = told.solution === null || !may;
     this.#accept.disabled = this.#busy;
@@ -113,12 +112,11 @@ class CalibrationMicrophones extends Room {
   /** @param {Bench} told */
   #result({ solution, missing, in_use: used }) {
     mark(this.#found, "data-some", solution !== null);
-    write(this.#found, solution ? `Turned by ${turned(solution.yaw_rad)} ± ${degrees(2 * solution.sd_yaw_rad, 1)}` : missing);
+    write(this.#found, solution ? `Turned by ${api.turned(solution.yaw_rad)} ± ${degrees(2 * solution.sd_yaw_rad, 1)}` : missing);
     const agree = solution ? `The claps agree to ${degrees(solution.residual_rad, 1)} (rms).` : "";
     const down = solution?.mirrored ? " The array hangs upside down." : "";
     write(this.#remark, agree + down);
-    const sure = used ? `In use: turned by ${turned(used.yaw_rad)} ± ${degrees(2 * used.sd_yaw_rad, 1)}` : "";
-    write(this.#used, used ? `${sure}, from ${used.claps} claps, ${since(used.accepted_s)}.` : "In use: the orientation of the array’s profile.");
+    write(this.#used, api.orientationInWords(used));
   }
 
   /**
@@ -133,7 +131,7 @@ class CalibrationMicrophones extends Room {
       "li",
       {},
       make("span", { class: "clap-asked" }, side(asked_rad)),
-      make("span", { class: "note" }, `heard at ${turned(heard_rad)} ± ${degrees(2 * sd_rad, 1)} of the array${gap}`),
+      make("span", { class: "note" }, `heard at ${api.turned(heard_rad)} ± ${degrees(2 * sd_rad, 1)} of the array${gap}`),
       this.bench.may && away,
     );
   }
@@ -179,17 +177,11 @@ class CalibrationMicrophones extends Room {
   }
 }
 
-/** @param {number} angle [rad], left is positive */
-function turned(angle) {
-  const around = degrees(Math.abs(angle), 1);
-  return Math.abs(angle) < 0.001 ? around : `${around} ${angle > 0 ? "left" : "right"}`;
-}
-
 /** @param {number} angle [rad] */
 function side(angle) {
   const quarter = Math.round((2 * angle) / Math.PI);
   const exact = Math.abs(angle - (quarter * Math.PI) / 2) < 0.01;
-  return exact ? (["ahead", "left", "behind", "right"][(quarter + 4) % 4] ?? "") : turned(angle);
+  return exact ? (["ahead", "left", "behind", "right"][(quarter + 4) % 4] ?? "") : api.turned(angle);
 }
 
 customElements.define("calibration-microphones", CalibrationMicrophones);

@@ -1,6 +1,8 @@
 // The calls of the microphones' wizard.
 
-import { call, post } from "../api.js";
+import { call, patiently, post } from "../api.js";
+import { degrees } from "../format.js";
+import { since } from "./used.js";
 
 /** @typedef {{asked_rad: number, heard_rad: number, sd_rad: number, gap_rad: number | null}} Clap */
 /** @typedef {{yaw_rad: number, sd_yaw_rad: number, mirrored: boolean, residual_rad: number}} Orientation */
@@ -14,6 +16,7 @@ import { call, post } from "../api.js";
  * @property {Clap[]} claps
  * @property {string} advice
  * @property {string} verdict why the newest clap was not taken; "" when it was
+ * @property {string} trouble why the newest could not be listened to; "" when it could
  * @property {string} missing why there is no solution; "" when there is
  * @property {Orientation | null} solution
  * @property {(Orientation & {claps: number, accepted_s: number, who: string}) | null} in_use
@@ -21,11 +24,27 @@ import { call, post } from "../api.js";
 
 const ROOT = "api/calibration/microphones";
 
+/** @param {number} angle [rad], left is positive */
+export function turned(angle) {
+  const around = degrees(Math.abs(angle), 1);
+  return Math.abs(angle) < 0.001 ? around : `${around} ${angle > 0 ? "left" : "right"}`;
+}
+
+/** @param {Bench["in_use"]} used */
+export function orientationInWords(used) {
+  if (!used) return "In use: the orientation of the array’s profile.";
+  const sure = `turned by ${turned(used.yaw_rad)} ± ${degrees(2 * used.sd_yaw_rad, 1)}`;
+  return `In use: ${sure}, from ${used.claps} claps, ${since(used.accepted_s)}.`;
+}
+
 /** @returns {Promise<Bench>} */
 export const read = () => call(ROOT);
 
 /** @param {number} azimuth [rad] @param {boolean} show somebody in the simulated room speaks from there @returns {Promise<Bench>} */
-export const clap = (azimuth, show) => post(`${ROOT}/clap`, { azimuth_rad: azimuth, show });
+export async function clap(azimuth, show) {
+  await post(`${ROOT}/clap`, { azimuth_rad: azimuth, show });
+  return patiently(read);
+}
 
 /** @param {number} index @returns {Promise<Bench>} */
 export const drop = (index) => post(`${ROOT}/claps/${index}/drop`);

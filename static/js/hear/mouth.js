@@ -61,11 +61,12 @@ export class Mouth {
         this.#set(true);
         await this.#play(this.#context, said);
       }
-      this.#settle();
-      await api.hush(said.id);
+      void api.hush(said.id).catch(() => undefined); // the console knows by itself when it is over
     } catch (refusal) {
+      this.#source = null;
       this.failed(refusal instanceof Error ? refusal.message : "The robot's voice does not work here.");
     }
+    this.#settle();
   }
 
   /** Silence again, in a moment. */

@@ -5,6 +5,7 @@ import { Panel } from "../panel.js";
 
 /** @typedef {import("./runs.js").Runs} Runs */
 
+const PLACE = "place";
 const DISTANCES = [0.5, 1, 2, 3, 4];
 const NOISES = /** @type {const} */ ([
   [30, "quiet"],
@@ -17,6 +18,7 @@ const AROUND = /** @type {const} */ ([
   ["Left", Math.PI / 2],
   ["Behind", Math.PI],
   ["Right", -Math.PI / 2],
+  ["At a place of the map", null],
 ]);
 const PHRASES = /** @type {const} */ ([
   [6, "6: a first impression"],
@@ -29,7 +31,18 @@ class QualityForm extends Panel {
   #runs = null;
   #distances = DISTANCES.map((metres) => tick("distance", metres, `${metres} m`, metres >= 1 && metres <= 3));
   #noises = NOISES.map(([ratio, says]) => tick("noise", ratio, `${ratio} dB`, ratio === 30 || ratio === 10, says));
-  #around = make("select", { id: "quality-around" }, ...AROUND.map(([name, angle]) => make("option", { value: String(angle) }, name)));
+  #around = make("select", { id: "quality-around" }, ...AROUND.map(([name, angle]) => make("option", { value: angle === null ? PLACE : String(angle) }, name)));
+  #x = make("input", { type: "number", id: "quality-x", step: "0.1", value: "2" });
+  #y = make("input", { type: "number", id: "quality-y", step: "0.1", value: "1" });
+  #place = make(
+    "div",
+    { class: "quality-row quality-place" },
+    make("label", { for: "quality-x" }, "x [m]"),
+    this.#x,
+    make("label", { for: "quality-y" }, "y [m]"),
+    this.#y,
+  );
+  #far = make("fieldset", {}, make("legend", {}, "How far away"), make("div", { class: "ticks" }, ...this.#distances));
   #phrases = make("select", { id: "quality-phrases" }, ...PHRASES.map(([count, says]) => make("option", { value: String(count) }, says)));
   #begin = make("button", { type: "submit", class: "button primary large" }, "Measure");
   #why = make("p", { class: "note", role: "status" });
@@ -52,9 +65,10 @@ class QualityForm extends Panel {
         {},
         "A text of commands is spoken around the simulated robot, in its room and noise. What its ears make of it is laid beside what a microphone at the mouth makes of it. The robot itself may go on driving.",
       ),
-      make("fieldset", {}, make("legend", {}, "How far away"), make("div", { class: "ticks" }, ...this.#distances)),
-      make("fieldset", {}, make("legend", {}, "Voice over noise"), make("div", { class: "ticks" }, ...this.#noises)),
       make("div", { class: "quality-row" }, make("label", { for: "quality-around" }, "Where"), this.#around),
+      this.#place,
+      this.#far,
+      make("fieldset", {}, make("legend", {}, "Voice over noise"), make("div", { class: "ticks" }, ...this.#noises)),
       make("div", { class: "quality-row" }, make("label", { for: "quality-phrases" }, "Phrases"), this.#phrases),
       this.#begin,
       this.#why,
@@ -62,10 +76,11 @@ class QualityForm extends Panel {
     form.addEventListener("submit", (event) => {
       event.preventDefault();
       void this.#runs?.begin({
-        distances_m: ticked(this.#distances),
         snr_db: ticked(this.#noises),
         phrases: Number(this.#phrases.value),
-        azimuth_rad: Number(this.#around.value),
+        ...(this.#placed
+          ? { x_m: this.#x.valueAsNumber, y_m: this.#y.valueAsNumber }
+          : { distances_m: ticked(this.#distances), azimuth_rad: Number(this.#around.value) }),
       });
     });
     form.addEventListener("change", () => this.#draw());
@@ -73,13 +88,21 @@ class QualityForm extends Panel {
     this.#draw();
   }
 
+  get #placed() {
+    return this.#around.value === PLACE;
+  }
+
   #draw() {
     const runs = this.#runs;
     if (!runs) return;
-    const count = ticked(this.#distances).length * ticked(this.#noises).length;
+    this.#place.hidden = !this.#placed;
+    this.#far.hidden = this.#placed;
+    const known = Number.isFinite(this.#x.valueAsNumber) && Number.isFinite(this.#y.valueAsNumber);
+    const distances = this.#placed ? Number(known) : ticked(this.#distances).length;
+    const count = distances * ticked(this.#noises).length;
     const why = runs.whyNot || (runs.all && !runs.may ? "You are watching. Only an operator can measure." : "");
     this.#begin.disabled = Boolean(why) || count === 0 || runs.running !== null;
-    const says = count === 0 ? "Choose at least one distance and one noise." : `${count} ${count === 1 ? "place" : "places"}; each takes some ten seconds.`;
+    const says = count === 0 ? "Choose a place, or at least one distance, and one noise." : `${count} ${count === 1 ? "place" : "places"}; each takes some ten seconds.`;
     write(this.#why, why || (runs.running ? "One measurement is under way." : says));
   }
 }

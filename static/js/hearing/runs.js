@@ -33,7 +33,15 @@ import { address, call, post } from "../api.js";
  * @property {boolean[]} reports which rows have a page
  * @property {{phrases: number, distances_m: number[], snr_db: number[]}} wish
  */
-/** @typedef {{distances_m: number[], snr_db: number[], phrases: number, azimuth_rad: number}} Wish */
+/**
+ * @typedef {object} Wish
+ * @property {number[]} snr_db
+ * @property {number} phrases
+ * @property {number[]} [distances_m] from the robot; none: at the place
+ * @property {number} [azimuth_rad]
+ * @property {number} [x_m] of a place in the world
+ * @property {number} [y_m]
+ */
 
 const ROOT = "api/speech-quality";
 const ASK_MS = 700;

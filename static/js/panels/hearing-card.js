@@ -10,12 +10,13 @@ import * as api from "../api.js";
 /** @typedef {import("../hear/talk.js").Transcript} Transcript */
 
 const MOST_LINES = 6;
+const CHECK = "Check the microphones";
 
 class HearingCard extends Panel {
   #rose = new SoundRose();
   #where = make("p", { class: "hearing-where" });
   #listen = make("button", { type: "button", class: "toggle", "aria-pressed": "false" }, "Listen");
-  #check = make("button", { type: "button" }, "Check the microphones");
+  #check = make("button", { type: "button" }, CHECK);
   #faults = make("ul", { class: "faults", role: "status", hidden: true });
   #measure = make("a", { href: "hearing" }, "How well do I hear you here?");
   #lines = make("ol", { class: "transcripts", "aria-label": "What was heard", role: "log" });
@@ -69,6 +70,11 @@ class HearingCard extends Panel {
 
   /** Three seconds of sound, looked at for faults of the wiring. */
   async #examine() {
+    if (!this.#faults.hidden) {
+      this.#faults.hidden = true;
+      write(this.#check, CHECK);
+      return;
+    }
     const simulated = this.session.hello?.robot.kind === "SIM";
     this.#checking = true;
     write(this.#check, simulated ? "Somebody speaks…" : "Speak for three seconds…");
@@ -81,7 +87,7 @@ class HearingCard extends Panel {
       this.session.complain(refusal instanceof Error ? refusal.message : "That did not work.");
     }
     this.#checking = false;
-    write(this.#check, "Check the microphones");
+    write(this.#check, this.#faults.hidden ? CHECK : "Hide what was found");
   }
 
   async #toggle() {

@@ -9,6 +9,7 @@ const VIEWS = /** @type {const} */ ([
   ["map", "Map"],
   ["camera", "Camera"],
   ["estimate", "Estimate"],
+  ["ears", "Ears"],
   ["slam", "SLAM"],
   ["record", "History"],
 ]);
@@ -48,15 +49,18 @@ class ViewTabs extends Panel {
   }
 
   /**
-   * A recording may have no pictures, and it has no history of commands.
+   * A recording may have no pictures, a robot no ears, and a recording has no history of commands.
    * @override
    * @param {View} view
    */
   show({ hello }) {
     const blind = this.#place.querySelector("camera-view")?.hasAttribute("hidden") === true;
+    const deaf = this.#place.querySelector("hearing-card")?.hasAttribute("hidden") === true;
+    if (deaf && this.#place.dataset["view"] === "ears") this.open("map");
     if (blind && this.#place.dataset["view"] === "camera") this.open("map");
     for (const button of this.querySelectorAll("button")) {
       if (button.dataset["to"] === "camera") button.hidden = blind;
+      if (button.dataset["to"] === "ears") button.hidden = deaf;
       const words = button.lastElementChild;
       if (button.dataset["to"] === "record" && words)
         write(words, hello?.robot.drives === false ? "Notices" : "History");
