@@ -10,7 +10,7 @@ import asyncio
 import logging
 import time
 from collections import deque
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -37,7 +37,6 @@ from console.robot_voice import RobotVoice
 from console.scene import Scene
 from console.security import Access
 from console.sockets import Sockets
-from console.spoken_orders import SpokenOrders
 from console.watch import Watch
 from core.errors import BeckonError
 from core.robots import Profile
@@ -70,7 +69,6 @@ class Runtime:
         self.door = Door(robot, self.lease, self.history, self.board)
         self.maps = MapDesk(home, robot, self.door, self.lease, self.history)
         self.ears = Ears(self.door, self.history, self.board)
-        self.spoken = SpokenOrders(self.ears, self.door, self.lease, self.history, self.board)
         self.microphone = Microphone()
         self.voice = RobotVoice()
         self.quality = QualityRuns(home)
@@ -82,7 +80,6 @@ class Runtime:
         self.over = False  # the console is ending
         self.trouble = ""  # why the robot did not come
         self.failure = ""  # why there is no pilot
-        self.beside: list[Callable[[], Coroutine[Any, Any, None]]] = []  # what runs beside it while it is open
         self._make_pilot = make_pilot
         self._pilot: PilotThread | None = None
         self._failures: deque[float] = deque(maxlen=RESTARTS + 1)
@@ -111,8 +108,7 @@ class Runtime:
         await self.scene.open(self.door, self.sockets)
         await asyncio.gather(self.workbench.open(), self.quality.open(), self.array.open())
         self._start_pilot()
-        for task in (self._beat, *self.beside):
-            self.keep(asyncio.create_task(task()))
+        self.keep(asyncio.create_task(self._beat()))
 
     def farewell_soon(self) -> None:
         """From a signal handler or any thread: the console is about to end."""
