@@ -88,6 +88,11 @@ def written(folder: Path) -> list[Trial]:
     return done
 
 
+def tell(words: str) -> None:
+    """How far it is."""
+    sys.stderr.write(f"{words}\n")
+
+
 def main() -> None:
     """Measure, write direction.json and direction.csv, say the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -109,7 +114,7 @@ def main() -> None:
             chosen.seed,
             estimators,
             spoken,
-            tell=lambda words: sys.stderr.write(f"{words}\n") and None,
+            tell=tell,
             part=(number, parts),
         )
         out = chosen.out if parts == 1 else chosen.out / f"part-{number:02d}"
