@@ -15,6 +15,8 @@ class AnswerButton extends Panel {
   #button = make("button", { type: "button", class: "button answers", "aria-pressed": "false" }, this.#icon);
   #mouth = new Mouth();
   #on = remembered("answers", "off") === "on";
+  /** @type {number | null} the newest row of the history; null before it was read: old news is not answered */
+  #known = null;
   /** @type {Set<number>} deeds of this page that are under way */
   #deeds = new Set();
 
@@ -39,6 +41,9 @@ class AnswerButton extends Panel {
       this.#say(answer(transcript));
     });
     this.session.on("history", (rows) => {
+      for (const row of rows.filter(({ id, source }) => source === "ears" && this.#known !== null && id > this.#known))
+        this.#answerRoom(row);
+      this.#known = Math.max(this.#known ?? 0, rows[0]?.id ?? 0);
       for (const row of rows)
         if (row.state !== "running" && this.#deeds.delete(row.id)) this.#say(ended(row));
     });
@@ -66,6 +71,16 @@ class AnswerButton extends Panel {
       this.#say("I answer aloud now.");
     } else this.#mouth.hush();
     this.#draw();
+  }
+
+  /**
+   * A voice in the room that was understood.
+   * @param {import("../api.js").HistoryRow} row
+   */
+  #answerRoom({ id, state, heard_as, remark }) {
+    if (!heard_as) return;
+    if (state !== "refused") this.#await(id);
+    this.#say(state === "refused" ? refused(remark) : accepted(heard_as));
   }
 
   /** @param {number | null | undefined} deed */

@@ -1,0 +1,62 @@
+"""The robot answers aloud in the browser, and the pages about its ears open without a complaint."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import Request, expect
+
+from core.speech.voice import can_speak
+from tests.browser.running_console import Running
+from tests.browser.visit import PHONE, Visit
+
+Open = Callable[..., Visit]
+LONG = 40_000  # [ms]
+
+
+@pytest.fixture(scope="module")
+def chromium_flags() -> list[str]:
+    return ["--disable-gpu", "--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream"]
+
+
+@pytest.mark.skipif(not can_speak(), reason="nothing here speaks: pip install espeakng-loader")
+def test_the_robot_answers_aloud_and_hears_nothing_meanwhile(visit: Open) -> None:
+    here = visit()
+    said: list[str] = []
+
+    def note(request: Request) -> None:
+        if request.url.endswith("/api/voice"):
+            said.append(json.loads(request.post_data or "{}")["text"])
+
+    here.page.on("request", note)
+    here.say("sing a song")
+    expect(here.find("command-status")).to_contain_text("refused")
+    assert said == []  # off until it is wanted
+    here.page.get_by_role("button", name="Microphone", exact=True).click()
+    here.page.get_by_label("Leave it open").check(force=True)
+    expect(here.find(".voice-says")).to_contain_text("Open: say a command", timeout=LONG)
+    here.button("Answers aloud").click()
+    expect(here.find(".voice-says")).to_contain_text("Muted while the robot speaks", timeout=LONG)
+    expect(here.find(".voice-says")).to_contain_text("Open: say a command", timeout=LONG)
+    here.say("sing a song")
+    here.until(lambda: len(said) > 1, "the refusal is said", 20.0)
+    assert said[0] == "I answer aloud now." and "no such command" in said[1]
+    here.button("Answers aloud").click()
+    expect(here.button("Answers aloud")).to_have_attribute("aria-pressed", "false")
+
+
+def test_the_pages_about_the_ears_open_on_a_phone(visit: Open, console: Running) -> None:
+    here = visit(size=PHONE)
+    here.button("Ears").click()
+    expect(here.button("Check the microphones")).to_be_visible()
+    here.page.goto(f"{console.url}hearing")
+    expect(here.button("Measure")).to_be_enabled()
+    here.find("quality-form").get_by_label("1 m").uncheck()
+    expect(here.find("quality-form [role=status]")).to_contain_text("4 places")
+    here.page.goto(f"{console.url}calibrate#microphones")
+    expect(here.find(".claps-advice")).to_contain_text("Stand about 2 m away at 0°")
+    expect(here.button("Listen for a clap")).to_be_enabled()
+    wide = here.page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
+    assert wide <= 0
