@@ -18,6 +18,7 @@ from core.geometry import Pose, wrap
 from core.log import logged_stamp
 from tests.conftest import REPOSITORY
 
+AT_SCAN = 0.001  # [s] from a scan at which a relation's end is that scan: nothing has to be carried on to there
 SHORT = 2.0  # [s]: what lies between scans, relations as short as this hardly depend on the map
 FOLDER = REPOSITORY.parent / "shared" / "data" / "intel-lab"
 
@@ -60,6 +61,12 @@ def errors(folder: Path, stamps: np.ndarray, poses: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
+def at_scans(folder: Path, stamps: np.ndarray) -> np.ndarray:
+    """Which relations (R,) have scans at both ends: only these judge the map alone, the others `dense`, too."""
+    ends = read_relations(folder)[:, :2]
+    return np.abs(ends[:, :, None] - stamps).min(axis=2).max(axis=1) < AT_SCAN
+
+
 def told(name: str, found: np.ndarray) -> str:
     """One line of the table."""
     way, turn = found[:, 0], np.degrees(found[:, 1])
@@ -84,13 +91,14 @@ def main() -> None:
         sys.stdout.write("The recording is not here; shared/data/intel-lab is expected beside the repository.\n")
         return
     with np.load(FOLDER / "intel.npz") as archive:
-        sys.stdout.write(told("GMapping", errors(FOLDER, archive["t"], archive["pose_gmapping"])))
+        theirs = errors(FOLDER, archive["t"], archive["pose_gmapping"])
+        sys.stdout.write(told("GMapping", theirs) + told(" at scans", theirs[at_scans(FOLDER, archive["t"])]))
     start = time.process_time()
     result = slam_log(FOLDER / "intel.npz")
     took, lasted = time.process_time() - start, result.recording.duration
     stamps = np.array([logged_stamp(scan) for scan in result.recording.scans])
     found = errors(FOLDER, stamps, np.array([pose.vector for pose in result.poses]))
-    sys.stdout.write(told("Beckon", found))
+    sys.stdout.write(told("Beckon", found) + told(" at scans", found[at_scans(FOLDER, stamps)]))
     short = np.abs(np.subtract(*read_relations(FOLDER)[:, :2].T)) < SHORT
     sys.stdout.write(told(" < 2 s", found[short]) + told(" > 2 s", found[~short]))
     sys.stdout.write(f"{took:.1f} s of processor for {lasted:.0f} s: {lasted / took:.0f} x real time\n")

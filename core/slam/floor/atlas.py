@@ -12,6 +12,7 @@ from scipy.sparse import csgraph
 from core.geometry import Pose, rotation, wrap_all
 from core.message import Array
 from core.slam.floor.closure import Bond, Link, inverted
+from core.slam.floor.easing import eased
 from core.slam.floor.keyframe import Keyframe
 from core.slam.floor.pose_graph import Edge, compose_covariance, marginal
 from core.slam.floor.submap import Submap
@@ -55,10 +56,16 @@ class Atlas:
         return self.poses[anchor.id] @ anchor.local.inverse()
 
     def edges(self, links: Iterable[Link] = (), fine: bool = True) -> list[Edge]:
-        """Everything that holds the views together, and these links; `fine`: those of alignments too."""
+        """Everything that holds the views together, and these links.
+
+        `fine`: those of alignments too; driven ways and ties then give way to them.
+        """
         way = [Edge(k, k + 1, move.pose, move.covariance) for k, move in enumerate(self.driven)]
-        aligned = [edge for (a, b), edge in self.aligned.items() if self.connected(a, b)] if fine else []
-        return way + self.tied + aligned + [link.edge for link in links]
+        coarse, closures = way + self.tied, [link.edge for link in links]
+        if not fine:
+            return coarse + closures
+        aligned = [edge for (a, b), edge in self.aligned.items() if self.connected(a, b)]
+        return eased(coarse, aligned, np.array([pose.heading for pose in self.poses])) + aligned + closures
 
     def connected(self, a: int, b: int) -> bool:
         """Whether two views are known to lie where the map has them beside each other."""
