@@ -21,10 +21,13 @@ from core.calibration.drift import DriftSettings
 from core.errors import BadInput
 from core.gate import Limits
 from core.log import LogSettings
+from core.navigation.company import CompanySettings
 from core.navigation.planner import PlannerSettings
 from core.navigation.steering import SteeringSettings
 from core.perception.corners import CornerSettings
 from core.perception.edges import EdgeSettings
+from core.perception.people.parts import PeopleSettings
+from core.perception.people.person import TrackSettings
 from core.perception.remedy import PictureSettings
 from core.perception.sound.settings import HearingSettings
 from core.robots.simulated import SimulationSettings
@@ -63,6 +66,9 @@ class Settings:
     alarm: AlarmSettings = field(default_factory=AlarmSettings)
     planner: PlannerSettings = field(default_factory=PlannerSettings)
     steering: SteeringSettings = field(default_factory=SteeringSettings)
+    company: CompanySettings = field(default_factory=CompanySettings)
+    people: PeopleSettings = field(default_factory=PeopleSettings)
+    tracking: TrackSettings = field(default_factory=TrackSettings)
     log: LogSettings = field(default_factory=LogSettings)
     simulation: SimulationSettings = field(default_factory=SimulationSettings)
     limits: Limits = field(default_factory=Limits)

@@ -9,6 +9,8 @@ from core.gate import Twist
 from core.geometry import Pose
 from core.message import Array, message
 from core.perception.edges import Edge
+from core.perception.people.call import Call
+from core.perception.people.person import PersonSeen
 from core.perception.picture_quality import PictureQuality
 from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
 from core.slam.floor import FloorHealth
@@ -72,6 +74,12 @@ class VoiceDirection:
     strength: float  # 0..1, how much of the sound came from there
     heard_at: Array  # (2,) [m] world: where the robot was when it was last heard
 
+    @property
+    def call(self) -> Call:
+        """As a command takes it."""
+        x, y = self.heard_at.tolist()
+        return Call(stamp=self.stamp, azimuth=self.azimuth_world, sd=self.sd_heard, x=x, y=y, strength=self.strength)
+
 
 @message
 class Hearing:
@@ -108,6 +116,7 @@ class Snapshot:
     endings: tuple[Undertaking, ...] = ()  # those that ended with this frame
     view: CameraView | None = None
     hearing: Hearing | None = None  # None: the robot has no microphones
+    person: PersonSeen | None = None  # who is looked at by the command that runs
     drift: Drift | None = None  # how the camera's mount seems to differ from its calibration
     notices: tuple[Notice, ...] = ()  # newest last, at most 20
     contact: bool = False

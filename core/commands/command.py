@@ -8,6 +8,8 @@ from typing import Protocol
 from core.gate import Twist
 from core.message import Array, message
 from core.navigation.surroundings import Surroundings
+from core.perception.people.call import Call
+from core.perception.people.person import PersonSeen
 
 
 @message
@@ -31,6 +33,7 @@ class Command:
     numbers: Mapping[str, float]  # {"distance_m": 1.5}
     heard_as: str  # canonical words: "continue 1.5 meters"
     remark: str = ""  # a sentence for the operator: why this and not what the words began to say
+    call: Call | None = None  # from where it was spoken; None: it was not, or nobody knows
 
 
 @message
@@ -43,6 +46,7 @@ class Progress:
     fraction: float | None = None  # 0..1 of the way
     path: Array | None = None  # (P, 2) [m], world: newly planned; None: unchanged
     goal: Array | None = None  # (2,) [m], world
+    person: PersonSeen | None = None  # who is looked at
 
 
 class Action(Protocol):

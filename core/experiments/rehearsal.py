@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+from core.commands.command import Command
 from core.errors import Refused
 from core.gate import TICK, Gate, Row, Setpoint, TraceWriter, check
 from core.geometry import Pose
@@ -55,7 +56,7 @@ class Rehearsal:
 
     def step(self) -> Snapshot:
         """One frame further."""
-        frame = replace(self.robot.read(), nonce=self.gate.status().nonce)
+        self.frame = frame = replace(self.robot.read(), nonce=self.gate.status().nonce)
         now = frame.stamp
         self.gate.heartbeat(now)
         self.gate.touch(frame.contact, now)
@@ -98,8 +99,12 @@ class Rehearsal:
         heard = understand(words)
         if isinstance(heard, Refusal):
             raise Refused(heard.reason)
+        return self.order(heard)
+
+    def order(self, command: Command, source: str = "typed") -> int:
+        """Give a command that was understood → the undertaking's id. Raises Refused."""
         number = next(self._ids)
-        self.pilot.tell(number, heard, "typed", "rehearsal")
+        self.pilot.tell(number, command, source, "rehearsal")
         return number
 
     def say(

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 from core.geometry import Pose
 from core.message import Array, message
+from core.navigation.company import CompanySettings
 from core.navigation.planner import PlannerSettings
 from core.navigation.steering import SteeringSettings
+from core.perception.people.call import Call
+from core.perception.people.colours import Enrolled
+from core.perception.people.parts import PeopleSettings
+from core.perception.people.person import TrackSettings
+from core.sensors import Camera, Image
 from core.slam.occupancy import Grid
 
 
@@ -33,3 +39,10 @@ class Surroundings:
     scan_points: Array  # (M, 2) [m], robot frame, de-skewed: the newest scan
     planner: PlannerSettings = PlannerSettings()
     steering: SteeringSettings = SteeringSettings()
+    image: Image | None = None  # the picture that came with this frame
+    camera: Camera | None = None
+    call: Call | None = None  # the voice that was heard last
+    company: CompanySettings = CompanySettings()
+    people: PeopleSettings = PeopleSettings()
+    tracking: TrackSettings = TrackSettings()
+    who: Enrolled | None = None  # the only person who is obeyed with the feet; None: anybody

@@ -11,6 +11,7 @@ import numpy as np
 from core.errors import BadInput
 from core.geometry import rotation, wrap
 from core.message import Array
+from core.perception.people.call import Call
 from core.perception.sound.direction import Direction
 from core.perception.sound.listener import Heard, Listener
 from core.perception.sound.locate import sure
@@ -42,6 +43,7 @@ class Ears:
         self._power = 0.0
         self._next = self._array  # heard with from the next frame on
         self.trouble = ""  # why the sound is of no use
+        self.call: Call | None = None  # the voice that was heard last, as it was heard
 
     def hear_with(self, array: MicrophoneArray | None) -> None:
         """Hear with this array from the next frame on: its orientation was found. From any thread."""
@@ -88,9 +90,21 @@ class Ears:
                 self._newest[voice.id] = min(near, key=lambda one: one.angle_to(voice.towards))
                 self._places[voice.id] = np.array([estimate.pose.x, estimate.pose.y])
                 self._surest[voice.id] = voice.bearing_sd
+                self.call = self._called(voice, estimate)
         for gone in self._newest.keys() - {voice.id for voice in voices}:
             del self._newest[gone], self._places[gone], self._surest[gone]
         return voices
+
+    def _called(self, voice: Voice, estimate: Estimate) -> Call:
+        """A voice at the moment in which it is heard."""
+        return Call(
+            stamp=voice.heard,
+            azimuth=wrap(voice.bearing),
+            sd=voice.bearing_sd,
+            x=estimate.pose.x,
+            y=estimate.pose.y,
+            strength=self._newest[voice.id].strength,
+        )
 
     def _in_world(self, one: Direction) -> Direction:
         """A direction from the array's frame, by the heading of its moment, whose doubt is added."""

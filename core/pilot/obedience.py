@@ -12,6 +12,7 @@ from core.errors import Refused
 from core.gate import ZERO, Twist
 from core.message import Array
 from core.navigation.surroundings import Surroundings
+from core.perception.people.person import PersonSeen
 from core.snapshot import Ending, Undertaking
 
 
@@ -45,6 +46,7 @@ class Obedience:
         self.undertaking: Undertaking | None = None  # the one under way
         self.path: Array | None = None  # (P, 2) [m], world
         self.goal: Array | None = None  # (2,) [m], world
+        self.person: PersonSeen | None = None  # who is looked at
 
     def tell(self, undertaking_id: int, command: Command, source: str, who: str) -> None:
         """Obey this from the next frame on; whatever is under way then is pre-empted."""
@@ -96,6 +98,7 @@ class Obedience:
             self.path = progress.path
         if progress.goal is not None:
             self.goal = progress.goal
+        self.person = progress.person
         self.undertaking = replace(self.undertaking, remark=progress.remark, progress=progress.fraction)
         if progress.finished:
             self.end("done" if progress.finished == "done" else "failed", progress.remark)
@@ -106,7 +109,7 @@ class Obedience:
         """Obey no further, but turn on the spot at `rate` [rad/s] by leave of the command under way."""
         if self.undertaking is None:
             return ZERO
-        self._action = self.path = self.goal = None
+        self._action = self.path = self.goal = self.person = None
         self.undertaking = replace(self.undertaking, remark=why, progress=None)
         return Twist(0.0, rate)
 
@@ -114,7 +117,7 @@ class Obedience:
         """The undertaking under way, if any, is over; nothing of it stays."""
         if self.undertaking is not None:
             self._endings.append(replace(self.undertaking, state=state, remark=why))
-        self.undertaking = self._command = self._action = self.path = self.goal = None
+        self.undertaking = self._command = self._action = self.path = self.goal = self.person = None
 
     def take_endings(self) -> tuple[Undertaking, ...]:
         """Those that ended since the last call: every undertaking exactly once."""

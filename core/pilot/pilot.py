@@ -12,6 +12,7 @@ from core.errors import Refused
 from core.gate import ZERO, Twist
 from core.geometry import Pose
 from core.navigation.surroundings import Body, Surroundings
+from core.perception.people.colours import Enrolled
 from core.pilot.doors import Doors
 from core.pilot.ears import Ears
 from core.pilot.eyes import Eyes
@@ -58,6 +59,7 @@ class Pilot:
         self._obedience = Obedience()
         self._notices = Notices()
         self._doors = Doors()
+        self._who: Enrolled | None = None
         self._wake(math.inf)
 
     def _wake(self, stamp: float) -> None:
@@ -91,6 +93,10 @@ class Pilot:
         self._profile = profile
         self._eyes.camera = profile.camera
         self._ears.hear_with(profile.microphones)
+
+    def obey_only(self, who: Enrolled | None) -> None:
+        """Come to and follow nobody but this person from the next frame on; None: anybody. From any thread."""
+        self._doors.put(lambda: setattr(self, "_who", who))
 
     def undo_closure(self, number: int) -> None:
         """Take back a place that was recognised, from the next frame on. From any thread."""
@@ -186,6 +192,13 @@ class Pilot:
             scan_points=frozen(pose.inverse().apply(self._floor.points)),
             planner=self._planner,
             steering=self._settings.steering,
+            image=frame.image,
+            camera=self._eyes.camera,
+            call=self._ears.call,
+            company=self._settings.company,
+            people=self._settings.people,
+            tracking=self._settings.tracking,
+            who=self._who,
         )
 
     def _watch(self, frame: SensorFrame) -> None:
@@ -238,6 +251,7 @@ class Pilot:
             endings=doing.take_endings(),
             view=self._eyes.view,
             hearing=self._ears.hear(frame.sound, frame.stamp, estimate),
+            person=doing.person,
             drift=self._mount.drift,
             notices=self._notices.newest,
             contact=frame.contact,

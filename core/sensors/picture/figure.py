@@ -61,24 +61,34 @@ def _drawn(view: int, look: str, gesture: str, step: int) -> Array:
     side = view * 2 * np.pi / VIEWS
     rows, columns = round(TOP * SCALE), round(WIDTH * SCALE)
     right = (np.arange(columns) + 0.5) / SCALE - WIDTH / 2
-    up = TOP - (np.arange(rows) + 0.5)[:, None] / SCALE
+    up = TOP - (np.arange(rows) + 0.5) / SCALE
     nearest = np.full((rows, columns), -np.inf)
     drawing = np.zeros((rows, columns, 4), np.uint8)
     for start, end, first, last, colour in _limbs(look, gesture, math.tau * step / STEPS):
         a, b = (_seen_from(side, *point) for point in (start, end))
+        reach = max(first, last)
+        area = (_between(up, a[2], b[2], reach), _between(right, a[0], b[0], reach))
+        across, high = right[area[1]], up[area[0], None]
         run, rise = b[0] - a[0], b[2] - a[2]
-        share = np.clip(((right - a[0]) * run + (up - a[2]) * rise) / max(run**2 + rise**2, 1e-9), 0.0, 1.0)
+        share = np.clip(((across - a[0]) * run + (high - a[2]) * rise) / max(run**2 + rise**2, 1e-9), 0.0, 1.0)
         radius = first + share * (last - first)
-        x, y = right - a[0] - share * run, up - a[2] - share * rise
+        x, y = across - a[0] - share * run, high - a[2] - share * rise
         bulge = np.sqrt(np.maximum(radius**2 - x**2 - y**2, 0.0))
         depth = a[1] + share * (b[1] - a[1]) + bulge
-        shows = (bulge > 0) & (depth > nearest)
-        nearest[shows] = depth[shows]
+        shows = (bulge > 0) & (depth > nearest[area])
+        nearest[area][shows] = depth[shows]
         bright = 0.62 + 0.34 * bulge / radius + 0.14 * y / radius - 0.10 * x / radius
-        drawing[shows, :3] = np.clip(bright[..., None] * colour, 0, 255)[shows]
-        drawing[shows, 3] = 255
+        drawing[area][shows, :3] = np.clip(bright[..., None] * colour, 0, 255)[shows]
+        drawing[area][shows, 3] = 255
     drawing.setflags(write=False)
     return drawing
+
+
+def _between(places: Array, one: float, other: float, reach: float) -> slice:
+    """Which of evenly spaced places [m] lie between two, or within `reach` of them."""
+    low, high = min(one, other) - reach, max(one, other) + reach
+    inside = np.flatnonzero((places >= low) & (places <= high))
+    return slice(int(inside[0]), int(inside[-1]) + 1) if len(inside) else slice(0, 0)
 
 
 def _limbs(look: str, gesture: str, stride: float) -> list[Limb]:

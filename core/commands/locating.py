@@ -1,0 +1,122 @@
+"""COME HERE without a camera: a voice is heard from several places, and where the bearings cross somebody stands."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from core.commands.command import Progress
+from core.errors import Refused
+from core.message import Array
+from core.navigation.approach import Aim, Approach
+from core.navigation.surroundings import Surroundings
+from core.perception.located import Bearing, Place, cross
+from core.perception.people.call import Call
+from core.perception.people.fusion import Fused, fuse
+from core.perception.people.legs import find_standers, nearest_to
+from core.perception.people.person import PersonSeen
+
+ASIDE = (0.9, -0.9, 1.3, -1.3, 0.5, -0.5)  # [rad] off the voice's direction, to hear it from elsewhere
+APART = 0.15  # [m] between two places from which a voice is heard anew
+AGAIN = "Say it again, so that I hear you from here too."
+GATE = 11.8  # chi-square, 2 degrees of freedom
+WIDEST = 0.5  # [m] sd of a crossing that is gone to
+LEGS = 0.3  # [m] sd that is added to a crossing for whose legs are looked
+
+
+class Locating:
+    """Steps aside, listens, and goes to the crossing; every word on the way makes it surer."""
+
+    def __init__(self, call: Call, here: Surroundings) -> None:
+        """Raises Refused when there is no room to step aside."""
+        self._calls = [call]
+        self._place = Place(position=None, covariance=None)
+        self._waits = here.stamp + here.company.listen_for
+        self._aside = self._step_aside(here)
+        self._approach: Approach | None = None
+        self._person: PersonSeen | None = None
+
+    def drive(self, here: Surroundings) -> Progress:
+        """One frame further."""
+        self._listen(here)
+        if self._person is None:
+            return self._wait(here)
+        x, y = self._person.position.tolist()
+        aim = Aim(x=x, y=y, keep=here.company.stop_short)
+        if self._approach is None:
+            self._approach = Approach(aim, here, cruise=here.company.coming)
+        step = self._approach.drive(here, aim)
+        if step.state == "there":
+            apart = here.pose.distance_to(x, y)
+            remark = f"Here I am, {apart:.2f} m from where I hear you."
+            return Progress(finished="done", remark=remark, fraction=1.0, person=self._person)
+        return Progress(
+            twist=step.twist,
+            finished="failed" if step.state == "stuck" else "",
+            remark=step.words or f"I come to where {len(self._place.used)} bearings cross.",
+            path=step.path,
+            goal=step.stand,
+            person=self._person,
+        )
+
+    def _wait(self, here: Surroundings) -> Progress:
+        """Where the voice is heard from elsewhere, until it is."""
+        step = self._aside.drive(here)
+        if step.state == "under way" and step.twist.moves:
+            self._waits = here.stamp + here.company.listen_for
+        if here.stamp > self._waits or step.state == "stuck":
+            return Progress(finished="failed", remark=self._place.reason or step.words or AGAIN)
+        return Progress(twist=step.twist, remark=AGAIN, path=step.path, goal=step.stand)
+
+    def _listen(self, here: Surroundings) -> None:
+        """A voice that is heard from a new place crosses the others."""
+        call = here.call
+        if call is None or call.stamp <= self._calls[-1].stamp or call.sd > here.company.sure:
+            return
+        last = self._calls[-1]
+        if math.hypot(call.x - last.x, call.y - last.y) < APART:
+            self._calls[-1] = call if call.sd < last.sd else last
+        else:
+            self._calls.append(call)
+        place = cross([Bearing(x=one.x, y=one.y, azimuth=one.azimuth, sd=one.sd) for one in self._calls])
+        self._place = place
+        if place.position is not None and place.covariance is not None:
+            widest = math.sqrt(float(np.linalg.eigvalsh(place.covariance)[-1]))
+            if widest < WIDEST:
+                self._person = self._stands(place.position, place.covariance, here)
+
+    def _stands(self, position: Array, covariance: Array, here: Surroundings) -> PersonSeen:
+        """Where the bearings cross, or the legs that stand there."""
+        c, s = math.cos(here.pose.heading), math.sin(here.pose.heading)
+        turn = np.array([[c, -s], [s, c]])
+        local = here.pose.inverse().apply(position[None])[0]
+        spread = turn.T @ covariance @ turn + LEGS**2 * np.eye(2)
+        legs = nearest_to(find_standers(here.scan_points), local, spread, GATE)
+        sound = self._calls[-1].ray
+        fused = Fused(position=position, covariance=covariance, used=("sound",))
+        laser = None
+        if legs is not None:
+            laser = here.pose.apply(legs.place[None])[0]
+            fused = fuse((laser, turn @ legs.covariance @ turn.T), (("sound", sound),))
+        return PersonSeen(
+            stamp=here.stamp,
+            position=fused.position,
+            covariance=fused.covariance,
+            velocity=np.zeros(2),
+            laser=laser,
+            sound=sound,
+            used=fused.used,
+        )
+
+    def _step_aside(self, here: Surroundings) -> Approach:
+        """The first place beside the way to the voice that can be gone to."""
+        for angle in ASIDE:
+            away = self._calls[0].azimuth + angle
+            x = here.pose.x + here.company.sidestep * math.cos(away)
+            y = here.pose.y + here.company.sidestep * math.sin(away)
+            try:
+                return Approach(Aim(x=x, y=y, heading=self._calls[0].azimuth), here)
+            except Refused:
+                continue
+        raise Refused("I cannot hear you from elsewhere: there is no room to step aside. Send me to a place instead.")

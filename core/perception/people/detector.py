@@ -1,0 +1,207 @@
+"""Picture and direction → who stands there: rectangles in whose head part the sound falls, weighed by eq. 34."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from core.message import Array, message
+from core.perception.people.billboard import Billboards, columns_of
+from core.perception.people.cells import edge_cells
+from core.perception.people.colours import Enrolled, alikeness, colours_seen
+from core.perception.people.model import PartModel, general_model, likelihoods
+from core.perception.people.parts import (
+    CEILING,
+    CELLS_PER_METRE,
+    COLUMNS,
+    HIGHEST_SHIFT,
+    LOWEST_SHIFT,
+    PARTS,
+    TALL,
+    Part,
+    PeopleSettings,
+)
+
+SHIFTS = tuple(range(LOWEST_SHIFT, HIGHEST_SHIFT + 1))
+SHOWN = 0.3  # share of a part in the picture below which it says nothing
+BODY = COLUMNS / 2 / CELLS_PER_METRE  # [m] half the width of the rectangle
+WIDEST = 0.6  # [rad] to either side of one direction that a plane is true for
+
+
+@message
+class SeenPart:
+    """One part of a rectangle."""
+
+    name: str  # "head" | "torso" | "feet"
+    likelihood: float | None  # K_i of eq. 34; None: not in the picture
+    box: tuple[float, float, float, float]  # left, top, right, bottom [pixel]; it may reach out of the picture
+
+
+@message
+class Rectangle:
+    """Somebody in the picture."""
+
+    value: float  # K of eq. 34, of the parts that are in the picture
+    shown: float  # 0..1: weight of the parts that are in the picture
+    distance: float  # [m] from the camera, where it meets the floor
+    bearing: float  # [rad] robot frame, from the camera
+    height: float  # [m] of the person, ±6 cm
+    parts: tuple[SeenPart, ...]
+    centre: tuple[float, float]  # [pixel] the rectangle's centroid, taken for the centre of mass (section 4.2)
+    rank: float = 0.0  # how well it fits beyond K, for choosing
+
+
+def find_people(
+    boards: Billboards,
+    bearing: float,
+    half: float,
+    settings: PeopleSettings,
+    *,
+    distances: Sequence[float] | None = None,
+    who: Enrolled | None = None,
+    models: tuple[PartModel, ...] | None = None,
+) -> tuple[Rectangle, ...]:
+    """People within `half` [rad] of `bearing` [rad, robot frame], best first; only those over the threshold.
+
+    `distances` [m] from the camera: where the laser sees something to look at; None: everywhere. `who`: only this
+    person counts. The floor is taken to be level.
+    """
+    half = min(half, WIDEST)
+    found: list[Rectangle] = []
+    for distance in _distances(settings) if distances is None else distances:
+        found += _at_distance(boards, bearing, half, float(distance), settings, models or general_model(), who)
+    return _apart(found, settings)
+
+
+def _distances(settings: PeopleSettings) -> Array:
+    count = math.ceil(math.log(settings.farthest / settings.nearest) / math.log(settings.ratio)) + 1
+    return np.geomspace(settings.nearest, settings.farthest, count)
+
+
+def _at_distance(
+    boards: Billboards,
+    bearing: float,
+    half: float,
+    distance: float,
+    settings: PeopleSettings,
+    models: tuple[PartModel, ...],
+    who: Enrolled | None,
+) -> list[Rectangle]:
+    """The best rectangles on one plane, at most one per body's width."""
+    aside = distance * math.tan(half) + settings.head_half
+    reach = aside + BODY
+    pixels, valid = boards.cut(distance, bearing, reach)
+    if not valid.any():
+        return []
+    cells = edge_cells(pixels)
+    left = reach_of(reach) - (np.arange(cells.shape[1] - COLUMNS + 1) + COLUMNS / 2) / CELLS_PER_METRE
+    allowed = np.abs(left) <= aside
+    values, ranks, weight, likely, inside = _weighed(models, cells, valid)
+    rank = np.where(allowed, ranks, -np.inf)  # (shifts, places)
+    found: list[Rectangle] = []
+    while True:
+        shift, place = np.unravel_index(int(rank.argmax()), rank.shape)
+        if not np.isfinite(rank[shift, place]) or len(found) >= 3:
+            return found
+        value, shown = values[shift, place], weight[shift, place]
+        single, shares = likely[:, shift, place], inside[:, shift, place]
+        angle, away = bearing + math.atan2(left[place], distance), math.hypot(distance, left[place])
+        height = TALL + SHIFTS[shift] / CELLS_PER_METRE
+        if who is not None:
+            likes = np.nan_to_num(alikeness(who, colours_seen(boards, away, angle, height)), nan=1.0)
+            single = np.sqrt(single * likes)
+            weights = np.array([part.weight for part in PARTS]) * shares
+            value = weights @ single / weights.sum()
+        if value >= _threshold(float(shown), settings):
+            parts = tuple(
+                _seen_part(boards, part, away, angle, SHIFTS[shift], float(k), float(share))
+                for part, k, share in zip(PARTS, single, shares, strict=True)
+            )
+            body = _box(boards, away, angle, (height, 0.0), BODY)
+            found.append(
+                Rectangle(
+                    value=float(value),
+                    shown=float(shown),
+                    distance=away,
+                    bearing=angle,
+                    height=height,
+                    parts=parts,
+                    centre=((body[0] + body[2]) / 2, (body[1] + body[3]) / 2),
+                    rank=float(rank[shift, place]),
+                )
+            )
+        elif rank[shift, place] < 0:
+            return found
+        rank[:, max(0, place - COLUMNS // 2) : place + COLUMNS // 2 + 1] = -np.inf
+
+
+def reach_of(reach: float) -> float:
+    """[m] to either side that a view really reaches: whole cells."""
+    return columns_of(reach) / 2 / CELLS_PER_METRE
+
+
+def _weighed(models: tuple[PartModel, ...], cells: Array, valid: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """For every shift of the crown and every place along: K (S, P), its log odds (S, P), the weight in the picture
+    (S, P), K_i and the shares of the parts (3, S, P).
+    """
+    count = cells.shape[1] - COLUMNS + 1
+    odds, shares = (np.empty((len(models), len(SHIFTS), count)) for _ in range(2))
+    for number, model in enumerate(models):
+        first = (COLUMNS - model.part.columns) // 2
+        rises = [round(model.part.rise * shift) for shift in SHIFTS]
+        told, share = likelihoods(model, cells, valid, range(rises[0], rises[-1] + 1))
+        rows = np.array(rises) - rises[0]
+        odds[number], shares[number] = told[rows, first : first + count], share[rows, first : first + count]
+    shares = np.where(shares >= SHOWN, shares, 0.0)
+    single = 1 / (1 + np.exp(-np.clip(odds, -30, 30)))
+    weights = shares * np.array([model.part.weight for model in models])[:, None, None]
+    shown = weights.sum(axis=0)
+    safe = np.maximum(shown, 1e-9)
+    rank = np.where(shown > 0, (weights * odds).sum(axis=0) / safe, -np.inf)
+    return (weights * single).sum(axis=0) / safe, rank, shown, single, shares
+
+
+def _threshold(shown: float, settings: PeopleSettings) -> float:
+    """The less is in the picture, the surer that must be."""
+    lack = max(0.0, 1 - shown / settings.enough) if settings.enough > 0 else 0.0
+    return settings.threshold + lack * (settings.threshold_of_feet - settings.threshold)
+
+
+def _seen_part(
+    boards: Billboards, part: Part, distance: float, bearing: float, shift: int, likelihood: float, share: float
+) -> SeenPart:
+    rise = part.rise * shift / CELLS_PER_METRE
+    top = CEILING - part.top / CELLS_PER_METRE + rise
+    bottom = max(0.0, top - part.rows / CELLS_PER_METRE)
+    box = _box(boards, distance, bearing, (top, bottom), part.columns / 2 / CELLS_PER_METRE)
+    return SeenPart(name=part.name, likelihood=likelihood if share > 0 else None, box=box)
+
+
+def _box(
+    boards: Billboards, distance: float, bearing: float, levels: tuple[float, float], half: float
+) -> tuple[float, float, float, float]:
+    """A rectangle on the plane, from one level [m] to the other, in the picture."""
+    model = boards.camera.model
+    places = np.array([(side * half, level) for level in np.linspace(*levels, 5) for side in (1, -1)])
+    found = boards.pixels_of(distance, bearing, places)
+    found = found[np.isfinite(found).all(axis=1)]
+    if not len(found):
+        return (0.0, 0.0, float(model.width), 0.0)
+    low, high = found.min(axis=0), found.max(axis=0)
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+
+def _apart(found: list[Rectangle], settings: PeopleSettings) -> tuple[Rectangle, ...]:
+    """The best of those that stand in each other's place."""
+    kept: list[Rectangle] = []
+    for one in sorted(found, key=lambda rectangle: -rectangle.rank * rectangle.shown**0.25):
+        if all(_gap(one, other) > settings.overlap for other in kept):
+            kept.append(one)
+    return tuple(kept)
+
+
+def _gap(one: Rectangle, other: Rectangle) -> float:
+    """How far two are apart across the line of sight [m]: along it a picture hardly tells."""
+    return min(one.distance, other.distance) * abs(math.sin(one.bearing - other.bearing))

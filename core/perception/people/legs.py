@@ -1,0 +1,116 @@
+"""Scan → what stands free and is as wide as a pair of legs. Only a picture tells whether it is somebody."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from core.message import Array, message
+
+LEG = 0.055  # [m] radius of a leg: its front is that much nearer than its middle
+BREAK, BREAK_SHARE = 0.10, 0.03  # [m], and of the range: a wider gap between neighbours divides two things
+WIDEST = 0.50  # [m] across of what may be legs
+STANCE = 0.46  # [m] between the two legs of somebody who walks
+FEWEST = 2  # points
+RADIAL_SD, ACROSS_SD = 0.05, 0.05  # [m] of where somebody stands whose legs were measured
+SINGLE_SD = 0.07  # [m] the same where only one leg was seen
+BEHIND = (
+    0.08  # [m] that somebody's middle is behind the one leg that is seen: it hides the other, they stand sideways
+)
+ONE_LEG = 0.20  # [m] across: what is wider is both
+FARTHEST = 6.0  # [m]
+
+
+@message
+class Stander:
+    """Something that stands there like legs."""
+
+    place: Array  # (2,) [m] robot frame
+    covariance: Array  # (2, 2) [m²]
+    legs: int  # that were told apart: 1 or 2
+
+    @property
+    def distance(self) -> float:
+        """[m] from the robot."""
+        return math.hypot(*self.place.tolist())
+
+    @property
+    def bearing(self) -> float:
+        """[rad] robot frame."""
+        return math.atan2(float(self.place[1]), float(self.place[0]))
+
+
+def find_standers(points: Array) -> tuple[Stander, ...]:
+    """Scan points (M, 2) [m] in the robot frame → what may be legs, nearest first: pairs, and single ones."""
+    near = points[np.hypot(points[:, 0], points[:, 1]) < FARTHEST]
+    if len(near) < FEWEST:
+        return ()
+    pieces = _free_pieces(near[np.argsort(np.arctan2(near[:, 1], near[:, 0]))])
+    found: list[Stander] = []
+    paired: set[int] = set()
+    for first in range(len(pieces)):
+        for second in range(first + 1, min(first + 4, len(pieces))):
+            one, other = pieces[first], pieces[second]
+            if max(_width(one), _width(other)) < 0.24 and np.hypot(*(_middle(one) - _middle(other))) < STANCE:
+                found.append(_stander((_middle(one) + _middle(other)) / 2, 2))
+                paired |= {first, second}
+    found += [_alone(piece) for number, piece in enumerate(pieces) if number not in paired]
+    return tuple(sorted(found, key=lambda stander: stander.distance))
+
+
+def nearest_to(standers: Sequence[Stander], place: Array, covariance: Array, gate: float) -> Stander | None:
+    """The one that fits a place (2,) [m] with this covariance best, within `gate` (chi-square); None: none does."""
+    best, least = None, gate
+    for stander in standers:
+        off = stander.place - place
+        distance = float(off @ np.linalg.solve(covariance + stander.covariance, off))
+        if distance < least:
+            best, least = stander, distance
+    return best
+
+
+def _free_pieces(points: Array) -> list[Array]:
+    """Points in the order of their bearings → pieces before whose ends and behind which there is room."""
+    ranges = np.hypot(points[:, 0], points[:, 1])
+    gaps = np.hypot(*np.diff(points, axis=0).T)
+    cuts = np.flatnonzero(gaps > BREAK + BREAK_SHARE * np.minimum(ranges[1:], ranges[:-1])) + 1
+    begins, ends = [0, *cuts.tolist()], [*cuts.tolist(), len(points)]
+    pieces: list[Array] = []
+    for begin, end in zip(begins, ends, strict=True):
+        piece = points[begin:end]
+        if len(piece) < FEWEST or _width(piece) > WIDEST:
+            continue
+        before = ranges[begin - 1] if begin > 0 else math.inf
+        behind = ranges[end] if end < len(points) else math.inf
+        if ranges[begin] < before or ranges[end - 1] < behind:  # at one side at least it is not hidden itself
+            pieces.append(piece)
+    return pieces
+
+
+def _alone(piece: Array) -> Stander:
+    """One leg, or two that touch."""
+    middle = _middle(piece)
+    if _width(piece) > ONE_LEG:
+        return _stander(middle, 2)
+    return _stander(middle * (1 + BEHIND / max(float(np.hypot(*middle)), 1e-6)), 1)
+
+
+def _width(piece: Array) -> float:
+    return float(np.hypot(*(piece[-1] - piece[0])))
+
+
+def _middle(piece: Array) -> Array:
+    """Where the middle of a round thing is whose front these points are."""
+    front = np.median(piece, axis=0)
+    return front * (1 + 0.8 * LEG / max(float(np.hypot(*front)), 1e-6))
+
+
+def _stander(place: Array, legs: int) -> Stander:
+    away = place / max(float(np.hypot(*place)), 1e-6)
+    across = np.array([-away[1], away[0]])
+    sd = ACROSS_SD if legs == 2 else SINGLE_SD
+    radial = RADIAL_SD if legs == 2 else SINGLE_SD
+    covariance = radial**2 * np.outer(away, away) + sd**2 * np.outer(across, across)
+    return Stander(place=place, covariance=covariance, legs=legs)

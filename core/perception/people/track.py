@@ -1,0 +1,290 @@
+"""Following one person over time: laser legs and pictures against a prediction that outlives short occlusions."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from core.geometry import Pose
+from core.message import Array
+from core.perception.people.billboard import Billboards
+from core.perception.people.call import Call
+from core.perception.people.colours import LEARNT, Enrolled, alike, colours_seen, remembered
+from core.perception.people.detector import Rectangle, find_people
+from core.perception.people.fusion import Fused, Ray, Sense, along, fuse
+from core.perception.people.legs import Stander, find_standers, nearest_to
+from core.perception.people.levelling import levelled
+from core.perception.people.parts import PeopleSettings
+from core.perception.people.person import PersonSeen, TrackSettings
+from core.perception.people.sight_lines import around, axis, eye, from_eye, in_world, ray_of, stands_at
+from core.sensors import Camera, Image
+
+DISTANCE_SD = 0.15  # share of a distance that only the picture tells
+STEADY = 0.5  # [s] for which somebody's acceleration lasts
+
+
+class Track:
+    """One person, from the first rectangle on."""
+
+    def __init__(self, settings: PeopleSettings, tracking: TrackSettings, who: Enrolled | None = None) -> None:
+        self._settings, self._tracking, self._who = settings, tracking, who
+        self._known = replace(settings, threshold=tracking.known, threshold_of_feet=tracking.known)
+        self._state = np.zeros(4)
+        self._covariance = np.eye(4)
+        self._stamp = 0.0  # [s] of the state
+        self._looks: Enrolled | None = None  # colours when they were locked on
+        self._usual = 1.0  # how alike they were since
+        self._pictures = 0
+        self.measured = -math.inf  # [s]
+        self.pictured = -math.inf  # [s]
+        self._seen: PersonSeen | None = None
+        self._points: Array | None = None
+
+    @property
+    def person(self) -> PersonSeen | None:
+        """Who is followed; None: nobody was found yet."""
+        return self._seen if self._pictures >= self._tracking.births else None
+
+    def lost(self, stamp: float) -> bool:
+        """Whether the person has been hidden for too long."""
+        return self._seen is not None and stamp - self.measured > self._tracking.patience
+
+    def begin(self, call: Call, stamp: float, pose: Pose, points: Array, image: Image, camera: Camera) -> None:
+        """Look where somebody called from. Found in a few pictures, they are followed."""
+        boards = Billboards(levelled(image.pixels), camera)
+        here = eye(pose, camera)
+        wedge = math.hypot(call.sd, 0.02) * self._settings.wedge
+        bearing = math.remainder(call.azimuth - pose.heading, math.tau)
+        standers = find_standers(points)
+        near = [from_eye(one, camera) for one in standers]
+        hinted = [far for far, angle in near if abs(math.remainder(angle - bearing, math.tau)) < wedge + 0.3 / far]
+        found = find_people(boards, bearing, wedge, self._settings, distances=around(hinted), who=self._who)
+        if not found:
+            found = find_people(boards, bearing, wedge, self._settings, who=self._who)
+        for rectangle in found:
+            ray = ray_of(rectangle, here, pose)
+            stander = self._legs_of(rectangle, standers, camera)
+            if stander is None and rectangle.shown < self._settings.enough:
+                continue  # nothing but feet in the picture, and the laser sees none there
+            self._first(call, stamp, ray, rectangle, stander, pose, boards)
+            return
+
+    def follow(self, stamp: float, pose: Pose, points: Array, image: Image | None, camera: Camera | None) -> None:
+        """One frame further: predict, and correct by what is new."""
+        if self._seen is None:
+            return
+        self._predict(stamp)
+        stander: Stander | None = None
+        rectangle: Rectangle | None = None
+        standers: tuple[Stander, ...] = ()
+        fresh_scan = points is not self._points
+        self._points = points
+        if fresh_scan or image is not None:
+            standers = find_standers(points)
+        boards: Billboards | None = None
+        if image is not None and camera is not None:
+            boards = Billboards(levelled(image.pixels), camera)
+            rectangle, strangers = self._look(boards, pose, standers)
+            standers = tuple(one for one in standers if not any(stands_at(one, other, camera) for other in strangers))
+        if fresh_scan or rectangle is not None:
+            stander = self._step(pose, standers)
+        self._correct(stamp, pose, stander, rectangle, camera)
+        if rectangle is not None and boards is not None:
+            self._remember(boards, rectangle)
+
+    # steps of the above
+
+    def _legs_of(self, rectangle: Rectangle, standers: tuple[Stander, ...], camera: Camera) -> Stander | None:
+        """The legs that belong to a rectangle: in its direction, at about its distance."""
+        settings = self._settings
+        best: Stander | None = None
+        least = math.inf
+        for one in standers:
+            far, angle = from_eye(one, camera)
+            aside = far * abs(math.sin(angle - rectangle.bearing))
+            apart = abs(far - rectangle.distance) / (settings.near_floor + settings.near_laser * rectangle.distance)
+            if aside < 0.25 and apart < 1.0 and aside + apart * 0.2 < least:
+                best, least = one, aside + apart * 0.2
+        return best
+
+    def _first(
+        self,
+        call: Call,
+        stamp: float,
+        ray: Ray,
+        rectangle: Rectangle,
+        stander: Stander | None,
+        pose: Pose,
+        boards: Billboards,
+    ) -> None:
+        """Lock on, or believe a little more."""
+        start = (
+            in_world(stander, pose) if stander else along(ray, rectangle.distance, DISTANCE_SD * rectangle.distance)
+        )
+        fused = fuse(start, (("camera", ray), ("sound", call.ray)), "laser" if stander else None)
+        place = np.append(fused.position, (0.0, 0.0))
+        if self._pictures and np.hypot(*(self._state - place)[:2]) > 0.4:
+            self._pictures = 0  # somebody else than in the picture before
+        self._state, self._stamp, self._pictures = place, stamp, self._pictures + 1
+        self._covariance = np.zeros((4, 4))
+        self._covariance[:2, :2] = fused.covariance
+        self._covariance[2:, 2:] = self._tracking.walking**2 * np.eye(2)
+        self._tell(stamp, fused, rectangle, start[0] if stander else None, ray, call.ray)
+        self._looks = remembered(_looks_of(boards, rectangle), self._looks)
+
+    def _predict(self, stamp: float) -> None:
+        passed = max(0.0, stamp - self._stamp)
+        self._stamp = stamp
+        if passed <= 0:
+            return
+        hidden = stamp - self.measured > 0.5
+        if hidden:
+            self._state[2:] *= math.exp(-passed / 1.0)  # who is out of sight may have stopped
+        step = np.eye(4)
+        step[:2, 2:] = passed * np.eye(2)
+        self._state = step @ self._state
+        jolt = np.array([[passed**3 / 3, passed**2 / 2], [passed**2 / 2, passed]])
+        wander = self._tracking.acceleration**2 * STEADY
+        self._covariance = step @ self._covariance @ step.T + wander * np.kron(jolt, np.eye(2))
+
+    def _look(
+        self, boards: Billboards, pose: Pose, standers: tuple[Stander, ...]
+    ) -> tuple[Rectangle | None, list[Rectangle]]:
+        """The person in the picture, and others who stand near there."""
+        camera = boards.camera
+        here = eye(pose, camera)
+        bearing = here.bearing_to(float(self._state[0]), float(self._state[1]))
+        distance = here.distance_to(float(self._state[0]), float(self._state[1]))
+        if distance < 0.3 or abs(bearing - axis(camera)) > 0.7:
+            return None, []
+        near = [far for far, angle in (from_eye(one, camera) for one in standers) if abs(angle - bearing) < 0.5]
+        hinted = [far for far in near if abs(far - distance) < 0.35 + 0.2 * distance]
+        half = min(0.5, 0.12 + 0.35 / distance)
+        found = find_people(boards, bearing, half, self._known, distances=around([distance, *hinted]), who=self._who)
+        doubt = math.sqrt(float(np.linalg.eigvalsh(self._covariance[:2, :2])[-1])) + DISTANCE_SD * distance
+        own: Rectangle | None = None
+        strangers: list[Rectangle] = []
+        for one in found:
+            aside = one.distance * abs(math.sin(one.bearing - bearing))
+            if self._alike(boards, one) < self._tracking.alike * self._usual:
+                strangers.append(one)
+            elif own is None and aside < 0.25 + min(0.3, doubt) and abs(one.distance - distance) < 0.3 + doubt:
+                own = one
+        return own, strangers
+
+    def _step(self, pose: Pose, standers: tuple[Stander, ...]) -> Stander | None:
+        """The legs that the person walked on with."""
+        place = pose.inverse().apply(self._state[None, :2])[0]
+        c, s = math.cos(-pose.heading), math.sin(-pose.heading)
+        turn = np.array([[c, -s], [s, c]])
+        within = [one for one in standers if np.hypot(*(one.place - place)) < self._tracking.wide_gate]
+        return nearest_to(within, place, turn @ self._covariance[:2, :2] @ turn.T, self._tracking.gate)
+
+    def _correct(
+        self, stamp: float, pose: Pose, stander: Stander | None, rectangle: Rectangle | None, camera: Camera | None
+    ) -> None:
+        """Kalman's correction by the legs, then by the picture's bearing."""
+        laser: Array | None = None
+        ray: Ray | None = None
+        used: list[Sense] = []
+        if stander is not None:
+            laser, spread = in_world(stander, pose)
+            gain = self._covariance[:, :2] @ np.linalg.inv(self._covariance[:2, :2] + spread)
+            self._state = self._state + gain @ (laser - self._state[:2])
+            self._covariance = self._covariance - gain @ self._covariance[:2, :]
+            used.append("laser")
+        if rectangle is not None and camera is not None:
+            ray = ray_of(rectangle, eye(pose, camera), pose)
+            if self._see(rectangle, ray, alone=stander is None):
+                used.append("camera")
+            else:
+                rectangle = ray = None
+        if not used:
+            self._hide()
+            return
+        if used == ["laser"] and stamp - self.pictured > self._tracking.unseen:
+            self._hide()
+            return
+        fused = Fused(position=self._state[:2], covariance=self._covariance[:2, :2], used=tuple(used))
+        self._tell(stamp, fused, rectangle, laser, ray, None)
+
+    def _see(self, rectangle: Rectangle, ray: Ray, *, alone: bool) -> bool:
+        """Correct by a rectangle: its bearing, and where no legs were measured its distance too. Whether it fits."""
+        place, spread = self._state[:2], self._covariance[:2, :2]
+        if alone:
+            told, doubt = along(ray, rectangle.distance, DISTANCE_SD * rectangle.distance)
+            off = told - place
+            if off @ np.linalg.solve(spread + doubt, off) > self._tracking.gate:
+                return False
+            gain = self._covariance[:, :2] @ np.linalg.inv(spread + doubt)
+            self._state = self._state + gain @ off
+            self._covariance = self._covariance - gain @ self._covariance[:2, :]
+            return True
+        fused = fuse((place, spread), (("camera", ray),), None)
+        if not fused.used:
+            return False
+        gain = np.linalg.solve(spread, self._covariance[:2, :]).T
+        self._state = self._state + gain @ (fused.position - place)
+        self._covariance = self._covariance - gain @ (spread - fused.covariance) @ gain.T
+        return True
+
+    def _hide(self) -> None:
+        """Nothing new: where they are by the prediction."""
+        seen = self._seen
+        assert seen is not None
+        gone = self._stamp - self.measured > 0.3
+        self._seen = PersonSeen(
+            stamp=seen.stamp,
+            position=self._state[:2],
+            covariance=self._covariance[:2, :2],
+            velocity=self._state[2:],
+            rectangle=seen.rectangle,
+            rectangle_stamp=seen.rectangle_stamp,
+            laser=None if gone else seen.laser,
+            camera=None if gone else seen.camera,
+            sound=seen.sound,
+            used=() if gone else seen.used,
+            state="hidden" if gone else "seen",
+        )
+
+    def _tell(
+        self,
+        stamp: float,
+        fused: Fused,
+        rectangle: Rectangle | None,
+        laser: Array | None,
+        camera: Ray | None,
+        sound: Ray | None,
+    ) -> None:
+        before = self._seen
+        self.measured = stamp
+        if rectangle is not None:
+            self.pictured = stamp
+        self._seen = PersonSeen(
+            stamp=stamp,
+            position=fused.position,
+            covariance=fused.covariance,
+            velocity=self._state[2:],
+            rectangle=rectangle or (before.rectangle if before else None),
+            rectangle_stamp=stamp if rectangle else (before.rectangle_stamp if before else -math.inf),
+            laser=laser if laser is not None else (before.laser if before and rectangle is not None else None),
+            camera=camera or (before.camera if before else None),
+            sound=sound or (before.sound if before else None),
+            used=fused.used,
+        )
+
+    def _alike(self, boards: Billboards, rectangle: Rectangle) -> float:
+        """How much somebody looks like the one who is followed."""
+        return 1.0 if self._looks is None else alike(self._looks, _looks_of(boards, rectangle))
+
+    def _remember(self, boards: Billboards, rectangle: Rectangle) -> None:
+        seen = _looks_of(boards, rectangle)
+        if self._looks is not None:
+            self._usual += LEARNT * (alike(self._looks, seen) - self._usual)
+        self._looks = remembered(seen, self._looks)
+
+
+def _looks_of(boards: Billboards, rectangle: Rectangle) -> Array:
+    return colours_seen(boards, rectangle.distance, rectangle.bearing, rectangle.height)

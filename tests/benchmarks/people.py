@@ -1,0 +1,191 @@
+"""How well people are found in pictures: `python -m tests.benchmarks.people [--scenes 150] [--peer PYTHON]`.
+
+Pictures of the simulated laboratory, in which the model was never taught, by the robot's camera 16 cm above the floor
+and by one like a webcam. Detected: the rectangle's axis within 0.25 m of the person's. False alarms are counted in
+pictures without anybody, and beside the person. `--peer` names an interpreter with OpenCV 4 (opencv-python-headless
+4.10 was measured), whose HOG people detector then sees the same pictures, twice as large; OpenCV 5 has none.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from core.experiments.crowd import ROBOTS, VIEW, WEBCAM, Scene, Someone, Stage
+from core.message import Array
+from core.perception.people.billboard import Billboards
+from core.perception.people.detector import Rectangle, find_people
+from core.perception.people.levelling import levelled
+from core.perception.people.parts import PeopleSettings
+from core.sensors import Camera
+from core.world import LAB
+
+SOUND_SD = 0.05  # [rad] of the direction of the voice
+WIDE = 0.5  # [rad] to either side: the whole picture
+NEAR = 0.25  # [m] of a rectangle's axis to the person's
+SETTINGS = PeopleSettings()
+
+PEER = """
+import cv2, json, sys, time
+hog = cv2.HOGDescriptor()
+hog.setSVMDetector(cv2.HOGDescriptor_getDefaultPeopleDetector())
+cv2.setNumThreads(1)
+told, spent = [], 0.0
+for name in json.load(sys.stdin):
+    picture = cv2.imread(name)
+    began = time.perf_counter()
+    large = cv2.resize(picture, None, fx=2, fy=2)
+    boxes, weights = hog.detectMultiScale(large, winStride=(8, 8), padding=(16, 16), scale=1.05)
+    spent += time.perf_counter() - began
+    told.append([[float(v) / 2 for v in box] + [float(w)] for box, w in zip(boxes, weights) if w > 0.5])
+json.dump({"version": cv2.__version__, "boxes": told, "seconds": spent}, sys.stdout)
+"""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of picture."""
+
+    name: str
+    people: int
+    camera: Camera
+    clutter: int = 2
+    nearest: float = 1.0
+    reach: float = 5.5
+    light: tuple[float, float] = (0.5, 1.1)
+
+
+KINDS = (
+    Kind("robot's camera, 2.8 m and more", 1, ROBOTS, nearest=2.8),
+    Kind("robot's camera, nearer: head cut off", 1, ROBOTS, nearest=1.6, reach=2.8),
+    Kind("robot's camera, nearest: only legs", 1, ROBOTS, nearest=0.7, reach=1.6),
+    Kind("webcam", 1, WEBCAM, nearest=1.6),
+    Kind("among many things", 1, ROBOTS, clutter=10, nearest=1.6),
+    Kind("two people", 2, ROBOTS, nearest=1.6),
+    Kind("low light, a tenth", 1, ROBOTS, nearest=1.6, light=(0.08, 0.12)),
+    Kind("nobody", 0, ROBOTS, clutter=10),
+    Kind("nobody, webcam", 0, WEBCAM, clutter=10),
+)
+
+
+def pictures(kind: Kind, count: int, seed: int) -> list[Scene]:
+    """Scenes in which whoever is there is not hidden by more than a third."""
+    stage = Stage(LAB, np.random.default_rng(seed), cameras=(kind.camera,))
+    found: list[Scene] = []
+    while len(found) < count:
+        scene = stage.scene(
+            kind.people, clutter=kind.clutter, light=kind.light, reach=kind.reach, nearest=kind.nearest
+        )
+        if all(one.shown > 0.65 for one in scene.people):
+            found.append(scene)
+    return found
+
+
+def fits(rectangle: Rectangle, one: Someone) -> bool:
+    """Whether the rectangle stands where somebody does."""
+    return one.distance * abs(math.sin(rectangle.bearing - one.bearing)) < NEAR
+
+
+def ours(scenes: Sequence[Scene], rng: np.random.Generator) -> dict[str, float]:
+    """Shares found and false alarms per picture: where a voice comes from, and in the whole picture."""
+    found, alarms, everywhere, anywhere, errors = 0, 0, 0, 0, list[float]()
+    spent = [0.0, 0.0]
+    for scene in scenes:
+        boards = Billboards(levelled(scene.pixels), scene.camera)
+        speaker = scene.people[0] if scene.people else None
+        bearing = speaker.bearing if speaker else float(rng.uniform(-VIEW, VIEW))
+        began = time.process_time()
+        told = find_people(boards, bearing + rng.normal(0, SOUND_SD), 2 * SOUND_SD, SETTINGS)
+        spent[0] += time.process_time() - began
+        good = [one for one in told if any(fits(one, person) for person in scene.people)]
+        found += speaker is not None and bool(told) and fits(told[0], speaker)
+        alarms += len(told) > len(good)
+        errors += [abs(one.distance / speaker.distance - 1) for one in told[:1] if speaker and fits(one, speaker)]
+        began = time.process_time()
+        told = find_people(boards, 0.0, WIDE, SETTINGS)
+        spent[1] += time.process_time() - began
+        everywhere += sum(any(fits(one, person) for one in told) for person in scene.people)
+        anywhere += sum(not any(fits(one, person) for person in scene.people) for one in told)
+    many = len(scenes)
+    people = max(1, sum(len(scene.people) for scene in scenes))
+    return {
+        "found_towards_voice": found / many if scenes[0].people else math.nan,
+        "false_alarms_towards_voice": alarms / many,
+        "found_anywhere": everywhere / people if scenes[0].people else math.nan,
+        "false_alarms_anywhere": anywhere / many,
+        "distance_error_median": float(np.median(errors)) if errors else math.nan,
+        "ms_towards_voice": 1e3 * spent[0] / many,
+        "ms_anywhere": 1e3 * spent[1] / many,
+    }
+
+
+def peers(scenes: Sequence[Scene], interpreter: str) -> dict[str, float]:
+    """The same of OpenCV 4's detector, which knows of no direction and no floor."""
+    with tempfile.TemporaryDirectory() as folder:
+        names = [str(Path(folder) / f"{number}.png") for number in range(len(scenes))]
+        for name, scene in zip(names, scenes, strict=True):
+            cv2.imwrite(name, levelled(scene.pixels))
+        run = subprocess.run(
+            [interpreter, "-c", PEER], input=json.dumps(names), capture_output=True, text=True, check=True
+        )
+    told = json.loads(run.stdout)
+    found = alarms = 0
+    for scene, boxes in zip(scenes, told["boxes"], strict=True):
+        axes = [_columns(scene, one) for one in scene.people]
+        middles = [box[0] + box[2] / 2 for box in boxes]
+        found += sum(any(low < middle < high for middle in middles) for low, high in axes)
+        alarms += sum(not any(low < middle < high for low, high in axes) for middle in middles)
+    people = max(1, sum(len(scene.people) for scene in scenes))
+    return {
+        "found_anywhere": found / people if scenes[0].people else math.nan,
+        "false_alarms_anywhere": alarms / len(scenes),
+        "ms_anywhere": 1e3 * told["seconds"] / len(scenes),
+    }
+
+
+def _columns(scene: Scene, one: Someone) -> tuple[float, float]:
+    """The columns within NEAR of somebody's axis."""
+    places = np.array([(side * NEAR, 0.5) for side in (1.0, -1.0)])
+    seen: Array = Billboards(scene.pixels, scene.camera).pixels_of(one.distance, one.bearing, places)
+    return float(seen[:, 0].min()), float(seen[:, 0].max())
+
+
+def main() -> None:
+    """The command."""
+    parser = argparse.ArgumentParser(description="How well people are found in pictures.")
+    parser.add_argument("--scenes", type=int, default=150)
+    parser.add_argument("--seed", type=int, default=101)
+    parser.add_argument("--peer", help="an interpreter with OpenCV 4")
+    parser.add_argument("--json", action="store_true")
+    asked = parser.parse_args()
+    cv2.setNumThreads(1)
+    report: dict[str, dict[str, dict[str, float]]] = {}
+    for kind in KINDS:
+        scenes = pictures(kind, asked.scenes, asked.seed)
+        rows = {"ours": ours(scenes, np.random.default_rng(asked.seed))}
+        if asked.peer:
+            rows["OpenCV 4 HOG"] = peers(scenes, asked.peer)
+        report[kind.name] = rows
+        if not asked.json:
+            for who, row in rows.items():
+                figures = ", ".join(f"{key} {value:.3g}" for key, value in row.items())
+                sys.stdout.write(f"{kind.name} · {who}: {figures}\n")
+    if asked.json:
+        sys.stdout.write(json.dumps(report) + "\n")
+    elif not asked.peer:
+        sys.stdout.write("No --peer given: OpenCV 4's HOG people detector was not measured.\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,180 @@
+"""COME HERE and FOLLOW ME on an ideal base: the simulated camera and laser look at people who stand and walk."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from stage import STEP, Stage
+
+from core.commands.command import Progress
+from core.errors import Refused
+from core.geometry import Pose, wrap
+from core.message import Array
+from core.navigation.surroundings import Surroundings
+from core.perception.people.call import Call
+from core.sensors import Camera, Image, Laser
+from core.sensors.laser import SimulatedLaser
+from core.sensors.simulated_camera import SimulatedCamera
+from core.world import Rect, Thing, World, outline
+
+HALL = World(name="hall", walls=outline([Rect(-3.5, -3.5, 6.0, 3.5)], []))
+EVERY = 4  # frames for one scan and one picture
+
+
+class Company(Stage):
+    """The stage with people on it."""
+
+    def __init__(self, **settings: float | str) -> None:
+        super().__init__()
+        self.people: dict[str, Thing] = {}
+        self.call: Call | None = None
+        self.camera: Camera | None = Camera()
+        self.frames = 0
+        self._eye = SimulatedCamera(Camera(), HALL, np.random.default_rng(1))
+        self._laser = SimulatedLaser(Laser(), np.random.default_rng(2))
+        self._points: Array = np.zeros((0, 2))
+        self._image: Image | None = None
+        self._settings = settings
+
+    def stands(self, name: str, x: float, y: float, look: str = "red/blue") -> None:
+        self.people[name] = Thing(
+            id=name, what="person", pose=Pose(x, y, 2.8), length=0.4, depth=0.4, height=1.75, look=look
+        )
+
+    def speaks(self, name: str, sd: float = 0.05, off: float = 0.0) -> None:
+        at = self.people[name].pose
+        azimuth = math.atan2(at.y - self.pose.y, at.x - self.pose.x) + off
+        self.call = Call(stamp=self.stamp, azimuth=azimuth, sd=sd, x=self.pose.x, y=self.pose.y)
+
+    def to(self, name: str) -> float:
+        return self.pose.distance_to(self.people[name].pose.x, self.people[name].pose.y)
+
+    @property
+    def here(self) -> Surroundings:
+        self.frames += 1
+        self._image = None
+        if self.frames % EVERY == 0:
+            world = HALL
+            for one in self.people.values():
+                world = world.with_thing(one)
+            if self.camera is not None:
+                self._image = self._eye.take(world, self.stamp, self.pose)
+            scan = self._laser.scan(world, self.stamp, np.zeros(1), self.pose.vector[None])
+            ends = np.column_stack((np.cos(scan.angles), np.sin(scan.angles))) * scan.ranges[:, None]
+            self._points = ends[scan.valid]
+        around = super().here
+        return dataclasses.replace(
+            around,
+            scan_points=self._points,
+            image=self._image,
+            camera=self.camera,
+            call=self.call,
+            company=dataclasses.replace(around.company, **self._settings),  # type: ignore[arg-type]
+        )
+
+
+def test_it_turns_to_the_voice_comes_and_stops_half_a_metre_before_who_spoke() -> None:
+    stage = Company()
+    stage.stands("Ann", -0.9, 1.9)
+    stage.stands("Bob", 1.5, 0.8, "green/black")
+    stage.speaks("Ann", off=0.04)
+    told = stage.obey("come here")
+    assert told.finished == "done"
+    assert told.person is not None
+    assert stage.to("Ann") == pytest.approx(0.5, abs=0.1)
+    assert abs(stage.pose.bearing_to(-0.9, 1.9)) < 0.2
+    assert told.remark.startswith("Here I am")
+
+
+def test_nobody_where_the_voice_is_heard_is_refused_in_words() -> None:
+    stage = Company()
+    stage.stands("Ann", 0.0, 2.0)
+    stage.speaks("Ann")
+    del stage.people["Ann"]
+    with pytest.raises(Refused, match="I heard you from the left but see nobody there"):
+        stage.obey("come here")
+
+
+@pytest.mark.parametrize("words", ["come here", "follow me"])
+def test_without_a_fresh_and_sure_direction_nothing_moves(words: str) -> None:
+    stage = Company()
+    stage.stands("Ann", 2.0, 0.0)
+    with pytest.raises(Refused, match="I heard nobody"):
+        stage.begin(words)
+    stage.speaks("Ann", sd=0.5)
+    with pytest.raises(Refused, match="not well enough"):
+        stage.begin(words)
+    stage.speaks("Ann")
+    stage.stamp += 30.0
+    with pytest.raises(Refused, match="30 s old"):
+        stage.begin(words)
+    stage.speaks("Ann")
+    stage.camera = None
+    with pytest.raises(Refused, match="no camera"):
+        stage.begin(words)
+
+
+def follow(stage: Company, seconds: float, move: dict[str, tuple[float, float]]) -> list[Progress]:
+    """FOLLOW ME while people walk at these speeds [m/s]."""
+    stage.speaks("Ann")
+    action = stage.begin("follow me")
+    told: list[Progress] = []
+    until = stage.stamp + seconds
+    while stage.stamp < until:
+        told.append(stage.step(action))
+        if told[-1].finished:
+            break
+        if stage.stamp > 3.0:
+            for name, (vx, vy) in move.items():
+                one = stage.people[name]
+                stride = wrap(one.stride + math.tau * math.hypot(vx, vy) * STEP / 1.2)
+                pose = Pose(one.pose.x + vx * STEP, one.pose.y + vy * STEP, math.atan2(vy, vx))
+                stage.people[name] = dataclasses.replace(one, pose=pose, stride=stride)
+    return told
+
+
+def test_it_follows_through_somebody_who_crosses_and_keeps_its_distance() -> None:
+    stage = Company()
+    stage.stands("Ann", 2.0, 0.0, "red/blue")
+    stage.stands("Bob", 2.2, -3.0, "white/green")
+    told = follow(stage, 11.0, {"Ann": (0.2, 0.02), "Bob": (0.0, 0.6)})
+    assert not told[-1].finished
+    person = told[-1].person
+    assert person is not None
+    at = stage.people["Ann"].pose
+    assert math.dist(person.position.tolist(), (at.x, at.y)) < 0.3
+    assert 0.7 < stage.to("Ann") < 1.8
+
+
+def test_it_says_that_it_lost_somebody_who_vanished_and_stops() -> None:
+    stage = Company()
+    stage.stands("Ann", 2.0, 0.0)
+    follow(stage, 2.5, {})
+    stage.speaks("Ann")
+    action = stage.begin("follow me")
+    for _ in range(80):
+        stage.step(action)
+    del stage.people["Ann"]
+    told = [stage.step(action) for _ in range(160)]
+    ended = next(one for one in told if one.finished)
+    assert ended.finished == "failed"
+    assert "I lost you" in ended.remark
+    assert not ended.twist.moves
+
+
+def test_without_looking_it_goes_to_where_two_bearings_cross() -> None:
+    stage = Company(mode="voice")
+    stage.camera = None
+    stage.stands("Ann", 2.0, 0.4)
+    stage.speaks("Ann")
+    action = stage.begin("come here")
+    told = Progress()
+    while not told.finished and stage.stamp < 90.0:
+        told = stage.step(action)
+        if stage.frames % 80 == 0:
+            stage.speaks("Ann", off=0.01)
+    assert told.finished == "done"
+    assert stage.to("Ann") == pytest.approx(0.5, abs=0.15)

@@ -1,0 +1,153 @@
+"""People in pictures, in scans and over time."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from core.errors import BadInput
+from core.experiments.crowd import ROBOTS, WEBCAM, Stage
+from core.geometry import Pose
+from core.message import Array
+from core.perception.people.billboard import Billboards
+from core.perception.people.cells import edge_cells
+from core.perception.people.detector import find_people
+from core.perception.people.enrolment import contour_of, enrol
+from core.perception.people.fusion import Ray, along, fuse
+from core.perception.people.legs import find_standers
+from core.perception.people.levelling import levelled
+from core.perception.people.parts import PARTS, PeopleSettings
+from core.sensors import Laser
+from core.sensors.laser import SimulatedLaser
+from core.sensors.simulated_camera import SimulatedCamera
+from core.world import LAB, Rect, Thing, World, outline
+
+SETTINGS = PeopleSettings()
+HALL = World(name="hall", walls=outline([Rect(-4.0, -4.0, 6.0, 4.0)], []))
+
+
+def person(x: float, y: float, *, look: str = "", gesture: str = "", heading: float = math.pi) -> Thing:
+    pose = Pose(x, y, heading)
+    return Thing(id="p", what="person", pose=pose, length=0.4, depth=0.4, height=1.75, look=look, gesture=gesture)
+
+
+@pytest.fixture(scope="module")
+def webcam() -> SimulatedCamera:
+    return SimulatedCamera(WEBCAM, HALL, np.random.default_rng(0))
+
+
+def picture(camera: SimulatedCamera, *people: Thing) -> Array:
+    world = HALL
+    for number, one in enumerate(people):
+        world = world.with_thing(dataclasses.replace(one, id=f"p {number}"))
+    return camera.take(world, 0.0, Pose()).pixels.copy()
+
+
+def test_the_three_parts_are_weighed_as_in_equation_34() -> None:
+    assert [part.weight for part in PARTS] == [0.3, 0.6, 0.1]
+    stage = Stage(LAB, np.random.default_rng(3), cameras=(ROBOTS,))
+    scene = next(
+        one for one in iter(lambda: stage.scene(1, nearest=3.0, clutter=0), None) if one.people[0].shown > 0.9
+    )
+    someone = scene.people[0]
+    (found,) = find_people(Billboards(levelled(scene.pixels), ROBOTS), someone.bearing, 0.05, SETTINGS)[:1]
+    told = {part.name: part.likelihood for part in found.parts}
+    assert None not in told.values()
+    assert found.value == pytest.approx(0.3 * told["head"] + 0.6 * told["torso"] + 0.1 * told["feet"], abs=0.03)  # type: ignore[operator]
+    assert found.distance == pytest.approx(someone.distance, rel=0.2)
+    head, torso, feet = (part.box for part in found.parts)
+    assert head[1] < torso[1] < feet[1]
+    assert torso[0] < found.centre[0] < torso[2]
+
+
+def test_most_people_are_found_where_they_speak_and_hardly_anybody_where_nobody_is() -> None:
+    stage = Stage(LAB, np.random.default_rng(11))
+    found = alarms = many = 0
+    for number in range(20):
+        scene = stage.scene(number % 2, nearest=1.6)
+        boards = Billboards(levelled(scene.pixels), scene.camera)
+        if not scene.people:
+            alarms += bool(find_people(boards, 0.1, 0.1, SETTINGS))
+        elif scene.people[0].shown > 0.65:
+            many += 1
+            told = find_people(boards, scene.people[0].bearing + 0.03, 0.1, SETTINGS)
+            found += bool(told) and abs(told[0].bearing - scene.people[0].bearing) * scene.people[0].distance < 0.25
+    assert many >= 5
+    assert found >= 0.8 * many
+    assert alarms <= 3
+
+
+def test_only_rectangles_in_whose_head_the_sound_falls_are_looked_at(webcam: SimulatedCamera) -> None:
+    boards = Billboards(picture(webcam, person(3.0, 0.6), person(3.2, -0.7, look="green/black")), WEBCAM)
+    left = find_people(boards, math.atan2(0.6, 3.0), 0.04, SETTINGS)
+    right = find_people(boards, math.atan2(-0.7, 3.2), 0.04, SETTINGS)
+    between = find_people(boards, 0.0, 0.02, SETTINGS)
+    assert [round(one.bearing, 1) for one in left] == [0.2]
+    assert [round(one.bearing, 1) for one in right] == [-0.2]
+    assert between == ()
+
+
+def test_a_person_is_enrolled_from_gestures_and_told_from_others(webcam: SimulatedCamera) -> None:
+    background = picture(webcam)
+    ann = [picture(webcam, person(3.4, 0.0, look="green/black", gesture=one)) for one in ("", "wave", "hips", "wide")]
+    mask = contour_of(ann[0], background)
+    assert 0.02 < mask.mean() < 0.2
+    who = enrol("Ann", ann, background)
+    assert who.pictures == 4
+    two = Billboards(
+        picture(webcam, person(3.0, 0.6, look="green/black"), person(3.2, -0.7, look="red/blue")), WEBCAM
+    )
+    own = find_people(two, math.atan2(0.6, 3.0), 0.05, SETTINGS, who=who)
+    other = find_people(two, math.atan2(-0.7, 3.2), 0.05, SETTINGS, who=who)
+    anybody = find_people(two, math.atan2(-0.7, 3.2), 0.05, SETTINGS)
+    assert (len(own), len(other), len(anybody)) == (1, 0, 1)
+
+
+def test_what_cannot_be_enrolled_is_told(webcam: SimulatedCamera) -> None:
+    background = picture(webcam)
+    with pytest.raises(BadInput, match="at least 3 pictures"):
+        enrol("Ann", [background], background)
+    with pytest.raises(BadInput, match="Nobody is in the picture"):
+        enrol("Ann", [background] * 3, background)
+    with pytest.raises(BadInput, match="cut off"):
+        enrol("Ann", [picture(webcam, person(1.0, 0.0))] * 3, background)
+    with pytest.raises(BadInput, match="different size"):
+        contour_of(background[:100], background)
+
+
+def test_edges_are_counted_in_the_direction_in_which_they_change() -> None:
+    upright = np.zeros((16, 16, 3), np.uint8)
+    upright[:, 8:] = 200
+    told = edge_cells(upright)
+    assert told.shape == (4, 4, 9)
+    assert told[1, 2].argmax() in (0, 8)
+    assert edge_cells(upright.transpose(1, 0, 2).copy())[2, 1].argmax() == 4
+    np.testing.assert_allclose(told[:, ::-1][:, 0], edge_cells(upright[:, ::-1].copy())[:, 0][:, ::-1], atol=1e-6)
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.8, math.pi / 2, 2.5])
+def test_the_laser_finds_legs_within_a_decimetre_from_every_side(heading: float) -> None:
+    world = HALL.with_thing(person(1.8, 0.5, heading=heading))
+    scan = SimulatedLaser(Laser(), np.random.default_rng(5)).scan(world, 0.0, np.zeros(1), np.zeros((1, 3)))
+    ends = np.column_stack((np.cos(scan.angles), np.sin(scan.angles))) * scan.ranges[:, None]
+    near = min(find_standers(ends[scan.valid]), key=lambda one: float(np.hypot(*(one.place - (1.8, 0.5)))))
+    assert np.hypot(*(near.place - (1.8, 0.5))) < 0.12
+
+
+def test_fusing_is_surer_than_each_sense_and_leaves_out_what_contradicts() -> None:
+    truth = np.array([2.0, 1.0])
+    laser = np.array([2.04, 0.95]), 0.05**2 * np.eye(2)
+    camera = Ray(x=0.0, y=0.0, azimuth=math.atan2(1.0, 2.0) + 0.005, sd=0.015)
+    sound = Ray(x=0.0, y=0.0, azimuth=math.atan2(1.0, 2.0) - 0.03, sd=0.06)
+    fused = fuse(laser, (("camera", camera), ("sound", sound)))
+    assert fused.used == ("laser", "camera", "sound")
+    assert np.trace(fused.covariance) < np.trace(laser[1])
+    assert np.hypot(*(fused.position - truth)) < np.hypot(*(laser[0] - truth))
+    behind = Ray(x=0.0, y=0.0, azimuth=math.atan2(1.0, 2.0) + math.pi, sd=0.06)
+    assert fuse(laser, (("sound", behind),)).used == ("laser",)
+    place, spread = along(camera, 2.2, 0.3)
+    assert math.atan2(place[1], place[0]) == pytest.approx(camera.azimuth)
+    assert np.sqrt(np.linalg.eigvalsh(spread)) == pytest.approx([2.2 * 0.015, 0.3])
