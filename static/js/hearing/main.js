@@ -45,4 +45,21 @@ addEventListener(
   true,
 );
 
-void session.begin();
+addEventListener("keyup", (event) => {
+  // Space stops; it must not press the button in focus besides
+  if (event.code === "Space" && remembered("single-keys", "on") === "on" && !takesText(event.composedPath()[0]))
+    event.preventDefault();
+});
+
+/** The token of a printed link: used at once, and wiped from the address. */
+function enterByLink() {
+  const token = new URLSearchParams(location.hash.slice(1)).get("t");
+  if (!token) return false;
+  history.replaceState(null, "", location.pathname + location.search);
+  void (
+    /** @type {import("../panels/login-view.js").LoginView} */ (document.querySelector("login-view")).enter(token)
+  );
+  return true;
+}
+
+if (!enterByLink()) void session.begin();
