@@ -7,7 +7,8 @@ here and nowhere else. Everything runs on the event loop and none of it waits.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from collections.abc import Callable, Container
+from dataclasses import dataclass, replace
 from typing import Any
 
 from console import wire
@@ -25,10 +26,12 @@ from core.commands.command import Command
 from core.commands.stand import STOP_MOVING
 from core.errors import Refused
 from core.gate.status import GateStatus
+from core.perception.people.call import Call
 from core.snapshot import Ending, Undertaking
 from core.speech.grammar import understand
 
 REACHED = ("live", "stale")
+ENDLESS = ("follow_me", "follow_wall")  # go on until another command, and give way to any
 SETTLED = 0.3  # [s] after which what the gate says surely concerns an order
 LET_GO = 0.5  # [s] without a moving jog after which the press has ended
 
@@ -40,6 +43,7 @@ class Order:
     person: Person
     source: str
     given: float  # [s]
+    name: str  # of the command
 
 
 @dataclass
@@ -59,6 +63,7 @@ class Door:
         self.helm = Helm(robot)
         self._brakes = Brakes(robot, self.helm, lease, history, board, self.cancel)
         self.pilot: PilotLike | None = None  # None: it failed
+        self.when_cancelled: list[Callable[[], None]] = []  # told of everything that ends what is under way
         self._robot = robot
         self._lease = lease
         self._history = history
@@ -70,14 +75,15 @@ class Door:
 
     # orders
 
-    def submit(self, text: str, source: str, who: Person) -> Deed:
-        """Words → the deed that is now under way. Raises Problem 403, 409, 422, 503."""
+    def submit(self, text: str, source: str, who: Person, call: Call | None = None) -> Deed:
+        """Words → the deed that is now under way; `call`: from where they were spoken. Raises Problem 403 to 503."""
         heard = understand(text)
         told: dict[str, Any] = {"source": source, "words": text}
         if not isinstance(heard, Command):
             self._history.add("command", who, state="refused", remark=heard.reason, **told)
             suggestions = list(heard.suggestions)
             raise Problem(422, heard.reason, more={"reason": heard.reason, "suggestions": suggestions})
+        heard = replace(heard, call=call)
         told |= {"heard_as": heard.heard_as, "name": heard.name, "numbers": dict(heard.numbers)}
         if heard.name == STOP_MOVING.name:
             self.helm.stop()
@@ -118,6 +124,11 @@ class Door:
     def stop(self, who: Person, source: str, press: int = 0) -> None:
         """Everything cancelled, zero speed; anyone signed in. The same `press` by another way does nothing."""
         self._brakes.stop(who, source, press)
+
+    def busy_above(self, sources: Container[str]) -> bool:
+        """Whether a hand drives, or a goal is under way that did not come by these ways; who follows has no goal."""
+        goals = (order for order in self._orders.values() if order.name not in ENDLESS)
+        return self._jog is not None or any(order.source not in sources for order in goals)
 
     def halt(self, who: Person, source: str) -> None:
         """The same, latched."""
@@ -189,6 +200,8 @@ class Door:
 
     def cancel(self, state: Ending, why: str) -> None:
         """End what is under way; nothing of it drives from now on."""
+        for tell in self.when_cancelled:
+            tell()
         for number in self._orders:
             self.helm.dismiss(number)
         if self.pilot is not None:
@@ -203,7 +216,7 @@ class Door:
         if self.pilot is None or self._robot.link()[0] not in REACHED:
             self._history.end(deed.id, "done", "The robot was told to stand; nothing tells whether it does.")
             return
-        self._orders[deed.id] = Order(who, deed.source, time.monotonic())
+        self._orders[deed.id] = Order(who, deed.source, time.monotonic(), heard.name)
         self.helm.entrust(deed.id, self._lease.epoch)
         self.pilot.tell(deed.id, heard, deed.source, who.name)
 

@@ -1,7 +1,7 @@
 """The robot's own ears: its sound goes to the worker that reads words, and what comes back is shown.
 
 STOP is obeyed, whoever said it and before the sentence is over. Anything else that is understood is shown, and moves
-the robot only where somebody who drives has taken the words on: see `obey`.
+the robot only where somebody who drives has taken the words on: see `console.spoken_orders`.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from console.workers import Lost
 from core.commands.stand import STOP_MOVING
 from core.errors import BeckonError
 from core.geometry import wrap
+from core.perception.people.call import Call
 from core.sensors import Sound
 from core.sensors.microphones import MicrophoneArray, joined
 from core.snapshot import Snapshot, VoiceDirection
@@ -60,9 +61,10 @@ class Ears:
 
     def __init__(self, door: Door, history: History, board: NoticeBoard) -> None:
         self.settings = SpeechSettings()
+        self.stamp = 0.0  # [s] robot clock of the newest snapshot
         self.trouble = ""  # why words are not read
         self.utterances: deque[Utterance] = deque(maxlen=REMEMBERED)
-        self.obey: Callable[[str, Utterance], None] | None = None  # takes words on; None: they are only shown
+        self.obey: Callable[[str, Utterance, Call | None], str] | None = None  # takes words on, or tells why not
         self._door, self._history, self._board = door, history, board
         self._worker = WordsWorker()
         self._waiting: Sound | None = None
@@ -74,6 +76,7 @@ class Ears:
 
     def took(self, snapshot: Snapshot, sound: Sound | None, array: MicrophoneArray | None) -> None:
         """What the robot heard up to this snapshot; words are read in the array's first microphone."""
+        self.stamp = snapshot.stamp
         if snapshot.hearing is not None:
             self._voices = snapshot.hearing.voices or self._voices
         if sound is None or array is None or self.trouble:
@@ -135,13 +138,16 @@ class Ears:
             self._stopped = max(self._stopped, told["end"] + PIECE)
         if not told["final"]:
             return
-        one = self._utterance(told)
+        voice = self._voice(told)
+        one = self._utterance(told, voice)
         self.utterances.append(one)
         if stops:
             return
+        reason = NOT_OBEYED if one.accepted else one.reason
         if one.accepted and self.obey is not None:
-            self.obey(told["heard_as"], one)
-            return
+            reason = self.obey(told["heard_as"], one, None if voice is None else voice.call)
+            if not reason:
+                return
         self._history.add(
             "command",
             ROOM,
@@ -149,13 +155,16 @@ class Ears:
             source="ears",
             words=one.words,
             heard_as=told["heard_as"],
-            remark=NOT_OBEYED if one.accepted else one.reason,
+            remark=reason,
         )
 
-    def _utterance(self, told: Told) -> Utterance:
-        self._newest += 1
+    def _voice(self, told: Told) -> VoiceDirection | None:
+        """Whose words these are: the surest voice that was heard while they were spoken."""
         near = [one for one in self._voices if told["begin"] - PIECE <= one.stamp <= told["end"] + FRESH]
-        best = max(near, key=lambda one: one.strength, default=None)
+        return max(near, key=lambda one: one.strength, default=None)
+
+    def _utterance(self, told: Told, best: VoiceDirection | None) -> Utterance:
+        self._newest += 1
         return Utterance(
             id=self._newest,
             t0_s=round(told["begin"], 3),

@@ -20,12 +20,15 @@ def direction(heard: Hearing | None, camera: Camera | None) -> wire.VoiceHeard |
     return voice(voices[0], camera) if voices else None
 
 
-def ears(heard: Hearing | None, camera: Camera | None, *, muted: bool = False) -> wire.Ears | None:
+def ears(
+    heard: Hearing | None, camera: Camera | None, *, muted: bool = False, obeyed: bool = False
+) -> wire.Ears | None:
     """What the robot's ears make of the sound; None without microphones."""
     if heard is None:
         return None
     level = None if heard.level_db is None else round(heard.level_db, 1)
-    return wire.Ears(heard.listening, muted, heard.speaking, level, [voice(one, camera) for one in heard.voices])
+    voices = [voice(one, camera) for one in heard.voices]
+    return wire.Ears(heard.listening, muted, obeyed, heard.speaking, level, voices)
 
 
 def voice(told: VoiceDirection, camera: Camera | None) -> wire.VoiceHeard:

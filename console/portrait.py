@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from console import hearing_portrait, sight_portrait, wire
+from console import hearing_portrait, people_portrait, sight_portrait, wire
 from console.floor_portrait import accuracy, floor
 from console.lease import Lease
 from core.gate.status import GateStatus
@@ -40,6 +40,7 @@ class Circumstances:
     history_revision: int
     map: wire.MapState
     muted: bool = False  # the robot speaks: nobody is listened to
+    obeyed: bool = False  # a driver has taken the words of the room on
 
 
 def draw(snapshot: Snapshot, around: Circumstances, seq: int) -> wire.State:
@@ -56,7 +57,8 @@ def draw(snapshot: Snapshot, around: Circumstances, seq: int) -> wire.State:
         floor=floor(snapshot.floor),
         map=around.map,
         direction=hearing_portrait.direction(snapshot.hearing, around.profile.camera),
-        ears=hearing_portrait.ears(snapshot.hearing, around.profile.camera, muted=around.muted),
+        ears=hearing_portrait.ears(snapshot.hearing, around.profile.camera, muted=around.muted, obeyed=around.obeyed),
+        person=people_portrait.person(snapshot.person, snapshot.stamp),
         goal=None if goal is None else wire.Place(near(goal[0]), near(goal[1])),
         path=[(x, y) for x, y in rounded(snapshot.path, 3)],
         command=None if snapshot.undertaking is None else command(snapshot.undertaking),

@@ -37,6 +37,7 @@ from console.robot_voice import RobotVoice
 from console.scene import Scene
 from console.security import Access
 from console.sockets import Sockets
+from console.spoken_orders import SpokenOrders
 from console.watch import Watch
 from core.errors import BeckonError
 from core.robots import Profile
@@ -69,6 +70,7 @@ class Runtime:
         self.door = Door(robot, self.lease, self.history, self.board)
         self.maps = MapDesk(home, robot, self.door, self.lease, self.history)
         self.ears = Ears(self.door, self.history, self.board)
+        self.spoken = SpokenOrders(self.ears, self.door, self.lease, self.history, self.board)
         self.microphone = Microphone()
         self.voice = RobotVoice()
         self.quality = QualityRuns(home)
@@ -159,6 +161,7 @@ class Runtime:
             history_revision=self.history.revision,
             map=self.maps.shown,
             muted=self.voice.muted,
+            obeyed=self.spoken.driver is not None,
         )
         self._seq += 1
         return draw(self.snapshot, around, self._seq)

@@ -32,6 +32,9 @@ from console.wire_floor import Spot as Spot
 from console.wire_floor import SubmapRow as SubmapRow
 from console.wire_hearing import Ears as Ears
 from console.wire_hearing import VoiceHeard as VoiceHeard
+from console.wire_people import BodyPart as BodyPart
+from console.wire_people import PersonState as PersonState
+from console.wire_people import SensedBearing as SensedBearing
 from console.wire_sight import CalibrationDrift as CalibrationDrift
 from console.wire_sight import PictureQuality as PictureQuality
 from console.wire_up import Count as Count
@@ -213,6 +216,7 @@ class State(Struct, tag_field="kind", tag="state"):
     map: MapState
     direction: VoiceHeard | None  # the voice that was heard last
     ears: Ears | None  # None: the robot has no microphones
+    person: PersonState | None  # who the running command looks at
     goal: Place | None
     path: list[tuple[float, float]]
     command: CommandState | None

@@ -31,6 +31,7 @@ class Ears(Struct):
 
     listening: bool
     muted: bool  # the robot itself speaks, so that nothing is listened to
+    obeyed: bool  # what voices in the room say is done: the driver has taken their words on
     speaking: bool
     level_dbfs: float | None
     voices: list[VoiceHeard]  # most recently heard first

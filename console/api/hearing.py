@@ -12,9 +12,10 @@ hearing = router("hearing")
 
 
 class Listening(Wish):
-    """Whether the robot listens."""
+    """Whether the robot listens, and whether it does what voices in the room say; that only its driver may ask."""
 
     listen: bool
+    obey: bool | None = None
 
 
 @hearing.get("/hearing")
@@ -25,6 +26,7 @@ async def newest(behind: Behind) -> dict[str, Any]:
     return {
         "microphones": told is not None,
         "listening": told is not None and told.listening,
+        "obeying": behind.spoken.driver is not None,
         "trouble": behind.ears.trouble,
         "utterances": behind.ears.shown(),
     }
@@ -36,6 +38,10 @@ async def listen(wish: Listening, behind: Behind, who: Who) -> dict[str, Any]:
     """Let the robot listen, or not. It listens by itself for a minute after somebody in the simulated room spoke."""
     if behind.robot.profile.microphones is None:
         raise Problem(404, "This robot has no microphones.")
+    if wish.obey is True and wish.listen:
+        behind.spoken.take_on(who)
+    elif wish.obey is False or not wish.listen:
+        behind.spoken.let_go()
     told = await behind.ask({"do": "listen", "on": wish.listen})
     behind.history.add("listen", who, words="on" if wish.listen else "off")
-    return {"listening": bool(told["on"])}
+    return {"listening": bool(told["on"]), "obeying": behind.spoken.driver is not None}

@@ -28,6 +28,7 @@ from console.scene.ghost import Ghost
 from console.scene.landmarks import Landmarks
 from console.scene.mount import NoSocketServer, QuietViser, close_viser, open_viser
 from console.scene.occupancy import Occupancy
+from console.scene.people import People
 from console.scene.plan import Plan
 from console.scene.pose_ellipse import PoseEllipse
 from console.scene.robot import RobotBody
@@ -69,6 +70,7 @@ OVERLAYS: tuple[type[Overlay], ...] = (
     Candidates,
     PoseEllipse,
     Voices,
+    People,
     Plan,
     RobotBody,
 )

@@ -8,7 +8,7 @@ import numpy as np
 
 from core.commands.command import Action, Command, Number, Progress
 from core.commands.locating import Locating
-from core.commands.seeking import Seeking, call_for
+from core.commands.seeking import Seeking, blind, call_for
 from core.navigation.approach import Aim, Approach
 from core.navigation.surroundings import Surroundings
 from core.perception.people.person import PersonSeen
@@ -53,6 +53,8 @@ class Coming:
             self._whole = max(here.pose.distance_to(*told.position.tolist()) - here.company.stop_short, 0.05)
         assert self._approach is not None
         self._track.follow(here.stamp, here.pose, here.scan_points, here.image, here.camera)
+        if why := blind(self._track, here):
+            return Progress(finished="failed", remark=why)
         person = self._track.person
         assert person is not None
         step = self._approach.drive(here, _aim(person, here))

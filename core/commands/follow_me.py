@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from core.commands.command import Action, Command, Number, Progress
-from core.commands.seeking import Seeking, call_for
+from core.commands.seeking import Seeking, blind, call_for
 from core.navigation.approach import Aim, Approach
 from core.navigation.surroundings import Surroundings
 from core.perception.people.person import PersonSeen
@@ -46,6 +46,8 @@ class Following:
             self._approach = Approach(_aim(told, here), here, lasting=True, cruise=cruise)
         assert self._approach is not None
         self._track.follow(here.stamp, here.pose, here.scan_points, here.image, here.camera)
+        if why := blind(self._track, here):
+            return Progress(finished="failed", remark=why)
         person = self._track.person
         assert person is not None
         if self._track.lost(here.stamp):

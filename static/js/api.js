@@ -79,6 +79,9 @@ export const login = (token) => post("api/login", { token });
 /** @param {boolean} on whether the robot's own microphones listen */
 export const listen = (on) => post("api/hearing", { listen: on });
 
+/** @param {boolean} on whether what voices in the room say is done; only who drives may ask for it */
+export const obeyVoices = (on) => post("api/hearing", { listen: true, obey: on });
+
 /** @typedef {{id: number, seconds: number, rate_hz: number, pcm: string}} Spoken 16-bit samples in base64 */
 
 /** @typedef {{kind: string, channels: number[], sentence: string, serious: boolean}} ArrayFault */

@@ -211,6 +211,7 @@ export const CAMERA_HEADER_BYTES = 16;
  * @typedef {object} Ears
  * @property {boolean} listening
  * @property {boolean} muted
+ * @property {boolean} obeyed
  * @property {boolean} speaking
  * @property {number | null} level_dbfs
  * @property {VoiceHeard[]} voices
@@ -231,6 +232,41 @@ export const CAMERA_HEADER_BYTES = 16;
  * @property {number} x_m
  * @property {number} y_m
  * @property {[number, number, number] | null} columns_px
+ */
+
+/**
+ * One part of somebody's rectangle in the picture.
+ * @typedef {object} BodyPart
+ * @property {'head' | 'torso' | 'feet'} name
+ * @property {number | null} likelihood
+ * @property {[number, number, number, number]} box_px
+ */
+
+/**
+ * Who the running command looks at: by every sense alone, and by all together.
+ * @typedef {object} PersonState
+ * @property {'seen' | 'hidden'} state
+ * @property {number} age_s
+ * @property {number} x_m
+ * @property {number} y_m
+ * @property {number[][]} cov_m2
+ * @property {('laser' | 'camera' | 'sound')[]} used
+ * @property {[number, number] | null} laser
+ * @property {SensedBearing | null} camera
+ * @property {SensedBearing | null} sound
+ * @property {number | null} value
+ * @property {BodyPart[]} parts
+ * @property {number | null} picture_age_s
+ * @property {[number, number] | null} centre_px
+ */
+
+/**
+ * From where somebody is seen or heard in which direction.
+ * @typedef {object} SensedBearing
+ * @property {number} x_m
+ * @property {number} y_m
+ * @property {number} azimuth_world_rad
+ * @property {number} sd_rad
  */
 
 /**
@@ -501,6 +537,7 @@ export const CAMERA_HEADER_BYTES = 16;
  * @property {MapState} map
  * @property {VoiceHeard | null} direction
  * @property {Ears | null} ears
+ * @property {PersonState | null} person
  * @property {Place | null} goal
  * @property {[number, number][]} path
  * @property {CommandState | null} command

@@ -101,6 +101,9 @@ def test_viewers_do_not_speak_and_nobody_speaks_too_much(live: Live) -> None:
 def test_the_robot_listens_when_asked_to(live: Live) -> None:
     assert live.ask("POST", "/api/hearing", {"listen": True}, token=live.viewer).status == 403
     told = live.ask("POST", "/api/hearing", {"listen": True}, token=live.operator)
-    assert (told.status, told.json) == (200, {"listening": True})
+    assert (told.status, told.json) == (200, {"listening": True, "obeying": False})
     assert live.until(lambda: state(live)["ears"]["level_dbfs"]) < 0
-    assert live.ask("POST", "/api/hearing", {"listen": False}, token=live.operator).json == {"listening": False}
+    assert live.ask("POST", "/api/hearing", {"listen": False}, token=live.operator).json == {
+        "listening": False,
+        "obeying": False,
+    }

@@ -69,6 +69,7 @@ export const STATE = {
   map: { name: null, revision: 0 },
   direction: null,
   ears: null,
+  person: null,
   goal: null,
   path: [],
   command: null,

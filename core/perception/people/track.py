@@ -22,6 +22,7 @@ from core.perception.people.sight_lines import around, axis, eye, from_eye, in_w
 from core.sensors import Camera, Image
 
 DISTANCE_SD = 0.15  # share of a distance that only the picture tells
+IN_VIEW, ASIDE = 1.3, 0.4  # [m], [rad] nearer or farther aside too little of somebody is in the picture
 STEADY = 0.5  # [s] for which somebody's acceleration lasts
 
 
@@ -38,7 +39,9 @@ class Track:
         self._usual = 1.0  # how alike they were since
         self._pictures = 0
         self.measured = -math.inf  # [s]
-        self.pictured = -math.inf  # [s]
+        self.pictured = -math.inf  # [s] when a picture showed the person
+        self.looked = -math.inf  # [s] when a picture came at all
+        self._excused = -math.inf  # [s] when no picture could have shown enough of the person
         self._seen: PersonSeen | None = None
         self._points: Array | None = None
 
@@ -53,6 +56,7 @@ class Track:
 
     def begin(self, call: Call, stamp: float, pose: Pose, points: Array, image: Image, camera: Camera) -> None:
         """Look where somebody called from. Found in a few pictures, they are followed."""
+        self.looked = stamp
         boards = Billboards(levelled(image.pixels), camera)
         here = eye(pose, camera)
         wedge = math.hypot(call.sd, 0.02) * self._settings.wedge
@@ -85,6 +89,7 @@ class Track:
             standers = find_standers(points)
         boards: Billboards | None = None
         if image is not None and camera is not None:
+            self.looked = stamp
             boards = Billboards(levelled(image.pixels), camera)
             rectangle, strangers = self._look(boards, pose, standers)
             standers = tuple(one for one in standers if not any(stands_at(one, other, camera) for other in strangers))
@@ -157,6 +162,8 @@ class Track:
         here = eye(pose, camera)
         bearing = here.bearing_to(float(self._state[0]), float(self._state[1]))
         distance = here.distance_to(float(self._state[0]), float(self._state[1]))
+        if distance < IN_VIEW or abs(bearing - axis(camera)) > ASIDE:
+            self._excused = self._stamp
         if distance < 0.3 or abs(bearing - axis(camera)) > 0.7:
             return None, []
         near = [far for far, angle in (from_eye(one, camera) for one in standers) if abs(angle - bearing) < 0.5]
@@ -204,7 +211,7 @@ class Track:
         if not used:
             self._hide()
             return
-        if used == ["laser"] and stamp - self.pictured > self._tracking.unseen:
+        if used == ["laser"] and stamp - max(self.pictured, self._excused) > self._tracking.unseen:
             self._hide()
             return
         fused = Fused(position=self._state[:2], covariance=self._covariance[:2, :2], used=tuple(used))

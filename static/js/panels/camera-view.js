@@ -78,7 +78,7 @@ class CameraView extends Panel {
     write(this.#age, `${age(old)} old`);
     this.#scale.hidden = !pressed(this.#laser) || !seen;
     this.#quality.show(seen ? state : null);
-    this.#draw(state?.camera ?? null, state?.ears?.voices[0] ?? null);
+    this.#draw(state?.camera ?? null, state?.ears?.voices[0] ?? null, state?.person ?? null);
   }
 
   /** @param {Picture} picture */
@@ -102,14 +102,17 @@ class CameraView extends Panel {
   /**
    * @param {CameraOverlay | null} overlay
    * @param {import("../wire.js").VoiceHeard | null} voice
+   * @param {import("../wire.js").PersonState | null} person
    */
-  #draw(overlay, voice) {
+  #draw(overlay, voice, person) {
     const picture = this.#picture;
     const width = this.#canvas.clientWidth;
     if (!picture || !width) return;
     const fits = overlay && Math.abs(overlay.stamp_s - this.#pictureStamp) < APART_S ? overlay : null;
     const [edges, laser] = [pressed(this.#edges), pressed(this.#laser)];
-    const drawn = [this.#pictureStamp, fits?.stamp_s, edges, laser, width, devicePixelRatio, voice?.columns_px].join();
+    const fresh = person && person.picture_age_s !== null && person.picture_age_s < APART_S ? person : null;
+    const seen = [voice?.columns_px, fresh?.value, fresh?.centre_px];
+    const drawn = [this.#pictureStamp, fits?.stamp_s, edges, laser, width, devicePixelRatio, ...seen].join();
     if (drawn === this.#drawn) return;
     this.#drawn = drawn;
 
@@ -127,6 +130,7 @@ class CameraView extends Panel {
     if (laser) drawLaser(brush, fits, scale);
     if (edges) drawEdges(brush, fits, scale);
     if (voice?.columns_px) drawVoice(brush, voice.columns_px, down, scale);
+    if (fresh) drawPerson(brush, fresh, scale);
   }
 }
 
@@ -177,6 +181,47 @@ function drawVoice(brush, [left, middle, right], down, scale) {
   brush.fillRect(left * scale, 0, (right - left) * scale, down);
   brush.fillStyle = "rgb(240 138 232)";
   brush.fillRect((middle + 0.5) * scale - 1, 0, 2, down);
+}
+
+/**
+ * Somebody, in three parts, each with how much it looks like one; the cross is the centre of mass.
+ * @param {CanvasRenderingContext2D} brush
+ * @param {import("../wire.js").PersonState} person
+ * @param {number} scale canvas pixels per picture pixel
+ */
+function drawPerson(brush, person, scale) {
+  brush.font = `600 ${Math.max(10, 7 * scale)}px system-ui, sans-serif`;
+  brush.textBaseline = "top";
+  for (const part of person.parts) {
+    if (part.likelihood === null) continue;
+    const [left, top, right, bottom] = /** @type {[number, number, number, number]} */ (
+      part.box_px.map((edge) => (edge + 0.5) * scale)
+    );
+    for (const [colour, line] of /** @type {[string, number][]} */ ([
+      ["rgb(0 0 0 / 0.6)", 3.4],
+      ["#ffd24a", 1.7],
+    ])) {
+      brush.strokeStyle = colour;
+      brush.lineWidth = line * Math.max(1, scale * 0.6);
+      brush.strokeRect(left, top, right - left, bottom - top);
+    }
+    const says = `${part.name} ${part.likelihood.toFixed(2)}`;
+    const [x, y] = [Math.max(2, left + 2), Math.max(2, top + 2)];
+    brush.fillStyle = "rgb(0 0 0 / 0.6)";
+    brush.fillRect(x, y, brush.measureText(says).width + 4, Math.max(10, 7 * scale) + 3);
+    brush.fillStyle = "#ffd24a";
+    brush.fillText(says, x + 2, y + 1);
+  }
+  if (!person.centre_px) return;
+  const [u, v] = /** @type {[number, number]} */ (person.centre_px.map((place) => (place + 0.5) * scale));
+  brush.strokeStyle = "#ffd24a";
+  brush.lineWidth = Math.max(1.5, scale * 0.8);
+  brush.beginPath();
+  brush.moveTo(u - 4 * scale, v);
+  brush.lineTo(u + 4 * scale, v);
+  brush.moveTo(u, v - 4 * scale);
+  brush.lineTo(u, v + 4 * scale);
+  brush.stroke();
 }
 
 /**

@@ -16,6 +16,11 @@ class HearingCard extends Panel {
   #rose = new SoundRose();
   #where = make("p", { class: "hearing-where" });
   #listen = make("button", { type: "button", class: "toggle", "aria-pressed": "false" }, "Listen");
+  #obey = make(
+    "button",
+    { type: "button", class: "toggle", "aria-pressed": "false", title: "Do what voices in the room say, while you drive" },
+    "Obey",
+  );
   #check = make("button", { type: "button" }, CHECK);
   #faults = make("ul", { class: "faults", role: "status", hidden: true });
   #measure = make("a", { href: "hearing" }, "How well do I hear you here?");
@@ -35,12 +40,14 @@ class HearingCard extends Panel {
         make("h2", { class: "card-title" }, "What it hears"),
         make("span", { class: "spring" }),
         this.#listen,
+        this.#obey,
       ),
       make("div", { class: "hearing" }, this.#rose, make("div", { class: "hearing-words" }, this.#where, this.#none, this.#lines)),
       make("div", { class: "hearing-foot" }, this.#check, this.#measure),
       this.#faults,
     );
     this.#check.addEventListener("click", () => void this.#examine());
+    this.#obey.addEventListener("click", () => void this.#takeOn());
     this.#listen.addEventListener("click", () => void this.#toggle());
     this.session.on("transcript", (transcript) => this.#add(transcript));
   }
@@ -55,10 +62,11 @@ class HearingCard extends Panel {
     if (this.hidden) return;
     this.classList.toggle("is-old", !up);
     mark(this.#rose, "hidden", ears === null);
-    this.#listen.hidden = this.#check.hidden = ears === null;
+    this.#listen.hidden = this.#obey.hidden = this.#check.hidden = ears === null;
     this.#measure.hidden = hello?.robot.kind !== "SIM";
     this.#check.disabled = !up || permission.may === "no" || this.#checking;
-    this.#listen.disabled = !up || permission.may === "no";
+    this.#listen.disabled = this.#obey.disabled = !up || permission.may === "no";
+    mark(this.#obey, "aria-pressed", String(ears?.obeyed ?? false));
     if (!ears?.muted) mark(this.#listen, "aria-pressed", String(ears?.listening ?? false));
     this.#rose.show(ears);
     const [voice] = ears?.voices ?? [];
@@ -94,6 +102,15 @@ class HearingCard extends Panel {
     const on = this.#listen.getAttribute("aria-pressed") !== "true";
     try {
       await api.listen(on);
+    } catch (refusal) {
+      this.session.complain(refusal instanceof Error ? refusal.message : "That did not work.");
+    }
+  }
+
+  /** Let voices in the room give orders, or no more. */
+  async #takeOn() {
+    try {
+      await api.obeyVoices(this.#obey.getAttribute("aria-pressed") !== "true");
     } catch (refusal) {
       this.session.complain(refusal instanceof Error ? refusal.message : "That did not work.");
     }

@@ -21,7 +21,7 @@ from core.sensors.simulated_camera import SimulatedCamera
 from core.world import Rect, Thing, World, outline
 
 HALL = World(name="hall", walls=outline([Rect(-3.5, -3.5, 6.0, 3.5)], []))
-EVERY = 4  # frames for one scan and one picture
+EVERY = 6  # frames for one scan and one picture
 
 
 class Company(Stage):

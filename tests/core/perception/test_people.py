@@ -66,7 +66,7 @@ def test_the_three_parts_are_weighed_as_in_equation_34() -> None:
 def test_most_people_are_found_where_they_speak_and_hardly_anybody_where_nobody_is() -> None:
     stage = Stage(LAB, np.random.default_rng(11))
     found = alarms = many = 0
-    for number in range(20):
+    for number in range(14):
         scene = stage.scene(number % 2, nearest=1.6)
         boards = Billboards(levelled(scene.pixels), scene.camera)
         if not scene.people:
@@ -75,7 +75,7 @@ def test_most_people_are_found_where_they_speak_and_hardly_anybody_where_nobody_
             many += 1
             told = find_people(boards, scene.people[0].bearing + 0.03, 0.1, SETTINGS)
             found += bool(told) and abs(told[0].bearing - scene.people[0].bearing) * scene.people[0].distance < 0.25
-    assert many >= 5
+    assert many >= 4
     assert found >= 0.8 * many
     assert alarms <= 3
 

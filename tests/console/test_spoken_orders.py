@@ -1,0 +1,81 @@
+"""Words of voices in the room, taken on by a driver: which are obeyed, and what holds them back."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from console.hearing import NOT_OBEYED, Utterance
+from console.spoken_orders import HIGHER, SpokenOrders
+from core.perception.people.call import Call
+from tests.console.live import Live
+
+
+def listen(live: Live, obey: bool, token: str = "") -> Any:
+    return live.ask("POST", "/api/hearing", {"listen": True, "obey": obey}, token=token or live.operator)
+
+
+def said(live: Live, words: str, age: float = 0.3) -> str:
+    """The ears understood these words just now → why nothing is done about it."""
+    ears = live.runtime.ears
+    end = ears.stamp - age
+    one = Utterance(1, end - 0.8, end, words, True, words, "", 0.0, 0.05)
+    call = Call(stamp=end, azimuth=0.0, sd=0.05, x=0.0, y=0.0)
+    return live.on_loop(lambda: NOT_OBEYED if ears.obey is None else ears.obey(words, one, call))
+
+
+def newest(live: Live) -> dict[str, Any]:
+    return live.ask("GET", "/api/commands/history?limit=1", token=live.viewer).json["commands"][0]
+
+
+@pytest.fixture
+def spoken(live: Live) -> Any:
+    live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
+    live.until(lambda: not live.runtime.door.busy_above(()))
+    yield live.runtime.spoken
+    live.ask("POST", "/api/stop", token=live.operator)
+    live.ask("POST", "/api/hearing", {"listen": False}, token=live.operator)
+
+
+def test_nothing_is_obeyed_until_a_driver_takes_words_on(live: Live, spoken: SpokenOrders) -> None:
+    assert said(live, "turn left") == NOT_OBEYED
+    assert listen(live, True, live.viewer).status == 403
+    told = listen(live, True)
+    assert (told.status, told.json) == (200, {"listening": True, "obeying": True})
+    assert said(live, "turn left") == ""
+    row = live.until(lambda: newest(live) if newest(live)["source"] == "ears" else None)
+    assert (row["name"], row["who"]) == ("turn_left", "operator")
+    assert not listen(live, False).json["obeying"]
+    assert said(live, "turn left") == NOT_OBEYED
+
+
+def test_late_words_and_those_below_a_hand_are_not_obeyed(live: Live, spoken: SpokenOrders) -> None:
+    assert listen(live, True).status == 200
+    assert "too late" in said(live, "turn left", age=4.0)
+    assert "5 metres" in said(live, "continue 12 meters")
+    typed = live.ask("POST", "/api/commands", {"text": "turn right"}, token=live.operator)
+    assert typed.status == 202
+    assert said(live, "turn left") == HIGHER
+
+
+def test_what_goes_to_a_person_waits_a_moment_and_stop_holds_it_back(live: Live, spoken: SpokenOrders) -> None:
+    assert listen(live, True).status == 200
+    before = newest(live)["id"]
+    assert said(live, "come here") == ""
+    notices = [notice.text for notice in live.runtime.board.shown]
+    assert any("come here" in text and "Stop holds me back" in text for text in notices)
+    live.ask("POST", "/api/stop", token=live.viewer)
+    assert said(live, "follow me") == ""
+    live.until(lambda: newest(live)["id"] > before and newest(live)["name"] == "follow_me")
+    rows = live.ask("GET", "/api/commands/history?limit=5", token=live.viewer).json["commands"]
+    assert not [row for row in rows if row["id"] > before and row["name"] == "come_here"]
+
+
+def test_words_are_let_go_with_the_wheel(live: Live, spoken: SpokenOrders) -> None:
+    assert listen(live, True).status == 200
+    holder = live.runtime.lease.holder
+    assert holder is not None
+    live.on_loop(lambda: live.runtime.door.forget(holder))
+    assert "drives no more" in said(live, "turn left")
+    assert said(live, "turn left") == NOT_OBEYED
