@@ -24,6 +24,7 @@ from core.log import LogSettings
 from core.navigation.company import CompanySettings
 from core.navigation.planner import PlannerSettings
 from core.navigation.steering import SteeringSettings
+from core.navigation.wall import WallSettings
 from core.perception.corners import CornerSettings
 from core.perception.edges import EdgeSettings
 from core.perception.people.parts import PeopleSettings
@@ -66,6 +67,7 @@ class Settings:
     alarm: AlarmSettings = field(default_factory=AlarmSettings)
     planner: PlannerSettings = field(default_factory=PlannerSettings)
     steering: SteeringSettings = field(default_factory=SteeringSettings)
+    wall: WallSettings = field(default_factory=WallSettings)
     company: CompanySettings = field(default_factory=CompanySettings)
     people: PeopleSettings = field(default_factory=PeopleSettings)
     tracking: TrackSettings = field(default_factory=TrackSettings)

@@ -11,7 +11,7 @@ from console.api import Behind, Who, Wish, router
 from console.problems import Problem
 from console.roles import needs
 from console.store import REMEMBERED, Deed
-from core.commands import VOCABULARY
+from core.commands import VOCABULARY, particulars
 from core.commands.command import Kind
 
 commands = router("commands")
@@ -31,7 +31,7 @@ async def submit(words: Words, behind: Behind, who: Who, response: Response) -> 
     response.headers["Location"] = f"commands/{deed.id}"
     return {
         "id": deed.id,
-        "command": {"name": deed.name, **deed.numbers},
+        "command": {"name": deed.name, **particulars(deed.name, deed.numbers)},
         "heard_as": deed.heard_as,
         "source": deed.source,
     }

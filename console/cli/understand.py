@@ -6,6 +6,7 @@ import argparse
 from typing import Any
 
 from console.cli.answer import add_json, write, write_json
+from core.commands import particulars
 from core.commands.command import Command
 from core.speech.grammar import Refusal, understand
 
@@ -41,7 +42,7 @@ def as_json(heard: Command | Refusal) -> dict[str, Any]:
     if isinstance(heard, Command):
         return {
             "accepted": True,
-            "command": {"name": heard.name, **heard.numbers},
+            "command": {"name": heard.name, **particulars(heard.name, heard.numbers)},
             "heard_as": heard.heard_as,
             "reason": "",
             "suggestions": [],

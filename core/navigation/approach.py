@@ -14,7 +14,7 @@ from core.geometry import wrap
 from core.message import Array, message
 from core.navigation.obstacle import free_space, obstacle_ahead, why_no_headway
 from core.navigation.planner import SOMEBODY, PlannerSettings, is_free, plan, plan_beside
-from core.navigation.steering import Arrival, Headway, Pursuit, spin
+from core.navigation.steering import Arrival, Headway, Pursuit, Travel, spin
 from core.navigation.surroundings import Surroundings
 from core.navigation.terrain import Terrain, survey
 
@@ -63,7 +63,6 @@ class Approach:
     TRIES = 2  # times that it backs up, each time planning more carefully
     CAUTION = 0.03  # [m] more around the body after each
     FACING = 0.03  # [rad] within which it faces what it should
-    GOT_ON = 0.05  # [m] that count as headway after what moves
     SLACK = 0.04  # [m] around the distance that is kept from what moves
 
     def __init__(self, aim: Aim, here: Surroundings, *, lasting: bool = False, cruise: float | None = None) -> None:
@@ -79,7 +78,7 @@ class Approach:
         self._began = self._looked = self._shut_since = here.stamp
         self._pursuit: Pursuit | None = None
         self._headway = _headway(here)
-        self._stood, self._gone = here.pose, 0.0
+        self._travel = Travel(here.pose)
         self._allowance = self._set_out(here)
 
     def drive(self, here: Surroundings, aim: Aim | None = None) -> Advance:
@@ -113,11 +112,7 @@ class Approach:
         """What falls while it gets on [m]: what is left; towards what moves, the way gone since a while, negative."""
         if not self._lasting:
             return self._way.effort(here.pose)
-        stood = self._stood
-        gone = stood.distance_to(here.pose.x, here.pose.y) + 0.2 * abs(wrap(here.pose.heading - stood.heading))
-        if gone > self.GOT_ON:
-            self._stood, self._gone = here.pose, self._gone + gone
-        return -self._gone
+        return -self._travel.gone(here.pose)
 
     def _left(self, here: Surroundings) -> float:
         """How far it is from where it should stand [m]; 0 within the distance that is kept, if nothing is between."""
@@ -186,7 +181,9 @@ class Approach:
             if not self._tries:
                 raise
             way = self._plan(here, here.planner)
-        self._pursuit = Pursuit(way, here.steering, turn_first=not (self._lasting and self._pursuit))
+        self._pursuit = Pursuit(
+            way, here.steering, turn_first=not self._lasting or self._pursuit is None or self._pursuit.turning
+        )
         if not self._lasting:
             self._headway = _headway(here)
         self._open = self._sees_aim(here)

@@ -104,6 +104,11 @@ class Pursuit:
         return max(rest, pose.distance_to(*self.path[-1])) if rest < self._settings.lookahead else rest
 
     @property
+    def turning(self) -> bool:
+        """Whether it turns on the spot."""
+        return self._pivoting
+
+    @property
     def rest(self) -> Array:
         """(R, 2) [m]: what lies ahead of the path."""
         return self.path[self._at :]
@@ -162,6 +167,22 @@ class Arrival:
     def settled(self, stamp: float) -> bool:
         """Whether it has stood there long enough to be done."""
         return self._there and stamp - self._since >= self._hold
+
+
+class Travel:
+    """How far the robot has come, turns counted as ways of their own; the estimate's trembling does not count."""
+
+    STEP = 0.05  # [m]
+
+    def __init__(self, pose: Pose) -> None:
+        self._from, self._gone = pose, 0.0
+
+    def gone(self, pose: Pose) -> float:
+        """Take in a pose → [m] since the beginning."""
+        step = self._from.distance_to(pose.x, pose.y) + 0.2 * abs(wrap(pose.heading - self._from.heading))
+        if step > self.STEP:
+            self._from, self._gone = pose, self._gone + step
+        return self._gone
 
 
 class Headway:

@@ -7,6 +7,7 @@ from core.message import Array, message
 from core.navigation.company import CompanySettings
 from core.navigation.planner import PlannerSettings
 from core.navigation.steering import SteeringSettings
+from core.navigation.wall import WallSettings
 from core.perception.people.call import Call
 from core.perception.people.colours import Enrolled
 from core.perception.people.parts import PeopleSettings
@@ -39,6 +40,7 @@ class Surroundings:
     scan_points: Array  # (M, 2) [m], robot frame, de-skewed: the newest scan
     planner: PlannerSettings = PlannerSettings()
     steering: SteeringSettings = SteeringSettings()
+    wall: WallSettings = WallSettings()
     image: Image | None = None  # the picture that came with this frame
     camera: Camera | None = None
     call: Call | None = None  # the voice that was heard last

@@ -192,6 +192,7 @@ class Pilot:
             scan_points=frozen(pose.inverse().apply(self._floor.points)),
             planner=self._planner,
             steering=self._settings.steering,
+            wall=self._settings.wall,
             image=frame.image,
             camera=self._eyes.camera,
             call=self._ears.call,

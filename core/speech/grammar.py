@@ -25,11 +25,6 @@ STOP_WORD = re.compile(r"(?<![^\W\d_])stop(?![^\W\d_])")
 OTHER_WORDS = {
     "go back": ("I do not drive backwards. Turn round first, then continue.", ("turn left", "continue 1 meters")),
     "go to": ("Where to? Say the place in metres.", ("stop at 1 and 0.5",)),
-    "follow wall": ("“Follow wall” is not built yet; drive along it by distance instead.", ("continue 1 meters",)),
-    "follow the wall": (
-        "“Follow wall” is not built yet; drive along it by distance instead.",
-        ("continue 1 meters",),
-    ),
 }
 """Words of the paper (Table 2, Fig. 17) that do not move this robot: why, and what does."""
 

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from spelling import spell
 
-from core.commands import VOCABULARY, kind_of
+from core.commands import VOCABULARY, kind_of, particulars
 from core.commands.command import Command
 from core.speech.grammar import OTHER_WORDS, Refusal, bounds, say, understand
 
@@ -186,11 +186,11 @@ def test_every_suggestion_is_understood() -> None:
             assert isinstance(understand(suggestion), Command)
 
 
-@pytest.mark.parametrize("words", ["follow wall", "follow the wall"])
-def test_what_is_not_built_yet_is_refused_honestly(words: str) -> None:
+@pytest.mark.parametrize("words", ["follow wall", "Follow the wall."])
+def test_follow_wall_keeps_half_a_metre_on_the_right(words: str) -> None:
     heard = understand(words)
-    assert isinstance(heard, Refusal)
-    assert "not built yet" in heard.reason
+    assert isinstance(heard, Command)
+    assert particulars(heard.name, heard.numbers) == {"distance_m": 0.5, "side": "right"}
 
 
 def test_the_phrases_of_figure_17_are_all_answered() -> None:

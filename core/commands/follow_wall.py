@@ -1,0 +1,134 @@
+"""FOLLOW WALL: the robot keeps moving parallel to the wall on its right side at a distance of 0.5 m."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.commands.command import Action, Command, Number, Progress
+from core.errors import Refused
+from core.gate import Twist
+from core.navigation.approach import Aim, Approach
+from core.navigation.obstacle import free_space, why_no_headway
+from core.navigation.steering import Headway, Pursuit, Travel
+from core.navigation.surroundings import Surroundings
+from core.navigation.wall import RightWall, WallLine, nearest_wall
+
+NO_WALL = "I see no wall on my right within {:g} m. Turn me so that one is on my right, or send me nearer to one."
+LOST = "The wall on my right is gone; I stopped. Send me to another one."
+
+
+@dataclass(frozen=True)
+class FollowWall:
+    """Along the wall on the right, until another command."""
+
+    name: str = "follow_wall"
+    words: tuple[str, ...] = ("follow wall", "follow the wall")
+    numbers: tuple[Number, ...] = (Number(name="distance_m", says="0.5", unit="m", low=0.5, high=0.5, default=0.5),)
+    example: str = "follow wall"
+    summary: str = "Drives along the wall on its right, half a metre away, until another command."
+    moves: bool = True
+
+    def begin(self, command: Command, here: Surroundings) -> Action:
+        """Find the wall. Raises Refused with a sentence when there is none."""
+        return Following(command.numbers["distance_m"], here)
+
+
+class Following:
+    """A wall under way: first to it, then along it."""
+
+    LOOK_EVERY = 0.1  # [s]: a turn of the laser
+    BACK = 0.12  # [m] that it backs up when something holds it …
+    BACK_SPEED = 0.05  # [m/s]
+    TRIES = 3  # … so often without getting on in between
+
+    def __init__(self, distance: float, here: Surroundings) -> None:
+        """`distance` [m]. Raises Refused."""
+        self._distance = distance
+        self._wall = RightWall(here.wall)
+        self._travel = Travel(here.pose)
+        self._headway = Headway(0.05, here.steering.stalled_after)
+        self._looked = self._seen = -math.inf
+        self._line: WallLine | None = None
+        self._pursuit: Pursuit | None = None
+        self._back_until, self._tries, self._tried_at = -math.inf, 0, 0.0
+        self._approach = self._to_the_wall(here)
+
+    def drive(self, here: Surroundings) -> Progress:
+        """One frame further."""
+        if self._approach is not None:
+            return self._come(self._approach, here)
+        self._look(here)
+        if self._line is None or self._pursuit is None:
+            lost = here.stamp - self._seen > here.wall.lost_after
+            return Progress(finished="failed" if lost else "", remark=LOST if lost else "Where is the wall?")
+        gone = self._travel.gone(here.pose)
+        if here.stamp < self._back_until:
+            self._headway = Headway(0.05, here.steering.stalled_after)
+            words = f"{why_no_headway(here.scan_points, here.body.radius)} I back up."
+            return Progress(twist=Twist(-self.BACK_SPEED, 0.0), remark=words)
+        space = free_space(here.scan_points, here.body.radius)
+        twist = self._pursuit.steer(here.pose, here.body.cruise, here.body.turn, space)
+        if twist.moves and self._headway.lost(-gone, here.stamp):
+            return self._held(here, gone)
+        return Progress(twist=twist, remark=self._words(self._line), path=self._pursuit.rest)
+
+    def _to_the_wall(self, here: Surroundings) -> Approach | None:
+        """The way to the nearest wall on the right, None where it is near already. Raises Refused."""
+        found = nearest_wall(here.pose, here.scan_points, here.wall)
+        if found is None:
+            raise Refused(NO_WALL.format(here.wall.seek))
+        robot = np.array([here.pose.x, here.pose.y])
+        far = float(np.hypot(*(robot - found)))
+        if far <= self._distance + here.wall.near:
+            return None
+        out = (robot - found) / far
+        x, y = (found + self._distance * out).tolist()
+        self._far = far
+        return Approach(Aim(x=x, y=y, heading=math.atan2(-out[0], out[1])), here)
+
+    def _come(self, approach: Approach, here: Surroundings) -> Progress:
+        """To the wall first."""
+        step = approach.drive(here)
+        if step.state == "stuck":
+            return Progress(finished="failed", remark=f"I cannot get to the wall. {step.words}")
+        if step.state == "there":
+            self._approach = None
+            self._travel = Travel(here.pose)
+        words = step.words or f"To the wall on the right first; it was {self._far:.1f} m away."
+        return Progress(twist=step.twist, remark=words, path=step.path, goal=step.stand)
+
+    def _look(self, here: Surroundings) -> None:
+        """Lay the line anew along what is seen."""
+        if here.stamp - self._looked < self.LOOK_EVERY - 1e-6:
+            return
+        self._looked = here.stamp
+        self._wall.see(here.pose, here.scan_points, here.stamp)
+        self._line = self._wall.line(here.pose, self._distance)
+        if self._line is None:
+            self._pursuit = None
+            self._seen = here.stamp if self._seen == -math.inf else self._seen
+            return
+        self._seen = here.stamp
+        turning = self._pursuit is not None and self._pursuit.turning
+        self._pursuit = Pursuit(self._line.path, here.steering, turn_first=turning)
+
+    def _held(self, here: Surroundings, gone: float) -> Progress:
+        """Something holds it: back up and try again, a few times."""
+        why = why_no_headway(here.scan_points, here.body.radius)
+        self._tries = self._tries + 1 if gone - self._tried_at < 1.0 else 1
+        self._tried_at = gone
+        if self._tries > self.TRIES:
+            return Progress(finished="failed", remark=why)
+        self._back_until = here.stamp + self.BACK / self.BACK_SPEED
+        return Progress(twist=Twist(-self.BACK_SPEED, 0.0), remark=f"{why} I back up.")
+
+    def _words(self, line: WallLine) -> str:
+        if line.gap is not None:
+            return f"Following the wall on the right, past an opening of {line.gap:.1f} m."
+        return "Following the wall on the right."
+
+
+FOLLOW_WALL = FollowWall()

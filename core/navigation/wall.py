@@ -1,0 +1,253 @@
+"""The wall on the right: what of the newest scans belongs to it, and the line that keeps its distance to it.
+
+A ball a little larger than the distance rolls along what was seen, with that on its right: the line is where its
+centre goes, moved back by what it is larger. So the line turns in inner corners, goes round outer ones, and does
+not enter what is narrower than the ball; openings in the wall up to `gap` wide are passed by as if they were wall.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components, dijkstra
+
+from core.errors import BadInput
+from core.geometry import Pose
+from core.message import Array, message
+
+NOTHING = np.empty((0, 2))
+SECTOR = math.radians(2.0)  # of the sight, in which the newest scan replaces what was remembered
+RIGHT = (math.radians(-170.0), math.radians(-5.0))  # bearings that count as the right-hand side
+
+
+@dataclass(frozen=True)
+class WallSettings:
+    """What counts as the wall, and how far ahead it is looked at."""
+
+    cell: float = 0.03  # [m] points nearer together than this are averaged
+    sight: float = 2.5  # [m] up to which points are looked at while following
+    link: float = 0.65  # [m] what stands nearer to the wall than this belongs to it: there is no way in between
+    gap: float = 1.1  # [m] openings up to this are passed by
+    aslant: float = 0.35  # [rad] by which the far side of an opening may lie aside of the wall's direction
+    deep: float = 0.4  # [m] that an opening is seen to go in: less is a recess, or the shadow of something
+    smooth: float = 0.07  # [m] around a point, over which the wall is averaged
+    larger: float = 0.05  # [m] the ball is larger than the distance
+    horizon: float = 1.0  # [m] of line ahead
+    stride: float = 0.02  # [m] between its points
+    memory: float = 30.0  # [s] that counts what is out of sight
+    least: float = 0.3  # [m] of extent from which something is a wall to begin with
+    seek: float = 5.0  # [m] from which it drives to a wall
+    near: float = 0.3  # [m] beyond its distance within which it follows without driving there first
+    lost_after: float = 2.0  # [s] without a wall until it gives up
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in BOUNDS.items():
+            if not low <= getattr(self, name) <= high:
+                raise BadInput(f"{name} must lie between {low:g} and {high:g}.")
+
+
+BOUNDS = {
+    "cell": (0.005, 0.1),
+    "sight": (1.0, 10.0),
+    "link": (0.3, 2.0),
+    "gap": (0.0, 3.0),
+    "aslant": (0.0, 1.5),
+    "deep": (0.1, 2.0),
+    "smooth": (0.0, 0.2),
+    "larger": (0.0, 0.5),
+    "horizon": (0.3, 3.0),
+    "stride": (0.005, 0.1),
+    "memory": (1.0, 300.0),
+    "least": (0.05, 2.0),
+    "seek": (0.5, 20.0),
+    "near": (0.05, 2.0),
+    "lost_after": (0.3, 30.0),
+}
+
+
+@message
+class WallLine:
+    """Where to drive."""
+
+    path: Array  # (P, 2) [m], world
+    contact: Array  # (2,) [m], world: the nearest point of the wall
+    gap: float | None  # [m] width of an opening that the line passes by, None: there is none
+
+
+class RightWall:
+    """Gathers what was seen of the wall, newest first, and knows which part of it is being followed."""
+
+    def __init__(self, settings: WallSettings) -> None:
+        self._settings = settings
+        self._cells = NOTHING  # (C, 2) [m], world: seen now
+        self._past = np.empty((0, 3))  # x, y [m], world, until [s]: out of sight
+        self._bridges: list[tuple[Array, Array, float]] = []  # from, to [m], world, until [s]
+        self._contact: Array | None = None
+
+    def see(self, pose: Pose, points: Array, stamp: float) -> None:
+        """Take in a scan (M, 2) [m], robot frame."""
+        settings = self._settings
+        until = np.full((len(self._cells), 1), stamp + settings.memory)
+        past = np.vstack((np.hstack((self._cells, until)), self._past))
+        near = points[np.hypot(*points.T) < settings.sight]
+        self._cells = _averaged(pose.apply(near), settings.cell)
+        seen = np.unique(_sectors(points))
+        local = pose.inverse().apply(past[:, :2])
+        kept = ~np.isin(_sectors(local), seen) & (past[:, 2] > stamp) & (np.hypot(*local.T) < settings.sight)
+        self._past = past[kept]
+        self._bridges = [
+            (a, b, end)
+            for a, b, end in self._bridges
+            if end > stamp and pose.distance_to(*(0.5 * (a + b))) < settings.sight
+        ]
+        for a, b in _openings(pose, np.vstack((self._cells, self._past[:, :2])), settings):
+            if all(math.dist(b, known) > 0.3 for _, known, _ in self._bridges):
+                self._bridges.append((a, b, stamp + settings.memory))
+
+    def line(self, pose: Pose, distance: float) -> WallLine | None:
+        """The line `distance` [m] from the wall from where the robot is, or None where there is no wall."""
+        cells = np.vstack((self._cells, self._past[:, :2], *(_between(a, b) for a, b, _ in self._bridges)))
+        wall = self._followed(pose, cells)
+        if wall is None or self._contact is None:
+            return None
+        path = _rolled(np.array([pose.x, pose.y]), self._contact, wall, distance, self._settings)
+        passing = [math.dist(a, b) for a, b, _ in self._bridges if _near(path, 0.5 * (a + b), 2 * distance)]
+        return WallLine(path=path, contact=self._contact, gap=max(passing, default=None))
+
+    def _followed(self, pose: Pose, cells: Array) -> Array | None:
+        """The cells (C, 2) [m] of the wall that is being followed; notes where it is nearest."""
+        if not len(cells):
+            return None
+        away = np.hypot(*(cells - (pose.x, pose.y)).T)
+        if self._contact is None:
+            right = _on_the_right(pose, cells)
+            if not right.any():
+                return None
+            start = int(np.where(right, away, np.inf).argmin())
+        else:
+            start = int(np.hypot(*(cells - self._contact).T).argmin())
+            if math.dist(cells[start], self._contact) > self._settings.link:
+                return None
+        along = _lengths(cells, start, self._settings.link)
+        reach = np.where(along < 1.5, away, np.inf)
+        self._contact = cells[int(reach.argmin())]
+        return _smoothed(cells[along < self._settings.sight + 1.0], self._settings.smooth)
+
+
+def nearest_wall(pose: Pose, points: Array, settings: WallSettings) -> Array | None:
+    """Scan (M, 2) [m], robot frame → the nearest point (2,) [m], world, of a wall on the right, or None."""
+    cells = _averaged(pose.apply(points[np.hypot(*points.T) < settings.seek]), settings.cell)
+    if not len(cells):
+        return None
+    count, part = connected_components(_graph(cells, 0.15), directed=False)
+    wide = np.array([float(np.hypot(*np.ptp(cells[part == one], axis=0))) for one in range(count)])
+    good = _on_the_right(pose, cells) & (wide[part] >= settings.least)
+    if not good.any():
+        return None
+    away = np.where(good, np.hypot(*(cells - (pose.x, pose.y)).T), np.inf)
+    return cells[int(away.argmin())]
+
+
+def _on_the_right(pose: Pose, cells: Array) -> Array:
+    local = pose.inverse().apply(cells)
+    bearing = np.arctan2(local[:, 1], local[:, 0])
+    return (bearing > RIGHT[0]) & (bearing < RIGHT[1])
+
+
+def _averaged(points: Array, cell: float) -> Array:
+    """Points (M, 2) [m] → the mean (C, 2) of those in each square of a lattice."""
+    if not len(points):
+        return NOTHING
+    _, which, count = np.unique(np.floor(points / cell), axis=0, return_inverse=True, return_counts=True)
+    which = which.ravel()
+    return np.column_stack([np.bincount(which, points[:, axis]) / count for axis in (0, 1)])
+
+
+def _smoothed(cells: Array, around: float) -> Array:
+    """Every point (C, 2) [m] → the mean of those near it: a line of noisy points is farther than its nearest one."""
+    near = np.hypot(*(cells[:, None] - cells[None]).transpose(2, 0, 1)) <= around
+    return near @ cells / near.sum(axis=1, keepdims=True)
+
+
+def _sectors(points: Array) -> Array:
+    return np.floor(np.arctan2(points[:, 1], points[:, 0]) / SECTOR)
+
+
+def _graph(cells: Array, link: float) -> coo_matrix:
+    apart = np.hypot(*(cells[:, None] - cells[None]).transpose(2, 0, 1))
+    rows, columns = np.nonzero((apart < link) & (apart > 0))
+    return coo_matrix((apart[rows, columns], (rows, columns)), shape=apart.shape)
+
+
+def _lengths(cells: Array, start: int, link: float) -> Array:
+    """(C,) [m]: how far each cell is along the wall from one of them; inf: it is another wall."""
+    return dijkstra(_graph(cells, link).tocsr(), directed=False, indices=start)
+
+
+def _between(a: Array, b: Array) -> Array:
+    """Points (K, 2) [m] on the line from a to b."""
+    return a + np.linspace(0, 1, 2 + math.ceil(math.dist(a, b) / 0.03))[:, None] * (b - a)
+
+
+def _near(path: Array, place: Array, reach: float) -> bool:
+    return float(np.hypot(*(path - place).T).min()) < reach
+
+
+def _openings(pose: Pose, cells: Array, settings: WallSettings) -> list[tuple[Array, Array]]:
+    """Where the wall on the right ends and goes on in its direction at most `gap` further: the two ends, each."""
+    local = pose.inverse().apply(cells)
+    bearing, away = np.arctan2(local[:, 1], local[:, 0]), np.hypot(*local.T)
+    order = np.argsort(bearing)
+    order = order[bearing[order] < math.radians(60.0)]
+    cells, away, bearing = cells[order], away[order], bearing[order]
+    steps = np.hypot(*np.diff(cells, axis=0).T)
+    found: list[tuple[Array, Array]] = []
+    for last in np.flatnonzero((steps > 0.2) & (bearing[:-1] < 0) & (away[:-1] < settings.sight - 0.5)):
+        end = cells[last]
+        before = cells[: last + 1]
+        wall = before[(gone := np.hypot(*(before - end).T)) < 0.35]
+        if len(wall) < 5 or gone[gone < 0.35].max() < 0.2:
+            continue
+        along = (end - wall.mean(axis=0)) / math.dist(end, wall.mean(axis=0))
+        beyond = cells[last + 1 :]
+        across = beyond - end
+        wide = np.hypot(*across.T)
+        aside = np.arctan2(along[0] * across[:, 1] - along[1] * across[:, 0], across @ along)
+        good = (wide > 0.2) & (wide < settings.gap) & (np.abs(aside) < settings.aslant)
+        if not good.any():
+            continue
+        far = int(np.where(good, aside, -np.inf).argmax())
+        side = across[far] / wide[far]
+        if float((across[:far] @ (side[1], -side[0])).max(initial=0.0)) > settings.deep:
+            found.append((end, beyond[far]))
+    return found
+
+
+def _rolled(here: Array, contact: Array, wall: Array, distance: float, settings: WallSettings) -> Array:
+    """Rolls the ball along the wall (C, 2) [m] from the contact on → the line (P, 2) [m]."""
+    radius = distance + settings.larger
+    away = here - contact
+    place = contact + radius * away / max(float(np.hypot(*away)), 1e-6)
+    line: list[Array] = []
+    for _ in range(math.ceil(settings.horizon / settings.stride)):
+        place, out = _pushed_out(place, wall, radius)
+        line.append(place - settings.larger * out)
+        place = place + settings.stride * np.array([out[1], -out[0]])
+    return np.array(line)
+
+
+def _pushed_out(place: Array, wall: Array, radius: float) -> tuple[Array, Array]:
+    """A ball's centre (2,) [m] → the same so that it only touches the wall; the direction (2,) away from the wall."""
+    for _ in range(2):
+        place = _touching(place, wall, radius)[0]
+    return _touching(place, wall, radius)
+
+
+def _touching(place: Array, wall: Array, radius: float) -> tuple[Array, Array]:
+    gaps = np.hypot(*(wall - place).T)
+    nearest = int(gaps.argmin())
+    out = (place - wall[nearest]) / max(float(gaps[nearest]), 1e-6)
+    return wall[nearest] + radius * out, out
