@@ -1,5 +1,9 @@
 """The Intel Research Lab by the Freiburg relations: our map beside GMapping's poses. Needs the shared recordings.
 
+Scans lie seconds apart, most relations begin or end between them, and the `dense` poses that carry on to there are
+off by 0.06 m in the mean: poses that obey scans and relations alike score 0.0637 m, about as well as an honest map
+can. The few relations from scan to scan judge the map alone, so that they are told apart.
+
 `python -m tests.benchmarks.intel_relations [--picture FILE]`
 """
 

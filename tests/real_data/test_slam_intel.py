@@ -9,7 +9,7 @@ import pytest
 
 from core.experiments.offline import slam_log
 from core.log import logged_stamp
-from tests.benchmarks.intel_relations import errors
+from tests.benchmarks.intel_relations import at_scans, errors
 
 pytestmark = [pytest.mark.real_data, pytest.mark.campaign]
 
@@ -23,12 +23,13 @@ def test_the_scoring_gives_gmapping_what_was_published(shared_data: Path) -> Non
     assert np.degrees(found[:, 1]).mean() == pytest.approx(2.4, abs=0.1)
 
 
-def test_the_building_is_mapped_about_as_well_as_by_gmapping(shared_data: Path) -> None:
+def test_the_building_is_mapped_better_than_by_gmapping(shared_data: Path) -> None:
     folder = shared_data / "intel-lab"
     result = slam_log(folder / "intel.npz")
     stamps = np.array([logged_stamp(scan) for scan in result.recording.scans])
     found = errors(folder, stamps, np.array([pose.vector for pose in result.poses]))
-    assert found[:, 0].mean() < 0.085
-    assert np.median(found[:, 0]) < 0.062
+    assert found[:, 0].mean() < 0.067
+    assert np.median(found[:, 0]) < 0.051
     assert np.quantile(found[:, 0], 0.99) < 0.4
     assert np.degrees(found[:, 1]).mean() < 2.5
+    assert found[at_scans(folder, stamps), 0].mean() < 0.025  # nothing carried on from scan to scan; GMapping: 0.036
