@@ -92,8 +92,8 @@ class RightWall:
         settings = self._settings
         until = np.full((len(self._cells), 1), stamp + settings.memory)
         past = np.vstack((np.hstack((self._cells, until)), self._past))
-        near = points[np.hypot(*points.T) < settings.sight]
-        self._cells = _averaged(pose.apply(near), settings.cell)
+        everything = _averaged(pose.apply(points), settings.cell)
+        self._cells = everything[np.hypot(*(everything - (pose.x, pose.y)).T) < settings.sight]
         seen = np.unique(_sectors(points))
         local = pose.inverse().apply(past[:, :2])
         kept = ~np.isin(_sectors(local), seen) & (past[:, 2] > stamp) & (np.hypot(*local.T) < settings.sight)
@@ -103,7 +103,7 @@ class RightWall:
             for a, b, end in self._bridges
             if end > stamp and pose.distance_to(*(0.5 * (a + b))) < settings.sight
         ]
-        for a, b in _openings(pose, np.vstack((self._cells, self._past[:, :2])), settings):
+        for a, b in _openings(pose, np.vstack((everything, self._past[:, :2])), settings):
             if all(math.dist(b, known) > 0.3 for _, known, _ in self._bridges):
                 self._bridges.append((a, b, stamp + settings.memory))
 
@@ -221,7 +221,8 @@ def _openings(pose: Pose, cells: Array, settings: WallSettings) -> list[tuple[Ar
             continue
         far = int(np.where(good, aside, -np.inf).argmax())
         side = across[far] / wide[far]
-        if float((across[:far] @ (side[1], -side[0])).max(initial=0.0)) > settings.deep:
+        depths = across[:far] @ (side[1], -side[0])
+        if not len(depths) or float(depths.max()) > settings.deep:
             found.append((end, beyond[far]))
     return found
 
