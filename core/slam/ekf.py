@@ -15,6 +15,7 @@ from core.perception.landmarks import Sighting
 from core.sensors import Laser, SensorFrame
 from core.slam.association import Assignment
 from core.slam.consistency import squared_error
+from core.slam.doubles import DoubleSettings, join_doubles
 from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
 from core.slam.filter import Filter, Innovation
 from core.slam.invariant import InvariantFilter
@@ -22,7 +23,7 @@ from core.slam.life import LandmarkTable, LifeSettings
 from core.slam.look import Look
 from core.slam.motion import Increment, MotionSettings, WheelTrack
 from core.slam.paper import PaperFilter
-from core.slam.recognition import RecognitionSettings, recognise
+from core.slam.recognition import recognise
 from core.slam.robust import SlipSettings, displaced, oddness, trust, with_noise
 from core.slam.sighting_model import place_of, squared_distance
 from core.slam.usual import Usual
@@ -33,7 +34,7 @@ FADE = 0.98  # memory of the running NIS, per sighting
 
 
 @dataclass(frozen=True)
-class EkfSettings(LifeSettings, RecognitionSettings, SlipSettings):
+class EkfSettings(LifeSettings, DoubleSettings, SlipSettings):
     """The estimator."""
 
     mode: Literal["invariant", "paper"] = "invariant"
@@ -43,8 +44,6 @@ class EkfSettings(LifeSettings, RecognitionSettings, SlipSettings):
     soft_gate: float = 2.0  # squared distance from which a sighting is trusted less; 0: never
     soft_memory: int = 80  # sightings that tell how much has been usual of late
     soft_slack: float = 2.0  # times what the filter promises that is still usual; beyond, the soft gate widens
-    double: float = 5.99  # chi-square, 95 %: landmarks nearer than this may be one
-    double_reach: float = 0.25  # [m]
     still_scans: int = 10  # scans taken at rest before the first move
     still_every: int = 5  # at rest, after those: one scan in so many; from one place errors repeat themselves
 
@@ -89,7 +88,9 @@ class EkfSlam:
         """Predict over a move; while the wheels stand nothing is added."""
         if not increment.still:
             self._moved = True
-            self._travelled += math.hypot(increment.pose.x, increment.pose.y)
+            way = math.hypot(increment.pose.x, increment.pose.y)
+            self._travelled += way
+            self.table.travelled += way
             self.filter.predict(increment)
 
     def see(self, sightings: Sequence[Sighting], view: View | None = None) -> None:
@@ -106,7 +107,7 @@ class EkfSlam:
         self._correct(look, assignment)
         self._admit(look, assignment)
         self._miss(look, assignment, view)
-        self._join_doubles(assignment)
+        join_doubles(self.filter, self.table, [index for _, index in assignment.matches], self.settings)
         for index in reversed(range(len(self.table.rows))):
             if self.table.is_lost(index):
                 self.filter.drop(index)
@@ -260,27 +261,6 @@ class EkfSlam:
             back = math.atan2(-place[1], -place[0]) + pose.heading
             if gone or (there and self.table.expected(index, math.hypot(place[0], place[1]), back)):
                 self.table.rows[index].misses += 1
-
-    def _join_doubles(self, assignment: Assignment) -> None:
-        """Two landmarks that are one become one; two that were seen at once never will."""
-        hit = [index for _, index in assignment.matches]
-        if not hit:
-            return
-        off = self.filter.places - self.filter.places[hit][:, None]
-        near = np.einsum("hnk,hnk->hn", off, off) < self.settings.double_reach**2
-        near[np.arange(len(hit)), hit] = False
-        for row, b in np.argwhere(near).tolist():
-            a = hit[row]
-            if b in hit:
-                self.table.part(a, b)
-            elif self.table.may_be_doubles(a, b) and self._coincide(a, b):
-                self.filter.join(min(a, b), max(a, b))
-                self.table.join(min(a, b), max(a, b))
-                return
-
-    def _coincide(self, a: int, b: int) -> bool:
-        difference, spread = self.filter.apart(a, b)
-        return squared_error(difference, spread + 1e-9 * np.eye(2)) < self.settings.double
 
     def _noise(self, sighting: Sighting) -> Array:
         if self.settings.sighting_noise == "paper":

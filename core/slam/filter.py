@@ -14,6 +14,8 @@ from core.slam.motion import Increment
 from core.slam.robust import with_noise
 from core.slam.sighting_model import expected, place_of, surprise
 
+EQUAL = 1e-9  # [m²] that one landmark may lie apart from itself
+PARTS = 5  # of an equality, taken one after the other
 ROBOT = 3  # states of the robot: x, y, heading; two for every landmark follow
 
 
@@ -180,16 +182,28 @@ class Filter(ABC):
 
     def apart(self, a: int, b: int) -> tuple[Array, Array]:
         """Two landmarks → their difference (2,) [m] and its covariance (2, 2)."""
-        difference, _, spread = self._difference(a, b)
-        return difference, spread
+        differences, spread = self.all_apart(np.array([a]), np.array([b]))
+        return differences[0], spread
 
-    def join(self, a: int, b: int) -> None:
-        """Two landmarks are one: an exact equality, then `b` goes."""
+    def all_apart(self, firsts: Array, seconds: Array) -> tuple[Array, Array]:
+        """Landmarks (K,) and others (K,) → their differences (K, 2) [m] and the covariance of them all (2K, 2K)."""
         self.settle()
-        difference, crossing, spread = self._difference(a, b)
-        self._move(self.covariance.absorb(crossing, spread + 1e-9 * np.eye(2), -difference))
+        return self.places[firsts] - self.places[seconds], self._differences(firsts, seconds)[1]
+
+    def join(self, firsts: Array, seconds: Array) -> None:
+        """Each two landmarks of K pairs are one: exact equalities, all at once, then the `seconds` go.
+
+        Taken in equal parts: where a long loop closes all turns by much, and what a turn does is not linear.
+        """
+        self.settle()
+        for rest in reversed(range(PARTS)):
+            crossing, spread = self._differences(firsts, seconds)
+            wanted = (self.places[seconds] - self.places[firsts]).ravel()
+            total = (1 + rest) * spread + EQUAL * np.eye(len(spread))
+            self._move(self.covariance.absorb(crossing, total, wanted))
         self._base = self.pose
-        self.drop(b)
+        for index in sorted(seconds.tolist(), reverse=True):
+            self.drop(index)
 
     def pose_covariance(self) -> Array:
         """Covariance (3, 3) of x, y, heading in the world's axes."""
@@ -215,14 +229,14 @@ class Filter(ABC):
                 spread[:, k, m] += turning[:, k] * turning[:, m] * heading[2]
         return spread
 
-    def _difference(self, a: int, b: int) -> tuple[Array, Array, Array]:
-        """Two landmarks → their difference (2,), its covariance with the state (2, size) and its own (2, 2)."""
-        first, second = ROBOT + 2 * a + np.arange(2), ROBOT + 2 * b + np.arange(2)
-        turning = self.turning(self.places[a]) - self.turning(self.places[b])
-        rows = self.covariance.rows(np.stack((first, second)))
-        crossing = rows[0] - rows[1] + np.outer(turning, self.covariance.row(2))
-        spread = crossing[:, first] - crossing[:, second] + np.outer(crossing[:, 2], turning)
-        return self.places[a] - self.places[b], crossing, spread
+    def _differences(self, firsts: Array, seconds: Array) -> tuple[Array, Array]:
+        """K pairs of landmarks → covariance of their differences with the state (2K, size) and their own (2K, 2K)."""
+        a, b = (ROBOT + 2 * indices[:, None] + np.arange(2) for indices in (firsts, seconds))
+        turning = self.turning(self.places[firsts]) - self.turning(self.places[seconds])
+        crossing = self.covariance.rows(a) - self.covariance.rows(b) + turning[:, :, None] * self.covariance.row(2)
+        crossing = crossing.reshape(2 * len(firsts), -1)
+        spread = crossing[:, a.ravel()] - crossing[:, b.ravel()] + np.outer(crossing[:, 2], turning)
+        return crossing, 0.5 * (spread + spread.T)
 
     def _world_from_error(self) -> Array:
         """(size, size): the state's errors in the world's axes from the errors as this form measures them."""

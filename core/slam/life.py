@@ -25,6 +25,7 @@ class LifeSettings:
     patience: int = 30  # scans without a hit that a tentative landmark survives
     misses: float = 2.0  # a landmark goes when m > misses + share * h
     misses_share: float = 0.5
+    behind: float = 5.0  # times as far as it is seen from: driven on so far, the robot has left a landmark behind
     opening: float = math.radians(40)  # that two sightings of one corner may differ in their opening
     most: int = 1000  # landmarks in all
 
@@ -41,6 +42,9 @@ class Life:
     hits: int = 1
     misses: int = 0
     unseen: int = 0  # scans since the last hit
+    born: float = 0.0  # [m] that the robot had driven when it was seen first
+    seen: float = 0.0  # [m] ... and last
+    met_again: bool = False  # seen again after it had been left behind
     tentative: bool = True
     identity: int | None = None  # given by who knows it (experiments)
 
@@ -51,12 +55,14 @@ class LandmarkTable:
     def __init__(self, settings: LifeSettings | None = None) -> None:
         self.settings = settings or LifeSettings()
         self.rows: list[Life] = []
+        self.travelled = 0.0  # [m] that the robot has driven
         self._next = 1
         self._distinct: set[frozenset[int]] = set()
 
     def resume(self, rows: list[Life]) -> None:
         """Go on with these rows, of a map that was saved."""
         self.rows = rows
+        self.travelled = max((row.seen for row in rows), default=0.0)
         self._next = 1 + max((row.id for row in rows), default=0)
 
     @property
@@ -82,6 +88,8 @@ class LandmarkTable:
             opening=None if sighting.opening is None else wrap(sighting.opening + heading),
             sector=sighting.sector,
             farthest=sighting.range,
+            born=self.travelled,
+            seen=self.travelled,
             identity=sighting.id,
         )
         row.tentative = sighting.id is None and self.believed >= self.settings.at_once
@@ -92,13 +100,27 @@ class LandmarkTable:
     def hit(self, index: int, sighting: Sighting, heading: float) -> None:
         """Seen again."""
         row = self.rows[index]
-        row.hits, row.unseen = row.hits + 1, 0
+        row.met_again = row.met_again or self._is_behind(row)
+        row.hits, row.unseen, row.seen = row.hits + 1, 0, self.travelled
         row.farthest = max(row.farthest, sighting.range)
         if sighting.opening is not None and row.opening is not None:
             off = wrap(sighting.opening + heading - row.opening)
             row.opening = wrap(row.opening + off / min(row.hits, STEADY))
         if row.tentative and row.hits >= self.settings.probation:
             row.tentative = False
+
+    @property
+    def left_behind(self) -> Array:
+        """(N,) bool: whether the robot has driven far since it saw each."""
+        return np.array([self._is_behind(row) for row in self.rows], dtype=bool)
+
+    def is_new(self, index: int) -> bool:
+        """Whether the landmark is believed and was never left behind, and nobody says which one it is."""
+        row = self.rows[index]
+        return not (row.tentative or row.met_again or self._is_behind(row)) and row.identity is None
+
+    def _is_behind(self, row: Life) -> bool:
+        return self.travelled - row.seen > self.settings.behind * row.farthest
 
     def expected(self, index: int, reach: float, bearing: float) -> bool:
         """Whether a corner should be made out from `reach` [m] away, the robot standing at `bearing` [rad] of it."""
@@ -134,6 +156,8 @@ class LandmarkTable:
         kept, gone = self.rows[a], self.rows[b]
         kept.hits, kept.misses = kept.hits + gone.hits, min(kept.misses, gone.misses)
         kept.farthest = max(kept.farthest, gone.farthest)
+        kept.seen, kept.unseen = max(kept.seen, gone.seen), min(kept.unseen, gone.unseen)
+        kept.met_again = kept.met_again or kept.born != gone.born
         self.forget(b)
 
     def forget(self, index: int) -> None:

@@ -61,7 +61,7 @@ def test_landmarks_that_are_one_become_one(form: type[Filter]) -> None:
     state.add(expected(state.pose, state.places)[0][0] + 0.03, 1e-3 * np.eye(2))
     spread = float(np.trace(state.place_covariances()[0]))
     difference, _ = state.apart(0, 1)
-    state.join(0, 1)
+    state.join(np.array([0]), np.array([1]))
     assert len(state.places) == 1
     assert np.trace(state.place_covariances()[0]) < spread
     assert 0 < np.hypot(*difference) < 0.15
