@@ -1,8 +1,9 @@
 """Everything that people say and that is no command, as a loop that competes with the commands in the same grammar.
 
 A plain grammar makes a command of every sound: 78 % of ordinary sentences. Beside the commands stand here the phones
-of the language and its most common words, as far as they cannot be confused with a word of a command; what they fit
-better is refused. Words and their frequencies are those of the model that comes with pocketsphinx.
+of the language, its most common words, as far as they cannot be confused with a word of a command, and the words with
+which commands begin: "stop talking" begins like one and is none. What the loop fits better is refused. Words and
+their frequencies are those of the model that comes with pocketsphinx.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from pathlib import Path
 
-from core.speech.jsgf import command_rules, words_of, written
+from core.speech.jsgf import command_rules, phrases, words_of, written
 
 Pronunciation = tuple[str, ...]
 
@@ -23,8 +24,11 @@ REST = "antidisestablishmentarianism"
 
 
 def grammar(competing: Iterable[str], price: float, share: float) -> str:
-    """JSGF: a command, or any chain of competing words, each with probability 1/`price`, `share` for the first."""
-    others = " | ".join(f"/1/ {word}" for word in competing)
+    """JSGF: a command, or any chain of competing words, each with probability 1/`price`, `share` for the first.
+
+    What commands begin with is in the chain too; all their words would cost numbers that are said unclearly.
+    """
+    others = " | ".join(f"/1/ {word}" for word in (*competing, *openings()))
     rules = command_rules() | {"other": f"/{price:g}/ {REST} | {others}"}
     return written(rules, f"/1/ <command> | /{share:g}/ <other>+")
 
@@ -38,6 +42,12 @@ def is_competing(word: str) -> bool:
 def command_words() -> frozenset[str]:
     """All words of all commands and numbers."""
     return frozenset(words_of(command_rules().values()))
+
+
+@cache
+def openings() -> tuple[str, ...]:
+    """The first words of all commands."""
+    return tuple(sorted({phrase.split()[0] for phrase in phrases()}))
 
 
 @cache

@@ -1,7 +1,8 @@
 """The default engine: pocketsphinx (hidden Markov models, as in the paper), asked more than once.
 
 First against everything that is no command. What remains is read again without the competition, from the sound with
-its noise and at other speeds: a number that changes with that was not heard well enough to drive by.
+its noise and at other speeds: a number that changes with that was not heard well enough to drive by. A command of a
+single word, which a breath may resemble, has to hold against the competition every time.
 """
 
 from __future__ import annotations
@@ -87,8 +88,9 @@ class Sphinx:
             return "There was a long pause within the sentence."
         words = [span.word for span in spans]
         slower = (resample_poly(views[0], up, down) for up, down in SPEEDS[: self._settings.opinions])
+        again = self._willing if len(words) > 1 else self._strict
         for view in (*views[1:], *slower):
-            if [span.word for span in _decoded(self._willing, view)[0]] != words:
+            if [span.word for span in _decoded(again, view)[0]] != words:
                 return "I am not sure that I heard every word right."
         return ""
 

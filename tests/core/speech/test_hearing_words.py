@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from core.experiments.practice_voice import practice_voice
-from core.speech.competing import choose, command_words, grammar, is_competing, phones_of
+from core.speech.competing import choose, command_words, grammar, is_competing, openings, phones_of
 from core.speech.settings import RATE
 from core.speech.transcriber import Transcriber
 from tests.core.speech.ears import engine, listened, padded
@@ -39,6 +39,14 @@ def test_the_grammar_holds_all_that_competes_with_its_price():
     text = grammar(("garden", "window"), 30_000, 0.01)
     assert "/30000/ antidisestablishmentarianism | /1/ garden | /1/ window" in text
     assert "public <heard> = /1/ <command> | /0.01/ <other>+;" in text
+
+
+def test_the_first_words_of_commands_compete_with_the_commands():
+    """What begins like a command and goes on otherwise is none."""
+    text = grammar(("garden",), 30_000, 0.01)
+    (loop,) = (line for line in text.splitlines() if line.startswith("<other>"))
+    assert {"turn", "stop", "continue", "follow", "come", "go"} <= set(openings()) <= command_words()
+    assert all(f"/1/ {word}" in loop for word in openings()) and "/1/ meters" not in loop
 
 
 @pytest.mark.parametrize("noise", ["white", "babble without words", "silence", "clicks"])
