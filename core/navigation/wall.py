@@ -17,6 +17,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from core.errors import BadInput
 from core.geometry import Pose
 from core.message import Array, message
+from core.navigation.rolling import rolled
 
 NOTHING = np.empty((0, 2))
 SECTOR = math.radians(2.0)  # of the sight, in which the newest scan replaces what was remembered
@@ -113,7 +114,14 @@ class RightWall:
         wall = self._followed(pose, cells)
         if wall is None or self._contact is None:
             return None
-        path = _rolled(np.array([pose.x, pose.y]), self._contact, wall, distance, self._settings)
+        settings = self._settings
+        path = rolled(
+            np.array([pose.x, pose.y]),
+            self._contact,
+            wall,
+            (distance, settings.larger),
+            (settings.stride, math.ceil(settings.horizon / settings.stride)),
+        )
         passing = [math.dist(a, b) for a, b, _ in self._bridges if _near(path, 0.5 * (a + b), 2 * distance)]
         return WallLine(path=path, contact=self._contact, gap=max(passing, default=None))
 
@@ -225,30 +233,3 @@ def _openings(pose: Pose, cells: Array, settings: WallSettings) -> list[tuple[Ar
         if not len(depths) or float(depths.max()) > settings.deep:
             found.append((end, beyond[far]))
     return found
-
-
-def _rolled(here: Array, contact: Array, wall: Array, distance: float, settings: WallSettings) -> Array:
-    """Rolls the ball along the wall (C, 2) [m] from the contact on → the line (P, 2) [m]."""
-    radius = distance + settings.larger
-    away = here - contact
-    place = contact + radius * away / max(float(np.hypot(*away)), 1e-6)
-    line: list[Array] = []
-    for _ in range(math.ceil(settings.horizon / settings.stride)):
-        place, out = _pushed_out(place, wall, radius)
-        line.append(place - settings.larger * out)
-        place = place + settings.stride * np.array([out[1], -out[0]])
-    return np.array(line)
-
-
-def _pushed_out(place: Array, wall: Array, radius: float) -> tuple[Array, Array]:
-    """A ball's centre (2,) [m] → the same so that it only touches the wall; the direction (2,) away from the wall."""
-    for _ in range(2):
-        place = _touching(place, wall, radius)[0]
-    return _touching(place, wall, radius)
-
-
-def _touching(place: Array, wall: Array, radius: float) -> tuple[Array, Array]:
-    gaps = np.hypot(*(wall - place).T)
-    nearest = int(gaps.argmin())
-    out = (place - wall[nearest]) / max(float(gaps[nearest]), 1e-6)
-    return wall[nearest] + radius * out, out
