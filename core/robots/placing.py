@@ -55,7 +55,10 @@ def thing_asked_for(request: dict[str, Any], world: World, robot: Pose, radius: 
     thing = Thing(
         id=name, what=what, pose=pose, length=length, depth=depth, height=height, look=look, gesture=gesture
     )
-    if not others.free(pose.x, pose.y, thing.reach):
+    tall = height if what == "person" else 0.0
+    if not others.free(pose.x, pose.y, thing.reach) or (
+        tall and not others.upright(pose.x, pose.y, thing.reach, tall)
+    ):
         raise BadInput(f"A {what} does not fit there; choose a place on the free floor, away from walls and things.")
     if robot.distance_to(pose.x, pose.y) < thing.reach + radius + ELBOW_ROOM:
         raise BadInput("The robot stands there; choose a place beside it.")

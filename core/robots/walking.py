@@ -18,6 +18,7 @@ from core.world import SWING, Thing, World
 SPEEDS = (0.05, 2.0)  # [m/s]
 MOST_POINTS = 100
 ROOM = 0.2  # [m] that a walker needs around
+TALL = 1.8  # [m] and above
 BERTH = SWING + 0.055 + 0.03  # [m] that a walker keeps from the robot's body
 STEP = 1.2  # [m] of a whole step, left and right
 TURN = 4.0  # [rad/s]
@@ -126,7 +127,7 @@ def _check(path: Array, world: World, walker: str) -> None:
     for start, end in pairwise(path):
         count = max(2, math.ceil(float(np.hypot(*(end - start))) / SAMPLE) + 1)
         for x, y in np.linspace(start, end, count):
-            if not bare.free(float(x), float(y), ROOM):
+            if not bare.upright(float(x), float(y), ROOM, TALL):
                 raise BadInput(
                     f"Nobody can walk past {x:.2f} and {y:.2f}; lead the path over free floor, {ROOM:g} m from walls."
                 )

@@ -89,6 +89,12 @@ class World:
         """Whether a round body of `radius` [m] fits at (x, y)."""
         return self.clearance(x, y) >= radius
 
+    def upright(self, x: float, y: float, radius: float, height: float) -> bool:
+        """Whether somebody so wide and so tall [m] can stand at (x, y): in nothing, and under no table."""
+        solids = [solid for solid in self.solids if solid.bottom < height]
+        gap = float(distances(np.array([x, y]), _surfaces(self.walls, solids, None)).min())
+        return gap >= radius and _winding(self.walls, x, y) != 0 and not any(_covers(s, x, y) for s in solids)
+
     def open_air(self, points: Array) -> bool:
         """Whether points (K, 3) [m] lie within the walls and in nothing that stands there."""
         reach = float(np.hypot(*(points[:, :2] - points[0, :2]).T).max())

@@ -92,6 +92,8 @@ def test_the_laser_sees_two_legs_that_swing_with_the_step() -> None:
         ({"path_m": [[2, 1]], "speed_m_s": 9}, "speed_m_s must lie"),
         ({"path_m": [[9, 1]]}, "Nobody can walk past"),
         ({"path_m": [[2, 1]], "again": 1}, "again must be"),
+        ({"x_m": 3.1, "y_m": -1.35}, "does not fit there"),  # under the bench
+        ({"x_m": 3.1, "y_m": 0.0, "path_m": [[3.1, -2.1]]}, "Nobody can walk past"),
     ],
 )
 def test_what_no_person_can_do_is_refused_with_a_reason(wish: dict[str, Any], complaint: str) -> None:
