@@ -121,9 +121,10 @@ class Alarm:
         rolled = sum(math.hypot(w.x, w.y) + 0.1 * abs(w.heading) for _, w, _ in self._moves)
         if rolled > settings.rolling:
             return ""
-        moved = Pose()
-        for _, _, scans in self._moves:
-            moved = moved @ scans
+        rolled_to, moved_to = Pose(), Pose()
+        for _, wheels, scans in self._moves:
+            rolled_to, moved_to = rolled_to @ wheels, moved_to @ scans
+        moved = rolled_to.inverse() @ moved_to  # a turn that begins is no carrying
         far = math.hypot(moved.x, moved.y) > settings.carried or abs(wrap(moved.heading)) > settings.carried_turn
         return "the robot was carried while its wheels stood" if far else ""
 
