@@ -10,7 +10,7 @@ import asyncio
 import logging
 from collections import deque
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -67,6 +67,7 @@ class Ears:
         self.obey: Callable[[str, Utterance, Call | None], str] | None = None  # takes words on, or tells why not
         self._door, self._history, self._board = door, history, board
         self._worker = WordsWorker()
+        self._array: MicrophoneArray | None = None  # of which a beam can be made
         self._waiting: Sound | None = None
         self._voices: tuple[VoiceDirection, ...] = ()
         self._task: asyncio.Task[None] | None = None
@@ -75,14 +76,16 @@ class Ears:
         self._losses = 0  # of the worker, one after the other
 
     def took(self, snapshot: Snapshot, sound: Sound | None, array: MicrophoneArray | None) -> None:
-        """What the robot heard up to this snapshot; words are read in the array's first microphone."""
+        """What the robot heard up to this snapshot; words are read from the array's beam towards the voice."""
         self.stamp = snapshot.stamp
         if snapshot.hearing is not None:
             self._voices = snapshot.hearing.voices or self._voices
         if sound is None or array is None or self.trouble:
             return
         try:
-            one = Sound(stamp=sound.stamp, rate=sound.rate, samples=array.heard(sound)[:, :1])
+            heard = array.heard(sound)
+            self._array = array if array.dimensions >= 2 else None  # a line of microphones has no directions
+            one = replace(sound, samples=heard if self._array is not None else heard[:, :1])
         except BeckonError as misfit:
             self._give_up(str(misfit))
             return
@@ -126,8 +129,8 @@ class Ears:
     async def _words(self, sound: Sound) -> list[Told]:
         """One piece to the worker, which is told first how to listen when it was started anew."""
         if not await self._worker.begun():
-            await self._worker.begin(self.settings)
-        return await self._worker.feed(sound.samples[:, 0], sound.rate, sound.stamp)
+            await self._worker.begin(self.settings, array=self._array)
+        return await self._worker.feed(sound.samples, sound.rate, sound.stamp)
 
     def _hear(self, told: Told) -> None:
         """One utterance, or a STOP within one that is not over."""

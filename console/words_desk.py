@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from console.array_desk import array_in
 from core.sensors.microphones import Sound
+from core.speech.array_transcriber import ArrayTranscriber
 from core.speech.engines import open_engine
-from core.speech.recognizer import Engine, for_words
+from core.speech.recognizer import Engine, at_16_khz
 from core.speech.settings import SpeechSettings
 from core.speech.spoken import Spoken, judge
 from core.speech.transcriber import Transcriber
@@ -18,25 +20,31 @@ class WordsDesk:
     """Remembers the sound so far: pieces come in the order in which they were heard."""
 
     def __init__(self) -> None:
-        self._transcriber: Transcriber | None = None
+        self._transcriber: Transcriber | ArrayTranscriber | None = None
         self._engine: tuple[SpeechSettings, Engine] | None = None
 
-    def begin(self, settings: dict[str, Any], held: bool = False) -> bool:
+    def begin(self, settings: dict[str, Any], held: bool = False, array: dict[str, Any] | None = None) -> bool:
         """Listen anew with the engine that the settings name; `held`: everything up to `finish` is one utterance.
 
+        With an array the sound has a channel for each of its microphones, and the beam towards the voice is read.
         Raises Unavailable and BadInput with a sentence.
         """
         chosen = SpeechSettings(**settings)
         if self._engine is None or self._engine[0] != chosen:
             self._engine = chosen, open_engine(chosen)
-        self._transcriber = Transcriber(chosen, held=held, engine=self._engine[1])
+        engine = self._engine[1]
+        if array is None:
+            self._transcriber = Transcriber(chosen, held=held, engine=engine)
+        else:
+            in_order = array_in(array | {"channels": range(len(array["positions"])), "rate": None})
+            self._transcriber = ArrayTranscriber(in_order, chosen, held=held, engine=engine)
         return True
 
-    def feed(self, samples: bytes, rate: int, stamp: float) -> list[dict[str, Any]]:
-        """One channel of 32-bit numbers, first at `stamp` [s] → what became known with it."""
+    def feed(self, samples: bytes, rate: int, stamp: float, channels: int = 1) -> list[dict[str, Any]]:
+        """32-bit numbers, channel by channel of each moment, first at `stamp` [s] → what became known with them."""
         assert self._transcriber is not None
-        numbers = np.frombuffer(samples, np.float32).astype(float)
-        sound = for_words(Sound(stamp=stamp, rate=rate, samples=numbers[:, None]))
+        numbers = np.frombuffer(samples, np.float32).astype(float).reshape(-1, channels)
+        sound = at_16_khz(Sound(stamp=stamp, rate=rate, samples=numbers))
         return [told(judge(heard)) for heard in self._transcriber.feed(sound)]
 
     def finish(self) -> list[dict[str, Any]]:

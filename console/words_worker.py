@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from console.array_desk import told_array
 from console.workers import Worker
 from core.message import Array
+from core.sensors.microphones import MicrophoneArray
 from core.speech.settings import SpeechSettings
 
 BUDGET = 20.0  # [s] of processor time for a piece of sound
@@ -33,15 +35,21 @@ class WordsWorker:
         await self._worker.ready()
         return self._worker.starts == self._begun
 
-    async def begin(self, settings: SpeechSettings, *, held: bool = False) -> None:
-        """Listen anew; `held`: everything up to `finish` is one utterance."""
-        await self._worker.ask("begin", {"settings": asdict(settings), "held": held}, budget=BUDGET)
+    async def begin(
+        self, settings: SpeechSettings, *, held: bool = False, array: MicrophoneArray | None = None
+    ) -> None:
+        """Listen anew; `held`: everything up to `finish` is one utterance; `array`: to the beam towards the voice."""
+        told = None if array is None else told_array(array)
+        await self._worker.ask("begin", {"settings": asdict(settings), "held": held, "array": told}, budget=BUDGET)
         self._begun = self._worker.starts
 
     async def feed(self, samples: Array, rate: int, stamp: float) -> list[Told]:
-        """Samples (N,) of full scale ±1, first at `stamp` [s] → what became known with them."""
+        """Samples (N,) of full scale ±1, or (N, M) of the array's microphones in their order, first at `stamp` [s] →
+        what became known with them.
+        """
         raw = np.ascontiguousarray(samples, np.float32).tobytes()
-        return await self._worker.ask("feed", {"samples": raw, "rate": rate, "stamp": stamp}, budget=BUDGET)
+        given = {"samples": raw, "rate": rate, "stamp": stamp, "channels": samples[0].size if len(samples) else 1}
+        return await self._worker.ask("feed", given, budget=BUDGET)
 
     async def finish(self) -> list[Told]:
         """The sound ends here → what became known with that."""

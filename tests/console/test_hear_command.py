@@ -63,6 +63,9 @@ def test_the_direction_of_a_voice_is_told_with_its_doubt(tmp_path: Path, capsys:
     assert told["audio_s"] == pytest.approx(2.2)
     assert told["processing_s"] > 0
     assert "flat" in one["ambiguity"]
+    assert told["words_from"] == "beam"
+    assert locate(str(tmp_path / "a.wav"), "--json", "--channel", "2") == 0
+    assert answer(capsys)["words_from"] == "channel 2"
 
 
 def test_several_files_are_one_object_and_a_bad_one_does_not_spoil_the_rest(
@@ -92,7 +95,9 @@ def test_identical_channels_are_named(tmp_path: Path, capsys: pytest.CaptureFixt
     samples = read_sound(tmp_path / "a.wav").samples[:, [0, 1, 1, 3]]
     write_wav(tmp_path / "b.wav", Sound(stamp=0.0, rate=RATE, samples=samples))
     assert locate(str(tmp_path / "b.wav"), "--json") == 0
-    assert any("2 and 3 are identical" in one for one in answer(capsys)["warnings"])
+    told = answer(capsys)
+    assert any("2 and 3 are identical" in one for one in told["warnings"])
+    assert told["words_from"] == "channel 0"  # a beam of such channels would be none
 
 
 @words

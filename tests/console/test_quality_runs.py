@@ -11,6 +11,7 @@ import msgspec
 import pytest
 
 from console.quality_runs import QualityRun, QualityRuns, summary
+from core.speech.settings import SpeechSettings
 from core.speech.voice import can_speak
 from tests.console.live import Live
 
@@ -33,7 +34,9 @@ def ask(live: Live, method: str, path: str, body: Any = None) -> Any:
 
 
 @needs_words
-def test_hearing_is_measured_from_the_page_and_kept(live: Live) -> None:
+def test_hearing_is_measured_from_the_page_and_kept(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+    quick = SpeechSettings(competing_words=20)  # what is understood does not matter here
+    monkeypatch.setattr(live.runtime.quality, "speech", quick)
     begun = ask(live, "POST", "", {"distances_m": [0.5, 11.0], "snr_db": [40.0], "phrases": 1})
     assert begun.status == 202 and begun.json["state"] == "running"
     assert ask(live, "POST", "", {"phrases": 1}).status == 409
