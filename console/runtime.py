@@ -10,7 +10,7 @@ import asyncio
 import logging
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -82,6 +82,7 @@ class Runtime:
         self.over = False  # the console is ending
         self.trouble = ""  # why the robot did not come
         self.failure = ""  # why there is no pilot
+        self.beside: list[Callable[[], Coroutine[Any, Any, None]]] = []  # what runs beside it while it is open
         self._make_pilot = make_pilot
         self._pilot: PilotThread | None = None
         self._failures: deque[float] = deque(maxlen=RESTARTS + 1)
@@ -110,7 +111,8 @@ class Runtime:
         await self.scene.open(self.door, self.sockets)
         await asyncio.gather(self.workbench.open(), self.quality.open(), self.array.open())
         self._start_pilot()
-        self.keep(asyncio.create_task(self._beat()))
+        for task in (self._beat, *self.beside):
+            self.keep(asyncio.create_task(task()))
 
     def farewell_soon(self) -> None:
         """From a signal handler or any thread: the console is about to end."""

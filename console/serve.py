@@ -25,6 +25,8 @@ from console.protocol import ImpatientHttp, ImpatientSocket
 from console.robot_process import RobotProcess
 from console.runtime import Runtime
 from console.security import HOST_NAME, Access
+from console.text_files import TextFiles
+from console.text_orders import TextOrders
 from core.errors import BadInput, Unavailable
 from core.pilot import Pilot
 from core.settings import load
@@ -54,6 +56,7 @@ class Options:
         None  # PEM; with it and its key the console speaks HTTPS, which microphones of phones want
     )
     tls_key: Path | None = None
+    text_files: Path | None = None  # the folder of speech.txt and source.txt
 
 
 class Server(uvicorn.Server):
@@ -97,6 +100,10 @@ def serve(options: Options) -> None:
         runtime.ears.settings = runtime.microphone.settings = settings.speech
         runtime.voice.settings = settings.voice
         runtime.quality.ears, runtime.quality.speech = settings.simulation, settings.speech
+        if options.text_files is not None:
+            files = TextFiles(options.text_files)
+            orders = TextOrders(files, runtime.door, runtime.history, runtime.board, lambda: runtime.snapshot)
+            runtime.beside.append(orders.run)
         config = configured(create_app(runtime), options.tls_cert, options.tls_key)
         server = Server(config, runtime, lambda: announce(options, port, access))
         recording = options.robot.removeprefix("log:")

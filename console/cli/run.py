@@ -34,6 +34,9 @@ def add(places: Any) -> None:
         "--gate-trace", type=Path, default=None, metavar="FILE", help="write all that moves the wheels"
     )
     parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml", help="numbers of every algorithm")
+    parser.add_argument(
+        "--text-files", type=Path, default=None, metavar="DIR", help="obey speech.txt (and source.txt) in this folder"
+    )
     parser.set_defaults(run=run)
 
 
@@ -55,6 +58,7 @@ def run(chosen: argparse.Namespace) -> int:
             open_browser=not chosen.no_browser,
             tls_cert=chosen.tls_cert,
             tls_key=chosen.tls_key,
+            text_files=chosen.text_files,
         )
     )
     return 0

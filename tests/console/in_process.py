@@ -1,6 +1,6 @@
 """A robot and its gate in this very process: the real simulator, the real gate. Nothing is mocked.
 
-The gate's clock runs no further than the robot's frames, and the robot waits for a console that is late: a busy machine
+The gate's clock runs no further than the robot's frames, and the robot waits for a late console: a busy machine
 trips nothing here and no turn goes too far. How gate, driver and console fare in real time is tested with their own
 processes.
 """
