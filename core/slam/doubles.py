@@ -79,6 +79,8 @@ def _candidates(state: Filter, table: LandmarkTable, gate: float) -> list[tuple[
     behind = table.left_behind
     old = np.array([index for index, row in enumerate(table.rows) if behind[index] and not row.tentative], dtype=int)
     new = np.array([index for index in range(len(table.rows)) if table.is_new(index)], dtype=int)
+    if not (len(old) and len(new)):
+        return []
     spreads = np.trace(state.place_covariances(), axis1=1, axis2=2)
     off = state.places[new][:, None] - state.places[old]
     near = np.einsum("ijk,ijk->ij", off, off) < 2 * gate * (spreads[new][:, None] + spreads[old])
