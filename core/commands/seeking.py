@@ -63,10 +63,9 @@ class Seeking:
         """One frame further: who was found, or what to do until then. Raises Refused when nobody is there."""
         if not self._facing:
             return self._turn(here)
-        image, camera = here.image, here.camera
-        if image is not None and camera is not None and here.stamp - self._since > SETTLED:
-            self._looked += 1
-            self.track.begin(self.call, here.stamp, here.pose, here.scan_points, image, camera)
+        if here.camera is not None and here.stamp - self._since > SETTLED:
+            self._looked += here.image is not None
+            self.track.begin(self.call, here.stamp, here.pose, here.scan_points, here.image, here.camera)
         found = self.track.person
         if found is not None:
             return found

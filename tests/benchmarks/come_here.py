@@ -1,6 +1,6 @@
 """COME HERE and FOLLOW ME through the whole chain, at the simulator's speed: `python -m tests.benchmarks.come_here`.
 
-A voice in the simulated laboratory → echoes → four microphones → direction → (with `--words` the words, read by the
+A voice in the simulated room → echoes → four microphones → direction → (with `--words` the words, read by the
 recognizer, else the command as if typed) → turn → picture → laser → plan → wheels through the gate. Success: the
 robot says that it has come and stands 0.5 ± 0.1 m from the person's middle; following: after a minute of walking it
 still has the person and is within 1.8 m. The error of every sense is that against the simulator's truth.
@@ -30,9 +30,11 @@ from core.speech.recognizer import for_words
 from core.speech.settings import SpeechSettings
 from core.speech.spoken import judge
 from core.speech.transcriber import Transcriber
+from core.world import cast, world_named
 
 NEAR = (0.4, 0.6)  # [m] of success
 FOLLOWED = 1.8  # [m]
+TALL = 0.9  # [m] what is as tall hides somebody
 LISTEN = 2.6  # [s] after a voice began
 READ = 8.0  # [s] in which a spoken command must be understood
 CLOTHES = ("red", "blue", "green", "black", "white", "grey", "brown", "yellow")
@@ -42,10 +44,11 @@ WALK = [[1.5, 1.0], [2.6, 1.2], [2.4, 0.2], [1.0, -0.6], [0.0, -1.2], [-1.2, -0.
 class Meeting:
     """One robot, one person, one seed."""
 
-    def __init__(self, seed: int, *, words: bool) -> None:
+    def __init__(self, seed: int, *, words: bool, world: str) -> None:
         self.chance = np.random.default_rng(seed)
-        self.robot = Rehearsal("sim:lab", seed=seed)
+        self.robot = Rehearsal(f"sim:{world}", seed=seed)
         self.errors: dict[str, list[float]] = {"laser_m": [], "camera_rad": [], "sound_rad": [], "fused_m": []}
+        self._world = world_named(world)
         self._transcriber = Transcriber(SpeechSettings()) if words else None
         self.robot.run(2.0)
 
@@ -57,11 +60,19 @@ class Meeting:
             x, y = here.x + away * math.cos(angle), here.y + away * math.sin(angle)
             shirt, trousers = (str(self.chance.choice(CLOTHES)) for _ in range(2))
             wish = {"x_m": x, "y_m": y, "heading_rad": float(self.chance.uniform(-3, 3))}
+            if self._behind_something(here, float(x), float(y)):
+                continue
             try:
                 self.robot.robot.ask(_ann(clothes=f"{shirt}/{trousers}", **wish, **more))
             except BadInput:
                 continue
             return float(x), float(y)
+
+    def _behind_something(self, here: Pose, x: float, y: float) -> bool:
+        """Whether a wall or a tall thing stands between: who cannot be seen is not come to."""
+        way = np.array([[x - here.x, y - here.y]])
+        hits = cast(np.array([here.x, here.y]), way, self._world.surfaces(TALL))
+        return bool(hits.distance[0] < 1.0)
 
     def command(self, words: str) -> tuple[int | None, Call | None]:
         """Ann says it → the undertaking, if it was understood, and from where it was heard."""
@@ -131,9 +142,9 @@ def _ann(**wish: Any) -> dict[str, Any]:
     return {"do": "place", "what": "person", "id": "Ann", **wish}
 
 
-def come(seed: int, *, words: bool) -> dict[str, Any]:
+def come(seed: int, *, words: bool, world: str = "lab") -> dict[str, Any]:
     """One COME HERE."""
-    meeting = Meeting(seed, words=words)
+    meeting = Meeting(seed, words=words, world=world)
     x, y = meeting.place()
     truth = meeting.robot.truth
     number, call = meeting.command("come here")
@@ -150,7 +161,7 @@ def come(seed: int, *, words: bool) -> dict[str, Any]:
 
 def follow(seed: int, *, words: bool, seconds: float = 60.0) -> dict[str, Any]:
     """One FOLLOW ME: Ann walks a round, Bob crosses it."""
-    meeting = Meeting(seed, words=words)
+    meeting = Meeting(seed, words=words, world="lab")
     robot = meeting.robot
     robot.robot.ask(_ann(x_m=1.6, y_m=0.2, clothes="red/blue"))
     number, _ = meeting.command("follow me")
@@ -193,12 +204,15 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=10)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--command", choices=("come_here", "follow_me"), default="come_here")
+    parser.add_argument("--world", choices=("lab", "floor"), default="lab", help="of come_here")
     parser.add_argument("--words", action="store_true", help="spoken by the voice and read by the recognizer")
     asked = parser.parse_args()
-    run = come if asked.command == "come_here" else follow
     rows: list[dict[str, Any]] = []
     for seed in range(asked.seed, asked.seed + asked.runs):
-        row = run(seed, words=asked.words)
+        if asked.command == "come_here":
+            row = come(seed, words=asked.words, world=asked.world)
+        else:
+            row = follow(seed, words=asked.words)
         shown = {key: value for key, value in row.items() if key != "errors"}
         sys.stderr.write(json.dumps(shown) + "\n")
         rows.append(row)

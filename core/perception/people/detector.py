@@ -70,12 +70,13 @@ def find_people(
     """
     half = min(half, WIDEST)
     found: list[Rectangle] = []
-    for distance in _distances(settings) if distances is None else distances:
+    for distance in every_distance(settings) if distances is None else distances:
         found += _at_distance(boards, bearing, half, float(distance), settings, models or general_model(), who)
-    return _apart(found, settings)
+    return apart(found, settings)
 
 
-def _distances(settings: PeopleSettings) -> Array:
+def every_distance(settings: PeopleSettings) -> Array:
+    """Distances [m] from the camera, so close to each other that nobody stands between them."""
     count = math.ceil(math.log(settings.farthest / settings.nearest) / math.log(settings.ratio)) + 1
     return np.geomspace(settings.nearest, settings.farthest, count)
 
@@ -193,7 +194,7 @@ def _box(
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 
-def _apart(found: list[Rectangle], settings: PeopleSettings) -> tuple[Rectangle, ...]:
+def apart(found: list[Rectangle], settings: PeopleSettings) -> tuple[Rectangle, ...]:
     """The best of those that stand in each other's place."""
     kept: list[Rectangle] = []
     for one in sorted(found, key=lambda rectangle: -rectangle.rank * rectangle.shown**0.25):

@@ -18,6 +18,7 @@ from core.perception.people.legs import Stander, find_standers, nearest_to
 from core.perception.people.levelling import levelled
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.person import PersonSeen, TrackSettings
+from core.perception.people.search import PLANES, Glance, Search
 from core.perception.people.sight_lines import around, axis, eye, from_eye, in_world, ray_of, stands_at
 from core.sensors import Camera, Image
 
@@ -44,6 +45,7 @@ class Track:
         self._excused = -math.inf  # [s] when no picture could have shown enough of the person
         self._seen: PersonSeen | None = None
         self._points: Array | None = None
+        self._glance: Glance | None = None
 
     @property
     def person(self) -> PersonSeen | None:
@@ -54,26 +56,34 @@ class Track:
         """Whether the person has been hidden for too long."""
         return self._seen is not None and stamp - self.measured > self._tracking.patience
 
-    def begin(self, call: Call, stamp: float, pose: Pose, points: Array, image: Image, camera: Camera) -> None:
-        """Look where somebody called from. Found in a few pictures, they are followed."""
-        self.looked = stamp
-        boards = Billboards(levelled(image.pixels), camera)
-        here = eye(pose, camera)
+    def begin(self, call: Call, stamp: float, pose: Pose, points: Array, image: Image | None, camera: Camera) -> None:
+        """One frame further in looking where somebody called from. Found in a few pictures, they are followed."""
+        if image is not None:
+            self.looked = stamp
+            self._glance = self._glance or self._looking(call, stamp, pose, points, image, camera)
+        glance = self._glance
+        found = None if glance is None else glance.search.go_on()
+        if glance is None or found is None:
+            return
+        self._glance = None
+        for rectangle in found:
+            ray = ray_of(rectangle, eye(glance.pose, camera), glance.pose)
+            stander = self._legs_of(rectangle, glance.standers, camera)
+            if stander is None and rectangle.shown < self._settings.enough:
+                continue  # nothing but feet in the picture, and the laser sees none there
+            self._first(call, glance, ray, rectangle, stander)
+            return
+
+    def _looking(self, call: Call, stamp: float, pose: Pose, points: Array, image: Image, camera: Camera) -> Glance:
+        """A picture that is to be looked through."""
         wedge = math.hypot(call.sd, 0.02) * self._settings.wedge
         bearing = math.remainder(call.azimuth - pose.heading, math.tau)
         standers = find_standers(points)
-        near = [from_eye(one, camera) for one in standers]
-        hinted = [far for far, angle in near if abs(math.remainder(angle - bearing, math.tau)) < wedge + 0.3 / far]
-        found = find_people(boards, bearing, wedge, self._settings, distances=around(hinted), who=self._who)
-        if not found:
-            found = find_people(boards, bearing, wedge, self._settings, who=self._who)
-        for rectangle in found:
-            ray = ray_of(rectangle, here, pose)
-            stander = self._legs_of(rectangle, standers, camera)
-            if stander is None and rectangle.shown < self._settings.enough:
-                continue  # nothing but feet in the picture, and the laser sees none there
-            self._first(call, stamp, ray, rectangle, stander, pose, boards)
-            return
+        seen = [from_eye(one, camera) for one in standers]
+        near = [far for far, angle in seen if abs(math.remainder(angle - bearing, math.tau)) < wedge + 0.3 / far]
+        boards = Billboards(levelled(image.pixels), camera)
+        search = Search(boards, (bearing, wedge), near, self._settings, self._who)
+        return Glance(search, stamp, pose, standers)
 
     def follow(self, stamp: float, pose: Pose, points: Array, image: Image | None, camera: Camera | None) -> None:
         """One frame further: predict, and correct by what is new."""
@@ -114,30 +124,20 @@ class Track:
                 best, least = one, aside + apart * 0.2
         return best
 
-    def _first(
-        self,
-        call: Call,
-        stamp: float,
-        ray: Ray,
-        rectangle: Rectangle,
-        stander: Stander | None,
-        pose: Pose,
-        boards: Billboards,
-    ) -> None:
+    def _first(self, call: Call, glance: Glance, ray: Ray, rectangle: Rectangle, stander: Stander | None) -> None:
         """Lock on, or believe a little more."""
-        start = (
-            in_world(stander, pose) if stander else along(ray, rectangle.distance, DISTANCE_SD * rectangle.distance)
-        )
+        guess = along(ray, rectangle.distance, DISTANCE_SD * rectangle.distance)
+        start = in_world(stander, glance.pose) if stander else guess
         fused = fuse(start, (("camera", ray), ("sound", call.ray)), "laser" if stander else None)
         place = np.append(fused.position, (0.0, 0.0))
         if self._pictures and np.hypot(*(self._state - place)[:2]) > 0.4:
             self._pictures = 0  # somebody else than in the picture before
-        self._state, self._stamp, self._pictures = place, stamp, self._pictures + 1
+        self._state, self._stamp, self._pictures = place, glance.stamp, self._pictures + 1
         self._covariance = np.zeros((4, 4))
         self._covariance[:2, :2] = fused.covariance
         self._covariance[2:, 2:] = self._tracking.walking**2 * np.eye(2)
-        self._tell(stamp, fused, rectangle, start[0] if stander else None, ray, call.ray)
-        self._looks = remembered(_looks_of(boards, rectangle), self._looks)
+        self._tell(glance.stamp, fused, rectangle, start[0] if stander else None, ray, call.ray)
+        self._looks = remembered(_looks_of(glance.search.boards, rectangle), self._looks)
 
     def _predict(self, stamp: float) -> None:
         passed = max(0.0, stamp - self._stamp)
@@ -169,7 +169,8 @@ class Track:
         near = [far for far, angle in (from_eye(one, camera) for one in standers) if abs(angle - bearing) < 0.5]
         hinted = [far for far in near if abs(far - distance) < 0.35 + 0.2 * distance]
         half = min(0.5, 0.12 + 0.35 / distance)
-        found = find_people(boards, bearing, half, self._known, distances=around([distance, *hinted]), who=self._who)
+        planes = sorted(around([distance, *hinted]), key=lambda far: abs(far - distance))[:PLANES]
+        found = find_people(boards, bearing, half, self._known, distances=planes, who=self._who)
         doubt = math.sqrt(float(np.linalg.eigvalsh(self._covariance[:2, :2])[-1])) + DISTANCE_SD * distance
         own: Rectangle | None = None
         strangers: list[Rectangle] = []

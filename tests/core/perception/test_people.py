@@ -20,6 +20,7 @@ from core.perception.people.fusion import Ray, along, fuse
 from core.perception.people.legs import find_standers
 from core.perception.people.levelling import levelled
 from core.perception.people.parts import PARTS, PeopleSettings
+from core.perception.people.search import Search
 from core.sensors import Laser
 from core.sensors.laser import SimulatedLaser
 from core.sensors.simulated_camera import SimulatedCamera
@@ -116,6 +117,19 @@ def test_what_cannot_be_enrolled_is_told(webcam: SimulatedCamera) -> None:
         enrol("Ann", [picture(webcam, person(1.0, 0.0))] * 3, background)
     with pytest.raises(BadInput, match="different size"):
         contour_of(background[:100], background)
+
+
+def test_a_picture_is_looked_through_a_few_planes_at_a_time(webcam: SimulatedCamera) -> None:
+    boards = Billboards(picture(webcam, person(3.0, 0.0)), WEBCAM)
+    hinted = Search(boards, (0.0, 0.05), [3.0], SETTINGS, None)
+    first = hinted.go_on()
+    assert first is not None
+    assert first[0].distance == pytest.approx(3.0, rel=0.1)
+    blind = Search(boards, (0.0, 0.05), [], SETTINGS, None)
+    told = [blind.go_on() for _ in range(6)]
+    assert told[:5] == [None] * 5
+    assert told[5] is not None
+    assert told[5][0].distance == pytest.approx(3.0, rel=0.15)
 
 
 def test_edges_are_counted_in_the_direction_in_which_they_change() -> None:

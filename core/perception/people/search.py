@@ -1,0 +1,56 @@
+"""One picture looked through for somebody, a few planes with every frame: no frame of the pilot takes long."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from core.geometry import Pose
+from core.perception.people.billboard import Billboards
+from core.perception.people.colours import Enrolled
+from core.perception.people.detector import Rectangle, apart, every_distance, find_people
+from core.perception.people.legs import Stander
+from core.perception.people.parts import PeopleSettings
+from core.perception.people.sight_lines import around
+
+PLANES = 6  # with one frame
+
+
+class Search:
+    """First where the laser sees something that may be legs, then everywhere."""
+
+    def __init__(
+        self,
+        boards: Billboards,
+        towards: tuple[float, float],
+        near: Sequence[float],
+        settings: PeopleSettings,
+        who: Enrolled | None,
+    ) -> None:
+        """`towards`: bearing and half the wedge's width [rad]; `near` [m] from the camera: where something stands."""
+        self.boards = boards
+        self._towards, self._settings, self._who = towards, settings, who
+        hinted = _pieces(around(list(near)))
+        self._rest = [*hinted, *_pieces(every_distance(settings).tolist())]
+        self._hinted = len(hinted)
+        self._found: list[Rectangle] = []
+
+    def go_on(self) -> tuple[Rectangle, ...] | None:
+        """A few planes further → who was found, best first, once that is known; None: not yet."""
+        bearing, half = self._towards
+        planes = self._rest.pop(0)
+        self._hinted -= 1
+        self._found += find_people(self.boards, bearing, half, self._settings, distances=planes, who=self._who)
+        if not self._rest or (self._found and self._hinted == 0):
+            return apart(self._found, self._settings)
+        return None
+
+
+class Glance:
+    """A search, and how the robot stood when the picture was taken."""
+
+    def __init__(self, search: Search, stamp: float, pose: Pose, standers: tuple[Stander, ...]) -> None:
+        self.search, self.stamp, self.pose, self.standers = search, stamp, pose, standers
+
+
+def _pieces(distances: list[float]) -> list[list[float]]:
+    return [distances[begin : begin + PLANES] for begin in range(0, len(distances), PLANES)]
