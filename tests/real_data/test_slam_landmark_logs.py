@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.log import Ids
+from core.log import Ids, victoria_park
 from tests.benchmarks.log_scores import CORRIDOR, PARK, ROBOTS, aligned, score
 
 pytestmark = pytest.mark.real_data
@@ -41,3 +41,12 @@ def test_four_kilometres_through_a_park_are_driven_with_honest_doubt(
     found = score(shared_data, PARK, ids)
     assert found.error <= error
     assert 1.0 <= found.nees <= 4.0
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("noise", [0.03, 0.07, 0.09])
+def test_the_park_does_not_hang_on_how_rough_the_car_s_turns_are_thought_to_be(
+    shared_data: Path, noise: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(victoria_park, "TURN_NOISE", noise)
+    assert score(shared_data, PARK, "hidden").error <= 4.0
