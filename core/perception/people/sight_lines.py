@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,10 +12,12 @@ from core.message import Array
 from core.perception.people.detector import Rectangle
 from core.perception.people.fusion import Ray
 from core.perception.people.legs import Stander
+from core.perception.people.parts import PeopleSettings
 from core.sensors import Camera
 
 CAMERA_SD = 0.03  # [m] across, of where a rectangle's axis is
 CAMERA_FLOOR = 0.012  # [rad]
+BESIDE = 0.25  # [m] of legs to the axis of the rectangle that they belong to
 STEPS = (0.94, 1.0, 1.06)  # times a distance that is looked at
 
 
@@ -40,6 +43,27 @@ def stands_at(stander: Stander, other: Rectangle, camera: Camera) -> bool:
     """Whether these are that rectangle's legs."""
     far, angle = from_eye(stander, camera)
     return far * abs(math.sin(angle - other.bearing)) < 0.2 and abs(far - other.distance) < 0.15 * other.distance
+
+
+def legs_of(
+    rectangle: Rectangle, standers: Sequence[Stander], camera: Camera, settings: PeopleSettings
+) -> Stander | None:
+    """The legs that belong to a rectangle: in its direction, at about its distance."""
+    best: Stander | None = None
+    least = math.inf
+    for one in standers:
+        far, angle = from_eye(one, camera)
+        aside = far * abs(math.sin(angle - rectangle.bearing))
+        apart = abs(far - rectangle.distance) / (settings.near_floor + settings.near_laser * rectangle.distance)
+        if aside < BESIDE and apart < 1.0 and aside + apart * 0.2 < least:
+            best, least = one, aside + apart * 0.2
+    return best
+
+
+def on_legs(rectangle: Rectangle, stander: Stander | None, settings: PeopleSettings) -> bool:
+    """Whether feet alone are somebody: sure ones on which something stands, or any on which two legs do."""
+    sure = rectangle.value >= settings.threshold_of_feet
+    return stander is not None and (sure or stander.legs == 2)
 
 
 def ray_of(rectangle: Rectangle, eye: Pose, pose: Pose) -> Ray:

@@ -19,7 +19,17 @@ from core.perception.people.levelling import levelled
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.person import PersonSeen, TrackSettings
 from core.perception.people.search import PLANES, Glance, Search
-from core.perception.people.sight_lines import around, axis, eye, from_eye, in_world, ray_of, stands_at
+from core.perception.people.sight_lines import (
+    around,
+    axis,
+    eye,
+    from_eye,
+    in_world,
+    legs_of,
+    on_legs,
+    ray_of,
+    stands_at,
+)
 from core.sensors import Camera, Image
 
 DISTANCE_SD = 0.15  # share of a distance that only the picture tells
@@ -68,9 +78,9 @@ class Track:
         self._glance = None
         for rectangle in found:
             ray = ray_of(rectangle, eye(glance.pose, camera), glance.pose)
-            stander = self._legs_of(rectangle, glance.standers, camera)
-            if stander is None and rectangle.shown < self._settings.enough:
-                continue  # nothing but feet in the picture, and the laser sees none there
+            stander = legs_of(rectangle, glance.standers, camera, self._settings)
+            if rectangle.shown < self._settings.enough and not on_legs(rectangle, stander, self._settings):
+                continue
             self._first(call, glance, ray, rectangle, stander)
             return
 
@@ -82,7 +92,9 @@ class Track:
         seen = [from_eye(one, camera) for one in standers]
         near = [far for far, angle in seen if abs(math.remainder(angle - bearing, math.tau)) < wedge + 0.3 / far]
         boards = Billboards(levelled(image.pixels), camera)
-        search = Search(boards, (bearing, wedge), near, self._settings, self._who)
+        least = min(self._settings.threshold_of_feet, self._settings.feet_with_legs)
+        settings = replace(self._settings, threshold_of_feet=least)
+        search = Search(boards, (bearing, wedge), near, settings, self._who)
         return Glance(search, stamp, pose, standers)
 
     def follow(self, stamp: float, pose: Pose, points: Array, image: Image | None, camera: Camera | None) -> None:
@@ -110,19 +122,6 @@ class Track:
             self._remember(boards, rectangle)
 
     # steps of the above
-
-    def _legs_of(self, rectangle: Rectangle, standers: tuple[Stander, ...], camera: Camera) -> Stander | None:
-        """The legs that belong to a rectangle: in its direction, at about its distance."""
-        settings = self._settings
-        best: Stander | None = None
-        least = math.inf
-        for one in standers:
-            far, angle = from_eye(one, camera)
-            aside = far * abs(math.sin(angle - rectangle.bearing))
-            apart = abs(far - rectangle.distance) / (settings.near_floor + settings.near_laser * rectangle.distance)
-            if aside < 0.25 and apart < 1.0 and aside + apart * 0.2 < least:
-                best, least = one, aside + apart * 0.2
-        return best
 
     def _first(self, call: Call, glance: Glance, ray: Ray, rectangle: Rectangle, stander: Stander | None) -> None:
         """Lock on, or believe a little more."""
