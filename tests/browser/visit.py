@@ -12,7 +12,8 @@ from tests.browser.running_console import Running
 
 DESK, PHONE = (1440, 900), (390, 844)
 HARMLESS = ("Software WebGL", "GPU stall", "GL Driver Message", "401 (Unauthorized)", "THREE.Clock")
-PATIENCE = 10.0  # [s]; the machine may be busy
+PATIENCE = 15.0  # [s]; the machine may be busy
+expect.set_options(timeout=PATIENCE * 1000)
 
 
 def empty(route: Route) -> None:

@@ -25,7 +25,7 @@ from core.robots.outbox import merged
 from core.sensors import SensorFrame
 from core.settings import Settings
 
-PATIENCE = 0.25  # [s] that the robot waits for its last frame to be taken
+PATIENCE = 1.0  # [s] that the robot waits for its last frame to be taken
 
 
 class InProcessRobot:
@@ -131,7 +131,7 @@ class InProcessRobot:
             with self._lock:
                 self.robot.drive(self.gate.twist)
                 frame = replace(self.robot.read(), nonce=self.gate.status().nonce)
-                self._ahead = 2 / self.profile.rate
+                self._ahead = 1.2 / self.profile.rate
                 self.gate.touch(frame.contact, self._now)
                 laser = self.profile.laser
                 if frame.scan is not None and laser is not None:
