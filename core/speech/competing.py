@@ -26,7 +26,8 @@ REST = "antidisestablishmentarianism"
 def grammar(competing: Iterable[str], price: float, share: float) -> str:
     """JSGF: a command, or any chain of competing words, each with probability 1/`price`, `share` for the first.
 
-    What commands begin with is in the chain too; all their words would cost numbers that are said unclearly.
+    What commands begin with is in the chain too, but for what a measure always follows: all their words would cost
+    numbers that are said unclearly.
     """
     others = " | ".join(f"/1/ {word}" for word in (*competing, *openings()))
     rules = command_rules() | {"other": f"/{price:g}/ {REST} | {others}"}
@@ -46,8 +47,8 @@ def command_words() -> frozenset[str]:
 
 @cache
 def openings() -> tuple[str, ...]:
-    """The first words of all commands."""
-    return tuple(sorted({phrase.split()[0] for phrase in phrases()}))
+    """The first words of commands, without that of CONTINUE: beside it "two point five" would be lost."""
+    return tuple(sorted({phrase.split()[0] for phrase in phrases()} - {"continue"}))
 
 
 @cache

@@ -45,7 +45,7 @@ def test_the_first_words_of_commands_compete_with_the_commands():
     """What begins like a command and goes on otherwise is none."""
     text = grammar(("garden",), 30_000, 0.01)
     (loop,) = (line for line in text.splitlines() if line.startswith("<other>"))
-    assert {"turn", "stop", "continue", "follow", "come", "go"} <= set(openings()) <= command_words()
+    assert {"turn", "stop", "follow", "come", "go"} <= set(openings()) <= command_words() - {"continue"}
     assert all(f"/1/ {word}" in loop for word in openings()) and "/1/ meters" not in loop
 
 
