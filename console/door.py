@@ -71,6 +71,7 @@ class Door:
         self._orders: dict[int, Order] = {}  # by undertaking
         self._jog: Jog | None = None
         self._trips = 0
+        self._closed = False  # the console is ending
         self._obeyed = 0.0  # [s] when the gate last had nothing against what is under way
 
     # orders
@@ -231,7 +232,15 @@ class Door:
         elif now - self._obeyed > SETTLED:
             self.cancel("failed", f"The gate refuses: {status.refused}")
 
+    def close(self) -> None:
+        """The console is ending: the robot stands, and nothing moves it any more."""
+        self._closed = True
+        self.helm.stop()
+        self.ended_without_pilot("The console ended before this did.")
+
     def _check_motion(self, who: Person) -> None:
+        if self._closed:
+            raise Problem(503, "The console is ending; the robot stands.")
         if not who.may("operator"):
             raise Problem(403, "Viewers watch and may stop the robot; an operator drives it.")
         if not self._robot.profile.drives:

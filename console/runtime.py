@@ -123,8 +123,7 @@ class Runtime:
         if self.over:
             return
         self.over = True
-        self.door.helm.stop()
-        self.door.ended_without_pilot("The console ended before this did.")
+        self.door.close()
         self.sockets.close_all(1012, "The console is ending.")
         if self._opening:
             self.keep(asyncio.create_task(asyncio.to_thread(self.robot.close)))

@@ -139,7 +139,8 @@ def test_a_console_that_is_told_to_end_stands_at_once_and_stays_so(tmp_path: Pat
         rows = live.robot.writer.rows
         stopped = next(row for row in rows if row.event == "stop" and row.t_mono_ns >= told)
         assert stopped.t_mono_ns - told < 1e8
-        live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator)
+        answer = live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator)
+        assert answer.status == 503 and "ending" in answer.json["detail"]
         time.sleep(0.4)
         assert live.robot.status().w == 0.0
 
