@@ -287,4 +287,5 @@ encode = msgspec.json.Encoder().encode
 if __name__ == "__main__":
     from console.wire_js import generate_wire_js
 
-    Path(__file__).parent.parent.joinpath("static/js/wire.js").write_text(generate_wire_js())
+    for name, text in generate_wire_js().items():
+        Path(__file__).parent.parent.joinpath("static/js", name).write_text(text)

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import re
 import types
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import msgspec
 
 from console import wire
 
-HEADER = """// Written by `python -m console.wire` from console/wire.py; a test keeps the two equal. Do not edit.
+HEADER = "// Written by `python -m console.wire` from console/{source}.py; a test keeps the two equal. Do not edit.\n"
 
-/**
+CAMERA = """/**
  * The camera arrives as binary: u8 kind = 1, 3 bytes of padding, u32 sequence number, f64 stamp [s], all little
  * endian, then the JPEG.
  */
@@ -21,13 +22,24 @@ export const CAMERA_HEADER_BYTES = 16;
 
 PLAIN = {float: "number", int: "number", str: "string", bool: "boolean", type(None): "null", Any: "any"}
 
-
-def generate_wire_js() -> str:
-    """Text of static/js/wire.js."""
-    return "\n".join([HEADER, *(typedef(shape) for shape in shapes()), union("Up"), union("Down")])
+Shape = type[msgspec.Struct]
 
 
-def shapes() -> Iterator[type[msgspec.Struct]]:
+def generate_wire_js() -> dict[str, str]:
+    """Names in static/js → their texts: a file for each of Python's; wire.js knows the names of all."""
+    texts: dict[str, str] = {}
+    for module in dict.fromkeys([*(shape.__module__ for shape in shapes()), wire.__name__]):
+        own = [shape for shape in shapes() if shape.__module__ == module]
+        whole = module == wire.__name__
+        foreign = [shape for shape in (shapes() if whole else parts_of(own)) if shape.__module__ != module]
+        rest = [CAMERA, union("Up"), union("Down")] if whole else ["export {};\n"]
+        parts = [HEADER.format(source=module.rpartition(".")[2])]
+        parts += ["\n".join(borrowed(shape) for shape in foreign) + "\n"] if foreign else []
+        texts[file_of(module)] = "\n".join([*parts, *(typedef(shape) for shape in own), *rest])
+    return texts
+
+
+def shapes() -> Iterator[Shape]:
     """Every message and its parts, in the order of console/wire.py."""
     for shape in vars(wire).values():
         ours = (
@@ -39,7 +51,23 @@ def shapes() -> Iterator[type[msgspec.Struct]]:
             yield shape
 
 
-def typedef(shape: type[msgspec.Struct]) -> str:
+def parts_of(own: Iterable[Shape]) -> list[Shape]:
+    """The shapes that some others name in their fields."""
+    named = " ".join(typedef(shape) for shape in own)
+    return [shape for shape in shapes() if re.search(rf"\b{shape.__name__}\b", named)]
+
+
+def file_of(module: str) -> str:
+    """The module of Python → the file of the browser."""
+    return module.rpartition(".")[2].replace("_", "-") + ".js"
+
+
+def borrowed(shape: Shape) -> str:
+    """A shape that another file has."""
+    return f'/** @typedef {{import("./{file_of(shape.__module__)}").{shape.__name__}}} {shape.__name__} */'
+
+
+def typedef(shape: Shape) -> str:
     """One struct as an object type."""
     hints = get_type_hints(shape, include_extras=True)
     lines = ["/**", f" * {(shape.__doc__ or '').strip()}", f" * @typedef {{object}} {shape.__name__}"]

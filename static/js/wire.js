@@ -1,383 +1,40 @@
 // Written by `python -m console.wire` from console/wire.py; a test keeps the two equal. Do not edit.
 
-/**
- * The camera arrives as binary: u8 kind = 1, 3 bytes of padding, u32 sequence number, f64 stamp [s], all little
- * endian, then the JPEG.
- */
-export const CAMERA_HEADER_BYTES = 16;
-
-/**
- * The next view to take.
- * @typedef {object} CalibrationAdvice
- * @property {string} words
- * @property {[number, number][]} outline
- * @property {[number, number][]} corners
- */
-
-/**
- * How far the views span place, size and skew, 0..1.
- * @typedef {object} CalibrationBars
- * @property {number} x
- * @property {number} y
- * @property {number} size
- * @property {number} skew
- */
-
-/**
- * The chessboard, counted in inner corners.
- * @typedef {object} CalibrationBoard
- * @property {number} columns
- * @property {number} rows
- * @property {number} square_m
- * @property {[number, number] | null} [panel_m]
- */
-
-/**
- * How the solution predicted a pose that had no part in it.
- * @typedef {object} CalibrationCheck
- * @property {string} name
- * @property {number} off_px
- * @property {number} residual_rms_m
- * @property {number} beams
- * @property {string} words
- */
-
-/**
- * A session has changed; sent whole, the newest only, at most ten times a second (a counted view at once).
- * @typedef {object} CalibrationNews
- * @property {'calibration'} kind
- * @property {CalibrationSession} session
- */
-
-/**
- * How far the wizard is; the lower keys belong to one kind of session only.
- * @typedef {object} CalibrationProgress
- * @property {number} views
- * @property {boolean} ready
- * @property {string} words
- * @property {number | null} [p95_px]
- * @property {number | null} [target_px]
- * @property {CalibrationBars | null} [bars]
- * @property {number[][] | null} [cells]
- * @property {Object<string, number> | null} [gains]
- * @property {string[] | null} [weak]
- * @property {string | null} [landing]
- * @property {Object<string, string> | null} [witnessed]
- * @property {number | null} [known_from]
- */
-
-/**
- * The laser's newest scan in its own frame [m]; `board` are indices of `points`.
- * @typedef {object} CalibrationScan
- * @property {[number, number][]} points
- * @property {[number, number][]} background
- * @property {number[]} board
- */
-
-/**
- * Everything about one calibration.
- * @typedef {object} CalibrationSession
- * @property {string} id
- * @property {'camera' | 'laser'} kind
- * @property {'robot' | 'upload' | 'webcam'} source
- * @property {CalibrationBoard} board
- * @property {number} created_s
- * @property {number | null} [height_m]
- * @property {[number, number] | null} [size]
- * @property {boolean} [live]
- * @property {boolean} [showing]
- * @property {CalibrationVerdict | null} [verdict]
- * @property {CalibrationAdvice | null} [advice]
- * @property {CalibrationProgress} [progress]
- * @property {CalibrationUncertainty | null} [uncertainty]
- * @property {CalibrationView[]} [views]
- * @property {CalibrationSolving | null} [solving]
- * @property {Object<string, any> | null} [solution]
- * @property {CalibrationCheck | null} [check]
- * @property {number | null} [accepted_s]
- * @property {Object<string, [number, number]> | null} [in_use_compare]
- * @property {CalibrationScan | null} [scan]
- */
-
-/**
- * A solution is being made.
- * @typedef {object} CalibrationSolving
- * @property {number} since_s
- * @property {string} words
- */
-
-/**
- * Standard deviation of the projection over the picture, row by row.
- * @typedef {object} CalibrationUncertainty
- * @property {number} columns
- * @property {number} rows
- * @property {((number | null)[])[]} sd_px
- */
-
-/**
- * What became of one picture or scan; `number` counts them.
- * @typedef {object} CalibrationVerdict
- * @property {'nothing' | 'refused' | 'moving' | 'same' | 'counted' | 'background' | 'gathering' | 'trouble'} kind
- * @property {string} words
- * @property {string} [name]
- * @property {number} [number]
- * @property {[number, number][] | null} [corners]
- * @property {[number, number, number, boolean][] | null} [laser]
- * @property {number[] | null} [beams]
- * @property {number | null} [stamp_s]
- */
-
-/**
- * A view or a pose in the session.
- * @typedef {object} CalibrationView
- * @property {string} name
- * @property {boolean} dropped
- * @property {number | null} [rms_px]
- * @property {number | null} [rms_m]
- * @property {boolean | null} [used]
- * @property {string} [reason]
- */
-
-/**
- * A pose of the world frame where the robot may be.
- * @typedef {object} Candidate
- * @property {number} x_m
- * @property {number} y_m
- * @property {number} heading_rad
- */
-
-/**
- * A place that was recognised.
- * @typedef {object} ClosureRow
- * @property {number} id
- * @property {number} stamp_s
- * @property {number} submap_from
- * @property {number} submap_to
- * @property {Spot} position_from
- * @property {Spot} position_to
- * @property {number} score
- * @property {'accepted' | 'undone' | 'doubtful'} state
- * @property {string} words
- */
-
-/**
- * How the scan layer fares.
- * @typedef {object} FloorState
- * @property {SubmapRow[]} submaps
- * @property {ClosureRow[]} closures
- * @property {number} closures_count
- * @property {LostState | null} lost
- * @property {number | null} match_score
- * @property {boolean} slipping
- * @property {number} graph_revision
- */
-
-/**
- * The robot does not know where it is.
- * @typedef {object} LostState
- * @property {'searching' | 'confirming' | 'asking'} phase
- * @property {string} words
- * @property {number} since_s
- * @property {Candidate[]} candidates
- */
-
-/**
- * Which saved map the robot goes on in.
- * @typedef {object} MapState
- * @property {string | null} name
- * @property {number} revision
- */
-
-/**
- * A point of the world frame.
- * @typedef {object} Spot
- * @property {number} x_m
- * @property {number} y_m
- */
-
-/**
- * A room as the map has it.
- * @typedef {object} SubmapRow
- * @property {number} id
- * @property {number} x_m
- * @property {number} y_m
- * @property {number} heading_rad
- * @property {[number, number, number, number]} extent_m
- * @property {boolean} active
- */
-
-/**
- * What the robot's ears make of the sound.
- * @typedef {object} Ears
- * @property {boolean} listening
- * @property {boolean} muted
- * @property {boolean} obeyed
- * @property {boolean} speaking
- * @property {number | null} level_dbfs
- * @property {VoiceHeard[]} voices
- */
-
-/**
- * Where somebody speaks, as heard from the robot.
- * @typedef {object} VoiceHeard
- * @property {number} id
- * @property {number} azimuth_rad
- * @property {number} azimuth_world_rad
- * @property {number} sd_rad
- * @property {number} sd_heard_rad
- * @property {number | null} elevation_rad
- * @property {string} ambiguity
- * @property {number} strength
- * @property {number} age_s
- * @property {number} x_m
- * @property {number} y_m
- * @property {[number, number, number] | null} columns_px
- */
-
-/**
- * One part of somebody's rectangle in the picture.
- * @typedef {object} BodyPart
- * @property {'head' | 'torso' | 'feet'} name
- * @property {number | null} likelihood
- * @property {[number, number, number, number]} box_px
- */
-
-/**
- * Who the running command looks at: by every sense alone, and by all together.
- * @typedef {object} PersonState
- * @property {'seen' | 'hidden'} state
- * @property {number} age_s
- * @property {number} x_m
- * @property {number} y_m
- * @property {number[][]} cov_m2
- * @property {('laser' | 'camera' | 'sound')[]} used
- * @property {[number, number] | null} laser
- * @property {SensedBearing | null} camera
- * @property {SensedBearing | null} sound
- * @property {number | null} value
- * @property {BodyPart[]} parts
- * @property {number | null} picture_age_s
- * @property {[number, number] | null} centre_px
- */
-
-/**
- * From where somebody is seen or heard in which direction.
- * @typedef {object} SensedBearing
- * @property {number} x_m
- * @property {number} y_m
- * @property {number} azimuth_world_rad
- * @property {number} sd_rad
- */
-
-/**
- * How the camera's mount seems to differ from the calibration in use.
- * @typedef {object} CalibrationDrift
- * @property {number} turn_rad
- * @property {number} turn_sd_rad
- * @property {number} apparent_rad
- * @property {number} apparent_sd_rad
- * @property {number} shift_m
- * @property {number} shift_sd_m
- * @property {number} pairs
- * @property {number} corners
- * @property {boolean} alarm
- * @property {string} words
- */
-
-/**
- * How good the newest picture is, and what was done about it; grey levels are 0..255.
- * @typedef {object} PictureQuality
- * @property {'good' | 'mended' | 'poor' | 'unusable'} state
- * @property {string} label
- * @property {string} words
- * @property {number} mean
- * @property {number} low
- * @property {number} high
- * @property {number} dark_share
- * @property {number} bright_share
- * @property {number} noise_sd
- * @property {number} snr_db
- * @property {number | null} blur_px
- * @property {number | null} blur_down_px
- * @property {number} margin
- * @property {number} gain
- * @property {number} gamma
- * @property {number} contrast
- * @property {number} smoothing
- */
-
-/**
- * Hold to drive: sent at 20 Hz while a key or the pad is held. `press` is drawn anew with every press.
- * @typedef {object} Drive
- * @property {'drive'} kind
- * @property {number} v
- * @property {number} w
- * @property {number} press
- * @property {number} seq
- * @property {number} nonce
- * @property {number} epoch
- */
-
-/**
- * Comes back as it is.
- * @typedef {object} Echo
- * @property {'echo'} kind
- * @property {number} t
- */
-
-/**
- * Latch a stop.
- * @typedef {object} Halt
- * @property {'halt'} kind
- */
-
-/**
- * Undo the latch; never moves.
- * @typedef {object} HaltReset
- * @property {'halt_reset'} kind
- * @property {number} ref
- */
-
-/**
- * Take the wheel, take it over, give it back.
- * @typedef {object} LeaseWish
- * @property {'lease'} kind
- * @property {'acquire' | 'take' | 'release'} do
- * @property {number} ref
- */
-
-/**
- * Steer a recording: `value` is the speed (times real time) or the place to seek (0..1).
- * @typedef {object} Playback
- * @property {'playback'} kind
- * @property {'play' | 'pause' | 'speed' | 'seek'} do
- * @property {number} ref
- * @property {number | null} [value]
- */
-
-/**
- * Words for the robot.
- * @typedef {object} Say
- * @property {'command'} kind
- * @property {string} text
- * @property {'typed' | 'chip' | 'click'} source
- * @property {number} ref
- */
-
-/**
- * Everything cancelled, zero speed. `press` (0: none): its copy over HTTP does nothing.
- * @typedef {object} Stop
- * @property {'stop'} kind
- * @property {number} [press]
- */
-
-/**
- * Whether this socket wants the camera, and which calibration session (null: none); what is left out stays.
- * @typedef {object} Want
- * @property {'want'} kind
- * @property {boolean} [camera]
- * @property {string | null} [calibration]
- */
+/** @typedef {import("./wire-calibration.js").CalibrationAdvice} CalibrationAdvice */
+/** @typedef {import("./wire-calibration.js").CalibrationBars} CalibrationBars */
+/** @typedef {import("./wire-calibration.js").CalibrationBoard} CalibrationBoard */
+/** @typedef {import("./wire-calibration.js").CalibrationCheck} CalibrationCheck */
+/** @typedef {import("./wire-calibration.js").CalibrationNews} CalibrationNews */
+/** @typedef {import("./wire-calibration.js").CalibrationProgress} CalibrationProgress */
+/** @typedef {import("./wire-calibration.js").CalibrationScan} CalibrationScan */
+/** @typedef {import("./wire-calibration.js").CalibrationSession} CalibrationSession */
+/** @typedef {import("./wire-calibration.js").CalibrationSolving} CalibrationSolving */
+/** @typedef {import("./wire-calibration.js").CalibrationUncertainty} CalibrationUncertainty */
+/** @typedef {import("./wire-calibration.js").CalibrationVerdict} CalibrationVerdict */
+/** @typedef {import("./wire-calibration.js").CalibrationView} CalibrationView */
+/** @typedef {import("./wire-floor.js").Candidate} Candidate */
+/** @typedef {import("./wire-floor.js").ClosureRow} ClosureRow */
+/** @typedef {import("./wire-floor.js").FloorState} FloorState */
+/** @typedef {import("./wire-floor.js").LostState} LostState */
+/** @typedef {import("./wire-floor.js").MapState} MapState */
+/** @typedef {import("./wire-floor.js").Spot} Spot */
+/** @typedef {import("./wire-floor.js").SubmapRow} SubmapRow */
+/** @typedef {import("./wire-hearing.js").Ears} Ears */
+/** @typedef {import("./wire-hearing.js").VoiceHeard} VoiceHeard */
+/** @typedef {import("./wire-people.js").BodyPart} BodyPart */
+/** @typedef {import("./wire-people.js").PersonState} PersonState */
+/** @typedef {import("./wire-people.js").SensedBearing} SensedBearing */
+/** @typedef {import("./wire-sight.js").CalibrationDrift} CalibrationDrift */
+/** @typedef {import("./wire-sight.js").PictureQuality} PictureQuality */
+/** @typedef {import("./wire-up.js").Drive} Drive */
+/** @typedef {import("./wire-up.js").Echo} Echo */
+/** @typedef {import("./wire-up.js").Halt} Halt */
+/** @typedef {import("./wire-up.js").HaltReset} HaltReset */
+/** @typedef {import("./wire-up.js").LeaseWish} LeaseWish */
+/** @typedef {import("./wire-up.js").Playback} Playback */
+/** @typedef {import("./wire-up.js").Say} Say */
+/** @typedef {import("./wire-up.js").Stop} Stop */
+/** @typedef {import("./wire-up.js").Want} Want */
 
 /**
  * A point of the world frame.
@@ -602,6 +259,12 @@ export const CAMERA_HEADER_BYTES = 16;
  * @property {'echo'} kind
  * @property {number} t
  */
+
+/**
+ * The camera arrives as binary: u8 kind = 1, 3 bytes of padding, u32 sequence number, f64 stamp [s], all little
+ * endian, then the JPEG.
+ */
+export const CAMERA_HEADER_BYTES = 16;
 
 /**
  * All that goes up to the console.

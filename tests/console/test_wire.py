@@ -11,11 +11,12 @@ import pytest
 from console import wire
 from console.wire_js import generate_wire_js
 
-WIRE_JS = Path(__file__).parents[2] / "static" / "js" / "wire.js"
+SCRIPTS = Path(__file__).parents[2] / "static" / "js"
 
 
 def test_the_browsers_types_are_those_of_python() -> None:
-    assert WIRE_JS.read_text() == generate_wire_js(), "run: python -m console.wire"
+    written = {file.name: file.read_text() for file in SCRIPTS.glob("wire*.js")}
+    assert written == generate_wire_js(), "run: python -m console.wire"
 
 
 @pytest.mark.parametrize(
