@@ -16,6 +16,7 @@ from console.array_desk import told_array, told_sound
 from console.array_recorder import ArrayRecorder
 from console.problems import Problem
 from console.robot_link import RobotLink
+from console.tasks import end
 from console.workers import Lost, Worker
 from core.errors import BadInput, BeckonError, Refused, Unavailable
 from core.perception.array_orientation import Clap, Orientation, OrientationWizard, oriented
@@ -59,9 +60,7 @@ class ArrayBench:
 
     async def close(self) -> None:
         """End what is under way."""
-        if self._task is not None:
-            self._task.cancel()
-            await asyncio.gather(self._task, return_exceptions=True)
+        await end(self._task)
         self._worker.kill()
         await self._worker.gone()
 

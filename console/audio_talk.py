@@ -23,6 +23,7 @@ from console.runtime import Runtime
 from console.sockets import TooMany
 from console.strict_json import read_json
 from console.tally import Tally
+from console.tasks import end
 from console.words_worker import Told
 from core.commands.stand import STOP_MOVING
 from core.errors import BadInput, Refused
@@ -77,8 +78,7 @@ class AudioTalk:
         finally:
             if self._turn is not None:
                 self._turn.rest()
-            speaker.cancel()
-            await asyncio.gather(speaker, return_exceptions=True)
+            await end(speaker)
 
     async def _speak(self) -> None:
         with contextlib.suppress(WebSocketDisconnect, RuntimeError):

@@ -19,6 +19,7 @@ from console.door import Door
 from console.history import History
 from console.logins import Person
 from console.notice_board import NoticeBoard
+from console.tasks import end
 from console.words_worker import Told, WordsWorker
 from console.workers import Lost
 from core.commands.stand import STOP_MOVING
@@ -95,9 +96,7 @@ class Ears:
 
     async def close(self) -> None:
         """Read no more."""
-        if self._task is not None:
-            self._task.cancel()
-            await asyncio.gather(self._task, return_exceptions=True)
+        await end(self._task)
         self._worker.kill()
         await self._worker.gone()
 

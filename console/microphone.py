@@ -12,6 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from console.tasks import end
 from console.wire_audio import AUDIO_RATE, ListenMode
 from console.words_worker import Told, WordsWorker
 from console.workers import Lost
@@ -114,10 +115,7 @@ class Microphone:
 
     async def close(self) -> None:
         """Listen to nobody any more."""
-        for task in (self._task, self._warming):
-            if task is not None:
-                task.cancel()
-                await asyncio.gather(task, return_exceptions=True)
+        await end(self._task, self._warming)
         self._worker.kill()
         await self._worker.gone()
 

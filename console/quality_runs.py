@@ -15,6 +15,7 @@ import msgspec
 
 from console.logins import Person
 from console.problems import Problem
+from console.tasks import end
 from console.workers import Lost, Worker
 from core.errors import BeckonError
 from core.sensors.simulated_microphones import EarSettings
@@ -69,7 +70,7 @@ class QualityRuns:
 
     async def close(self) -> None:
         """End what runs."""
-        await self._give_up()
+        await end(self._task)
         self._worker.kill()
         await self._worker.gone()
 
@@ -96,18 +97,13 @@ class QualityRuns:
     async def cancel(self, run: QualityRun) -> None:
         """The same of one run, and wait until it is so."""
         if run.state == "running":
-            await self._give_up()
+            await end(self._task)
 
     async def delete(self, run: QualityRun) -> None:
         """For good."""
         await self.cancel(run)
         self.runs.pop(run.id, None)
         await asyncio.to_thread((self._folder / f"{run.id}.json").unlink, True)
-
-    async def _give_up(self) -> None:
-        self.give_up()
-        if self._task is not None:
-            await asyncio.gather(self._task, return_exceptions=True)
 
     async def _measure(self, run: QualityRun) -> None:
         state: RunState = "cancelled"

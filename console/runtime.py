@@ -38,6 +38,7 @@ from console.scene import Scene
 from console.security import Access
 from console.sockets import Sockets
 from console.spoken_orders import SpokenOrders
+from console.tasks import end
 from console.watch import Watch
 from core.errors import BeckonError
 from core.robots import Profile
@@ -131,9 +132,7 @@ class Runtime:
     async def close(self) -> None:
         """Stop the robot and let go of everything."""
         self.farewell()
-        for task in (tasks := list(self._tasks)):
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await end(*self._tasks)
         if self._pilot is not None:
             await asyncio.to_thread(self._pilot.close)
         parts = (self.workbench, self.ears, self.microphone, self.quality, self.array)

@@ -24,6 +24,7 @@ from console.runtime import Runtime
 from console.sockets import TooMany
 from console.strict_json import read_json
 from console.tally import Tally
+from console.tasks import end
 from console.version import beckon_version
 from core.errors import BadInput, BeckonError
 
@@ -68,8 +69,7 @@ class Talk:
         try:
             await self._speak()
         finally:
-            listener.cancel()
-            await asyncio.gather(listener, return_exceptions=True)
+            await end(listener)
             if self._press is not None:
                 runtime.door.abandon(self._press)
             runtime.hub.viewers.discard(self._viewer)

@@ -27,7 +27,7 @@ MOST_PIXELS = 2**25  # that OpenCV's own readers may announce
 NICE = 5
 MOST_EXPENDABLE = 800  # of 1000, when memory runs out
 TOO_LARGE = "This needs more memory than is allowed; send something smaller."
-FAULT = "Something went wrong inside the calibration; nothing was lost. The log says more."
+FAULT = "Something went wrong inside Beckon; nothing was lost. The log says more."
 
 DESKS = {
     "camera": "console.calibration.camera_desk:CameraDesk",
@@ -47,7 +47,7 @@ def main() -> None:
     desk = getattr(import_module(module), name)()
     with contextlib.suppress(ValueError, OSError):
         resource.setrlimit(resource.RLIMIT_AS, (MOST_BYTES, MOST_BYTES))
-    with socket.socket(fileno=int(given["pipe"])) as pipe:
+    with contextlib.suppress(ConnectionError), socket.socket(fileno=int(given["pipe"])) as pipe:
         pipe.sendall(packed({"told": "ready"}))
         while (job := receive(pipe)) is not None:
             pipe.sendall(done(desk, job))

@@ -23,6 +23,7 @@ from console.calibration.values import board_of, camera_told
 from console.latest import Hub
 from console.problems import Problem
 from console.robot_link import RobotLink
+from console.tasks import end
 from console.wire_calibration import CalibrationBoard, CalibrationKind, CalibrationSession, CalibrationSource
 from console.workers import Worker
 from core.robots import Profile
@@ -75,8 +76,7 @@ class Workbench:
 
     async def close(self) -> None:
         """End every worker and wait until it is gone; the sessions stay on disk."""
-        for task in (*self._shows.values(), *(live.task for live in self._live.values())):
-            task.cancel()
+        await end(*self._shows.values(), *(live.task for live in self._live.values()))
         for sitting in self.sittings.values():
             sitting.close()
         self.back_room.kill()
@@ -238,10 +238,7 @@ class Workbench:
 
     async def show_me(self, sitting: Sitting, *, on: bool) -> None:
         """The simulated assistant holds the board for this session, or stops. Raises Problem 409."""
-        former = self._shows.pop(sitting.card.id, None)
-        if former is not None:
-            former.cancel()
-            await asyncio.gather(former, return_exceptions=True)
+        await end(self._shows.pop(sitting.card.id, None))
         if on:
             for other in list(self._shows):
                 await self.show_me(self.sittings[other], on=False)

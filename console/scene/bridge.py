@@ -12,6 +12,7 @@ from console.logins import Person
 from console.scene.connection import Connection, allowed
 from console.scene.mount import NoSocketServer
 from console.tally import Tally
+from console.tasks import end
 
 MOST_PER_SECOND = 300  # messages of a browser, of whatever kind: turning the view takes about 120
 PARTING = 2.0  # [s] for viser to take leave of a browser
@@ -47,14 +48,12 @@ class Bridge:
         await self._socket.accept(subprotocol=self._connection.subprotocol)
         running = asyncio.run_coroutine_threadsafe(self._inside.run(self._connection), self._inside.loop)
         conversation = asyncio.wrap_future(running)
-        pump, end = asyncio.create_task(self._pump()), asyncio.create_task(self._over.wait())
+        pump, over = asyncio.create_task(self._pump()), asyncio.create_task(self._over.wait())
         try:
-            await asyncio.wait({pump, end, conversation}, return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait({pump, over, conversation}, return_when=asyncio.FIRST_COMPLETED)
         finally:
             gone = pump.done() and not self._over.is_set()
-            for task in (pump, end):
-                task.cancel()
-            await asyncio.gather(pump, end, return_exceptions=True)
+            await end(pump, over)
             self._on_viser(self._connection.eof)
             with contextlib.suppress(Exception):
                 await asyncio.wait_for(asyncio.shield(conversation), PARTING)

@@ -27,6 +27,7 @@ import websockets.datastructures
 import websockets.exceptions
 
 from console.scene.connection import Connection
+from console.tasks import end
 from core.errors import Unavailable
 
 PREFIX = "beckon-inproc:"
@@ -71,9 +72,7 @@ class NoSocketServer:
             connection.eof()
         if tasks:
             await asyncio.wait(tasks, timeout=1.0)
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await end(*tasks)
 
 
 class QuietViser(viser.ViserServer):

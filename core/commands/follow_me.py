@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from core.commands.attending import Attending, aim_at, going
 from core.commands.command import Action, Command, Number, Progress
-from core.commands.seeking import Seeking, blind, call_for
-from core.navigation.approach import Aim, Approach
+from core.commands.seeking import Seeking, call_for
+from core.navigation.approach import Approach
 from core.navigation.surroundings import Surroundings
-from core.perception.people.person import PersonSeen
 
 
 @dataclass(frozen=True)
@@ -31,41 +31,22 @@ class Following:
     """After somebody."""
 
     def __init__(self, seeking: Seeking) -> None:
-        self._seeking: Seeking | None = seeking
-        self._track = seeking.track
+        self._attending = Attending(seeking)
         self._approach: Approach | None = None
 
     def drive(self, here: Surroundings) -> Progress:
         """One frame further."""
-        if self._seeking is not None:
-            told = self._seeking.look(here)
-            if not isinstance(told, PersonSeen):
-                return told
-            self._seeking = None
-            cruise = min(here.company.following, here.body.max_speed)
-            self._approach = Approach(_aim(told, here), here, lasting=True, cruise=cruise)
-        assert self._approach is not None
-        self._track.follow(here.stamp, here.pose, here.scan_points, here.image, here.camera)
-        if why := blind(self._track, here):
-            return Progress(finished="failed", remark=why)
-        person = self._track.person
-        assert person is not None
-        if self._track.lost(here.stamp):
+        person = self._attending.watch(here)
+        if isinstance(person, Progress):
+            return person
+        if self._attending.track.lost(here.stamp):
             return Progress(finished="failed", remark="I lost you. I stay here; call me again.")
-        step = self._approach.drive(here, _aim(person, here))
-        return Progress(
-            twist=step.twist,
-            finished="failed" if step.state == "stuck" else "",
-            remark=step.words or ("I follow you." if person.state == "seen" else "You are hidden; I wait for you."),
-            path=step.path,
-            goal=step.stand,
-            person=person,
-        )
-
-
-def _aim(person: PersonSeen, here: Surroundings) -> Aim:
-    x, y = person.position.tolist()
-    return Aim(x=x, y=y, keep=here.company.keep)
+        aim = aim_at(person, here.company.keep)
+        if self._approach is None:
+            cruise = min(here.company.following, here.body.max_speed)
+            self._approach = Approach(aim, here, lasting=True, cruise=cruise)
+        step = self._approach.drive(here, aim)
+        return going(step, person, "I follow you." if person.state == "seen" else "You are hidden; I wait for you.")
 
 
 FOLLOW_ME = FollowMe()

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from core.commands.attending import aim_at, going
 from core.commands.command import Progress
 from core.errors import Refused
 from core.message import Array
@@ -42,23 +43,15 @@ class Locating:
         self._listen(here)
         if self._person is None:
             return self._wait(here)
-        x, y = self._person.position.tolist()
-        aim = Aim(x=x, y=y, keep=here.company.stop_short)
+        aim = aim_at(self._person, here.company.stop_short)
         if self._approach is None:
             self._approach = Approach(aim, here, cruise=here.company.coming)
         step = self._approach.drive(here, aim)
         if step.state == "there":
-            apart = here.pose.distance_to(x, y)
+            apart = here.pose.distance_to(aim.x, aim.y)
             remark = f"Here I am, {apart:.2f} m from where I hear you."
             return Progress(finished="done", remark=remark, fraction=1.0, person=self._person)
-        return Progress(
-            twist=step.twist,
-            finished="failed" if step.state == "stuck" else "",
-            remark=step.words or f"I come to where {len(self._place.used)} bearings cross.",
-            path=step.path,
-            goal=step.stand,
-            person=self._person,
-        )
+        return going(step, self._person, f"I come to where {len(self._place.used)} bearings cross.")
 
     def _wait(self, here: Surroundings) -> Progress:
         """Where the voice is heard from elsewhere, until it is."""

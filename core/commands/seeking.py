@@ -17,14 +17,7 @@ from core.perception.people.track import Track
 
 TOWARDS = 0.06  # [rad] within which the robot looks at the voice
 BY_CHANCE = 0.2  # [rad] within which it need not turn
-BLIND = 1.0  # [s] without a picture, after which nobody is followed
 SETTLED = 0.15  # [s] at rest before pictures count
-
-
-def blind(track: Track, here: Surroundings) -> str:
-    """Why nobody may be followed any further; "" while pictures come."""
-    lost = here.stamp - track.looked > BLIND
-    return "No picture comes from the camera any more; I stay here." if lost else ""
 
 
 def call_for(command: Command, here: Surroundings) -> Call:

@@ -29,6 +29,7 @@ import "./panels/stop-button.js";
 import "./panels/theme-toggle.js";
 import "./panels/view-tabs.js";
 import "./panels/voice-button.js";
+import { enter } from "./entrance.js";
 import { Hands } from "./hands.js";
 import { Panel } from "./panel.js";
 import { Session } from "./session.js";
@@ -87,14 +88,4 @@ session.on("heard", (view) => hands.show(view));
 requestAnimationFrame(beat);
 setInterval(() => performance.now() - shownAt >= SHOW_MS && show(), SHOW_MS);
 
-/** The token of the printed link: used at once, and wiped from the address before anything else can see it. */
-function enterByLink() {
-  const token = new URLSearchParams(location.hash.slice(1)).get("t");
-  if (!token) return false;
-  history.replaceState(null, "", location.pathname + location.search);
-  void (/** @type {import("./panels/login-view.js").LoginView} */ (part("login-view")).enter(token));
-  return true;
-}
-
-addEventListener("hashchange", enterByLink);
-if (!enterByLink()) void session.begin();
+enter(session);

@@ -14,10 +14,10 @@ import "./calibration-microphones.js";
 import "./calibration-review.js";
 import "./calibration-setup.js";
 import "./steps.js";
-import { intentionOf, takesText } from "../keys.js";
-import { remembered } from "../memory.js";
+import { enter } from "../entrance.js";
 import { Panel } from "../panel.js";
 import { Session } from "../session.js";
+import { stopByKeys } from "../stop-keys.js";
 import { Bench } from "./bench.js";
 import { Room } from "./room.js";
 
@@ -83,37 +83,11 @@ bench.onChange(soon);
 session.on("hello", soon);
 setInterval(beat, SHOW_MS);
 
-addEventListener(
-  "keydown",
-  (event) => {
-    const typing = takesText(event.composedPath()[0]);
-    const intention = intentionOf(event, { typing, singleKeys: remembered("single-keys", "on") === "on" });
-    if (intention?.does !== "stop") return;
-    if (event.key !== "Escape") event.preventDefault();
-    if (!event.repeat) session.stop();
-  },
-  true,
-);
-addEventListener("keyup", (event) => {
-  // Space stops; it must not press the button in focus besides
-  if (event.code === "Space" && remembered("single-keys", "on") === "on" && !takesText(event.composedPath()[0]))
-    event.preventDefault();
-});
+stopByKeys(session);
 
 document.querySelector(".skip")?.addEventListener("click", (event) => {
   event.preventDefault();
   /** @type {HTMLElement | null} */ (document.querySelector("main :is(a, button, input):not([hidden])"))?.focus();
 });
 
-/** The token of a printed link: used at once, and wiped from the address. */
-function enterByLink() {
-  const token = new URLSearchParams(location.hash.slice(1)).get("t");
-  if (!token) return false;
-  history.replaceState(null, "", location.pathname + location.search);
-  void (
-    /** @type {import("../panels/login-view.js").LoginView} */ (document.querySelector("login-view")).enter(token)
-  );
-  return true;
-}
-
-if (!enterByLink()) void session.begin();
+enter(session);

@@ -11,10 +11,10 @@ import "../panels/theme-toggle.js";
 import "./quality-form.js";
 import "./quality-list.js";
 import "./quality-result.js";
-import { intentionOf, takesText } from "../keys.js";
-import { remembered } from "../memory.js";
+import { enter } from "../entrance.js";
 import { Panel } from "../panel.js";
 import { Session } from "../session.js";
+import { stopByKeys } from "../stop-keys.js";
 import { Runs } from "./runs.js";
 
 const SHOW_MS = 200;
@@ -33,33 +33,5 @@ setInterval(() => {
   for (const panel of panels) panel.show(view);
 }, SHOW_MS);
 
-addEventListener(
-  "keydown",
-  (event) => {
-    const typing = takesText(event.composedPath()[0]);
-    const intention = intentionOf(event, { typing, singleKeys: remembered("single-keys", "on") === "on" });
-    if (intention?.does !== "stop") return;
-    if (event.key !== "Escape") event.preventDefault();
-    if (!event.repeat) session.stop();
-  },
-  true,
-);
-
-addEventListener("keyup", (event) => {
-  // Space stops; it must not press the button in focus besides
-  if (event.code === "Space" && remembered("single-keys", "on") === "on" && !takesText(event.composedPath()[0]))
-    event.preventDefault();
-});
-
-/** The token of a printed link: used at once, and wiped from the address. */
-function enterByLink() {
-  const token = new URLSearchParams(location.hash.slice(1)).get("t");
-  if (!token) return false;
-  history.replaceState(null, "", location.pathname + location.search);
-  void (
-    /** @type {import("../panels/login-view.js").LoginView} */ (document.querySelector("login-view")).enter(token)
-  );
-  return true;
-}
-
-if (!enterByLink()) void session.begin();
+stopByKeys(session);
+enter(session);
