@@ -21,7 +21,7 @@ from core.snapshot import Ending, Snapshot
 log = logging.getLogger(__name__)
 
 PATIENCE = 0.1  # [s] to wait for a frame before looking whether it is over
-HUNG = 0.5  # [s] without a turn after which the pilot hangs
+HUNG = 2.0  # [s] without a turn after which the pilot hangs; the gate has the base stand long before
 REMEMBERED = 400  # steps, ten seconds of them
 NEWEST = 8  # steps; at 40 Hz at least one of them has a scan
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from console.pilot_thread import HUNG
 from console.watch import HANGS
 from core.pilot import Pilot
 from core.sensors import SensorFrame
@@ -108,7 +109,7 @@ def test_a_pilot_that_hangs_is_noticed_and_the_gate_hears_no_heartbeat(tmp_path:
         live.until(lambda: live.robot.status().w)
         Slow.caught.clear()
         try:
-            live.until(lambda: live.robot.status().w == 0.0, 2.0)
+            live.until(lambda: live.robot.status().w == 0.0, HUNG + 1.5)
             health = live.until(lambda: not (told := live.ask("GET", "/api/health").json)["ok"] and told, 2.0)
             assert health["reasons"] == [HANGS]
             beats: list[int] = []
