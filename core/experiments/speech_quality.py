@@ -32,7 +32,7 @@ from core.speech.quality import as_json as quality_json
 from core.speech.quality_page import page
 from core.speech.recognizer import Engine, Utterance
 from core.speech.settings import SpeechSettings
-from core.speech.voice import VoiceSettings, can_speak, speak
+from core.speech.voice import PERSONS_VOICE, VoiceSettings, can_speak, speak
 
 RATE = 16_000  # [Hz]
 TEXT = (
@@ -87,7 +87,7 @@ def spoken(rng: np.random.Generator, phrases: Sequence[str]) -> tuple[list[Spoke
     told: list[Spoken] = []
     for number, text in enumerate(phrases):
         if can_speak():
-            sound = speak(text, VoiceSettings(speed=SPEEDS[number // len(TEXT) % len(SPEEDS)]))
+            sound = speak(text, VoiceSettings(voice=PERSONS_VOICE, speed=SPEEDS[number // len(TEXT) % len(SPEEDS)]))
             dry = resample_poly(sound.samples[:, 0], RATE, sound.rate)
         else:
             dry = practice_voice(rng, 0.35 * len(text.split()) + 0.3, RATE)

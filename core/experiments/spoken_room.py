@@ -29,7 +29,6 @@ from core.speech.engines import open_engine
 from core.speech.grammar import Refusal, understand
 from core.speech.recognizer import Engine
 from core.speech.spoken import Spoken, judge
-from core.speech.voice import VOICES
 from core.world import World, cast, world_named
 
 TALL = 0.9  # [m] what is as tall hides somebody
@@ -37,6 +36,7 @@ LISTEN = 2.6  # [s] after a voice without words began
 READ = 8.0  # [s] in which a spoken command must be understood, or it is said again
 PIECE = 0.2  # [s] of sound that are read at once
 CLOTHES = ("red", "blue", "green", "black", "white", "grey", "brown", "yellow")
+SPEEDS = (130, 140, 150)  # [words/min] at which people speak to a robot
 ANN = "Ann"
 SENSES = ("laser_m", "camera_rad", "sound_rad", "fused_m")
 
@@ -81,7 +81,6 @@ class SpokenRoom:
             self._transcriber = ArrayTranscriber(
                 array, chosen.speech, chosen.hearing, engine=engine or open_engine(chosen.speech)
             )
-        self._voice = str(self.chance.choice(VOICES))
         self.robot.robot.ask({"do": "listen", "on": True})
         self.robot.run(2.0)
 
@@ -133,7 +132,7 @@ class SpokenRoom:
         wrong: list[str] = []
         why, call = "", None
         for attempt in range(1, tries + 1):
-            self._say(text=words, voice=self._voice)
+            self._say(text=words, speed=int(self.chance.choice(SPEEDS)))
             said, call = self._hear(READ)
             if said is None or said.command is None:
                 why = "not understood"
