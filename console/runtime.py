@@ -23,7 +23,7 @@ from console.camera_feed import CameraFeed, Picture
 from console.door import Door
 from console.hearing import Ears
 from console.history import History
-from console.intent import Intents
+from console.intents import Intents
 from console.latest import Hub
 from console.lease import Lease
 from console.map_desk import MapDesk

@@ -1,7 +1,7 @@
 """Words of voices in the room, obeyed: only for a driver who has taken them on, fresh, and whole.
 
 A voice in the room never interrupts a hand on the keys or what was typed or clicked; the last spoken order wins. What
-goes far or to a person waits a moment: see `console.intent`.
+goes far or to a person waits a moment: see `console.intents`.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import time
 
 from console.door import Door
 from console.hearing import Ears, Utterance
-from console.intent import Intents
+from console.intents import Intents
 from console.lease import Lease
 from console.logins import Person
 from console.notice_board import NoticeBoard
