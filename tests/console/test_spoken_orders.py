@@ -63,13 +63,24 @@ def test_what_goes_to_a_person_waits_a_moment_and_stop_holds_it_back(live: Live,
     assert listen(live, True).status == 200
     before = newest(live)["id"]
     assert said(live, "come here") == ""
-    notices = [notice.text for notice in live.runtime.board.shown]
-    assert any("come here" in text and "Stop holds me back" in text for text in notices)
+    waiting = live.runtime.intents.waiting
+    assert (
+        waiting is not None and (waiting.source, waiting.moment) == ("ears", 2.0) and waiting.command.call is not None
+    )
     live.ask("POST", "/api/stop", token=live.viewer)
     assert said(live, "follow me") == ""
     live.until(lambda: newest(live)["id"] > before and newest(live)["name"] == "follow_me")
     rows = live.ask("GET", "/api/commands/history?limit=5", token=live.viewer).json["commands"]
-    assert not [row for row in rows if row["id"] > before and row["name"] == "come_here"]
+    told = [row["state"] for row in rows if row["id"] > before and row["name"] == "come_here"]
+    assert told == ["cancelled"]
+
+
+def test_what_waits_is_dropped_when_voices_are_obeyed_no_more(live: Live, spoken: SpokenOrders) -> None:
+    assert listen(live, True).status == 200
+    assert said(live, "continue 3 meters") == ""
+    assert listen(live, False).status == 200
+    assert live.runtime.intents.waiting is None
+    assert "no more" in newest(live)["remark"]
 
 
 def test_words_are_let_go_with_the_wheel(live: Live, spoken: SpokenOrders) -> None:
