@@ -90,3 +90,12 @@ def test_words_are_let_go_with_the_wheel(live: Live, spoken: SpokenOrders) -> No
     live.on_loop(lambda: live.runtime.door.forget(holder))
     assert "drives no more" in said(live, "turn left")
     assert said(live, "turn left") == NOT_OBEYED
+
+
+def test_a_command_heard_with_a_doubt_is_offered_as_long_as_it_is_fresh(live: Live, spoken: SpokenOrders) -> None:
+    ears = live.runtime.ears
+    for age, offered in ((0.5, "turn left"), (60.0, "")):
+        end = ears.stamp - age
+        one = Utterance(1, end - 0.8, end, "turn left", False, None, "I am not sure.", None, None, "turn left")
+        live.on_loop(lambda one=one: ears.utterances.append(one))
+        assert live.ask("GET", "/api/state", token=live.viewer).json["ears"]["meant"] == offered
