@@ -62,9 +62,7 @@ class Door:
         self.helm = Helm(robot)
         self._brakes = Brakes(robot, self.helm, lease, history, board, self.cancel)
         self.pilot: PilotLike | None = None  # None: it failed
-        self.when_cancelled: list[
-            Callable[[Ending, str], None]
-        ] = []  # told of all that ends what is under way, and why
+        self.when_cancelled: list[Callable[[Ending, str], None]] = []  # told of all that ends what is under way
         self._robot = robot
         self._lease = lease
         self._history = history
@@ -283,8 +281,8 @@ class Door:
 
     def _press(self, press: int, who: Person, now: float) -> None:
         """A hand that drives ends a goal; the goal does not resume."""
-        why = f"{who.name} drives by hand."
-        self.cancel("pre-empted", why) if self._orders else self._tell("pre-empted", why)
+        end = self.cancel if self._orders else self._tell
+        end("pre-empted", f"{who.name} drives by hand.")
         if self._jog is not None and self._jog.press == press:
             self._jog.seen = now
             return
