@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,13 +14,14 @@ from console.intents import Intents
 from console.logins import Person
 from console.problems import Problem
 from console.prospect import foresee
-from console.scene.intended import DASH, dashed, strokes_of
+from console.scene.intended import DASH, Intended, dashed, strokes_of
 from core.commands.command import Command
 from core.perception.people.call import Call
 from core.speech.grammar import understand
 from tests.console.live import Live, hear, say
 
 LONG = 600.0  # [s]: nothing begins by itself
+SHORT = 3.0  # [s]: long enough for a busy console to tell of it
 
 
 def person(live: Live, token: str) -> Person:
@@ -55,13 +57,13 @@ def intents(live: Live, monkeypatch: pytest.MonkeyPatch) -> Iterator[Intents]:
 
 
 def test_a_far_order_waits_for_all_to_see_and_begins_by_itself(live: Live, intents: Intents) -> None:
-    intents.moment = 1.0
+    intents.moment = SHORT
     with live.open(token=live.viewer) as line:
         number = speak(live, "continue 3 meters")
         told = hear(line, "state", true=lambda state: state["intent"])["intent"]
         hear(line, "state", true=lambda state: not state["intent"])
     assert (told["id"], told["numbers"], told["who"]) == (number, {"distance_m": 3.0}, "operator")
-    assert 0 <= told["begins_in_s"] <= told["moment_s"] == 1.0
+    assert 0 <= told["begins_in_s"] <= told["moment_s"] == SHORT
     assert math.dist(told["way"][0], told["goal"]) == pytest.approx(3.0, abs=0.05)
     row = live.until(lambda: newest(live) if newest(live)["name"] == "continue" else None)
     assert (row["source"], row["words"]) == ("voice", "continue 3 meters")
@@ -156,6 +158,25 @@ def test_what_is_foreseen_starts_at_the_robot(live: Live, words: str, length: fl
     else:
         turned = math.remainder(seen.heading - snapshot.estimate.pose.heading, math.tau)
         assert turned == pytest.approx(-math.pi / 2)
+
+
+class Lines:
+    """What the scene keeps of strokes."""
+
+    def add_line_segments(self, name: str, points: Any, colors: Any, **how: Any) -> SimpleNamespace:
+        self.node = SimpleNamespace(points=points, colors=colors, visible=how["visible"])
+        return self.node
+
+
+def test_the_broken_lines_are_gone_when_nothing_waits_any_more(live: Live) -> None:
+    waiting: list[Command] = []
+    lines, snapshot = Lines(), live.runtime.snapshot
+    intended = Intended(lines, live.robot.profile, lambda: waiting[-1] if waiting else None)  # type: ignore[arg-type]
+    for words, seen in (("", False), ("come here", False), ("continue 3 meters", True), ("", False)):
+        told = understand(words)
+        waiting = [told] if isinstance(told, Command) else []
+        intended.show(snapshot)
+        assert lines.node.visible is seen, words
 
 
 def test_a_broken_line_keeps_to_its_way() -> None:

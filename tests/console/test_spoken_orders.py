@@ -59,15 +59,19 @@ def test_late_words_and_those_below_a_hand_are_not_obeyed(live: Live, spoken: Sp
     assert said(live, "turn left") == HIGHER
 
 
-def test_what_goes_to_a_person_waits_a_moment_and_stop_holds_it_back(live: Live, spoken: SpokenOrders) -> None:
+def test_what_goes_to_a_person_waits_a_moment_and_stop_holds_it_back(
+    live: Live, spoken: SpokenOrders, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    intents = live.runtime.intents
+    assert intents.moment == 2.0
+    monkeypatch.setattr(intents, "moment", 600.0)
     assert listen(live, True).status == 200
     before = newest(live)["id"]
     assert said(live, "come here") == ""
-    waiting = live.runtime.intents.waiting
-    assert (
-        waiting is not None and (waiting.source, waiting.moment) == ("ears", 2.0) and waiting.command.call is not None
-    )
+    waiting = intents.waiting
+    assert waiting is not None and waiting.source == "ears" and waiting.command.call is not None
     live.ask("POST", "/api/stop", token=live.viewer)
+    intents.moment = 0.2
     assert said(live, "follow me") == ""
     live.until(lambda: newest(live)["id"] > before and newest(live)["name"] == "follow_me")
     rows = live.ask("GET", "/api/commands/history?limit=5", token=live.viewer).json["commands"]
@@ -75,7 +79,10 @@ def test_what_goes_to_a_person_waits_a_moment_and_stop_holds_it_back(live: Live,
     assert told == ["cancelled"]
 
 
-def test_what_waits_is_dropped_when_voices_are_obeyed_no_more(live: Live, spoken: SpokenOrders) -> None:
+def test_what_waits_is_dropped_when_voices_are_obeyed_no_more(
+    live: Live, spoken: SpokenOrders, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(live.runtime.intents, "moment", 600.0)
     assert listen(live, True).status == 200
     assert said(live, "continue 3 meters") == ""
     assert listen(live, False).status == 200
