@@ -230,7 +230,13 @@ class Door:
             return
         self._orders[deed.id] = Order(who, deed.source, time.monotonic(), heard.name)
         self.helm.entrust(deed.id, self._lease.epoch)
-        self.pilot.tell(deed.id, heard, deed.source, who.name)
+        try:
+            self.pilot.tell(deed.id, heard, deed.source, who.name)
+        except Refused as refused:
+            self.helm.dismiss(deed.id)
+            del self._orders[deed.id]
+            self._history.end(deed.id, "refused", str(refused))
+            raise
 
     def _watch_gate(self, status: GateStatus, now: float) -> None:
         """What the gate stopped, or does not let through, has failed."""

@@ -23,7 +23,7 @@ from core.experiments.practice_voice import practice_voice
 from core.message import Array, message
 from core.sensors.microphones import Sound
 from core.speech.alignment import phrases_of
-from core.speech.engines import open_engine
+from core.speech.engines import open_writer
 from core.speech.likeness import Likeness, liken
 from core.speech.marks import FIGURE_17_PERSON, FIGURE_17_ROBOT
 from core.speech.marks import as_json as marks_json
@@ -207,7 +207,7 @@ def _engine() -> tuple[Engine | None, str]:
     if not can_speak():
         return None, "Nothing here speaks, so that only recordings are compared: pip install 'beckon[voice]'"
     try:
-        return open_engine(SpeechSettings()), ""
+        return open_writer(SpeechSettings()), ""
     except Unavailable as absent:
         return None, str(absent)
 
