@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from core.commands import kind_of
 from core.commands.command import Command
 from core.errors import BadInput, Refused
 from core.experiments.practice_voice import practice_voice
@@ -52,7 +53,7 @@ class Heard:
     wrong: tuple[str, ...] = ()  # commands that were understood instead
     ended: float = 0.0  # [s] robot's clock: end of the words
     understood: float = 0.0  # [s] the same: when they were
-    read: float = 0.0  # [s] of processor time for reading them
+    read: float = 0.0  # [s] of processor time for listening until then
 
 
 class SpokenRoom:
@@ -138,6 +139,9 @@ class SpokenRoom:
                 why = "not understood"
                 continue
             if (said.command.name, said.command.numbers) != (meant.name, meant.numbers):
+                why = f"heard “{said.echo}”"
+                if not kind_of(said.command.name).moves:
+                    continue  # it stands: no wrong motion
                 wrong.append(said.echo)
                 break
             heard = Heard(
@@ -150,9 +154,7 @@ class SpokenRoom:
                 read=self._read,
             )
             return self._order(heard, said.command)
-        return Heard(
-            number=None, call=call, why=f"heard “{wrong[0]}”" if wrong else why, tries=tries, wrong=tuple(wrong)
-        )
+        return Heard(number=None, call=call, why=why, tries=tries, wrong=tuple(wrong))
 
     def _order(self, heard: Heard, command: Command) -> Heard:
         try:
@@ -180,7 +182,7 @@ class SpokenRoom:
                 continue
             begun = time.process_time()
             spoken = [judge(one) for one in self._transcriber.feed(pieces)]
-            self._read = time.process_time() - begun
+            self._read += time.process_time() - begun
             pieces = None
             for said in spoken:
                 if said.command is not None:
