@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
@@ -10,9 +12,9 @@ from core.sensors.microphones import Sound
 from core.speech.recognizer import at_16_khz
 from core.speech.settings import RATE, SpeechSettings
 from core.speech.stop_in_noise import LONGEST, StopInNoise
-from core.speech.stop_spotter import StopSpotter
+from core.speech.stop_spotter import spotted
 from core.speech.voice import PERSONS_VOICE, VoiceSettings, can_speak, speak
-from tests.core.speech.ears import mono, pieces
+from tests.core.speech.ears import mono
 
 pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
 SINCE = 0.6  # [s]
@@ -54,7 +56,21 @@ def test_an_utterance_is_told_to_stop_once_and_long_talk_is_not_listened_to() ->
         assert spotter.wants(SINCE + 5.0, SINCE + 5.5)
 
 
-def test_a_hum_that_begins_is_no_stop() -> None:
-    """A decoder that has just begun takes any noise for its word, at a length that no word has."""
-    spotter = StopSpotter()
-    assert [one for piece in pieces(hum(np.random.default_rng(7), 4.0)) for one in spotter.feed(piece)] == []
+@dataclass
+class Found:
+    """A decoder that spotted its word between two frames."""
+
+    start_frame: int
+    end_frame: int
+
+    def hyp(self) -> str:
+        return "stop"
+
+    def seg(self) -> list[Found]:
+        return [self]
+
+
+def test_a_decoder_that_has_just_begun_to_hear_a_hum_finds_its_word_at_a_length_that_no_word_has() -> None:
+    assert spotted(Found(10, 189), 3.0) == ()
+    (told,) = spotted(Found(10, 49), 3.0)
+    assert (told.begin, told.end) == pytest.approx((3.1, 3.5))
