@@ -1,0 +1,145 @@
+"""Random orders for minutes on a running console: `python -m tests.benchmarks.soak [--seconds 600] [--seed 0]`.
+
+Typed, clicked, spoken in the simulated room and driven by hand, some contradicting each other within a moment, some
+nonsense, with people who come and go, while a browser's socket looks on. Told: the trace checker's complaints, every
+notice with how often it came, how orders ended and with which remarks, answers that are a server's error, and the
+memory of all processes after the first minute and at the end.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import random
+import re
+import sys
+import threading
+import time
+import urllib.error
+from collections import Counter
+from typing import Any
+
+import psutil
+from websockets.sync.client import connect
+
+from core.gate import check, read_trace
+from core.settings import Settings
+from tests.benchmarks.running_console import Console, console
+
+TYPED = ("turn left", "turn right", "continue {x:.1f} meters", "stop at {x:.1f} and {y:.1f}", "stop moving", "fly",
+         "follow wall", "come here", "follow me", "continue {far:.0f} meters", "")  # fmt: skip
+SPOKEN = ("turn left", "turn right", "come here", "follow me", "stop moving", "the weather is fine today")
+WARM = 60.0  # [s] after which the memory is compared
+CONTRADICTION = 0.3  # share of orders that another one follows at once
+PAUSES = (0.2, 6.0)  # [s] between two orders
+
+
+class Soak:
+    """One operator with many ideas."""
+
+    def __init__(self, running: Console, seed: int) -> None:
+        self._running = running
+        self._chance = random.Random(seed)
+        self.answers: Counter[str] = Counter()
+        self.notices: Counter[str] = Counter()
+        self._seen: set[int] = set()
+        self.over = threading.Event()
+
+    def look_on(self) -> None:
+        """A viewer: every notice that is ever shown."""
+        origin = f"http://127.0.0.1:{self._running.port}"
+        with connect(f"ws{origin[4:]}/ws", origin=origin, max_size=None, compression=None, proxy=None) as line:  # type: ignore[arg-type]
+            while not self.over.is_set():
+                message = line.recv(timeout=10)
+                if not isinstance(message, str) or not message.startswith('{"kind":"state"'):
+                    continue
+                for notice in json.loads(message)["notices"]:
+                    if notice["id"] not in self._seen:
+                        self._seen.add(notice["id"])
+                        self.notices[plain(notice["text"])] += 1
+
+    def order(self) -> None:
+        """One order by one of the ways."""
+        chance = self._chance
+        how = chance.choice(("typed", "typed", "click", "say", "say", "people", "stop"))
+        x, y = chance.uniform(-2.0, 2.0), chance.uniform(-2.0, 2.0)
+        if how == "typed":
+            text = chance.choice(TYPED).format(x=x, y=y, far=chance.uniform(5, 200))
+            self._post("/api/commands", {"text": text, "source": "typed"})
+        elif how == "click":
+            self._post("/api/commands", {"text": f"stop at {x:.2f} and {y:.2f}", "source": "click"})
+        elif how == "say":
+            self._post("/api/sim/say", {"text": chance.choice(SPOKEN), "x_m": x, "y_m": y})
+        elif how == "people":
+            wish = {"what": "person", "id": chance.choice(("Ann", "Bob")), "x_m": x, "y_m": y}
+            self._post("/api/sim/place", wish)
+        else:
+            self._post("/api/stop", {})
+
+    def run(self, seconds: float) -> None:
+        """Until the time is over."""
+        self._post("/api/hearing", {"listen": True, "obey": True})
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            self.order()
+            if self._chance.random() > CONTRADICTION:
+                time.sleep(self._chance.uniform(*PAUSES))
+            if not self._running.get("/api/hearing")["obeying"]:
+                self._post("/api/hearing", {"listen": True, "obey": True})
+
+    def _post(self, path: str, body: dict[str, Any]) -> None:
+        try:
+            status = self._running.post(path, body)
+        except urllib.error.HTTPError as refused:
+            status = refused.code
+        self.answers[f"{path} {status}"] += 1
+
+
+def plain(text: str) -> str:
+    """A sentence without its numbers, so that equal ones are counted together."""
+    return re.sub(r"-?\d+(\.\d+)?", "#", text)
+
+
+def memory(running: Console) -> float:
+    """[MB] of all processes that stay."""
+    processes = [psutil.Process(running.process.pid), *running.children]
+    return sum(one.memory_info().rss for one in processes if one.is_running()) / 1e6
+
+
+def main() -> None:
+    """Print what it came to."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=600.0)
+    parser.add_argument("--seed", type=int, default=0)
+    chosen = parser.parse_args()
+    with console() as running:
+        while running.get("/api/health")["reasons"]:
+            time.sleep(0.1)
+        soak = Soak(running, chosen.seed)
+        looking = threading.Thread(target=soak.look_on)
+        looking.start()
+        soak.run(min(WARM, chosen.seconds / 2))
+        before = memory(running)
+        soak.run(chosen.seconds - min(WARM, chosen.seconds / 2))
+        after = memory(running)
+        soak.over.set()
+        looking.join()
+        rows = running.get("/api/commands/history")["commands"]
+        running.post("/api/stop")
+        time.sleep(0.5)
+        figures = {
+            "seconds": chosen.seconds,
+            "trace_complaints": check(read_trace(running.trace), Settings().limits),
+            "answers": dict(soak.answers),
+            "server_errors": {key: n for key, n in soak.answers.items() if " 5" in key and not key.endswith("503")},
+            "notices": dict(soak.notices.most_common()),
+            "ends": dict(Counter(f"{row['source']} {row['state']}" for row in rows)),
+            "remarks": dict(Counter(plain(f"{row['state']}: {row['remark']}") for row in rows).most_common()),
+            "memory_mb": [round(before, 1), round(after, 1)],
+            "alive": running.process.poll() is None,
+        }
+    sys.stdout.write(json.dumps(figures, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
