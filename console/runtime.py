@@ -28,6 +28,7 @@ from console.lease import Lease
 from console.map_desk import MapDesk
 from console.microphone import Microphone
 from console.notice_board import NoticeBoard
+from console.people.school import School
 from console.pilot_thread import Pace, PilotLike, PilotThread
 from console.player import Player
 from console.portrait import Circumstances, draw
@@ -79,6 +80,7 @@ class Runtime:
         self.scene = Scene(robot, self._complain)
         self.workbench = Workbench(home, robot, self.hub, self.board.tell, self._look_through)
         self.array = ArrayBench(home, robot, lambda: self._look_through(self.workbench.profile()))
+        self.people = School(home, robot, self.door, self.board.tell, lambda: self.workbench.newest)
         self.snapshot: Snapshot | None = None
         self.over = False  # the console is ending
         self.trouble = ""  # why the robot did not come
@@ -110,7 +112,7 @@ class Runtime:
             self._opening = False
         await asyncio.to_thread(self.history.open)
         await self.scene.open(self.door, self.sockets)
-        await asyncio.gather(self.workbench.open(), self.quality.open(), self.array.open())
+        await asyncio.gather(self.workbench.open(), self.quality.open(), self.array.open(), self.people.open())
         self._start_pilot()
         for task in (self._beat, *self.beside):
             self.keep(asyncio.create_task(task()))
@@ -135,7 +137,7 @@ class Runtime:
         await end(*self._tasks)
         if self._pilot is not None:
             await asyncio.to_thread(self._pilot.close)
-        parts = (self.workbench, self.ears, self.microphone, self.quality, self.array)
+        parts = (self.workbench, self.ears, self.microphone, self.quality, self.array, self.people)
         await asyncio.gather(*(part.close() for part in parts))
         await asyncio.to_thread(self.robot.close)
         await self.scene.close()
@@ -184,11 +186,11 @@ class Runtime:
 
     def _start_pilot(self) -> None:
         self.failure = ""
-        pilot = self._make_pilot()
+        self.door.pilot = pilot = self._make_pilot()
         pilot.look_through(self.array.profile(self.workbench.profile()))
+        pilot.obey_only(self.people.chosen)
         told = (self._published, self._pilot_failed, self.voice.deaf)
         self._pilot = PilotThread(self.robot, pilot, self.door.helm, *told)
-        self.door.pilot = pilot
         self.board.another_pilot()
         self._pilot.start()
 
@@ -220,6 +222,7 @@ class Runtime:
             self.robot.beat()  # the loop runs and the pilot steps: that is what the gate wants to know
         self.snapshot = snapshot
         self.maps.took(snapshot)
+        self.people.took(snapshot)
         self.ears.took(snapshot, None if self.array.helped else sound, self.robot.profile.microphones)
         self.array.took(snapshot, sound)
         self.board.adopt(snapshot.notices, snapshot.stamp)
