@@ -1,0 +1,165 @@
+// Who is known, and the lesson under way, as the page knows them; and every wish about them.
+
+import { call, post } from "../api.js";
+
+/** @typedef {import("../session.js").Session} Session */
+/** @typedef {[number, number]} Pixel */
+/**
+ * @typedef {object} Judged a picture and what came of it
+ * @property {number} number
+ * @property {string} gesture "" for the background
+ * @property {boolean} good
+ * @property {string} words
+ * @property {[number, number]} size
+ * @property {Pixel[]} outline
+ * @property {{name: string, box_px: [number, number, number, number]}[]} parts
+ */
+/**
+ * @typedef {object} Enrolment
+ * @property {string} id
+ * @property {string} who is at it
+ * @property {boolean} background
+ * @property {string} next gesture; "" when there is enough
+ * @property {string} advice
+ * @property {string[]} gestures
+ * @property {Judged[]} pictures
+ * @property {Judged | null} newest
+ * @property {number} fewest
+ * @property {boolean} ready
+ * @property {boolean} showing
+ * @property {string} trouble
+ */
+/** @typedef {{id: string, name: string, learnt_s: number, by: string, pictures: number}} Known */
+/**
+ * @typedef {object} Told
+ * @property {Known[]} people
+ * @property {string | null} chosen
+ * @property {Enrolment | null} enrolment
+ * @property {boolean} camera
+ * @property {boolean} simulated
+ */
+
+const ROOT = "api/people";
+const ASK_MS = 400;
+
+/** @param {string} id @param {number} number */
+export const pictureOf = (id, number) => `${ROOT}/${id}/pictures/${number}.jpg`;
+
+export class Lessons {
+  /** @type {Told | null} null until it was read */
+  told = null;
+  busy = false;
+  /** @type {Set<() => void>} */
+  #listeners = new Set();
+
+  /** @param {Session} session */
+  constructor(session) {
+    this.session = session;
+    session.on("hello", () => void this.read());
+    setInterval(() => this.told?.enrolment?.showing && document.visibilityState === "visible" && void this.read(), ASK_MS);
+  }
+
+  /** @returns {Enrolment | null} */
+  get enrolment() {
+    return this.told?.enrolment ?? null;
+  }
+
+  /** Is it this person's own lesson? */
+  get mine() {
+    return this.enrolment !== null && this.enrolment.who === this.session.hello?.you.name;
+  }
+
+  /** May this person do more than look? */
+  get may() {
+    return this.session.hello !== null && this.session.hello.you.role !== "viewer";
+  }
+
+  /** @param {() => void} listener */
+  onChange(listener) {
+    this.#listeners.add(listener);
+  }
+
+  async read() {
+    const before = this.enrolment;
+    const told = await call(ROOT).catch(() => null);
+    if (!told) return;
+    this.told = told;
+    const { enrolment } = this;
+    if (enrolment?.newest && enrolment.newest.number !== before?.newest?.number) this.session.announce(enrolment.newest.words);
+    this.#tell();
+  }
+
+  begin() {
+    return this.#tried(() => post(ROOT));
+  }
+
+  cancel() {
+    return this.#tried(() => call(this.#path(), { method: "DELETE" }));
+  }
+
+  /**
+   * @param {"background" | "picture"} what
+   * @param {Blob | null} picture null: the robot's own camera takes it
+   */
+  take(what, picture) {
+    if (!picture) return this.#tried(() => post(`${this.#path()}/capture`, { what }));
+    const headers = { "content-type": picture.type };
+    const where = what === "picture" ? "pictures" : what;
+    return this.#tried(() => call(`${this.#path()}/${where}`, { method: "POST", body: picture, headers }));
+  }
+
+  /** @param {number} number */
+  drop(number) {
+    return this.#tried(() => post(`${this.#path()}/pictures/${number}/drop`));
+  }
+
+  /** @param {boolean} on */
+  showMe(on) {
+    return this.#tried(() => post(`${this.#path()}/show-me`, { on }));
+  }
+
+  /** @param {string} name @returns {Promise<boolean>} whether it was kept */
+  finish(name) {
+    return this.#tried(() => post(`${this.#path()}/finish`, { name }));
+  }
+
+  /** @param {string | null} id null: anybody */
+  choose(id) {
+    const headers = { "content-type": "application/json" };
+    return this.#tried(() => call(`${ROOT}/chosen`, { method: "PUT", body: JSON.stringify({ id }), headers }));
+  }
+
+  /** @param {string} id @param {string} name */
+  rename(id, name) {
+    return this.#tried(() => post(`${ROOT}/${id}/rename`, { name }));
+  }
+
+  /** @param {string} id */
+  forget(id) {
+    return this.#tried(() => call(`${ROOT}/${id}`, { method: "DELETE" }));
+  }
+
+  #path() {
+    return `${ROOT}/${this.enrolment?.id ?? ""}`;
+  }
+
+  /** @param {() => Promise<unknown>} act */
+  async #tried(act) {
+    this.busy = true;
+    this.#tell();
+    let done = true;
+    try {
+      await act();
+    } catch (refusal) {
+      done = false;
+      this.session.complain(refusal instanceof Error ? refusal.message : "That did not work.");
+    }
+    this.busy = false;
+    await this.read();
+    return done;
+  }
+
+  #tell() {
+    for (const listener of this.#listeners) listener();
+  }
+}

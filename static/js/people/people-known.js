@@ -1,0 +1,86 @@
+// Whom the robot comes to: anybody, or one of those whom it knows.
+
+import { since } from "../calibration/used.js";
+import { icon, make } from "../element.js";
+import { Panel } from "../panel.js";
+
+/** @typedef {import("./lessons.js").Lessons} Lessons */
+/** @typedef {import("./lessons.js").Known} Known */
+
+class PeopleKnown extends Panel {
+  /** @type {Lessons | null} */
+  #lessons = null;
+  #rows = make("ul", { class: "known-rows" });
+  #renaming = "";
+  #drawn = "";
+
+  /** @param {Lessons} lessons */
+  watch(lessons) {
+    this.#lessons = lessons;
+    lessons.onChange(() => this.#draw());
+  }
+
+  /** @override */
+  build() {
+    this.append(
+      make(
+        "section",
+        { class: "card people-card", "aria-label": "Whom I come to" },
+        make("h2", {}, "Whom do I come to?"),
+        this.#rows,
+        make("p", { class: "note" }, "It is meant for COME HERE and FOLLOW ME. Everything else is obeyed as before, and STOP from everybody."),
+        make("p", { class: "note" }, "I know people by their clothes: in others, teach me anew."),
+      ),
+    );
+  }
+
+  #draw() {
+    const lessons = this.#lessons;
+    if (!lessons?.told) return;
+    const { people, chosen } = lessons.told;
+    const key = JSON.stringify([people, chosen, lessons.may, lessons.busy, this.#renaming]);
+    if (key === this.#drawn) return;
+    this.#drawn = key;
+    const anybody = this.#choice(null, chosen === null, "Anybody", "Whoever calls");
+    this.#rows.replaceChildren(make("li", {}, anybody), ...people.map((one) => this.#row(one, one.id === chosen)));
+  }
+
+  /** @param {Known} one @param {boolean} chosen */
+  #row(one, chosen) {
+    if (this.#renaming === one.id) return make("li", {}, this.#rename(one));
+    const row = make("li", {}, this.#choice(one.id, chosen, `Only ${one.name}`, `Learnt ${since(one.learnt_s)} from ${one.pictures} pictures`));
+    if (!this.#lessons?.may) return row;
+    const other = make("button", { type: "button", class: "icon-button", "aria-label": `Rename ${one.name}`, title: "Rename" }, icon("typed"));
+    other.addEventListener("click", () => {
+      this.#renaming = one.id;
+      this.#draw();
+      /** @type {HTMLElement | null} */ (this.querySelector(".known-rename input"))?.focus();
+    });
+    const away = make("button", { type: "button", class: "icon-button", "aria-label": `Forget ${one.name}`, title: "Forget" }, icon("trash"));
+    away.addEventListener("click", () => void this.#lessons?.forget(one.id));
+    row.append(other, away);
+    return row;
+  }
+
+  /** @param {string | null} id @param {boolean} chosen @param {string} name @param {string} note */
+  #choice(id, chosen, name, note) {
+    const lessons = this.#lessons;
+    const radio = make("input", { type: "radio", name: "chosen", checked: chosen, disabled: !lessons?.may || lessons.busy });
+    radio.addEventListener("change", () => void lessons?.choose(id));
+    return make("label", { class: "known-choice" }, radio, make("span", {}, make("span", { class: "known-name" }, name), make("span", { class: "note" }, note)));
+  }
+
+  /** @param {Known} one */
+  #rename(one) {
+    const input = make("input", { type: "text", maxlength: "40", value: one.name, "aria-label": "Name" });
+    const form = make("form", { class: "known-rename" }, input, make("button", { type: "submit", class: "button primary" }, "Rename"));
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.#renaming = "";
+      void this.#lessons?.rename(one.id, input.value);
+    });
+    return form;
+  }
+}
+
+customElements.define("people-known", PeopleKnown);
