@@ -14,12 +14,15 @@ from core.perception.people.levelling import levelled
 from core.perception.people.parts import CEILING, CELL, CELLS_PER_METRE, PARTS, SCALE, TALL, Part
 
 CHANGED = 24.0  # grey levels that a pixel must differ from the background
-SMALLEST = 0.02  # share of the picture that somebody must fill
+SMALLEST, LOWEST = 0.008, 0.3  # share of the picture, and of its height, that somebody must fill
+DIM = 0.5  # a floor mirrors the legs: what changed by less than this share of what legs would change is not them
+LEGS = (0.5, 0.65)  # rows of a contour, with its mirror image below or without, that are surely legs
 SLIMMEST, STOUTEST = 1.6, 7.0  # height of the contour against the torso's width
 BRIGHT, DARK = 0.95, 45  # share of the pixels that may not all be darker than this grey level
 ELSEWHERE = 0.06  # share of the picture that may change beside the person
 SAME = 0.85  # overlap of two figures from which they are one gesture
 FEWEST = 3  # pictures
+TOO_SMALL = "What differs from the background is too small for a person; come nearer, in clothes unlike the wall."
 
 Box = tuple[float, float, float, float]  # left, top, right, bottom [pixel]
 
@@ -61,8 +64,8 @@ def contour_of(picture: Array, background: Array) -> Array:
     if all_of_it - own > ELSEWHERE * mask.size:
         raise BadInput("More than you has changed since the background: did the camera move? Is somebody else there?")
     if own < SMALLEST * mask.size:
-        raise BadInput("What differs from the background is too small for a person; come nearer.")
-    return np.asarray(labels == largest)
+        raise BadInput(TOO_SMALL)
+    return _without_mirror(np.asarray(labels == largest), *smooth)
 
 
 def portrait(picture: Array, background: Array) -> Portrait:
@@ -119,6 +122,20 @@ def enrol(name: str, pictures: Sequence[Array], background: Array) -> Enrolled:
     return learn(name, [portrait(picture, background) for picture in pictures])
 
 
+def _without_mirror(mask: Array, picture: Array, background: Array) -> Array:
+    """The mask (H, W) bool without the dim image of the legs in the floor; both pictures (H, W, 3) int16."""
+    rows = np.flatnonzero(mask.any(axis=1))
+    upper, lower = (int(rows[0]) + round(share * len(rows)) for share in LEGS)
+    if not mask[upper:lower].any():
+        return mask
+    legs = np.median(picture[upper:lower][mask[upper:lower]], axis=0)
+    wanted = np.abs(legs - background[lower:]).max(axis=2)
+    kept = mask.copy()
+    kept[lower:] &= np.abs(picture[lower:] - background[lower:]).max(axis=2) > DIM * wanted
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(kept.astype(np.uint8))
+    return np.asarray(labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())) if kept.any() else mask
+
+
 def _stand(mask: Array) -> tuple[Array, int, int]:
     """Who stands there: the columns at the shoulders, the top row and the row below the lowest. Raises BadInput."""
     rows, across = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
@@ -128,6 +145,8 @@ def _stand(mask: Array) -> tuple[Array, int, int]:
     if across[0] <= 1 or across[-1] >= mask.shape[1] - 2:
         raise BadInput("A side of you is cut off; stand in the middle of the picture.")
     tall = bottom - top
+    if tall < LOWEST * mask.shape[0]:
+        raise BadInput(TOO_SMALL)
     chest = mask[top + round(0.25 * tall) : top + round(0.45 * tall)]
     columns = np.flatnonzero(chest.mean(axis=0) > 0.5)
     if not len(columns) or not SLIMMEST < tall / len(columns) < 2 * STOUTEST:

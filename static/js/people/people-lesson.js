@@ -133,6 +133,7 @@ class PeopleLesson extends Panel {
     this.#offer(told.camera);
     this.#begin.disabled = !lessons.may || lessons.busy || others;
     write(this.#whyNot, !lessons.may ? "You are watching. Only an operator can teach me." : others ? `${enrolment.who} is teaching me somebody now.` : "");
+    this.#whyNot.hidden = this.#whyNot.textContent === "";
     if (!lessons.mine || !enrolment) {
       this.#stop();
       this.#stage.close();
@@ -184,7 +185,7 @@ class PeopleLesson extends Panel {
     const now = steps.findIndex(([, , done]) => !done);
     this.#steps.replaceChildren(
       ...steps.map(([, name, done], index) =>
-        make("li", { "data-done": Boolean(done), "aria-current": index === now ? "step" : null }, icon(done ? "done" : "chip"), String(name)),
+        make("li", { "data-done": Boolean(done), "aria-current": index === now ? "step" : null }, done ? icon("done") : make("span", { class: "step-dot" }), String(name)),
       ),
     );
     this.#strip.replaceChildren(...enrolment.pictures.map((one) => this.#thumb(enrolment, one)));
