@@ -10,7 +10,7 @@ import numpy as np
 from core.message import Array, message
 from core.perception.people.billboard import Billboards, columns_of
 from core.perception.people.cells import edge_cells
-from core.perception.people.colours import Enrolled, alikeness, colours_seen
+from core.perception.people.colours import Enrolled, alike, alikeness, colours_seen
 from core.perception.people.model import PartModel, general_model, likelihoods
 from core.perception.people.parts import (
     CEILING,
@@ -129,10 +129,11 @@ def _at_distance(
         single, shares = likely[:, shift, place], inside[:, shift, place]
         angle, away = bearing + math.atan2(left[place], distance), math.hypot(distance, left[place])
         height = TALL + SHIFTS[shift] / CELLS_PER_METRE
-        own = value, float(rank[shift, place]), single
+        own, alike_enough = (value, float(rank[shift, place]), single), True
         if who is not None:
-            own = _liked(who, colours_seen(boards, away, angle, height), single, shares)
-        known = own[0] >= _threshold(float(shown), settings)
+            seen = colours_seen(boards, away, angle, height)
+            own, alike_enough = _liked(who, seen, single, shares), alike(who, seen) >= settings.alike
+        known = alike_enough and own[0] >= _threshold(float(shown), settings)
         if known:
             value, _, single = own
         if known or value >= _threshold(float(shown), settings):

@@ -85,7 +85,7 @@ export class Lessons {
     if (!told) return;
     this.told = told;
     const { enrolment } = this;
-    if (enrolment?.newest && enrolment.newest.number !== before?.newest?.number) this.session.announce(enrolment.newest.words);
+    if (enrolment?.newest && enrolment.newest.number !== before?.newest?.number) this.session.announce(`${enrolment.newest.words} ${enrolment.advice}`);
     this.#tell();
   }
 

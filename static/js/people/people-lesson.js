@@ -43,7 +43,7 @@ class PeopleLesson extends Panel {
     this.#whyNot,
     make("p", { class: "note" }, PRIVACY),
   );
-  #advice = make("h2", { class: "people-advice", role: "status" });
+  #advice = make("h2", { class: "people-advice" });
   #steps = make("ol", { class: "people-steps", "aria-label": "What is asked for" });
   #verdict = make("p", { class: "people-verdict", role: "alert" });
   #take = action("camera", "Take it");

@@ -1,0 +1,51 @@
+"""Teaching the robot who somebody is, on the page: the simulated person shows how it goes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.running_console import Running
+from tests.browser.visit import Visit
+
+Open = Callable[..., Visit]
+LONG = 60_000  # [ms]
+
+
+@pytest.fixture(scope="module")
+def chromium_flags() -> list[str]:
+    return ["--disable-gpu"]
+
+
+@pytest.fixture(scope="module")
+def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    """A console of its own: the robot stands where it woke, with room before it, and knows nobody."""
+    with Running(tmp_path_factory.mktemp("people")) as running:
+        yield running
+
+
+def test_somebody_is_taught_chosen_and_forgotten(visit: Open, console: Running) -> None:
+    here = visit(size=(1100, 760))
+    page = here.page
+    page.goto(console.url + "people")
+    here.button("Begin").click()
+    expect(page.get_by_role("heading", name="First the empty room")).to_be_visible()
+    expect(here.button("Take the empty room")).to_be_enabled()
+    here.button("Show me").click()
+    expect(here.find(".people-strip li")).to_have_count(4, timeout=LONG)
+    expect(page.get_by_role("heading", name="That is enough")).to_be_visible()
+    expect(here.find(".people-strip .sketch-outline")).to_have_count(4)
+    loaded = "[...document.querySelectorAll('.people-strip img')].every((one) => one.naturalWidth > 0)"
+    here.until(lambda: page.evaluate(loaded), "the pictures are shown")
+
+    page.get_by_label("Who are you?").fill("Ann")
+    here.button("That is me").click()
+    page.get_by_label("Only Ann").check(force=True)
+    here.until(lambda: console.ask("api/people")["chosen"] is not None, "Ann is chosen")
+    expect(page.get_by_label("Only Ann")).to_be_checked()
+    here.button("Forget Ann").click()
+    expect(page.get_by_label("Only Ann")).to_have_count(0)
+    expect(page.get_by_label("Anybody")).to_be_checked()
+    assert console.ask("api/people")["chosen"] is None
