@@ -54,12 +54,12 @@ class Album:
     """Its methods wait for the disk: call them from a thread."""
 
     def __init__(self, home: Path) -> None:
-        self._folder = home / "people"
+        self.folder = home / "people"
 
     def read(self, complain: Callable[[str], None]) -> tuple[dict[str, Card], str | None]:
         """Everybody by id, and the id of the one who is chosen. What cannot be read stays where it is and is told."""
         people: dict[str, Card] = {}
-        for path in sorted(self._folder.glob("*.json"))[: 2 * MOST_PEOPLE]:
+        for path in sorted(self.folder.glob("*.json"))[: 2 * MOST_PEOPLE]:
             if path.name == CHOSEN:
                 continue
             try:
@@ -70,7 +70,7 @@ class Album:
         return people, self._choice(people, complain)
 
     def _choice(self, people: dict[str, Card], complain: Callable[[str], None]) -> str | None:
-        path = self._folder / CHOSEN
+        path = self.folder / CHOSEN
         try:
             if not path.is_file():
                 return None
@@ -87,17 +87,17 @@ class Album:
 
     def keep(self, card: Card) -> None:
         """Write one person. Raises OSError."""
-        self._folder.mkdir(parents=True, exist_ok=True)
-        replace(self._folder / f"{card.id}.json", msgspec.json.encode(card))
+        self.folder.mkdir(parents=True, exist_ok=True)
+        replace(self.folder / f"{card.id}.json", msgspec.json.encode(card))
 
     def choose(self, chosen: str | None) -> None:
         """Write who is chosen. Raises OSError."""
-        self._folder.mkdir(parents=True, exist_ok=True)
-        replace(self._folder / CHOSEN, msgspec.json.encode(Choice(chosen)))
+        self.folder.mkdir(parents=True, exist_ok=True)
+        replace(self.folder / CHOSEN, msgspec.json.encode(Choice(chosen)))
 
     def forget(self, card_id: str) -> None:
         """For good. Raises OSError."""
-        (self._folder / f"{card_id}.json").unlink(missing_ok=True)
+        (self.folder / f"{card_id}.json").unlink(missing_ok=True)
 
 
 def small(path: Path) -> bytes:

@@ -50,7 +50,7 @@ class School:
         self.people: dict[str, Card] = {}
         self.lesson: Lesson | None = None
         self._chosen: str | None = None
-        self._album = Album(home)
+        self.album = Album(home)
         self._robot, self._door, self._tell, self._newest = robot, door, tell, newest
         self._pose: Pose | None = None  # of the robot by its wheels
         self._worker = Worker("people")
@@ -62,7 +62,7 @@ class School:
     async def open(self) -> None:
         """Find who was known before."""
         complaints: list[str] = []
-        self.people, self._chosen = await asyncio.to_thread(self._album.read, complaints.append)
+        self.people, self._chosen = await asyncio.to_thread(self.album.read, complaints.append)
         for words in dict.fromkeys(complaints):
             self._tell("warning", words)
 
@@ -162,7 +162,7 @@ class School:
             self.find(lesson.id)
             self._free(name)
             card = Card(VERSION, lesson.id, name, round(time.time(), 1), lesson.who, **learnt)
-            await self._written(lambda: self._album.keep(card))
+            await self._written(lambda: self.album.keep(card))
             self.people[card.id] = card
             self._over()
         return card
@@ -188,7 +188,7 @@ class School:
         async with self._turn:
             if card_id is not None and card_id not in self.people:
                 raise Problem(404, "I know nobody of that id.")
-            await self._written(lambda: self._album.choose(card_id))
+            await self._written(lambda: self.album.choose(card_id))
             self._use(card_id)
 
     async def rename(self, card_id: str, given: str) -> Card:
@@ -197,7 +197,7 @@ class School:
             card = self._known(card_id)
             fresh = Card(**{field: getattr(card, field) for field in Card.__struct_fields__})
             fresh.name = self._free(given, besides=card_id)
-            await self._written(lambda: self._album.keep(fresh))
+            await self._written(lambda: self.album.keep(fresh))
             self.people[card_id] = fresh
             if self._chosen == card_id:
                 self._use(card_id)
@@ -208,10 +208,10 @@ class School:
         async with self._turn:
             card = self._known(card_id)
             if self._chosen == card_id:
-                await self._written(lambda: self._album.choose(None))
+                await self._written(lambda: self.album.choose(None))
                 self._use(None)
                 self._tell("warning", f"I forgot {card.name}, to whom alone I came; now I come to anybody.")
-            await self._written(lambda: self._album.forget(card_id))
+            await self._written(lambda: self.album.forget(card_id))
             del self.people[card_id]
 
     # steps of the above

@@ -145,8 +145,16 @@ def taught(one: Someone, camera: Camera) -> Enrolled | None:
     pictures: list[Array] = []
     for gesture, turn in (("", 0.0), ("wide", 0.0), ("wave", 0.0), ("", math.pi / 2)):
         place = Pose(3.9, 0.0, math.pi + turn)
-        size = {"length": 0.4, "depth": 0.4, "height": one.height}
-        thing = Thing(id="one", what="person", pose=place, look=one.look, gesture=gesture, **size)
+        thing = Thing(
+            id="one",
+            what="person",
+            pose=place,
+            length=0.4,
+            depth=0.4,
+            height=one.height,
+            look=one.look,
+            gesture=gesture,
+        )
         pictures.append(eye.take(LAB.with_thing(thing), 0.0, Pose()).pixels.copy())
     try:
         return enrol("one", pictures, background)

@@ -123,7 +123,7 @@ def test_somebody_is_learnt_from_pictures_that_are_judged_in_words(school: Live,
     told = school.ask("GET", "/api/people", token=school.viewer).json
     assert [one["name"] for one in told["people"]] == ["Ann"] and told["enrolment"] is None
 
-    folder = school.runtime.people._album._folder
+    folder = school.runtime.people.album.folder
     (file,) = folder.glob(f"{done.json['id']}*")
     assert file.stat().st_size < 3000, "numbers, no pictures"
 
