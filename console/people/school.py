@@ -31,6 +31,8 @@ log = logging.getLogger(__name__)
 
 BUDGET = 4.0  # [s] of processor time for one picture
 FRESH = 5.0  # [s] that the assistant waits for a picture
+ONLY = "When called I come only to {}; that is chosen under People."
+ANYBODY = "When called I come to anybody."
 
 Told = dict[str, Any]
 
@@ -56,6 +58,7 @@ class School:
         self._worker = Worker("people")
         self._turn = asyncio.Lock()  # of whoever writes on the disk
         self._show: asyncio.Task[None] | None = None
+        self._sitter = False  # who showed everything stands in the simulated room still
 
     # life
 
@@ -65,6 +68,8 @@ class School:
         self.people, self._chosen = await asyncio.to_thread(self.album.read, complaints.append)
         for words in dict.fromkeys(complaints):
             self._tell("warning", words)
+        if self.chosen is not None:
+            self._tell("info", ONLY.format(self.chosen.name))
 
     async def close(self) -> None:
         """End what is under way; the pictures are gone."""
@@ -96,6 +101,7 @@ class School:
             "chosen": self._chosen,
             "enrolment": None if self.lesson is None else self.lesson.told(),
             "camera": profile.camera is not None,
+            "stands": self._sitter,
             "simulated": profile.kind == "SIM" and profile.drives,
         }
 
@@ -179,7 +185,7 @@ class School:
         await end(self._show)
         if on:
             self._show = asyncio.get_running_loop().create_task(self._shown(lesson))
-            lesson.showing, lesson.trouble = True, ""
+            lesson.showing, lesson.trouble, self._sitter = True, "", False
 
     # who is known
 
@@ -190,6 +196,7 @@ class School:
                 raise Problem(404, "I know nobody of that id.")
             await self._written(lambda: self.album.choose(card_id))
             self._use(card_id)
+            self._tell("info", ANYBODY if self.chosen is None else ONLY.format(self.chosen.name))
 
     async def rename(self, card_id: str, given: str) -> Card:
         """Raises Problem 404, 409, 422, 503."""
@@ -247,6 +254,7 @@ class School:
         sitter = Sitter(self._ask, self._robot.profile.camera, look=len(self.people))
         try:
             await sitter.sit(lesson, self._fresh)
+            self._sitter = True
         except (BeckonError, Problem) as wrong:
             lesson.trouble = str(wrong)
         finally:

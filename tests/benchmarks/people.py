@@ -165,6 +165,7 @@ def taught(one: Someone, camera: Camera) -> Enrolled | None:
 def choices(scenes: Sequence[Scene]) -> dict[str, float]:
     """Shares of the scenes with two people of whom the first is the one who was taught."""
     rows: list[tuple[bool, ...]] = []
+    unlike: list[bool] = []  # whether the other was taken, of those who share neither shirt nor trousers
     for scene in scenes:
         one, other = scene.people
         who = taught(one, scene.camera) if one.look != other.look else None
@@ -185,9 +186,12 @@ def choices(scenes: Sequence[Scene]) -> dict[str, float]:
                 any(fits(rectangle, other) for rectangle in strange),
             )
         )
+        if not any(mine == theirs for mine, theirs in zip(one.look.split("/"), other.look.split("/"), strict=True)):
+            unlike.append(rows[-1][-1])
     names = ("chosen_of_two", "other_chosen_of_two", "chosen_of_two_by_chance", "found_when_calling", "other_taken")
     shares = np.mean(np.array(rows, float), axis=0).tolist()
-    return {"scenes": len(rows), **dict(zip(names, shares, strict=True))}
+    told = {"scenes": len(rows), **dict(zip(names, shares, strict=True))}
+    return told | {"scenes_unlike": len(unlike), "other_taken_unlike": float(np.mean(unlike))}
 
 
 def peers(scenes: Sequence[Scene], interpreter: str) -> dict[str, float]:

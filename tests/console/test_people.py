@@ -191,7 +191,13 @@ class Obedient:
 def school_in(home: Path, complaints: list[str]) -> tuple[School, Obedient]:
     door = Door.__new__(Door)
     door.pilot = pilot = Obedient()  # type: ignore[assignment]
-    found = School(home, InProcessRobot(), door, lambda _, words: complaints.append(words), lambda: None)
+    found = School(
+        home,
+        InProcessRobot(),
+        door,
+        lambda level, words: complaints.append(words) if level == "warning" else None,
+        lambda: None,
+    )
     asyncio.run(found.open())
     return found, pilot
 

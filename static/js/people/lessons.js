@@ -37,10 +37,13 @@ import { call, post } from "../api.js";
  * @property {Enrolment | null} enrolment
  * @property {boolean} camera
  * @property {boolean} simulated
+ * @property {boolean} stands whether who showed everything is in the simulated room still
  */
 
 const ROOT = "api/people";
 const ASK_MS = 400;
+const SITTER = "show me"; // what the simulated person is called in the room
+const SPOKEN_MS = 2500; // until a call has been heard
 
 /** @param {string} id @param {number} number */
 export const pictureOf = (id, number) => `${ROOT}/${id}/pictures/${number}.jpg`;
@@ -137,6 +140,16 @@ export class Lessons {
   /** @param {string} id */
   forget(id) {
     return this.#tried(() => call(`${ROOT}/${id}`, { method: "DELETE" }));
+  }
+
+  /** In the simulated room: who showed everything calls, and the robot is told to come. */
+  call() {
+    return this.#tried(async () => {
+      await post("api/sim/say", { text: "come here", id: SITTER });
+      await new Promise((resolve) => setTimeout(resolve, SPOKEN_MS));
+      await post("api/commands", { text: "come here" });
+      this.session.announce("The robot turns to the voice and comes.");
+    });
   }
 
   #path() {

@@ -1,5 +1,6 @@
 // Whom the robot comes to: anybody, or one of those whom it knows.
 
+import { action } from "../calibration/action.js";
 import { since } from "../calibration/used.js";
 import { icon, make } from "../element.js";
 import { Panel } from "../panel.js";
@@ -11,6 +12,13 @@ class PeopleKnown extends Panel {
   /** @type {Lessons | null} */
   #lessons = null;
   #rows = make("ul", { class: "known-rows" });
+  #call = action("voice", "Try it: let them call “come here”");
+  #trial = make(
+    "div",
+    { class: "known-trial", hidden: true },
+    make("p", { class: "note" }, "Who showed you the gestures stands in the simulated room still. Watch on the console how I come, or why not."),
+    this.#call,
+  );
   #renaming = "";
   #drawn = "";
 
@@ -22,12 +30,14 @@ class PeopleKnown extends Panel {
 
   /** @override */
   build() {
+    this.#call.addEventListener("click", () => void this.#lessons?.call());
     this.append(
       make(
         "section",
         { class: "card people-card", "aria-label": "Whom I come to" },
         make("h2", {}, "Whom do I come to?"),
         this.#rows,
+        this.#trial,
         make("p", { class: "note" }, "It is meant for COME HERE and FOLLOW ME. Everything else is obeyed as before, and STOP from everybody."),
         make("p", { class: "note" }, "I know people by their clothes: in others, teach me anew."),
       ),
@@ -37,6 +47,8 @@ class PeopleKnown extends Panel {
   #draw() {
     const lessons = this.#lessons;
     if (!lessons?.told) return;
+    this.#trial.hidden = !lessons.told.stands || lessons.enrolment !== null || !lessons.may;
+    this.#call.disabled = lessons.busy;
     const { people, chosen } = lessons.told;
     const key = JSON.stringify([people, chosen, lessons.may, lessons.busy, this.#renaming]);
     if (key === this.#drawn) return;
