@@ -52,6 +52,7 @@ export class Lessons {
   /** @type {Told | null} null until it was read */
   told = null;
   busy = false;
+  outcome = ""; // of the newest call
   /** @type {Set<() => void>} */
   #listeners = new Set();
 
@@ -147,9 +148,22 @@ export class Lessons {
     return this.#tried(async () => {
       await post("api/sim/say", { text: "come here", id: SITTER });
       await new Promise((resolve) => setTimeout(resolve, SPOKEN_MS));
-      await post("api/commands", { text: "come here" });
-      this.session.announce("The robot turns to the voice and comes.");
+      const deed = await post("api/commands", { text: "come here" });
+      void this.#watch(deed.id);
     });
+  }
+
+  /** @param {number} id of a command: tells how it goes until it is over */
+  async #watch(id) {
+    for (let state = "running"; state === "running"; ) {
+      const row = await call(`api/commands/${id}`).catch(() => null);
+      if (!row) return;
+      state = row.state;
+      this.outcome = row.remark || (state === "running" ? "I turn to the voice and look who it is." : state);
+      this.#tell();
+      await new Promise((resolve) => setTimeout(resolve, ASK_MS));
+    }
+    this.session.announce(this.outcome);
   }
 
   #path() {

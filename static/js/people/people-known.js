@@ -2,7 +2,7 @@
 
 import { action } from "../calibration/action.js";
 import { since } from "../calibration/used.js";
-import { icon, make } from "../element.js";
+import { icon, make, write } from "../element.js";
 import { Panel } from "../panel.js";
 
 /** @typedef {import("./lessons.js").Lessons} Lessons */
@@ -13,11 +13,13 @@ class PeopleKnown extends Panel {
   #lessons = null;
   #rows = make("ul", { class: "known-rows" });
   #call = action("voice", "Try it: let them call “come here”");
+  #outcome = make("p", { class: "known-outcome" });
   #trial = make(
     "div",
     { class: "known-trial", hidden: true },
-    make("p", { class: "note" }, "Who showed you the gestures stands in the simulated room still. Watch on the console how I come, or why not."),
+    make("p", { class: "note" }, "Who showed you the gestures stands in the simulated room still; let them call, and see whether I come."),
     this.#call,
+    this.#outcome,
   );
   #renaming = "";
   #drawn = "";
@@ -49,6 +51,7 @@ class PeopleKnown extends Panel {
     if (!lessons?.told) return;
     this.#trial.hidden = !lessons.told.stands || lessons.enrolment !== null || !lessons.may;
     this.#call.disabled = lessons.busy;
+    write(this.#outcome, lessons.outcome);
     const { people, chosen } = lessons.told;
     const key = JSON.stringify([people, chosen, lessons.may, lessons.busy, this.#renaming]);
     if (key === this.#drawn) return;
