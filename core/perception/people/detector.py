@@ -129,14 +129,16 @@ def _at_distance(
         single, shares = likely[:, shift, place], inside[:, shift, place]
         angle, away = bearing + math.atan2(left[place], distance), math.hypot(distance, left[place])
         height = TALL + SHIFTS[shift] / CELLS_PER_METRE
-        own, alike_enough = (value, float(rank[shift, place]), single), True
-        if who is not None:
+        enough = _threshold(float(shown), settings)
+        own = value, float(rank[shift, place]), single
+        known = who is None and value >= enough
+        if who is not None and _liked(1.0, single, shares)[0] >= enough:  # otherwise no colours make it that one
             seen = colours_seen(boards, away, angle, height)
-            own, alike_enough = _liked(who, seen, single, shares), alike(who, seen) >= settings.alike
-        known = alike_enough and own[0] >= _threshold(float(shown), settings)
+            own = _liked(np.nan_to_num(alikeness(who, seen), nan=1.0), single, shares)
+            known = own[0] >= enough and alike(who, seen) >= settings.alike
         if known:
             value, _, single = own
-        if known or value >= _threshold(float(shown), settings):
+        if known or value >= enough:
             parts = tuple(
                 _seen_part(boards, part, away, angle, SHIFTS[shift], float(k), float(share))
                 for part, k, share in zip(PARTS, single, shares, strict=True)
@@ -160,11 +162,10 @@ def _at_distance(
         rank[:, max(0, place - COLUMNS // 2) : place + COLUMNS // 2 + 1] = -np.inf
 
 
-def _liked(who: Enrolled, seen: Array, single: Array, shares: Array) -> tuple[float, float, Array]:
-    """Colours (3, HUES + GREYS), K_i (3,) and the parts' shares in the picture (3,) → K, its log odds and K_i of
-    somebody who is to be `who`: every K_i is also how alike its colours are.
+def _liked(likes: Array | float, single: Array, shares: Array) -> tuple[float, float, Array]:
+    """How alike the colours of the parts are (3,), K_i (3,) and the parts' shares in the picture (3,) → K, its log
+    odds and K_i of somebody who is looked for: every K_i is also how alike its colours are.
     """
-    likes = np.nan_to_num(alikeness(who, seen), nan=1.0)
     both = np.sqrt(single * likes)
     weights = np.array([part.weight for part in PARTS]) * shares
     weights = weights / weights.sum()
