@@ -18,6 +18,7 @@ from console.api.calibration_files import calibration_files
 from console.api.commands import commands
 from console.api.documentation import documentation
 from console.api.hearing import hearing
+from console.api.intent import intent
 from console.api.lease import lease
 from console.api.login import login
 from console.api.maps import maps
@@ -43,6 +44,7 @@ log = logging.getLogger(__name__)
 ROUTERS = (
     stop,
     commands,
+    intent,
     state,
     hearing,
     lease,

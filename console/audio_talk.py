@@ -15,6 +15,7 @@ import numpy as np
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from console import wire_audio as wire
+from console.intent import Intent
 from console.latest import Closing
 from console.logins import Person
 from console.microphone import Turn
@@ -141,16 +142,15 @@ class AudioTalk:
     def _hear(self, told: Told, delay: float) -> None:
         """Words with how long after their sound they came [s]."""
         stops = told["name"] == STOP_MOVING.name
-        deed: int | None = None
-        reason: str = told["reason"]
+        became: dict[str, Any] = {}
         if stops and told["end"] > self._stopped:
-            deed = self._obey(told["heard_as"]).get("deed")
+            became = {"deed": self._obey(told["heard_as"]).get("deed")}
             self._stopped = told["end"] + 1.0
         elif told["final"] and told["name"] is not None and not stops:
-            obeyed = self._obey(told["heard_as"])
-            deed, reason = obeyed.get("deed"), obeyed.get("reason", "")
+            became = self._obey(told["heard_as"])
         elif told["final"] and told["name"] is None:
-            deed = self._refuse(told)
+            became = {"deed": self._refuse(told)}
+        reason: str = became.get("reason", told["reason"])
         accepted = told["name"] is not None and not reason
         if accepted:
             self._prattle = False
@@ -166,13 +166,16 @@ class AudioTalk:
                 suggestions=told["suggestions"],
                 seconds=round(told["end"] - told["begin"], 2),
                 delay_s=round(delay, 3),
-                deed=deed,
+                deed=became.get("deed"),
+                intent=became.get("intent"),
             )
         )
 
     def _obey(self, words: str) -> dict[str, Any]:
+        """What became of words: the deed, the order that waits, or the reason why there is neither."""
         try:
-            return {"deed": self._runtime.door.submit(words, SOURCE, self._person).id}
+            taken = self._runtime.intents.take(words, SOURCE, self._person)
+            return {"intent" if isinstance(taken, Intent) else "deed": taken.id}
         except Problem as problem:
             return {"reason": problem.detail}
         except Refused as refusal:

@@ -9,12 +9,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Container
 from dataclasses import dataclass, replace
-from typing import Any
 
 from console import wire
 from console.brakes import Brakes
 from console.helm import Helm
-from console.history import History
+from console.history import History, row_of
 from console.lease import Lease
 from console.logins import Person
 from console.notice_board import NoticeBoard
@@ -63,7 +62,7 @@ class Door:
         self.helm = Helm(robot)
         self._brakes = Brakes(robot, self.helm, lease, history, board, self.cancel)
         self.pilot: PilotLike | None = None  # None: it failed
-        self.when_cancelled: list[Callable[[], None]] = []  # told of everything that ends what is under way
+        self.when_cancelled: list[Callable[[Ending, str], None]] = []  # told of all that ends what is under way
         self._robot = robot
         self._lease = lease
         self._history = history
@@ -79,25 +78,33 @@ class Door:
     def submit(self, text: str, source: str, who: Person, call: Call | None = None) -> Deed:
         """Words → the deed that is now under way; `call`: from where they were spoken. Raises Problem 403 to 503."""
         heard = understand(text)
-        told: dict[str, Any] = {"source": source, "words": text}
         if not isinstance(heard, Command):
-            self._history.add("command", who, state="refused", remark=heard.reason, **told)
+            self._history.add("command", who, state="refused", remark=heard.reason, source=source, words=text)
             suggestions = list(heard.suggestions)
             raise Problem(422, heard.reason, more={"reason": heard.reason, "suggestions": suggestions})
         heard = replace(heard, call=call)
-        told |= {"heard_as": heard.heard_as, "name": heard.name, "numbers": dict(heard.numbers)}
         if heard.name == STOP_MOVING.name:
             self.helm.stop()
+            self._tell("cancelled", f"Stopped by {who.name}.")
         else:
-            try:
-                self._check_motion(who)
-                self._obtain(who)
-            except Problem as problem:
-                self._history.add("command", who, state="refused", remark=problem.detail, **told)
-                raise
-        deed = self._history.add("command", who, state="running", **told)
+            self.admit(heard, text, source, who)
+            self._tell("pre-empted", f"“{heard.heard_as}” came after it.")
+        deed = self._history.add("command", who, state="running", **row_of(heard, text, source))
         self._hand_to_pilot(deed, heard, who)
         return deed
+
+    def admit(self, heard: Command, words: str, source: str, who: Person) -> None:
+        """See to it that this person may move the robot now; who drives where nobody does is this person.
+
+        Raises Problem 403 to 503, which is then in the history, too.
+        """
+        try:
+            self._check_motion(who)
+            self._obtain(who)
+        except Problem as problem:
+            told = row_of(heard, words, source)
+            self._history.add("command", who, state="refused", remark=problem.detail, **told)
+            raise
 
     def drive(self, message: wire.Drive, who: Person) -> None:
         """A hand on the keys. Raises Problem 403, 409, 503."""
@@ -192,6 +199,7 @@ class Door:
 
     def ended_without_pilot(self, why: str) -> None:
         """No pilot says it now: everything under way has failed, and a pilot that comes to itself hears so."""
+        self._tell("failed", why)
         for number in self._orders:
             self.helm.dismiss(number)
             self._history.end(number, "failed", why)
@@ -201,14 +209,17 @@ class Door:
 
     def cancel(self, state: Ending, why: str) -> None:
         """End what is under way; nothing of it drives from now on."""
-        for tell in self.when_cancelled:
-            tell()
+        self._tell(state, why)
         for number in self._orders:
             self.helm.dismiss(number)
         if self.pilot is not None:
             self.pilot.cancel(state, why)
 
     # steps of the above
+
+    def _tell(self, state: Ending, why: str) -> None:
+        for tell in self.when_cancelled:
+            tell(state, why)
 
     def _hand_to_pilot(self, deed: Deed, heard: Command, who: Person) -> None:
         if not self._robot.profile.drives:
@@ -219,7 +230,13 @@ class Door:
             return
         self._orders[deed.id] = Order(who, deed.source, time.monotonic(), heard.name)
         self.helm.entrust(deed.id, self._lease.epoch)
-        self.pilot.tell(deed.id, heard, deed.source, who.name)
+        try:
+            self.pilot.tell(deed.id, heard, deed.source, who.name)
+        except Refused as refused:
+            self.helm.dismiss(deed.id)
+            del self._orders[deed.id]
+            self._history.end(deed.id, "refused", str(refused))
+            raise
 
     def _watch_gate(self, status: GateStatus, now: float) -> None:
         """What the gate stopped, or does not let through, has failed."""
@@ -270,8 +287,8 @@ class Door:
 
     def _press(self, press: int, who: Person, now: float) -> None:
         """A hand that drives ends a goal; the goal does not resume."""
-        if self._orders:
-            self.cancel("pre-empted", f"{who.name} drives by hand.")
+        end = self.cancel if self._orders else self._tell
+        end("pre-empted", f"{who.name} drives by hand.")
         if self._jog is not None and self._jog.press == press:
             self._jog.seen = now
             return

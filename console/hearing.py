@@ -37,6 +37,7 @@ PIECE = 0.2  # [s] of sound that go to the worker at once
 MOST_WAITING = 8.0  # [s] of sound that may wait for it; older sound is not heard
 MOST_LOSSES = 3  # of the worker, one after the other
 REMEMBERED = 50  # utterances
+OFFERED = 15.0  # [s] that a command is offered whose words were heard with a doubt
 FRESH = 1.5  # [s] by which a direction may be older than the end of the words that it belongs to
 ROOM = Person("room", "a voice in the room", "viewer")
 NOT_OBEYED = "Voices in the room are shown; nobody who drives has taken them on."
@@ -55,6 +56,7 @@ class Utterance:
     reason: str
     azimuth_rad: float | None  # robot frame, as the robot stood when it heard it
     sd_rad: float | None
+    meant: str = ""  # the command that the words would be, had they been heard without a doubt
 
 
 class Ears:
@@ -99,6 +101,13 @@ class Ears:
         await end(self._task)
         self._worker.kill()
         await self._worker.gone()
+
+    @property
+    def meant(self) -> str:
+        """The command that the newest words may have been, as long as it is offered; else ""."""
+        newest = self.utterances[-1] if self.utterances else None
+        fresh = newest is not None and 0 <= self.stamp - newest.t1_s < OFFERED
+        return newest.meant if newest is not None and fresh else ""
 
     def shown(self) -> list[dict[str, Any]]:
         """The newest utterances, newest first."""
@@ -177,4 +186,5 @@ class Ears:
             reason=told["reason"],
             azimuth_rad=None if best is None else round(wrap(best.azimuth), 4),
             sd_rad=None if best is None else round(best.sd_heard, 4),
+            meant=told["meant"],
         )

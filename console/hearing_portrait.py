@@ -21,14 +21,14 @@ def direction(heard: Hearing | None, camera: Camera | None) -> wire.VoiceHeard |
 
 
 def ears(
-    heard: Hearing | None, camera: Camera | None, *, muted: bool = False, obeyed: bool = False
+    heard: Hearing | None, camera: Camera | None, *, muted: bool = False, obeyed: bool = False, meant: str = ""
 ) -> wire.Ears | None:
     """What the robot's ears make of the sound; None without microphones."""
     if heard is None:
         return None
     level = None if heard.level_db is None else round(heard.level_db, 1)
     voices = [voice(one, camera) for one in heard.voices]
-    return wire.Ears(heard.listening, muted, obeyed, heard.speaking, level, voices)
+    return wire.Ears(heard.listening, muted, obeyed, meant, heard.speaking, level, voices)
 
 
 def voice(told: VoiceDirection, camera: Camera | None) -> wire.VoiceHeard:

@@ -11,6 +11,7 @@ from typing import Any
 
 from console.logins import Person
 from console.store import REMEMBERED, Deed, Store
+from core.commands.command import Command
 
 
 class History:
@@ -65,3 +66,9 @@ class History:
             del self._deeds[next(old.id for old in self._deeds.values() if old.state != "running" or old is deed)]
         self.revision += deed.what == "command"
         self._store.keep(deed)
+
+
+def row_of(heard: Command, words: str, source: str) -> dict[str, Any]:
+    """What the history says of an order beside who gave it and how it went."""
+    numbers = dict(heard.numbers)
+    return {"source": source, "words": words, "heard_as": heard.heard_as, "name": heard.name, "numbers": numbers}

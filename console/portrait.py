@@ -8,8 +8,9 @@ from typing import Literal
 
 import numpy as np
 
-from console import hearing_portrait, people_portrait, sight_portrait, wire
+from console import hearing_portrait, intent_portrait, people_portrait, sight_portrait, wire
 from console.floor_portrait import accuracy, floor
+from console.intent import Intent
 from console.lease import Lease
 from core.gate.status import GateStatus
 from core.message import Array
@@ -41,6 +42,9 @@ class Circumstances:
     map: wire.MapState
     muted: bool = False  # the robot speaks: nobody is listened to
     obeyed: bool = False  # a driver has taken the words of the room on
+    meant: str = ""  # the command that the newest words in the room may have been
+    intent: Intent | None = None  # a spoken order that waits
+    now: float = 0.0  # [s] on the monotonic clock
 
 
 def draw(snapshot: Snapshot, around: Circumstances, seq: int) -> wire.State:
@@ -57,11 +61,14 @@ def draw(snapshot: Snapshot, around: Circumstances, seq: int) -> wire.State:
         floor=floor(snapshot.floor),
         map=around.map,
         direction=hearing_portrait.direction(snapshot.hearing, around.profile.camera),
-        ears=hearing_portrait.ears(snapshot.hearing, around.profile.camera, muted=around.muted, obeyed=around.obeyed),
+        ears=hearing_portrait.ears(
+            snapshot.hearing, around.profile.camera, muted=around.muted, obeyed=around.obeyed, meant=around.meant
+        ),
         person=people_portrait.person(snapshot.person, snapshot.stamp),
         goal=None if goal is None else wire.Place(near(goal[0]), near(goal[1])),
         path=[(x, y) for x, y in rounded(snapshot.path, 3)],
         command=None if snapshot.undertaking is None else command(snapshot.undertaking),
+        intent=intent_portrait.intent(around.intent, snapshot, around.profile.radius, around.now),
         camera=None if snapshot.view is None else camera(snapshot.view),
         calibration_drift=sight_portrait.drift(snapshot.drift),
         robot=robot(snapshot, around),

@@ -9,6 +9,7 @@ from typing import Any
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.protocol import State
 
 HEADER_TIME = 10.0  # [s] for the whole head of a request
 REST_TIME = 2.0  # [s] to finish sending a body that was answered already
@@ -87,6 +88,10 @@ class ImpatientSocket(WebSocketsSansIOProtocol):
         self.loop.call_later(PARTING, self.transport.abort)
 
     def shutdown(self) -> None:
-        """The console ends."""
-        super().shutdown()
+        """The console ends; uvicorn's own way raises where the peer has just said good-bye."""
+        if self.handshake_complete and self.conn.state is not State.OPEN:
+            self.stop_keepalive()
+            self.transport.close()
+        else:
+            super().shutdown()
         self.loop.call_later(PARTING / 4, self.transport.abort)

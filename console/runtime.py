@@ -23,6 +23,7 @@ from console.camera_feed import CameraFeed, Picture
 from console.door import Door
 from console.hearing import Ears
 from console.history import History
+from console.intents import Intents
 from console.latest import Hub
 from console.lease import Lease
 from console.map_desk import MapDesk
@@ -72,12 +73,13 @@ class Runtime:
         self.door = Door(robot, self.lease, self.history, self.board)
         self.maps = MapDesk(home, robot, self.door, self.lease, self.history)
         self.ears = Ears(self.door, self.history, self.board)
-        self.spoken = SpokenOrders(self.ears, self.door, self.lease, self.history, self.board)
+        self.intents = Intents(self.door, self.lease, self.history, self.board)
+        self.spoken = SpokenOrders(self.ears, self.door, self.lease, self.intents, self.board)
         self.microphone = Microphone()
         self.voice = RobotVoice()
         self.quality = QualityRuns(home)
         self.player = Player(robot, self.history, self.board)
-        self.scene = Scene(robot, self._complain)
+        self.scene = Scene(robot, self._complain, lambda: self.intents.command)
         self.workbench = Workbench(home, robot, self.hub, self.board.tell, self._look_through)
         self.array = ArrayBench(home, robot, lambda: self._look_through(self.workbench.profile()))
         self.people = School(home, robot, self.door, self.board.tell, lambda: self.workbench.newest)
@@ -149,12 +151,12 @@ class Runtime:
         """The newest state, or None before the first frame."""
         if self.snapshot is None:
             return None
-        link, age = self.robot.link()
+        (link, age), now = self.robot.link(), time.monotonic()
         around = Circumstances(
             profile=self.robot.profile,
             link=link,
             age=round(age, 3),
-            pace=self.pace.told(time.monotonic()),
+            pace=self.pace.told(now),
             speed=self.player.speed,
             gate=self.robot.status(),
             lease=self.lease,
@@ -164,6 +166,9 @@ class Runtime:
             map=self.maps.shown,
             muted=self.voice.muted,
             obeyed=self.spoken.driver is not None,
+            meant=self.ears.meant,
+            intent=self.intents.waiting,
+            now=now,
         )
         self._seq += 1
         return draw(self.snapshot, around, self._seq)
@@ -189,7 +194,7 @@ class Runtime:
         self.door.pilot = pilot = self._make_pilot()
         pilot.look_through(self.array.profile(self.workbench.profile()))
         pilot.obey_only(self.people.chosen)
-        told = (self._published, self._pilot_failed, self.voice.deaf)
+        told = (self._published, partial(self._call, self._bury), self.voice.deaf)
         self._pilot = PilotThread(self.robot, pilot, self.door.helm, *told)
         self.board.another_pilot()
         self._pilot.start()
@@ -207,10 +212,6 @@ class Runtime:
         """A calibration was accepted or taken back: used from the next frame on."""
         if self._pilot is not None:
             self._pilot.pilot.look_through(self.array.profile(profile))
-
-    def _pilot_failed(self, fault: str) -> None:
-        """From the pilot's thread."""
-        self._call(self._bury, fault)
 
     def _call(self, act: Callable[..., None], *given: Any) -> None:
         """On the event loop, if there still is one."""
@@ -245,9 +246,7 @@ class Runtime:
         self._nothing_under_way()
         self._failures.append(now)
         if len(self._failures) > RESTARTS and now - self._failures[0] < RESTART_WINDOW:
-            self.failure = (
-                f"The pilot failed {RESTARTS + 1} times within a minute and stays off. Restart the console."
-            )
+            self.failure = f"The pilot failed {RESTARTS + 1} times in a minute and stays off. Restart the console."
             self.board.tell("error", self.failure)
             return
         self.failure = f"The pilot failed ({fault}); the robot was stopped and the pilot starts anew."

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import ipaddress
 import socket
 import ssl
@@ -52,9 +53,7 @@ class Options:
     settings: Path | None = None
     open_browser: bool = True
     log: Path | None = None  # None: console.log in the data folder
-    tls_cert: Path | None = (
-        None  # PEM; with it and its key the console speaks HTTPS, which microphones of phones want
-    )
+    tls_cert: Path | None = None  # PEM; with it and its key it is HTTPS, which microphones of phones want
     tls_key: Path | None = None
     text_files: Path | None = None  # the folder of speech.txt and source.txt
 
@@ -105,7 +104,12 @@ def serve(options: Options) -> None:
             orders = TextOrders(files, runtime.door, runtime.history, runtime.board, lambda: runtime.snapshot)
             runtime.beside.append(orders.run)
         config = configured(create_app(runtime), options.tls_cert, options.tls_key)
-        server = Server(config, runtime, lambda: announce(options, port, access))
+
+        def listening() -> None:
+            gc.freeze()  # what is loaded now stays; to go through it again and again would take 70 ms each time
+            announce(options, port, access)
+
+        server = Server(config, runtime, listening)
         recording = options.robot.removeprefix("log:")
         if recording != options.robot and Path(recording).exists():
             sys.stderr.write(f"Reading {recording}…\n")

@@ -32,6 +32,7 @@ from console.wire_floor import Spot as Spot
 from console.wire_floor import SubmapRow as SubmapRow
 from console.wire_hearing import Ears as Ears
 from console.wire_hearing import VoiceHeard as VoiceHeard
+from console.wire_intent import IntentState as IntentState
 from console.wire_people import BodyPart as BodyPart
 from console.wire_people import PersonState as PersonState
 from console.wire_people import SensedBearing as SensedBearing
@@ -220,6 +221,7 @@ class State(Struct, tag_field="kind", tag="state"):
     goal: Place | None
     path: list[tuple[float, float]]
     command: CommandState | None
+    intent: IntentState | None  # a spoken order that waits for its moment
     camera: CameraOverlay | None
     calibration_drift: CalibrationDrift | None
     robot: RobotState

@@ -54,6 +54,7 @@ class Transcript(Struct, tag_field="kind", tag="transcript"):
     seconds: float  # of speech
     delay_s: float  # from the end of the sound that it needed to this message
     deed: int | None = None  # its row in the history
+    intent: int | None = None  # the order waits: `intent` of the state has it
 
 
 AudioDown = Listening | Transcript

@@ -66,4 +66,5 @@ def told(said: Spoken) -> dict[str, Any]:
         "heard_as": "" if command is None else command.heard_as,
         "reason": said.reason,
         "suggestions": list(said.suggestions),
+        "meant": said.meant,
     }

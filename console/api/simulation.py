@@ -13,7 +13,7 @@ from console.api import Behind, Who, Wish, router
 from console.problems import Problem
 from console.roles import needs
 from console.runtime import Runtime
-from core.speech.voice import VoiceSettings, pcm, speak
+from core.speech.voice import PERSONS_VOICE, VoiceSettings, pcm, speak
 
 PCM = 900_000  # characters of base64, 21 s at 16 kHz
 PIECE = 100_000  # of them that go through the driver's pipe at once; a multiple of 4
@@ -87,7 +87,8 @@ class Saying(Wish):
     y_m: Number | None = None
     z_m: Number | None = None
     id: str | None = Field(default=None, min_length=1, max_length=40)
-    voice: str = Field(default="en-us", max_length=40)
+    voice: str = Field(default=PERSONS_VOICE, max_length=40)
+    speed: int = Field(default=150, ge=80, le=400)  # words a minute
     more: bool = False
 
 
@@ -130,7 +131,8 @@ async def say(asked: Saying, behind: Behind, who: Who) -> dict[str, Any]:
     wanted = {key: value for key, value in asked.model_dump().items() if value is not None}
     simulated(behind)
     if asked.text is not None and asked.pcm is None:
-        sound = await asyncio.to_thread(speak, asked.text, VoiceSettings(voice=asked.voice))  # not in the driver
+        chosen = VoiceSettings(voice=asked.voice, speed=asked.speed)
+        sound = await asyncio.to_thread(speak, asked.text, chosen)  # not in the driver
         wanted |= {"pcm": base64.b64encode(pcm(sound)).decode(), "rate_hz": sound.rate}
     answer: dict[str, Any] = {}
     for piece in pieces(wanted):

@@ -25,6 +25,7 @@ from console.scene.click import ClickToGo
 from console.scene.closures import Closures
 from console.scene.floor import Floor
 from console.scene.ghost import Ghost
+from console.scene.intended import Intended
 from console.scene.landmarks import Landmarks
 from console.scene.mount import NoSocketServer, QuietViser, close_viser, open_viser
 from console.scene.occupancy import Occupancy
@@ -37,6 +38,7 @@ from console.scene.submaps import Submaps
 from console.scene.trail import Trail
 from console.scene.voices import Voices
 from console.sockets import Sockets, TooMany
+from core.commands.command import Command
 from core.errors import Unavailable
 from core.robots import Profile
 from core.snapshot import Snapshot
@@ -47,14 +49,18 @@ PERIOD = 0.05  # [s] at least between two pictures of the scene
 FAILURES = 5  # in a row after which the scene is left as it is
 
 
-class Overlay(Protocol):
+class Shown(Protocol):
     """Something the scene shows."""
-
-    def __init__(self, scene: SceneApi, robot: Profile) -> None: ...
 
     def show(self, snapshot: Snapshot) -> None:
         """Set what has changed."""
         ...
+
+
+class Overlay(Shown, Protocol):
+    """What shows nothing but snapshots."""
+
+    def __init__(self, scene: SceneApi, robot: Profile) -> None: ...
 
 
 OVERLAYS: tuple[type[Overlay], ...] = (
@@ -79,12 +85,15 @@ OVERLAYS: tuple[type[Overlay], ...] = (
 class Scene:
     """Draws the newest snapshot in a thread of its own, so that no picture ever makes the pilot late."""
 
-    def __init__(self, robot: RobotLink, complain: Callable[[str], None]) -> None:
-        """`complain`, from any thread: why the scene is left as it is."""
+    def __init__(
+        self, robot: RobotLink, complain: Callable[[str], None], waiting: Callable[[], Command | None]
+    ) -> None:
+        """`complain`, from any thread: why the scene is left as it is; `waiting`: the order that waits, if any."""
         self.why_not = ""  # why there is no scene; "" when there is one
         self.tabs: dict[str, Callable[[wire.Answer], None]] = {}  # how to tell each open page something
         self._robot = robot
         self._complain = complain
+        self._waiting = waiting
         self._server: QuietViser | None = None
         self._inside: NoSocketServer | None = None
         self._sockets = Sockets()
@@ -144,13 +153,15 @@ class Scene:
 
     def _paint(self, server: QuietViser) -> None:
         try:
-            self._draw(server, [overlay(server.scene, self._robot.profile) for overlay in OVERLAYS])
+            overlays = [overlay(server.scene, self._robot.profile) for overlay in OVERLAYS]
+            intended = Intended(server.scene, self._robot.profile, self._waiting)
+            self._draw(server, [*overlays, intended])
         except Exception:
             log.exception("The scene could not be drawn any more")
             self.why_not = "The 3-D scene cannot be drawn and stays as it is; the log says why. All else goes on."
             self._complain(self.why_not)
 
-    def _draw(self, server: QuietViser, overlays: Sequence[Overlay]) -> None:
+    def _draw(self, server: QuietViser, overlays: Sequence[Shown]) -> None:
         """Draw what is newest until it is over. Raises what keeps failing."""
         failures = 0
         while not self._over.is_set():

@@ -34,6 +34,9 @@ def mix(one: Colour, other: Colour, part: float) -> Colour:
     return r, g, b
 
 
+INTENT: Colour = mix(PLAN, UNSURE, 0.6)  # where a spoken order would go, before it begins
+
+
 def as_drawn(colours: Array) -> Array:
     """Colours (N, 3) → those to give to a line, which the browser shows brighter than it is told (sRGB as linear)."""
     return np.round(255 * (colours / 255.0) ** 2.2).astype(np.uint8)

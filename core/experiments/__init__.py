@@ -24,5 +24,6 @@ EXPERIMENTS: dict[str, Experiment] = {
     "dead-reckoning-vs-slam": _in("dead_reckoning_vs_slam"),
     "direction-of-arrival": _in("direction_of_arrival"),
     "speech-quality": _in("speech_quality"),
+    "table-2": _in("table_2"),
     "tour": _in("tour"),
 }

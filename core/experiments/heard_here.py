@@ -20,7 +20,7 @@ from core.message import Array, message
 from core.sensors.air.enclosure import enclosure, in_sight
 from core.sensors.microphones import Sound
 from core.sensors.simulated_microphones import RATE, EarSettings, SimulatedMicrophones
-from core.speech.engines import open_engine
+from core.speech.engines import open_writer
 from core.speech.likeness import Likeness, liken
 from core.speech.quality import Quality, compare
 from core.speech.quality import as_json as quality_json
@@ -76,7 +76,7 @@ class HeardHere:
             raise Unavailable("This simulated robot is deaf: it has no microphones.")
         self._world, self._pose, self._seed, self._rt60 = world_named(world), pose, seed, chosen.reverberation
         self._ear = SimulatedMicrophones(chosen.array, chosen, np.random.SeedSequence(seed)).ears(pose)[:1]
-        self._engine: Engine = open_engine(speech or SpeechSettings())
+        self._engine: Engine = open_writer(speech or SpeechSettings())
         texts = [TEXT[number % len(TEXT)] for number in range(phrases)]
         self._said: list[Spoken]
         self._said, self.voice = spoken(np.random.default_rng(seed), texts)

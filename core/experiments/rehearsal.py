@@ -23,9 +23,15 @@ EPOCH = 1
 class Rehearsal:
     """One robot, its gate and its pilot, obeying sentences. What it did stays in `trace`."""
 
-    def __init__(self, url: str = "sim:lab", *, seed: int = 0, settings: Settings | None = None) -> None:
+    def __init__(
+        self, url: str = "sim:lab", *, seed: int = 0, start: Pose | None = None, settings: Settings | None = None
+    ) -> None:
+        """`start`: where in the simulated world it begins, instead of at its origin. Raises BadInput in a wall."""
         self.settings = settings or Settings()
         self.robot = connect(url, seed=seed, settings=self.settings)
+        if start is not None:
+            place = {"x_m": start.x, "y_m": start.y, "heading_rad": start.heading}
+            self.robot.ask({"do": "place", "what": "robot", **place})
         self.pilot = Pilot(self.robot.profile, self.settings)
         self._writer = TraceWriter()
         self.gate = Gate(self.settings.limits, trace=self._writer)

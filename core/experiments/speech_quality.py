@@ -23,7 +23,7 @@ from core.experiments.practice_voice import practice_voice
 from core.message import Array, message
 from core.sensors.microphones import Sound
 from core.speech.alignment import phrases_of
-from core.speech.engines import open_engine
+from core.speech.engines import open_writer
 from core.speech.likeness import Likeness, liken
 from core.speech.marks import FIGURE_17_PERSON, FIGURE_17_ROBOT
 from core.speech.marks import as_json as marks_json
@@ -32,7 +32,7 @@ from core.speech.quality import as_json as quality_json
 from core.speech.quality_page import page
 from core.speech.recognizer import Engine, Utterance
 from core.speech.settings import SpeechSettings
-from core.speech.voice import VoiceSettings, can_speak, speak
+from core.speech.voice import PERSONS_VOICE, VoiceSettings, can_speak, speak
 
 RATE = 16_000  # [Hz]
 TEXT = (
@@ -87,7 +87,7 @@ def spoken(rng: np.random.Generator, phrases: Sequence[str]) -> tuple[list[Spoke
     told: list[Spoken] = []
     for number, text in enumerate(phrases):
         if can_speak():
-            sound = speak(text, VoiceSettings(speed=SPEEDS[number // len(TEXT) % len(SPEEDS)]))
+            sound = speak(text, VoiceSettings(voice=PERSONS_VOICE, speed=SPEEDS[number // len(TEXT) % len(SPEEDS)]))
             dry = resample_poly(sound.samples[:, 0], RATE, sound.rate)
         else:
             dry = practice_voice(rng, 0.35 * len(text.split()) + 0.3, RATE)
@@ -207,7 +207,7 @@ def _engine() -> tuple[Engine | None, str]:
     if not can_speak():
         return None, "Nothing here speaks, so that only recordings are compared: pip install 'beckon[voice]'"
     try:
-        return open_engine(SpeechSettings()), ""
+        return open_writer(SpeechSettings()), ""
     except Unavailable as absent:
         return None, str(absent)
 

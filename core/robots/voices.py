@@ -15,7 +15,7 @@ from core.message import Array
 from core.robots.placing import number
 from core.sensors.microphones import Sound
 from core.sensors.simulated_microphones import RATE, EarSettings, SimulatedMicrophones
-from core.speech.voice import VoiceSettings, speak
+from core.speech.voice import PERSONS_VOICE, VoiceSettings, speak
 from core.world import World
 
 MOUTH = 1.55  # [m] above the floor
@@ -60,8 +60,9 @@ class Voices:
         """`{"do": "listen", "on": bool}` or `{"do": "say", …}` → an answer; BadInput and Refused say what is wrong.
 
         say: where, `x_m`, `y_m` and `z_m`? of a mouth, or the `id` of a person in the room; what, either `text` with
-        `voice`? (see core.speech.voice), or `pcm`: 16-bit samples, one channel, little endian, as bytes or base64,
-        at `rate_hz`? (16000). With `more` it goes on in the next request of the same `id`. → `id`, `seconds`.
+        `voice`? and `speed`? (see core.speech.voice), or `pcm`: 16-bit samples, one channel, little endian, as bytes
+        or base64, at `rate_hz`? (16000). With `more` it goes on in the next request of the same `id`. → `id`,
+        `seconds`.
         """
         ears = self._microphones
         if ears is None:
@@ -109,7 +110,8 @@ def _spoken(request: dict[str, Any]) -> Array:
     text = request.get("text")
     if not isinstance(text, str):
         raise BadInput("Say what is to be said: text, or pcm.")
-    sound = speak(text, VoiceSettings(voice=str(request.get("voice") or VoiceSettings().voice)))
+    speed = round(number(request, "speed", VoiceSettings().speed))
+    sound = speak(text, VoiceSettings(voice=str(request.get("voice") or PERSONS_VOICE), speed=speed))
     return _at_rate(sound.samples[:, 0], sound.rate)
 
 

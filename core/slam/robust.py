@@ -24,7 +24,7 @@ class SlipSettings:
     slip_odd: float = 16.3  # chi-square, 2 degrees of freedom, 99.97 %: a sighting that contradicts the prediction
     slip_agree: float = 9.21  # chi-square, 99 %: one that fits once the robot may be elsewhere
     slip_fewest: int = 3  # sightings that must agree on where it is
-    slip_share: float = 0.6  # of all sightings, at least, that are odd before and that agree afterwards
+    slip_share: float = 0.5  # of all sightings, at least, that are odd before and that agree afterwards
     slip_place_sd: float = 0.5  # [m] that the robot may be elsewhere
     slip_heading_sd: float = math.radians(20)  # [rad]
 

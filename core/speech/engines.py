@@ -27,6 +27,13 @@ def open_engine(settings: SpeechSettings) -> Engine:
     return ENGINES[settings.engine](settings)
 
 
+def open_writer(settings: SpeechSettings) -> Engine:
+    """The engine for texts that are compared: it writes down what it hears, sure or not. Raises as `open_engine`."""
+    if settings.engine != "sphinx":
+        return open_engine(settings)
+    return _named("dictation", "Dictation")(settings)
+
+
 def folder_of(settings: SpeechSettings) -> Path:
     """The folder with the engine's model. Raises Unavailable when none was given or it is not there."""
     if not settings.model:

@@ -38,13 +38,7 @@ class Sphinx:
     def __init__(self, settings: SpeechSettings | None = None) -> None:
         """Makes both decoders, in about a second. Raises Unavailable when pocketsphinx is not installed."""
         self._settings = chosen = settings or SpeechSettings()
-        options = {
-            "bestpath": False,
-            "wip": chosen.insertion,
-            "topn": chosen.gaussians,
-            "maxhmmpf": chosen.most_models,
-            "cmn": "batch",
-        }
+        options = options_of(chosen)
         words = competing_words(chosen.competing_words)
         jsgf = grammar(words, chosen.competing_price, chosen.competing_share)
         self._strict = grammar_decoder(jsgf, **options)
@@ -52,8 +46,8 @@ class Sphinx:
 
     def read(self, utterance: Utterance) -> Hypothesis:
         """A sentence of the grammar; no words where other speech fits better; a doubt where it is not sure."""
-        views, offset = self._views(utterance)
-        spans, score = _decoded(self._strict, views[0])
+        views, offset = views_of(utterance, self._settings.clear_ratio)
+        spans, score = decoded(self._strict, views[0])
         words = " ".join(span.word for span in spans)
         if any(is_competing(span.word) for span in spans):
             words, spans = "", ()
@@ -64,19 +58,6 @@ class Sphinx:
             score=score,
             doubt=self._doubt(utterance, views, offset, spans) if words else "",
         )
-
-    def _views(self, utterance: Utterance) -> tuple[list[Array], float]:
-        """The utterance's sound, as it is read first and as it may be read too; and when [s] they begin in it.
-
-        In noise they are the sound without that noise and the sound as it is, else only that.
-        """
-        samples, before = utterance.samples, len(utterance.before) - round(LEAST_BEFORE * RATE)
-        noise = float(np.mean(samples[:before] ** 2)) if before > 0 else 0.0
-        voice = float(np.quantile(np.abs(samples), 0.95)) ** 2 / 2
-        noisy = voice < 10 ** (self._settings.clear_ratio / 10) * noise
-        views = [without_noise(samples, RATE, before), samples] if noisy else [samples]
-        first, last = _around_voice(views[0])
-        return [view[first:last] for view in views], first / RATE
 
     def _doubt(self, utterance: Utterance, views: list[Array], offset: float, spans: tuple[Span, ...]) -> str:
         """Why the words must not be believed; "" for no reason."""
@@ -90,9 +71,35 @@ class Sphinx:
         slower = (resample_poly(views[0], up, down) for up, down in SPEEDS[: self._settings.opinions])
         again = self._willing if len(words) > 1 else self._strict
         for view in (*views[1:], *slower):
-            if [span.word for span in _decoded(again, view)[0]] != words:
+            if [span.word for span in decoded(again, view)[0]] != words:
                 return "I am not sure that I heard every word right."
         return ""
+
+
+def options_of(settings: SpeechSettings) -> dict[str, Any]:
+    """What the settings say to pocketsphinx."""
+    return {
+        "bestpath": False,
+        "wip": settings.insertion,
+        "topn": settings.gaussians,
+        "maxhmmpf": settings.most_models,
+        "cmn": "batch",
+    }
+
+
+def views_of(utterance: Utterance, clear_ratio: float) -> tuple[list[Array], float]:
+    """The utterance's sound, as it is read first and as it may be read too; and when [s] they begin in it.
+
+    In noise, voice less than `clear_ratio` [dB] over it, they are the sound without that noise and the sound as it
+    is, else only that.
+    """
+    samples, before = utterance.samples, len(utterance.before) - round(LEAST_BEFORE * RATE)
+    noise = float(np.mean(samples[:before] ** 2)) if before > 0 else 0.0
+    voice = float(np.quantile(np.abs(samples), 0.95)) ** 2 / 2
+    noisy = voice < 10 ** (clear_ratio / 10) * noise
+    views = [without_noise(samples, RATE, before), samples] if noisy else [samples]
+    first, last = _around_voice(views[0])
+    return [view[first:last] for view in views], first / RATE
 
 
 def _around_voice(samples: Array) -> tuple[int, int]:
@@ -106,7 +113,7 @@ def _around_voice(samples: Array) -> tuple[int, int]:
     return max(round((begin - BESIDE) * RATE), 0), min(round((end + BESIDE) * RATE), len(samples))
 
 
-def _decoded(decoder: Any, samples: Array) -> tuple[tuple[Span, ...], float | None]:
+def decoded(decoder: Any, samples: Array) -> tuple[tuple[Span, ...], float | None]:
     """Samples (N,) → the words with their bounds, and the path's score as the decoder counts it."""
     decoder.start_utt()
     decoder.process_raw(pcm(samples), full_utt=True)

@@ -23,6 +23,7 @@ class Spoken:
     final: bool = True  # False: STOP, heard before the sentence was over
     reason: str = ""  # a sentence: why it was refused
     suggestions: tuple[str, ...] = ()
+    meant: str = ""  # the command that the words would be, had they been heard without a doubt
 
     @property
     def accepted(self) -> bool:
@@ -38,6 +39,7 @@ class Spoken:
 def judge(hypothesis: Hypothesis) -> Spoken:
     """Words that were heard → a command or a refusal. Only STOP gets through before the end, or in spite of doubt."""
     command, reason, suggestions = _verdict(hypothesis)
+    meant = _doubted(hypothesis) if command is None else ""
     return Spoken(
         begin=hypothesis.begin,
         end=hypothesis.end,
@@ -45,7 +47,8 @@ def judge(hypothesis: Hypothesis) -> Spoken:
         command=command,
         final=hypothesis.final,
         reason=reason,
-        suggestions=suggestions,
+        suggestions=(meant,) if meant else suggestions,
+        meant=meant,
     )
 
 
@@ -61,6 +64,14 @@ def _verdict(hypothesis: Hypothesis) -> tuple[Command | None, str, tuple[str, ..
         return _stop(why if hypothesis.doubt else ""), "", ()
     heard = f" I heard “{hypothesis.words}”; say it again." if hypothesis.words and hypothesis.doubt else ""
     return None, why + heard, ()
+
+
+def _doubted(hypothesis: Hypothesis) -> str:
+    """What was perhaps said, to be offered and never obeyed by itself; "" where that is no command."""
+    if not (hypothesis.final and hypothesis.doubt and hypothesis.words):
+        return ""
+    read = understand(hypothesis.words, spoken=True)
+    return read.heard_as if isinstance(read, Command) else ""
 
 
 def _stop(remark: str) -> Command:

@@ -33,13 +33,15 @@ class Transcriber:
         return self._cutter.speaking
 
     def feed(self, sound: Sound) -> tuple[Hypothesis, ...]:
-        """The next piece of sound → STOP at once, and the sentences that ended in it. Raises BadInput."""
+        """The next piece of sound → STOP at once, and the sentences that ended in it, as they were spoken: a long
+        piece may hold a sentence and a STOP after it, which must not be overtaken. Raises BadInput.
+        """
         stops = self._spotter.feed(sound)
         ended = self._read(self._cutter.feed(sound))
         so_far = self._cutter.so_far
         if so_far is not None and not self._is_early(so_far) and so_far.end - so_far.begin < LONGEST_EARLY:
             self._early = self._engine.read(so_far)
-        return (*stops, *ended)
+        return tuple(sorted((*stops, *ended), key=lambda heard: heard.end))
 
     def finish(self) -> tuple[Hypothesis, ...]:
         """The sound ends here → the sentence that was under way."""

@@ -22,7 +22,8 @@ import numpy as np
 from core.errors import BadInput, Unavailable
 from core.sensors.microphones import Sound
 
-VOICES = ("en-us", "en-us+m3", "en-us+f2", "en-us+m7", "en-us+f4", "en-gb", "en-gb-scotland")
+VOICES = ("en-us", "en-us+m3", "en-us+f2", "en-us+m7", "en-us+f4", "en-us+f5", "en-gb", "en-gb-scotland")
+PERSONS_VOICE = "en-us+f5"  # of simulated people: not the robot's own, and the one that is understood best
 LONGEST = 500  # characters of a text
 PATIENCE = 10.0  # [s] for the program
 NO_VOICE = (

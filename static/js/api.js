@@ -122,6 +122,12 @@ export const hush = (id) => post("api/voice/hush", { id });
 /** @returns {Promise<{summary: string}[]>} measurements of hearing, newest first */
 export const qualityRuns = async () => (await call("api/speech-quality")).runs;
 
+/** @param {number} id of the spoken order that waits: begun now */
+export const beginIntent = (id) => post("api/intent/begin", { id });
+
+/** @param {number} id of the spoken order that waits: not begun */
+export const dropIntent = (id) => post("api/intent/drop", { id });
+
 export const logout = () => post("api/logout");
 
 /** @param {number} press a number for this press of STOP, the same as over the socket */

@@ -1,7 +1,8 @@
 // The operator's hands: keys of this page and of the scene's frame, the stick, and all that must make them let go.
 
 import { Drive, PERIOD_MS } from "./drive.js";
-import { HeldKeys, intentionOf, scrolls, takesText, TALK } from "./keys.js";
+import { mayBegin } from "./intent.js";
+import { HeldKeys, intentionOf, scrolls, takesEnter, takesText, TALK } from "./keys.js";
 import { remembered } from "./memory.js";
 
 /** @typedef {import("./session.js").Session} Session */
@@ -18,6 +19,8 @@ export class Hands {
   toHelp = () => undefined;
   /** @type {(down: boolean) => void} */
   toTalk = () => undefined;
+  /** @type {(id: number) => void} */
+  toBegin = () => undefined;
 
   /** @param {Session} session */
   constructor(session) {
@@ -82,7 +85,9 @@ export class Hands {
     const typing = takesText(target);
     if (event.metaKey || event.ctrlKey || event.altKey) this.letGo(); // their combinations swallow the keyup
     const reading = document.querySelector("[role=dialog]:not([hidden])") !== null;
-    const where = { typing, singleKeys: this.singleKeys, scrolling: scrolls(target), reading };
+    const order = mayBegin(this.#session.view);
+    const waiting = order !== null && !takesEnter(target);
+    const where = { typing, singleKeys: this.singleKeys, scrolling: scrolls(target), reading, waiting };
     const intention = intentionOf(event, where);
     if (!intention) return;
     const hand = intention.does === "drive" || intention.does === "slow" || intention.does === "preset";
@@ -99,6 +104,7 @@ export class Hands {
     else if (intention.does === "words") this.toWords();
     else if (intention.does === "help") this.toHelp();
     else if (intention.does === "talk") this.toTalk(true);
+    else if (intention.does === "begin") order && this.toBegin(order.id);
     else {
       this.#held.press(event.code);
       this.drive.keys(this.#held.wish, performance.now());

@@ -59,6 +59,7 @@ export class HeldKeys {
 /**
  * @typedef {{does: "stop"} | {does: "drive"} | {does: "slow"} | {does: "preset", preset: number} | {does: "words"}
  *   | {does: "talk"}
+ *   | {does: "begin"}
  *   | {does: "help"}} Intention
  */
 
@@ -68,14 +69,16 @@ const ARROWS = /^Arrow(?:Up|Down|Left|Right)$/;
 /**
  * What a key asks for; null when it is none of our business.
  * @param {KeyPress} press
- * @param {{typing: boolean, singleKeys: boolean, scrolling?: boolean, reading?: boolean}} where typing: a text box has
- *   the focus; singleKeys: may single letters, digits and Space act? scrolling: the arrows move what has the focus;
- *   reading: a sheet lies over the page
+ * @param {{typing: boolean, singleKeys: boolean, scrolling?: boolean, reading?: boolean, waiting?: boolean}} where
+ *   typing: a text box has the focus; singleKeys: may single letters, digits and Space act? scrolling: the arrows move
+ *   what has the focus; reading: a sheet lies over the page; waiting: an order waits that Enter begins
  * @returns {Intention | null}
  */
-export function intentionOf(press, { typing, singleKeys, scrolling = false, reading = false }) {
+export function intentionOf(press, { typing, singleKeys, scrolling = false, reading = false, waiting = false }) {
   if (press.key === "Escape" || press.code === "Escape") return { does: "stop" };
-  if (typing || !singleKeys || press.ctrlKey || press.altKey || press.metaKey) return null;
+  if (typing || press.ctrlKey || press.altKey || press.metaKey) return null;
+  if (press.key === "Enter") return waiting && !reading ? { does: "begin" } : null;
+  if (!singleKeys) return null;
   if (press.code === "Space") return { does: "stop" };
   if (press.code in AXES) return reading || (scrolling && ARROWS.test(press.code)) ? null : { does: "drive" };
   if (press.code === "ShiftLeft" || press.code === "ShiftRight") return { does: "slow" };
@@ -106,4 +109,14 @@ export function takesText(target) {
 export function scrolls(target) {
   const element = /** @type {Partial<HTMLElement> | null | undefined} */ (target);
   return element?.closest?.(".record-list, landmark-table, .scrolls, input[type=range], [role=listbox], [role=slider]") != null;
+}
+
+/**
+ * Is Enter this element's own: one to which the keyboard was led, or STOP?
+ * @param {EventTarget | null | undefined} target
+ */
+export function takesEnter(target) {
+  const element = /** @type {Partial<HTMLElement> | null | undefined} */ (target);
+  const control = element?.closest?.("button, a[href], summary, input, [role=button], [role=option]");
+  return control != null && (control.matches(":focus-visible") || control.closest("stop-button") !== null);
 }

@@ -12,6 +12,7 @@ import "./panels/command-status.js";
 import "./panels/drive-pad.js";
 import "./panels/estimate-card.js";
 import "./panels/hearing-card.js";
+import "./panels/intent-card.js";
 import "./panels/key-sheet.js";
 import "./panels/lease-chip.js";
 import "./panels/link-chip.js";
@@ -55,6 +56,7 @@ for (const panel of panels) panel.join(session);
 hands.toWords = () => /** @type {import("./panels/command-line.js").CommandLine} */ (part("command-line")).take();
 hands.toTalk = (down) =>
   /** @type {import("./panels/voice-button.js").VoiceButton} */ (part("voice-button")).hold(down);
+hands.toBegin = (id) => void session.beginIntent(id);
 hands.toHelp = () => {
   hands.letGo();
   /** @type {import("./panels/key-sheet.js").KeySheet} */ (part("key-sheet")).toggle();

@@ -138,6 +138,16 @@ export class Session {
     return this.#asked((ref) => this.link.send({ kind: "playback", do: wish, ref, value: value ?? null }));
   }
 
+  /** @param {number} id of the spoken order that waits: it begins now */
+  async beginIntent(id) {
+    await api.beginIntent(id).catch((refusal) => this.complain(refusal.message));
+  }
+
+  /** @param {number} id of the spoken order that waits: it does not begin */
+  async dropIntent(id) {
+    await api.dropIntent(id).catch((refusal) => this.complain(refusal.message));
+  }
+
   /** @param {DriveFrame} frame */
   drive(frame) {
     this.link.send({ kind: "drive", ...frame });

@@ -21,6 +21,7 @@
 /** @typedef {import("./wire-floor.js").SubmapRow} SubmapRow */
 /** @typedef {import("./wire-hearing.js").Ears} Ears */
 /** @typedef {import("./wire-hearing.js").VoiceHeard} VoiceHeard */
+/** @typedef {import("./wire-intent.js").IntentState} IntentState */
 /** @typedef {import("./wire-people.js").BodyPart} BodyPart */
 /** @typedef {import("./wire-people.js").PersonState} PersonState */
 /** @typedef {import("./wire-people.js").SensedBearing} SensedBearing */
@@ -198,6 +199,7 @@
  * @property {Place | null} goal
  * @property {[number, number][]} path
  * @property {CommandState | null} command
+ * @property {IntentState | null} intent
  * @property {CameraOverlay | null} camera
  * @property {CalibrationDrift | null} calibration_drift
  * @property {RobotState} robot

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
 
 from core.commands.command import Action, Progress
 from core.gate import TICK, ZERO, Gate, Limits, Setpoint, TraceWriter, Twist, check
-from core.geometry import Pose, wrap
-from core.message import Array
+from core.geometry import Pose
 from core.navigation.surroundings import Body, Surroundings
 from core.perception.deskew import deskew
 from core.robots.nearness import field_of, near_points
@@ -99,25 +97,3 @@ class BareDrive:
             grid=NO_MAP,
             scan_points=pose.inverse().apply(self._points),
         )
-
-
-def aside(truth: Pose, faces: Array, posts: Array, distance: float = 0.5, alone: float = 0.8) -> float | None:
-    """How far off `distance` [m] a straight wall on the right is, None where there is more than that one wall.
-
-    `faces` (F, 4) x0 y0 x1 y1 [m] with the open side on the left, `posts` (P, 3) x y radius. It counts where nothing
-    else that turns its open side to the robot lies within `alone` [m], and the wall lies to the robot's right.
-    """
-    start, edge = faces[:, :2], faces[:, 2:] - faces[:, :2]
-    length = np.hypot(*edge.T)
-    along = edge / length[:, None]
-    away = (truth.x, truth.y) - start
-    foot = np.einsum("ij,ij->i", away, along)
-    side = along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0]
-    gap = np.where(side > 0, np.hypot(side, foot - np.clip(foot, 0.0, length)), np.inf)
-    if len(posts) and (np.hypot(*(posts[:, :2] - (truth.x, truth.y)).T) - posts[:, 2] < alone).any():
-        return None
-    near = np.flatnonzero(gap < alone)
-    if len(near) != 1 or not 0.0 < foot[near[0]] < length[near[0]]:
-        return None
-    turned = wrap(math.atan2(along[near[0], 1], along[near[0], 0]) - truth.heading)
-    return float(gap[near[0]] - distance) if abs(turned) < math.radians(45) else None

@@ -10,27 +10,11 @@ import numpy as np
 from core.message import Array
 from core.sensors.microphones import Sound
 from core.speech.grammar import OTHER_WORDS, Refusal, understand
-from core.speech.jsgf import plain_grammar
-from core.speech.pocketsphinx import grammar_decoder
-from core.speech.recognizer import Hypothesis, Recognizer, Utterance, for_words, pcm
+from core.speech.recognizer import Hypothesis, Recognizer, for_words
 from core.speech.settings import RATE
 from tests.benchmarks.word_scenes import LEAD, TAIL
 
 PIECE = 320  # samples that are fed at a time
-
-
-class PlainGrammar:
-    """The commands and nothing beside them, as the peers do it."""
-
-    def __init__(self) -> None:
-        self._decoder = grammar_decoder(plain_grammar(), bestpath=False, wip=0.05, topn=8)
-
-    def read(self, utterance: Utterance) -> Hypothesis:
-        self._decoder.start_utt()
-        self._decoder.process_raw(pcm(utterance.samples), full_utt=True)
-        self._decoder.end_utt()
-        best = self._decoder.hyp()
-        return Hypothesis(words=best.hypstr if best else "", begin=utterance.begin, end=utterance.end)
 
 
 class FirstOnly:

@@ -19,6 +19,7 @@ from typing import Any, Literal
 import numpy as np
 
 from core.speech.array_transcriber import ArrayTranscriber
+from core.speech.dictation import Dictation
 from core.speech.jsgf import plain_grammar
 from core.speech.pocketsphinx import grammar_decoder
 from core.speech.recognizer import Engine, Recognizer, pcm
@@ -26,7 +27,7 @@ from core.speech.settings import RATE, SpeechSettings
 from core.speech.sphinx import Sphinx
 from core.speech.spoken import judge
 from core.speech.transcriber import Transcriber
-from tests.benchmarks.word_hearing import FirstOnly, PlainGrammar, acted_on, doubts, listened, outcome, padded
+from tests.benchmarks.word_hearing import FirstOnly, acted_on, doubts, listened, outcome, padded
 from tests.benchmarks.word_scenes import ARRAY, CONDITIONS, LEAD, Clip, real, scene, synthetic
 
 Listener = Literal["one microphone", "delay-and-sum", "mvdr"]
@@ -42,7 +43,7 @@ def talk(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> di
     clips = [clip for kind, clip in real(data) if kind != "real-digit"]
     sound = np.concatenate([padded(clip.samples, n, 0.6, 0.6) for n, clip in enumerate(clips)])
     figures: dict[str, Any] = {"seconds": round(len(sound) / RATE, 1)}
-    for name, engine in (("ours", Sphinx(settings)), ("plain grammar", PlainGrammar())):
+    for name, engine in (("ours", Sphinx(settings)), ("plain grammar", Dictation(settings))):
         begun = time.process_time()
         told = listened(Transcriber(settings, engine=engine), sound, 0.0)
         final = [one.hypothesis for one in told if one.hypothesis.final]

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable
 
 import pytest
-from playwright.sync_api import Request, expect
+from playwright.sync_api import Request, WebSocketRoute, expect
 
 from core.speech.voice import can_speak
 from tests.browser.running_console import Running
@@ -14,6 +14,18 @@ from tests.browser.visit import PHONE, Visit
 
 Open = Callable[..., Visit]
 LONG = 40_000  # [ms]
+DOUBTED = {
+    "kind": "transcript",
+    "id": 1,
+    "words": "turn left",
+    "final": True,
+    "accepted": False,
+    "heard_as": "",
+    "reason": "I am not sure that I heard every word right. I heard “turn left”; say it again.",
+    "suggestions": ["turn left"],
+    "seconds": 0.8,
+    "delay_s": 0.1,
+}
 
 
 @pytest.fixture(scope="module")
@@ -60,3 +72,31 @@ def test_the_pages_about_the_ears_open_on_a_phone(visit: Open, console: Running)
     expect(here.button("Listen for a clap")).to_be_enabled()
     wide = here.page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
     assert wide <= 0
+
+
+def test_words_heard_with_a_doubt_stand_in_the_box_and_can_be_pressed(visit: Open, console: Running) -> None:
+    def doubtful(line: WebSocketRoute) -> None:
+        """A console that hears everything with a doubt."""
+
+        def answer(told: str | bytes) -> None:
+            kind = json.loads(told)["kind"] if isinstance(told, str) else ""
+            if kind == "listen":
+                line.send(json.dumps({"kind": "listening", "on": True, "why": ""}))
+            elif kind == "rest":
+                line.send(json.dumps(DOUBTED))
+
+        line.on_message(answer)
+
+    here = visit(before=lambda page: page.route_web_socket("**/ws/audio", doubtful))
+    wheel = here.find(".lease-text")
+    here.until(lambda: wheel.inner_text() in ("You drive", "Nobody drives"), "the wheel is free", 60.0)
+    here.page.keyboard.down("v")
+    expect(here.find(".voice-says")).to_contain_text("Listening", timeout=LONG)
+    here.page.keyboard.up("v")
+    expect(here.find("#words")).to_have_value("turn left")
+    meant = here.find("command-status").get_by_role("group", name="Did you mean").get_by_role("button")
+    expect(meant).to_have_text("turn left")
+    meant.click()
+    here.until(lambda: console.newest().get("source") == "chip", "what was pressed is an order")
+    here.page.keyboard.press("Escape")
+    here.still()

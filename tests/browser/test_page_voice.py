@@ -28,6 +28,18 @@ GIVE_BACK = """async () => {
 }"""
 
 
+CANCEL_THE_FIRST = """() => {
+  window.seen = { cards: [], box: [] };
+  const card = document.querySelector("intent-card");
+  new MutationObserver(() => {
+    if (card.hidden || card.dataset.state !== "waiting" || seen.cards.length) return;
+    seen.cards.push(card.innerText);
+    card.querySelector("[aria-label^=Cancel]").click();
+  }).observe(card, { attributes: true, childList: true, characterData: true, subtree: true });
+  setInterval(() => seen.box.push(document.querySelector("#words").value), 100);
+}"""
+
+
 def said(shared: Path, *names: str) -> Array:
     """Recordings one after another, with pauses."""
     quiet = 2e-4 * np.random.default_rng(0).normal(size=2 * RATE)
@@ -62,6 +74,7 @@ def chromium_flags(tmp_path_factory: pytest.TempPathFactory, shared_data: Path) 
 def test_what_is_said_into_the_browser_is_obeyed_or_refused_in_words(visit: Open, console: Running) -> None:
     here = visit()
     before = [row["id"] for row in console.ask("api/commands/history")["commands"]]
+    here.page.evaluate(CANCEL_THE_FIRST)
     here.page.get_by_role("button", name="Microphone", exact=True).click()
     here.page.get_by_label("Leave it open").check(force=True)
     obeyed = here.find("hearing-card .transcript[data-state=accepted]")
@@ -75,6 +88,11 @@ def test_what_is_said_into_the_browser_is_obeyed_or_refused_in_words(visit: Open
         "turn_right",
     ]
     assert any(row["state"] == "refused" and row["source"] == "voice" for row in rows)
+    seen = here.page.evaluate("seen")
+    assert "Continue 2.50 m" in seen["cards"][0] and "begins in" in seen["cards"][0]
+    assert "continue 2.5 meters" in seen["box"]
+    dropped = [row for row in rows if row["state"] == "cancelled" and "It had not begun" in row["remark"]]
+    assert any("Dropped by" in row["remark"] for row in dropped), rows
     here.page.get_by_label("Leave it open").uncheck(force=True)
     here.page.evaluate(GIVE_BACK)
     assert here.complaints == []

@@ -14,6 +14,7 @@ import pytest
 import yaml
 
 from console.logins import Person
+from core.errors import Refused
 from tests.console.live import Live, hear, say
 
 
@@ -257,6 +258,22 @@ def test_a_trip_of_the_gate_fails_what_is_under_way(live: Live) -> None:
         live.robot.gate._trip("a test pulled the plug", live.robot._now)
     told = ended(live, number)
     assert told["state"] == "failed" and "a test pulled the plug" in told["remark"]
+
+
+def test_what_the_pilot_refuses_stands_in_the_history_and_is_not_under_way(
+    live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settled(live)
+
+    def refuse(*_: object) -> None:
+        raise Refused("Not now: the robot looks for its place.")
+
+    monkeypatch.setattr(live.runtime.door.pilot, "tell", refuse)
+    answer = order(live, "continue 1 meter")
+    assert answer.status == 409 and "looks for its place" in answer.json["detail"]
+    newest = live.ask("GET", "/api/commands/history", token=live.viewer).json["commands"][0]
+    assert (newest["state"], newest["remark"]) == ("refused", "Not now: the robot looks for its place.")
+    assert not live.runtime.door.busy_above(())
 
 
 def test_state_has_the_keys_that_others_build_on(live: Live) -> None:

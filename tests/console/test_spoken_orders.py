@@ -59,17 +59,35 @@ def test_late_words_and_those_below_a_hand_are_not_obeyed(live: Live, spoken: Sp
     assert said(live, "turn left") == HIGHER
 
 
-def test_what_goes_to_a_person_waits_a_moment_and_stop_holds_it_back(live: Live, spoken: SpokenOrders) -> None:
+def test_what_goes_to_a_person_waits_a_moment_and_stop_holds_it_back(
+    live: Live, spoken: SpokenOrders, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    intents = live.runtime.intents
+    assert intents.moment == 2.0
+    monkeypatch.setattr(intents, "moment", 600.0)
     assert listen(live, True).status == 200
     before = newest(live)["id"]
     assert said(live, "come here") == ""
-    notices = [notice.text for notice in live.runtime.board.shown]
-    assert any("come here" in text and "Stop holds me back" in text for text in notices)
+    waiting = intents.waiting
+    assert waiting is not None and waiting.source == "ears" and waiting.command.call is not None
     live.ask("POST", "/api/stop", token=live.viewer)
+    intents.moment = 0.2
     assert said(live, "follow me") == ""
     live.until(lambda: newest(live)["id"] > before and newest(live)["name"] == "follow_me")
     rows = live.ask("GET", "/api/commands/history?limit=5", token=live.viewer).json["commands"]
-    assert not [row for row in rows if row["id"] > before and row["name"] == "come_here"]
+    told = [row["state"] for row in rows if row["id"] > before and row["name"] == "come_here"]
+    assert told == ["cancelled"]
+
+
+def test_what_waits_is_dropped_when_voices_are_obeyed_no_more(
+    live: Live, spoken: SpokenOrders, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(live.runtime.intents, "moment", 600.0)
+    assert listen(live, True).status == 200
+    assert said(live, "continue 3 meters") == ""
+    assert listen(live, False).status == 200
+    assert live.runtime.intents.waiting is None
+    assert "no more" in newest(live)["remark"]
 
 
 def test_words_are_let_go_with_the_wheel(live: Live, spoken: SpokenOrders) -> None:
@@ -79,3 +97,12 @@ def test_words_are_let_go_with_the_wheel(live: Live, spoken: SpokenOrders) -> No
     live.on_loop(lambda: live.runtime.door.forget(holder))
     assert "drives no more" in said(live, "turn left")
     assert said(live, "turn left") == NOT_OBEYED
+
+
+def test_a_command_heard_with_a_doubt_is_offered_as_long_as_it_is_fresh(live: Live, spoken: SpokenOrders) -> None:
+    ears = live.runtime.ears
+    for age, offered in ((0.5, "turn left"), (60.0, "")):
+        end = ears.stamp - age
+        one = Utterance(1, end - 0.8, end, "turn left", False, None, "I am not sure.", None, None, "turn left")
+        live.on_loop(lambda one=one: ears.utterances.append(one))
+        assert live.ask("GET", "/api/state", token=live.viewer).json["ears"]["meant"] == offered

@@ -12,6 +12,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection
 
 from console.brakes import RECORDED
+from console.protocol import ImpatientSocket
 from console.streams import FLOOD, MOST_PER_SECOND
 from tests.console.live import Live, hear, say
 
@@ -275,3 +276,16 @@ def test_no_more_sockets_from_one_address_than_there_is_room(live: Live, monkeyp
         assert closed(three) == (1013, "Too many sockets are open from your address; close some tabs.")
         hear(one, "state")
         hear(two, "state")
+
+
+def test_the_console_ends_in_the_moment_in_which_a_browser_says_good_bye(live: Live) -> None:
+    """Its good-bye has been read and nobody has been told yet: there uvicorn's own way to end raises."""
+    known = set(live.server.server_state.connections)
+
+    def part() -> None:
+        (line,) = [one for one in live.server.server_state.connections - known if isinstance(one, ImpatientSocket)]
+        line.conn.receive_data(b"\x88\x80\x00\x00\x00\x00")  # a masked Close without a reason
+        line.shutdown()
+
+    with live.open():
+        live.on_loop(part)

@@ -73,6 +73,7 @@ export const STATE = {
   goal: null,
   path: [],
   command: null,
+  intent: null,
   camera: null,
   calibration_drift: null,
   robot: {

@@ -16,6 +16,7 @@ import { socketAddress } from "../api.js";
  * @property {number} seconds
  * @property {number} delay_s
  * @property {number | null} [deed]
+ * @property {number | null} [intent] the order that waits
  * @property {boolean} [held] the button was held: it was surely meant for the robot
  */
 /** @typedef {{kind: "listening", on: boolean, why: string}} Listening */

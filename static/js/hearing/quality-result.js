@@ -11,6 +11,10 @@ import { report } from "./runs.js";
 
 const HEADS = ["Distance", "Voice over noise", "Commands whole", "Wrong words", "OSQE D", "OSQE R", "STOI", "Report"];
 
+const PROMISE =
+  "For every place you will see how many commands come through whole, how many words go wrong at the mouth and at " +
+  "the robot, how alike the two sounds are, and a report with both texts side by side, the wrong words marked.";
+
 class QualityResult extends Panel {
   /** @type {Runs | null} */
   #runs = null;
@@ -67,8 +71,12 @@ class QualityResult extends Panel {
 
   #draw() {
     const run = this.#runs?.shown ?? null;
-    this.hidden = run === null;
-    if (run === null) return;
+    if (run === null) {
+      write(this.#title, "Nothing was measured here yet");
+      write(this.#summary, PROMISE);
+      for (const part of [this.#going, this.#table, this.#verdict]) part.hidden = true;
+      return;
+    }
     const running = run.state === "running";
     write(this.#title, running ? "Measuring" : `Measured ${timeOfDay(run.at_s)}`);
     write(this.#summary, run.state === "failed" ? run.reason : run.summary);

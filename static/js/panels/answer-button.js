@@ -19,6 +19,8 @@ class AnswerButton extends Panel {
   #known = null;
   /** @type {Set<number>} deeds of this page that are under way */
   #deeds = new Set();
+  #intent = 0; // the newest order that waited
+  #foretold = ""; // its words, which were said when it was understood: they are not said again when it begins
 
   /** @override */
   build() {
@@ -38,11 +40,11 @@ class AnswerButton extends Panel {
     });
     this.session.on("transcript", (transcript) => {
       if (transcript.accepted) this.#await(transcript.deed);
+      if (typeof transcript.intent === "number") this.#foretold = transcript.heard_as;
       this.#say(answer(transcript));
     });
     this.session.on("history", (rows) => {
-      for (const row of rows.filter(({ id, source }) => source === "ears" && this.#known !== null && id > this.#known))
-        this.#answerRoom(row);
+      for (const row of rows.filter(({ id }) => this.#known !== null && id > this.#known)) this.#answerSpoken(row);
       this.#known = Math.max(this.#known ?? 0, rows[0]?.id ?? 0);
       for (const row of rows)
         if (row.state !== "running" && this.#deeds.delete(row.id)) this.#say(ended(row));
@@ -58,8 +60,14 @@ class AnswerButton extends Panel {
    * @override
    * @param {View} view
    */
-  show({ hello }) {
+  show({ hello, state }) {
     this.hidden = hello?.robot.drives === false || hello?.you.role === "viewer";
+    const intent = state?.intent;
+    if (!intent || intent.id === this.#intent) return;
+    this.#intent = intent.id;
+    if (intent.source !== "ears") return; // our own microphone's transcript says it
+    this.#foretold = intent.heard_as;
+    this.#say(accepted(intent.heard_as));
   }
 
   /** @param {boolean} on */
@@ -74,13 +82,19 @@ class AnswerButton extends Panel {
   }
 
   /**
-   * A voice in the room that was understood.
+   * A voice in the room that was understood, or an order that waited.
    * @param {import("../api.js").HistoryRow} row
    */
-  #answerRoom({ id, state, heard_as, remark }) {
+  #answerSpoken({ id, source, state, heard_as, remark }) {
     if (!heard_as) return;
-    if (state !== "refused") this.#await(id);
-    this.#say(state === "refused" ? refused(remark) : accepted(heard_as));
+    const foretold = heard_as === this.#foretold && (source === "ears" || source === "voice");
+    if (foretold) this.#foretold = "";
+    if (!foretold && source !== "ears") return;
+    if (state === "refused") this.#say(refused(remark));
+    else if (state !== "cancelled" && state !== "pre-empted") {
+      this.#await(id);
+      if (!foretold) this.#say(accepted(heard_as));
+    }
   }
 
   /** @param {number | null | undefined} deed */

@@ -2,11 +2,16 @@
 
 import { wordsOf } from "../api.js";
 import { icon, make, mark } from "../element.js";
+import { mayBegin } from "../intent.js";
 import { Panel } from "../panel.js";
 import { Recall, suggest } from "../suggest.js";
 
 /** @typedef {import("../session.js").View} View */
 /** @typedef {import("../suggest.js").Suggestion} Suggestion */
+
+const HEARD_MS = 6000; // that words which are obeyed stand in the box
+
+/** @typedef {import("../hear/talk.js").Transcript} Transcript */
 
 export class CommandLine extends Panel {
   #box = make("input", {
@@ -39,6 +44,8 @@ export class CommandLine extends Panel {
   #offered = [];
   #chosen = -1;
   #asked = false;
+  #heard = ""; // what was heard, as long as nobody has changed it
+  #away = 0;
 
   /** @override */
   build() {
@@ -56,10 +63,13 @@ export class CommandLine extends Panel {
     });
     this.#box.addEventListener("input", () => {
       this.#recall.leave();
+      this.#note("");
       this.#offer();
     });
     this.#box.addEventListener("keydown", (event) => this.#key(event));
     this.#box.addEventListener("blur", () => this.#shut());
+    this.session.on("transcript", (transcript) => this.#hear(transcript));
+    this.session.on("interrupt", () => this.#heard && this.#empty()); // somebody speaks anew
     this.session.on("history", (rows) => {
       if (this.#asked) return;
       this.#asked = true;
@@ -84,7 +94,39 @@ export class CommandLine extends Panel {
     if (this.#box.placeholder !== hint) this.#box.placeholder = hint;
   }
 
+  /**
+   * What was heard stands where typed words stand, unless somebody is typing; refused words can be put right there.
+   * @param {Transcript} transcript
+   */
+  #hear({ words, heard_as, accepted }) {
+    const text = accepted ? heard_as : words;
+    if (!text || (this.#box.value && this.#box.value !== this.#heard)) return;
+    this.#box.value = text;
+    this.#note(text);
+    this.#shut();
+    if (!accepted) return;
+    this.#recall.add(text);
+    this.#away = setTimeout(() => this.#heard === text && this.#empty(), HEARD_MS);
+  }
+
+  /** @param {string} heard */
+  #note(heard) {
+    clearTimeout(this.#away);
+    this.#heard = heard;
+    mark(this.#box, "data-heard", heard !== "");
+  }
+
+  #empty() {
+    if (this.#box.value === this.#heard) this.#box.value = "";
+    this.#note("");
+  }
+
   async #say() {
+    const waiting = mayBegin(this.session.view);
+    if (waiting && this.#box.value === this.#heard && this.#chosen < 0) {
+      await this.session.beginIntent(waiting.id); // an empty box, or the very words that wait
+      return;
+    }
     const chosen = this.#offered[this.#chosen];
     if (chosen && this.#box.value !== chosen.text) {
       this.#accept(chosen);
@@ -94,6 +136,7 @@ export class CommandLine extends Panel {
     if (!text || this.#send.disabled) return;
     this.#recall.add(text);
     this.#box.value = "";
+    this.#note("");
     this.#shut();
     const answer = await this.session.say(text, "typed");
     if (answer.status === 0 && !this.#box.value) this.#box.value = text;

@@ -7,6 +7,7 @@ import { Panel } from "../panel.js";
 /** @typedef {import("../session.js").View} View */
 /** @typedef {import("../session.js").Said} Said */
 /** @typedef {import("../api.js").HistoryRow} HistoryRow */
+/** @typedef {import("../hear/talk.js").Transcript} Transcript */
 /**
  * @typedef {object} Shown
  * @property {string} icon
@@ -14,6 +15,7 @@ import { Panel } from "../panel.js";
  * @property {string} remark
  * @property {string} state
  * @property {readonly string[]} meant
+ * @property {boolean} [room] a voice in the room said it
  */
 
 const POINT = matchMedia("(pointer: coarse)").matches ? "tap" : "click";
@@ -61,6 +63,7 @@ class CommandStatus extends Panel {
     );
     this.#cancel.addEventListener("click", () => this.session.stop());
     this.session.on("said", (said) => this.#answered(said));
+    this.session.on("transcript", (transcript) => this.#heard(transcript));
     this.session.on("history", (rows) => this.#ended(rows));
   }
 
@@ -88,7 +91,14 @@ class CommandStatus extends Panel {
     }
     const idle =
       this.#last === READY && permission.may === "no" ? { ...READY, words: "", remark: permission.why } : this.#last;
-    this.#show(idle);
+    const offered = state?.ears?.meant;
+    this.#show(idle.room && offered ? { ...idle, meant: [offered] } : idle);
+  }
+
+  /** @param {Transcript} transcript what our own microphone heard; if it was refused, what may have been meant */
+  #heard({ final, accepted, words, reason, suggestions }) {
+    if (!final || accepted || !words) return;
+    this.#last = { icon: "refused", words, remark: reason, state: "refused", meant: suggestions };
   }
 
   /** @param {Said} said */
@@ -103,9 +113,12 @@ class CommandStatus extends Panel {
   #ended([row]) {
     this.#known ??= row?.id ?? 0;
     if (!row || row.id <= this.#known || row.state === "running") return;
-    const meant = row.state === "refused" ? this.#last.meant : [];
-    const remark = row.remark || (row.state === "refused" ? this.#last.remark : "");
-    this.#last = { icon: row.state, words: wordsOf(row), remark, state: row.state, meant };
+    const refused = row.state === "refused";
+    const same = refused && row.words === this.#last.words;
+    const remark = row.remark || (same ? this.#last.remark : "");
+    const meant = same ? this.#last.meant : [];
+    const room = refused && row.source === "ears";
+    this.#last = { icon: row.state, words: wordsOf(row), remark, state: row.state, meant, room };
     this.session.announce(`${wordsOf(row)}: ${row.state}. ${remark}`);
   }
 

@@ -12,7 +12,7 @@ const KEYS = [
   [["V"], "Hold to talk"],
   [["/"], "To the command line"],
   [["↑", "↓"], "In the command line: what was said before, or the suggestions"],
-  [["Enter"], "Send; press the button in focus"],
+  [["Enter"], "Send; press the button in focus; begin the spoken order that waits"],
   [["?"], "This sheet"],
 ];
 

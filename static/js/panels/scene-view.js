@@ -29,6 +29,7 @@ const LAYERS = [
   ["scan", "Laser", "The newest sweep"],
   ["voice", "Voice", "From where somebody spoke, two standard deviations wide"],
   ["plan", "Way and goal", "Where the robot is going"],
+  ["intent", "Order that waits", "Where a spoken order would go, before it begins"],
   ["wall", "Wall", "Seen occupied"],
   ["free", "Free floor", "Seen free; what is not drawn is unknown"],
 ];
@@ -90,6 +91,7 @@ export class SceneView extends Panel {
     this.classList.toggle("is-old", !up);
     const { floor } = state ?? {};
     this.#reveal("closure", (floor?.closures_count ?? 0) > 0);
+    this.#reveal("intent", (state?.intent ?? null) !== null);
     this.#reveal("room", (floor?.submaps.length ?? 0) > 1);
     if (state?.command?.source === "click") this.#hint.classList.add("is-known");
   }

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from core.experiments.practice_voice import practice_voice
+from core.sensors.microphones import Sound
 from core.speech.competing import choose, command_words, grammar, is_competing, openings, phones_of
-from core.speech.settings import RATE
+from core.speech.recognizer import Hypothesis, Utterance
+from core.speech.settings import RATE, SpeechSettings
 from core.speech.transcriber import Transcriber
-from tests.core.speech.ears import engine, listened, padded
+from tests.core.speech.ears import engine, listened, mono, padded
 
 DICTIONARY = {
     "turn": (("T", "ER", "N"),),
@@ -61,3 +63,30 @@ def test_noise_is_no_command(noise):
     }[noise]
     told = listened(Transcriber(engine=engine()), padded(samples))
     assert [one.words for one in told if one.words and not one.doubt] == []
+
+
+class HearsStop:
+    """Tells one STOP, as if it ended at `END`."""
+
+    END = 4.0  # [s]
+
+    def __init__(self, _: SpeechSettings) -> None:
+        pass
+
+    def feed(self, sound: Sound) -> tuple[Hypothesis, ...]:
+        return (Hypothesis(words="stop", begin=self.END - 0.3, end=self.END, final=False),)
+
+
+class HearsCommand:
+    """Reads the same command out of every utterance."""
+
+    def read(self, utterance: Utterance) -> Hypothesis:
+        return Hypothesis(words="turn left", begin=utterance.begin, end=utterance.end)
+
+
+def test_a_stop_does_not_overtake_what_was_said_before_it(monkeypatch):
+    """A slow reader gets seconds of sound at once; the robot must not set off after the stop."""
+    monkeypatch.setattr("core.speech.transcriber.StopSpotter", HearsStop)
+    sentence = 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)
+    told = Transcriber(engine=HearsCommand()).feed(mono(padded(sentence, tail=3.0)))
+    assert [one.words for one in told] == ["turn left", "stop"]

@@ -40,6 +40,13 @@ def test_words_in_doubt_move_nothing_and_are_said_back_for_correction():
     assert spoken.reason == DOUBT + " I heard “continue two meters”; say it again."
 
 
+@pytest.mark.parametrize(("words", "meant"), [("continue two meters", "continue 2 meters"), ("come over here", "")])
+def test_words_in_doubt_are_offered_when_they_are_a_command(words, meant):
+    spoken = judge(heard(words, doubt=DOUBT))
+    assert spoken.meant == meant and spoken.suggestions == ((meant,) if meant else ())
+    assert judge(heard(words)).meant == "" and judge(heard(words, doubt=DOUBT, final=False)).meant == ""
+
+
 def test_a_place_in_doubt_still_stops():
     spoken = judge(heard("stop at one and two", doubt=DOUBT))
     assert spoken.command.name == "stop_moving"

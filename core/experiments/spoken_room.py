@@ -1,0 +1,218 @@
+"""A robot and people in one simulated place: what they say goes through the air, the microphones and the recognizer.
+
+Sound leaves a mouth, comes with its echoes to the robot's array, is located and read from the beam towards it, and
+what is understood goes to the pilot, as in the console. Nothing keeps real time.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from core.commands import kind_of
+from core.commands.command import Command
+from core.errors import BadInput, Refused
+from core.experiments.practice_voice import practice_voice
+from core.experiments.rehearsal import Rehearsal
+from core.geometry import Pose, wrap
+from core.message import Array, message
+from core.perception.people.call import Call
+from core.sensors.microphones import Sound, joined
+from core.settings import Settings
+from core.snapshot import Snapshot, Undertaking
+from core.speech.array_transcriber import ArrayTranscriber
+from core.speech.engines import open_engine
+from core.speech.grammar import Refusal, understand
+from core.speech.recognizer import Engine
+from core.speech.spoken import Spoken, judge
+from core.world import World, cast, world_named
+
+TALL = 0.9  # [m] what is as tall hides somebody
+LISTEN = 2.6  # [s] after a voice without words began
+READ = 8.0  # [s] in which a spoken command must be understood, or it is said again
+PIECE = 0.2  # [s] of sound that are read at once
+CLOTHES = ("red", "blue", "green", "black", "white", "grey", "brown", "yellow")
+SPEEDS = (130, 140, 150)  # [words/min] at which people speak to a robot
+ANN = "Ann"
+SENSES = ("laser_m", "camera_rad", "sound_rad", "fused_m")
+
+
+@message
+class Heard:
+    """What became of a sentence."""
+
+    number: int | None  # of the undertaking; None: it was not understood, or refused
+    call: Call | None  # from where it was heard
+    why: str = ""  # a sentence where there is no undertaking
+    tries: int = 1  # how often it was said
+    wrong: tuple[str, ...] = ()  # commands that were understood instead
+    ended: float = 0.0  # [s] robot's clock: end of the words
+    understood: float = 0.0  # [s] the same: when they were
+    read: float = 0.0  # [s] of processor time for listening until then
+
+
+class SpokenRoom:
+    """One robot, its people, one seed. `words`: said and read; else they are typed beside a voice that says none."""
+
+    def __init__(
+        self,
+        world: str,
+        seed: int,
+        *,
+        words: bool = True,
+        start: Pose | None = None,
+        settings: Settings | None = None,
+        engine: Engine | None = None,
+    ) -> None:
+        """Raises Unavailable where words are to be read and nothing reads them."""
+        self.chance = np.random.default_rng(seed)
+        self.robot = Rehearsal(f"sim:{world}", seed=seed, start=start, settings=settings)
+        self.errors: dict[str, list[float]] = {sense: [] for sense in SENSES}
+        self.world: World = world_named(world)
+        self._transcriber: ArrayTranscriber | None = None
+        self._read = 0.0
+        array = self.robot.robot.profile.microphones
+        if words and array is not None:
+            chosen = self.robot.settings
+            self._transcriber = ArrayTranscriber(
+                array, chosen.speech, chosen.hearing, engine=engine or open_engine(chosen.speech)
+            )
+        self.robot.robot.ask({"do": "listen", "on": True})
+        self.robot.run(2.0)
+
+    def place(
+        self, nearest: float = 1.0, farthest: float = 3.8, *, off: Sequence[tuple[float, float]] = (), **more: Any
+    ) -> tuple[float, float]:
+        """Set Ann down somewhere in sight of the robot, a metre from every place of `off` → where (x, y) [m]."""
+        here = self.robot.truth
+        for _ in range(10_000):
+            away, angle = self.chance.uniform(nearest, farthest), self.chance.uniform(-math.pi, math.pi)
+            x, y = float(here.x + away * math.cos(angle)), float(here.y + away * math.sin(angle))
+            shirt, trousers = (str(self.chance.choice(CLOTHES)) for _ in range(2))
+            wish = {"x_m": x, "y_m": y, "heading_rad": float(self.chance.uniform(-3, 3))}
+            if self.hidden(here, x, y) or any(math.hypot(x - u, y - v) < 1.0 for u, v in off):
+                continue
+            try:
+                self.put(ANN, clothes=f"{shirt}/{trousers}", **wish, **more)
+            except BadInput:
+                continue
+            return x, y
+        raise Refused("There is no room for a person near the robot.")
+
+    def put(self, name: str, **wish: Any) -> None:
+        """Set somebody down, or move them. Raises BadInput."""
+        self.robot.robot.ask({"do": "place", "what": "person", "id": name, **wish})
+
+    def where(self, name: str) -> tuple[float, float]:
+        """Where somebody stands now (x, y) [m]."""
+        things = self.robot.robot.ask({"do": "plan"})["things"]
+        one = next(thing for thing in things if thing["id"] == name)
+        return one["x_m"], one["y_m"]
+
+    def hidden(self, here: Pose, x: float, y: float) -> bool:
+        """Whether a wall or a tall thing stands between: who cannot be seen is not come to."""
+        way = np.array([[x - here.x, y - here.y]])
+        return bool(cast(np.array([here.x, here.y]), way, self.world.surfaces(TALL)).distance[0] < 1.0)
+
+    def command(self, words: str, tries: int = 1) -> Heard:
+        """Ann says it, again while nothing is understood → what became of it."""
+        if self._transcriber is None:
+            voice = 8000 * practice_voice(self.chance, 1.2, 16_000)
+            self._say(pcm=voice.clip(-32768, 32767).astype("<i2").tobytes())
+            call = self._hear(LISTEN)[1]
+            now = self.robot.snapshot.stamp
+            return Heard(number=self.robot.tell(words), call=call, ended=now, understood=now)
+        meant = understand(words, spoken=True)
+        if isinstance(meant, Refusal):
+            raise Refused(meant.reason)
+        wrong: list[str] = []
+        why, call = "", None
+        for attempt in range(1, tries + 1):
+            self._say(text=words, speed=int(self.chance.choice(SPEEDS)))
+            said, call = self._hear(READ)
+            if said is None or said.command is None:
+                why = "not understood"
+                continue
+            if (said.command.name, said.command.numbers) != (meant.name, meant.numbers):
+                why = f"heard “{said.echo}”"
+                if not kind_of(said.command.name).moves:
+                    continue  # it stands: no wrong motion
+                wrong.append(said.echo)
+                break
+            heard = Heard(
+                number=None,
+                call=call,
+                tries=attempt,
+                wrong=tuple(wrong),
+                ended=said.end,
+                understood=self.robot.snapshot.stamp,
+                read=self._read,
+            )
+            return self._order(heard, said.command)
+        return Heard(number=None, call=call, why=why, tries=tries, wrong=tuple(wrong))
+
+    def _order(self, heard: Heard, command: Command) -> Heard:
+        try:
+            number = self.robot.order(dataclasses.replace(command, call=heard.call), "ears")
+        except Refused as refused:
+            return dataclasses.replace(heard, why=str(refused))
+        return dataclasses.replace(heard, number=number)
+
+    def _say(self, **what: Any) -> None:
+        self.robot.robot.ask({"do": "say", "id": ANN, **what})
+
+    def _hear(self, seconds: float) -> tuple[Spoken | None, Call | None]:
+        """Listen for so long, or until a command was understood."""
+        call: Call | None = None
+        pieces: Sound | None = None
+        self._read = 0.0
+        for snapshot in self.robot.frames(seconds):
+            for voice in snapshot.hearing.voices[:1] if snapshot.hearing else ():
+                call = voice.call
+            sound = self.robot.frame.sound
+            if sound is None or self._transcriber is None:
+                continue
+            pieces = joined(pieces, sound, READ)
+            if pieces is None or pieces.duration < PIECE:
+                continue
+            begun = time.process_time()
+            spoken = [judge(one) for one in self._transcriber.feed(pieces)]
+            self._read += time.process_time() - begun
+            pieces = None
+            for said in spoken:
+                if said.command is not None:
+                    return said, call
+        return None, call
+
+    def measure(self, x: float, y: float) -> Callable[[Snapshot], None]:
+        """Who watches the errors of every sense against where the person truly is."""
+
+        def watch(snapshot: Snapshot) -> None:
+            person, truth = snapshot.person, snapshot.truth
+            if person is None or truth is None or snapshot.stamp - person.stamp > 0.05:
+                return
+            known: Pose = snapshot.estimate.pose
+            place: Array = known.apply(truth.inverse().apply(np.array([[x, y]])))[0]
+            if person.laser is not None and "laser" in person.used:
+                self.errors["laser_m"].append(float(np.hypot(*(person.laser - place))))
+            if person.camera is not None and "camera" in person.used:
+                ray = person.camera
+                self.errors["camera_rad"].append(wrap(ray.azimuth - math.atan2(place[1] - ray.y, place[0] - ray.x)))
+            self.errors["fused_m"].append(float(np.hypot(*(person.position - place))))
+
+        return watch
+
+    def wait(
+        self, number: int, seconds: float, watch: Callable[[Snapshot], None] = lambda _: None
+    ) -> Undertaking | None:
+        """Until it has ended; None: it has not."""
+        for snapshot in self.robot.frames(seconds):
+            watch(snapshot)
+            if (ended := self.robot.ended(number)) is not None:
+                return ended
+        return None

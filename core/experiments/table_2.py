@@ -1,0 +1,174 @@
+"""Table 2: every command many times, from random places, spoken in the simulated room and obeyed by the whole robot.
+
+A person stands somewhere near and says the command with a synthetic voice; the sound goes through the room to the
+robot's microphones, is located and read, and what was understood moves the robot. Who is not understood says it
+again, three times at the most.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from core.commands.stand import STOP_MOVING
+from core.errors import Refused, Unavailable
+from core.experiments.side_by_side import side_by_side
+from core.experiments.spoken_room import SENSES, Heard, SpokenRoom
+from core.experiments.table_2_trials import TRIALS, TRIES, Outcome
+from core.speech.engines import open_engine
+from core.speech.recognizer import Engine
+from core.speech.settings import SpeechSettings
+from core.speech.voice import NO_VOICE, can_speak
+from core.world import world_named
+
+RUNS = 50
+
+
+def trial(name: str, number: int, seed: int, *, words: bool = True) -> dict[str, Any]:
+    """One run of one command → its row; without `words` the command is typed beside a voice that says none."""
+    kind = TRIALS[name]
+    place = kind.places[number % len(kind.places)]
+    luck = np.random.SeedSequence((seed, number, tuple(TRIALS).index(name)))
+    chance = np.random.default_rng(luck)
+    start, said = kind.start(world_named(place), chance)
+    engine = _engine() if words else None
+    room = SpokenRoom(place, int(chance.integers(2**31)), words=words, start=start, engine=engine)
+    try:
+        heard, outcome = kind.obey(room, said)
+    except Refused as refused:
+        heard, outcome = Heard(number=None, call=None, why=str(refused)), Outcome(success=False, why=str(refused))
+    robot = room.robot
+    return {
+        "command": name,
+        "run": number,
+        "world": place,
+        "words": said,
+        "understood": heard.number is not None,
+        "tries": heard.tries,
+        "success": outcome.success,
+        "figure": outcome.figure,
+        "why": outcome.why,
+        "wrong": list(heard.wrong),
+        "contacts": robot.contacts,
+        "faults": robot.faults(),
+        "endpoint_s": heard.understood - heard.ended if heard.number is not None else None,
+        "read_s": heard.read if heard.number is not None else None,
+        "wheels_s": _first_motion(name, room, heard),
+        "errors": room.errors,
+    }
+
+
+def _first_motion(name: str, room: SpokenRoom, heard: Heard) -> float | None:
+    """From the moment when the words were understood until the wheels were told to turn [s]."""
+    if heard.number is None or name == STOP_MOVING.name:
+        return None
+    rows = [row.t_mono_ns / 1e9 for row in room.robot.trace if row.event == "" and (row.v or row.w)]
+    return next((stamp - heard.understood for stamp in rows if stamp >= heard.understood), None)
+
+
+@cache
+def _engine() -> Engine:
+    """One for all runs of a process. Raises Unavailable."""
+    return open_engine(SpeechSettings())
+
+
+def _work(seed: int, runs: int, index: int) -> dict[str, Any]:
+    return trial(tuple(TRIALS)[index // runs], index % runs, seed)
+
+
+def summary(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """The table's row of one command."""
+    kind = TRIALS[name]
+    figures = [row["figure"] for row in rows if row["understood"] and row["figure"] is not None]
+    understood = [row for row in rows if row["understood"]]
+    return {
+        "definition": kind.definition,
+        "runs": len(rows),
+        "success_rate": float(np.mean([row["success"] for row in rows])),
+        "understood_rate": len(understood) / len(rows),
+        "understood_at_once_rate": sum(row["tries"] == 1 for row in understood) / len(rows),
+        "success_rate_of_understood": float(np.mean([row["success"] for row in understood])) if understood else None,
+        "unit": kind.unit,
+        "median": float(np.median(figures)) if figures else None,
+        "worst": max(figures) if figures else None,
+        "contacts": sum(row["contacts"] for row in rows),
+        "failures": [
+            {key: row[key] for key in ("run", "world", "words", "why", "figure")}
+            for row in rows
+            if not row["success"]
+        ],
+    }
+
+
+def run(
+    *,
+    runs: int | None = None,
+    seed: int = 0,
+    out: Path | None = None,
+    tell: Callable[[str], None] | None = None,
+    workers: int | None = None,
+) -> dict[str, Any]:
+    """`runs` (50) of every command; `out` receives JSON and CSV. Raises Unavailable where nothing can speak."""
+    if not can_speak():
+        raise Unavailable(NO_VOICE)
+    count = runs or RUNS
+    rows = side_by_side(partial(_work, seed, count), count * len(TRIALS), workers, tell)
+    commands = {name: summary(name, [row for row in rows if row["command"] == name]) for name in TRIALS}
+    result: dict[str, Any] = {
+        "runs": count,
+        "seed": seed,
+        "said_at_most": TRIES,
+        "commands": commands,
+        "contacts": sum(row["contacts"] for row in rows),
+        "wrong_motions": sum(len(row["wrong"]) for row in rows),
+        "wrong": [word for row in rows for word in row["wrong"]],
+        "faults": [fault for row in rows for fault in row["faults"]],
+        "delays": {name: _spread([row[name] for row in rows]) for name in ("endpoint_s", "read_s", "wheels_s")},
+        "errors": {sense: _spread([abs(e) for row in rows for e in row["errors"][sense]]) for sense in SENSES},
+        "text": table(commands),
+        "files": {},
+    }
+    if out is not None:
+        result["files"] = _save(out, result, rows)
+    return result
+
+
+def table(commands: dict[str, dict[str, Any]]) -> str:
+    """The outcome table."""
+    lines = [
+        f"{'command':12} {'runs':>4} {'success':>8} {'understood':>10} {'median':>10} {'worst':>10}  success means"
+    ]
+    for name, row in commands.items():
+        median, worst = (
+            f"{row[key]:.3g} {row['unit']}" if row[key] is not None else "-" for key in ("median", "worst")
+        )
+        lines.append(
+            f"{name:12} {row['runs']:4} {100 * row['success_rate']:6.0f} % {100 * row['understood_rate']:8.0f} % "
+            f"{median:>10} {worst:>10}  {row['definition']}"
+        )
+    return "\n".join(lines)
+
+
+def _spread(values: list[float | None]) -> dict[str, float] | None:
+    known = [value for value in values if value is not None]
+    if not known:
+        return None
+    return {"p50": float(np.median(known)), "p95": float(np.quantile(known, 0.95))}
+
+
+def _save(out: Path, result: dict[str, Any], rows: list[dict[str, Any]]) -> dict[str, str]:
+    """Everything, and a line for every run → what lies where."""
+    out.mkdir(parents=True, exist_ok=True)
+    whole, lines = out / "table_2.json", out / "table_2.csv"
+    whole.write_text(json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1))
+    with lines.open("w", newline="") as file:
+        writer = csv.DictWriter(file, [key for key in rows[0] if key != "errors"], extrasaction="ignore")
+        writer.writeheader()
+        writer.writerows(rows)
+    return {"json": str(whole), "csv": str(lines)}

@@ -1,0 +1,277 @@
+"""The eight commands of Table 2 as trials: where one begins, what is said there, and what counts as success.
+
+Every definition is printed beside its figure; `core.experiments.table_2` runs them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from core.experiments.beside_wall import aside
+from core.experiments.spoken_room import ANN, Heard, SpokenRoom
+from core.geometry import Pose, wrap
+from core.snapshot import Snapshot
+from core.world import World, cast
+
+PLACES = ("lab", "floor")
+TRIES = 3
+WIDE = 0.35  # [m] of free floor around a start and a goal
+BODY = 0.13  # [m] to either side of a way that has to be free
+TURNED, CREPT = math.radians(2), 0.05  # of a turn, and [m] that it may leave its place
+ALONG = 0.05  # [m] of CONTINUE
+AT = 0.10  # [m] of STOP AT
+STILL = 1.0  # [s] after the end of "stop moving" by which the wheels stand
+NEAR = (0.4, 0.6)  # [m] of COME HERE
+FOLLOWED = 1.8  # [m] of FOLLOW ME
+MINUTE = 60.0  # [s]
+SETTLING, FOLLOWING = 25.0, 75.0  # [s] of FOLLOW WALL: until it is beside the wall, and altogether
+STRAIGHT = 0.03  # [m] RMS
+LENGTHS = (0.5, 0.8, 1.0, 1.2, 1.5, 2.0)  # [m] of CONTINUE
+WALK = ((1.5, 1.0), (2.6, 1.2), (2.4, 0.2), (1.0, -0.6), (0.0, -1.2), (-1.2, -0.4), (-0.6, 0.8))  # [m] in sim:lab
+ROUND = Pose(0.0, 0.0, 0.0)  # where FOLLOW ME begins: its walk is in sim:lab
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run went beyond its words."""
+
+    success: bool
+    why: str = ""
+    figure: float | None = None  # what the definition measures
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One command of the table."""
+
+    definition: str
+    unit: str  # of the figure
+    start: Callable[[World, np.random.Generator], tuple[Pose, str]]  # a place to begin, and what is said there
+    obey: Callable[[SpokenRoom, str], tuple[Heard, Outcome]]
+    places: tuple[str, ...] = PLACES
+
+
+# where it begins
+
+
+def _anywhere(words: str, world: World, chance: np.random.Generator) -> tuple[Pose, str]:
+    box = world.bounds
+    while True:
+        x, y = float(chance.uniform(box.x0, box.x1)), float(chance.uniform(box.y0, box.y1))
+        if world.free(x, y, WIDE):
+            return Pose(x, y, float(chance.uniform(-math.pi, math.pi))), words
+
+
+def _before_free_floor(words: str, world: World, chance: np.random.Generator) -> tuple[Pose, str]:
+    """So that the longest way is free."""
+    length = 3.0 if "stop" in words else float(chance.choice(LENGTHS))
+    while True:
+        pose, _ = _anywhere("", world, chance)
+        if _free_ahead(world, pose) > length + 0.6:
+            return pose, words.format(x=f"{length:g}")
+
+
+def _before_a_goal(words: str, world: World, chance: np.random.Generator) -> tuple[Pose, str]:
+    """A goal on the free floor, in sight."""
+    while True:
+        pose, _ = _anywhere("", world, chance)
+        x, y = (round(float(chance.uniform(-2.5, 2.5)), 1) for _ in range(2))
+        goal = pose.apply(np.array([[x, y]]))[0]
+        towards = Pose(pose.x, pose.y, math.atan2(goal[1] - pose.y, goal[0] - pose.x))
+        if (
+            abs(x) + abs(y) > 0.6
+            and world.free(float(goal[0]), float(goal[1]), WIDE)
+            and _free_ahead(world, towards) > math.hypot(x, y)
+        ):
+            return pose, words.format(x=_spoken(x), y=_spoken(y))
+
+
+def _beside_a_wall(words: str, world: World, chance: np.random.Generator) -> tuple[Pose, str]:
+    while True:
+        pose, _ = _anywhere("", world, chance)
+        if world.clearance(pose.x, pose.y) < 1.2:
+            return pose, words
+
+
+def _in_the_round(words: str, world: World, chance: np.random.Generator) -> tuple[Pose, str]:
+    return ROUND @ Pose(*chance.uniform((-0.2, -0.2, -3.1), (0.2, 0.2, 3.1)).tolist()), words
+
+
+def _free_ahead(world: World, pose: Pose) -> float:
+    """How far [m] the body could go straight on."""
+    c, s = math.cos(pose.heading), math.sin(pose.heading)
+    side = np.array([[-s, c]]) * np.array([[-BODY], [0.0], [BODY]])
+    origins = np.array([[pose.x, pose.y]]) + side
+    rays = [cast(origin, np.array([[c, s]]), world.obstacles).distance[0] for origin in origins]
+    return float(min(rays))
+
+
+def _spoken(value: float) -> str:
+    return f"minus {-value:g}" if value < 0 else f"{value:g}"
+
+
+# what is done, and whether it was right
+
+
+def _turn(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
+    before = room.robot.truth
+    room.place()
+    heard, state, why = _done(room, words, 30.0)
+    after = room.robot.truth
+    off = wrap(after.heading - before.heading - math.copysign(math.pi / 2, 1 if "left" in words else -1))
+    good = state == "done" and abs(off) < TURNED and before.distance_to(after.x, after.y) < CREPT
+    return heard, Outcome(success=good, why=why, figure=math.degrees(abs(off)))
+
+
+def _go(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
+    before = room.robot.truth
+    length = float(words.split()[1])
+    room.place(off=_way(before, length))
+    heard, state, why = _done(room, words, 90.0)
+    after = before.inverse() @ room.robot.truth
+    off = math.hypot(after.x - length, after.y)
+    return heard, Outcome(success=state == "done" and off < ALONG, why=why, figure=off)
+
+
+def _stop_at(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
+    before = room.robot.truth
+    x, y = (float(part.replace("minus ", "-")) for part in words.removeprefix("stop at ").split(" and "))
+    towards = before @ Pose(0.0, 0.0, math.atan2(y, x))
+    room.place(off=_way(towards, math.hypot(x, y)))
+    heard, state, why = _done(room, words, 120.0)
+    after = before.inverse() @ room.robot.truth
+    off = math.hypot(after.x - x, after.y - y)
+    return heard, Outcome(success=state == "done" and off < AT, why=why, figure=off)
+
+
+def _stop(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
+    """While it goes straight on."""
+    before = room.robot.truth
+    room.place(off=_way(before, 3.0))
+    going = room.robot.tell("continue 3 meters")
+    room.robot.run(float(room.chance.uniform(1.0, 4.0)))
+    heard = room.command(words, TRIES)
+    if heard.number is None:
+        return heard, Outcome(success=False, why=heard.why)
+    stood = math.inf
+    for snapshot in room.robot.frames(3.0):
+        if abs(room.robot.gate.twist.v) < 1e-9 and stood == math.inf:
+            stood = snapshot.stamp
+    ended = room.robot.ended(going)
+    late = max(stood - heard.ended, 0.0)
+    good = ended is not None and ended.state != "done" and late < STILL
+    return heard, Outcome(success=good, why="" if good else f"it stood {late:.2f} s after the words", figure=late)
+
+
+def _follow_wall(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
+    room.place()
+    heard = room.command(words, TRIES)
+    if heard.number is None:
+        return heard, Outcome(success=False, why=heard.why)
+    surfaces, off, since = room.world.surfaces(0.12), list[float](), room.robot.snapshot.stamp
+
+    def watch(snapshot: Snapshot) -> None:
+        if snapshot.stamp - since < SETTLING or snapshot.truth is None:
+            return
+        error = aside(snapshot.truth, surfaces.faces, surfaces.posts)
+        off.extend([] if error is None else [error])
+
+    room.robot.robot.ask({"do": "remove", "id": ANN})
+    ended = room.wait(heard.number, FOLLOWING, watch)
+    straight = float(np.sqrt(np.mean(np.square(off)))) if off else None
+    good = ended is None and (straight is None or straight < STRAIGHT)
+    return heard, Outcome(success=good, why=ended.remark if ended else "", figure=straight)
+
+
+def _come(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
+    x, y = room.place()
+    truth = room.robot.truth
+    heard = room.command(words, TRIES)
+    if heard.call is not None:
+        room.errors["sound_rad"].append(wrap(heard.call.azimuth - _azimuth(room, truth, x, y)))
+    if heard.number is None:
+        return heard, Outcome(success=False, why=heard.why)
+    ended = room.wait(heard.number, 120.0, room.measure(x, y))
+    apart = room.robot.truth.distance_to(x, y)
+    state, why = (ended.state, ended.remark) if ended else ("running", "it took too long")
+    good = state == "done" and NEAR[0] <= apart <= NEAR[1]
+    return heard, Outcome(success=good, why="" if good else why, figure=apart)
+
+
+def _follow_me(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
+    """Ann walks a round, Bob crosses it."""
+    room.put(ANN, x_m=1.6, y_m=0.2, clothes="red/blue")
+    heard = room.command(words, TRIES)
+    if heard.number is None:
+        return heard, Outcome(success=False, why=heard.why)
+    ended = room.wait(heard.number, 4.0)
+    if ended is None:
+        walk = [list(place) for place in WALK]
+        room.put(ANN, x_m=1.6, y_m=0.2, path_m=walk, speed_m_s=0.2, again=True)
+        crossing = {"path_m": [[1.2, -1.6], [1.2, 2.4]], "speed_m_s": 0.4, "again": True}
+        room.put("Bob", x_m=1.2, y_m=2.4, clothes="white/green", **crossing)
+        ended = room.wait(heard.number, MINUTE)
+    apart = room.robot.truth.distance_to(*room.where(ANN))
+    good = ended is None and apart < FOLLOWED
+    return heard, Outcome(success=good, why=ended.remark if ended else "", figure=apart)
+
+
+def _done(room: SpokenRoom, words: str, seconds: float) -> tuple[Heard, str, str]:
+    """Say it and wait for its end → what was heard, the state at the end and why."""
+    heard = room.command(words, TRIES)
+    if heard.number is None:
+        return heard, "", heard.why
+    ended = room.wait(heard.number, seconds)
+    room.robot.run(0.5)
+    if ended is None:
+        return heard, "running", "it took too long"
+    return heard, ended.state, ended.remark
+
+
+def _way(pose: Pose, length: float) -> list[tuple[float, float]]:
+    """Places along a straight way (x, y) [m]."""
+    ahead = np.stack((np.linspace(0.0, length, 9), np.zeros(9)), axis=1)
+    return [(x, y) for x, y in pose.apply(ahead).tolist()]
+
+
+def _azimuth(room: SpokenRoom, truth: Pose, x: float, y: float) -> float:
+    """Where somebody is [rad], on the robot's own map."""
+    known = room.robot.snapshot.estimate.pose
+    return truth.bearing_to(x, y) + known.heading
+
+
+TRIALS = {
+    "turn_left": Trial(
+        "within 2° of 90° to the left, on the spot (5 cm)", "deg", partial(_anywhere, "turn left"), _turn
+    ),
+    "turn_right": Trial(
+        "within 2° of 90° to the right, on the spot (5 cm)", "deg", partial(_anywhere, "turn right"), _turn
+    ),
+    "stop_moving": Trial(
+        "the wheels stand within 1 s after the words", "s", partial(_before_free_floor, "stop moving"), _stop
+    ),
+    "continue": Trial(
+        "within 5 cm of the place straight ahead", "m", partial(_before_free_floor, "continue {x} meters"), _go
+    ),
+    "stop_at": Trial("within 10 cm of the place", "m", partial(_before_a_goal, "stop at {x} and {y}"), _stop_at),
+    "follow_wall": Trial(
+        "still beside the wall after 75 s, RMS of its 0.5 m on straight walls below 3 cm",
+        "m",
+        partial(_beside_a_wall, "follow wall"),
+        _follow_wall,
+    ),
+    "come_here": Trial("stands 0.5 ± 0.1 m from the person", "m", partial(_anywhere, "come here"), _come),
+    "follow_me": Trial(
+        "has the person after a minute's walk with another one crossing, within 1.8 m",
+        "m",
+        partial(_in_the_round, "follow me"),
+        _follow_me,
+        ("lab",),
+    ),
+}
+"""The eight commands, in the table's order."""

@@ -1,0 +1,29 @@
+"""Writing down what was said, believed or not: the texts that OSQE compares (Figs. 10, 11).
+
+A recognizer that moves a robot refuses whole sentences as soon as it is not sure. Compared with it, a text would tell
+of its caution; here every sound is written down as the sentence of the grammar that fits it best.
+"""
+
+from __future__ import annotations
+
+from core.speech.jsgf import plain_grammar
+from core.speech.pocketsphinx import grammar_decoder
+from core.speech.recognizer import Hypothesis, Utterance
+from core.speech.settings import SpeechSettings
+from core.speech.sphinx import decoded, options_of, views_of
+
+
+class Dictation:
+    """Always a sentence of the grammar."""
+
+    def __init__(self, settings: SpeechSettings | None = None) -> None:
+        """Raises Unavailable when pocketsphinx is not installed."""
+        self._settings = settings or SpeechSettings()
+        self._decoder = grammar_decoder(plain_grammar(), **options_of(self._settings))
+
+    def read(self, utterance: Utterance) -> Hypothesis:
+        """The words that fit best; "" only where nothing was said."""
+        views, _ = views_of(utterance, self._settings.clear_ratio)
+        spans, score = decoded(self._decoder, views[0])
+        words = " ".join(span.word for span in spans)
+        return Hypothesis(words=words, begin=utterance.begin, end=utterance.end, score=score)

@@ -1,0 +1,187 @@
+"""A spoken order that waits: begun, dropped, replaced, and who may do which."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from console.intents import Intents
+from console.logins import Person
+from console.problems import Problem
+from console.prospect import foresee
+from console.scene.intended import DASH, Intended, dashed, strokes_of
+from core.commands.command import Command
+from core.perception.people.call import Call
+from core.speech.grammar import understand
+from tests.console.live import Live, hear, say
+
+LONG = 600.0  # [s]: nothing begins by itself
+SHORT = 3.0  # [s]: long enough for a busy console to tell of it
+
+
+def person(live: Live, token: str) -> Person:
+    found = live.runtime.access.logins.bearer(token)
+    assert found is not None
+    return found
+
+
+def speak(live: Live, words: str, source: str = "voice", token: str = "", call: Call | None = None) -> int:
+    """Spoken by the operator → the number of the order that waits."""
+    who = person(live, token or live.operator)
+    return live.on_loop(lambda: live.runtime.intents.take(words, source, who, call)).id
+
+
+def shown(live: Live) -> Any:
+    return live.ask("GET", "/api/state", token=live.viewer).json["intent"]
+
+
+def newest(live: Live) -> dict[str, Any]:
+    return live.ask("GET", "/api/commands/history?limit=1", token=live.viewer).json["commands"][0]
+
+
+def ask(live: Live, what: str, number: int, token: str = "") -> Any:
+    return live.ask("POST", f"/api/intent/{what}", {"id": number}, token=token or live.operator)
+
+
+@pytest.fixture
+def intents(live: Live, monkeypatch: pytest.MonkeyPatch) -> Iterator[Intents]:
+    live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
+    monkeypatch.setattr(live.runtime.intents, "moment", LONG)
+    yield live.runtime.intents
+    live.ask("POST", "/api/stop", token=live.operator)
+
+
+def test_a_far_order_waits_for_all_to_see_and_begins_by_itself(live: Live, intents: Intents) -> None:
+    intents.moment = SHORT
+    with live.open(token=live.viewer) as line:
+        number = speak(live, "continue 3 meters")
+        told = hear(line, "state", true=lambda state: state["intent"])["intent"]
+        hear(line, "state", true=lambda state: not state["intent"])
+    assert (told["id"], told["numbers"], told["who"]) == (number, {"distance_m": 3.0}, "operator")
+    assert 0 <= told["begins_in_s"] <= told["moment_s"] == SHORT
+    assert math.dist(told["way"][0], told["goal"]) == pytest.approx(3.0, abs=0.05)
+    row = live.until(lambda: newest(live) if newest(live)["name"] == "continue" else None)
+    assert (row["source"], row["words"]) == ("voice", "continue 3 meters")
+
+
+def test_what_is_exact_and_near_begins_at_once(live: Live, intents: Intents) -> None:
+    who = person(live, live.operator)
+    deed = live.on_loop(lambda: intents.take("continue 0.5 meters", "voice", who))
+    assert newest(live)["id"] == deed.id and shown(live) is None
+
+
+def test_the_driver_begins_it_at_once_and_nobody_else(live: Live, intents: Intents) -> None:
+    number = speak(live, "stop at 1 and 0.5")
+    assert ask(live, "begin", number, live.viewer).status == 403
+    other = live.runtime.access.logins.issue("other", "operator")
+    told = ask(live, "begin", number, other)
+    assert told.status == 409 and "who drives" in told.json["detail"]
+    assert ask(live, "begin", number + 1).status == 404
+    assert shown(live)["id"] == number
+    begun = ask(live, "begin", number)
+    assert begun.status == 202 and newest(live)["id"] == begun.json["deed"]
+    late = ask(live, "drop", number)
+    assert late.status == 404 and "has begun" in late.json["detail"]
+
+
+def test_anybody_drops_it(live: Live, intents: Intents) -> None:
+    assert ask(live, "drop", speak(live, "come here"), live.viewer).json["dropped"]
+    row = newest(live)
+    assert (row["name"], row["state"]) == ("come_here", "cancelled") and "Dropped by viewer" in row["remark"]
+    assert shown(live) is None
+    for wrong in ({}, {"id": "1"}, {"id": 0}, {"id": 1, "more": 1}):
+        assert live.ask("POST", "/api/intent/drop", wrong, token=live.viewer).status == 422
+
+
+@pytest.mark.parametrize("how", ["stop", "halt", "say stop", "another", "a newer one", "hand", "lease", "sign out"])
+def test_whatever_ends_what_is_under_way_drops_it(live: Live, intents: Intents, how: str) -> None:
+    number = speak(live, "continue 4 meters")
+    driver = person(live, live.operator)
+    if how in ("stop", "halt"):
+        live.ask("POST", f"/api/{how}", token=live.viewer)
+    elif how == "say stop":
+        live.ask("POST", "/api/commands", {"text": "stop"}, token=live.viewer)
+    elif how == "another":
+        assert live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator).status == 202
+    elif how == "a newer one":
+        assert speak(live, "come here") > number
+    elif how == "hand":
+        with live.open() as line:
+            gate = hear(line, "state")["gate"]
+            say(line, kind="drive", v=0.05, w=0, press=7, seq=1, nonce=gate["nonce"], epoch=gate["epoch"])
+            hear(line, "state", true=lambda state: not state["intent"])
+    elif how == "lease":
+        live.ask("POST", "/api/lease", {"do": "release"}, token=live.operator)
+    else:
+        live.on_loop(lambda: live.runtime.door.forget(driver))
+    waiting = live.runtime.intents.waiting
+    assert waiting is None or waiting.id != number
+    rows = live.ask("GET", "/api/commands/history?limit=3", token=live.viewer).json["commands"]
+    dropped = next(row for row in rows if row["numbers"] == {"distance_m": 4.0})
+    assert dropped["state"] in ("cancelled", "pre-empted") and dropped["remark"].startswith("It had not begun: ")
+
+
+def test_what_may_not_move_the_robot_does_not_wait(live: Live, intents: Intents) -> None:
+    watcher = person(live, live.viewer)
+    with pytest.raises(Problem) as refused:
+        live.on_loop(lambda: intents.take("continue 3 meters", "voice", watcher))
+    assert refused.value.status == 403 and newest(live)["state"] == "refused" and shown(live) is None
+
+
+def test_who_calls_is_shown_with_a_bearing_as_the_robot_stands(live: Live, intents: Intents) -> None:
+    heading = live.runtime.snapshot.estimate.pose.heading
+    call = Call(stamp=live.runtime.snapshot.stamp, azimuth=heading + 1.0, sd=0.07, x=0.0, y=0.0)
+    speak(live, "come here", "ears", call=call)
+    told = shown(live)
+    assert told["bearing_rad"] == pytest.approx(1.0, abs=0.1) and told["bearing_sd_rad"] == 0.07
+    assert told["way"] == [] and told["goal"] is None
+
+
+@pytest.mark.parametrize(
+    ("words", "length"), [("turn right", 0.0), ("continue 2 meters", 2.0), ("follow wall", None)]
+)
+def test_what_is_foreseen_starts_at_the_robot(live: Live, words: str, length: float | None) -> None:
+    command = understand(words)
+    assert isinstance(command, Command)
+    snapshot = live.runtime.snapshot
+    seen = foresee(command, snapshot, 0.1)
+    strokes = strokes_of(seen, 0.1)
+    if length is None:
+        assert len(strokes) == 0
+    elif length:
+        assert np.hypot(*(seen.way[-1] - seen.way[0])) == pytest.approx(length)
+    else:
+        turned = math.remainder(seen.heading - snapshot.estimate.pose.heading, math.tau)
+        assert turned == pytest.approx(-math.pi / 2)
+
+
+class Lines:
+    """What the scene keeps of strokes."""
+
+    def add_line_segments(self, name: str, points: Any, colors: Any, **how: Any) -> SimpleNamespace:
+        self.node = SimpleNamespace(points=points, colors=colors, visible=how["visible"])
+        return self.node
+
+
+def test_the_broken_lines_are_gone_when_nothing_waits_any_more(live: Live) -> None:
+    waiting: list[Command] = []
+    lines, snapshot = Lines(), live.runtime.snapshot
+    intended = Intended(lines, live.robot.profile, lambda: waiting[-1] if waiting else None)  # type: ignore[arg-type]
+    for words, seen in (("", False), ("come here", False), ("continue 3 meters", True), ("", False)):
+        told = understand(words)
+        waiting = [told] if isinstance(told, Command) else []
+        intended.show(snapshot)
+        assert lines.node.visible is seen, words
+
+
+def test_a_broken_line_keeps_to_its_way() -> None:
+    corner = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+    strokes = dashed(corner, DASH)
+    lengths = np.hypot(*(strokes[:, 1] - strokes[:, 0]).T)
+    assert (lengths <= DASH + 1e-9).all() and lengths.sum() == pytest.approx(1.0, abs=DASH)
+    assert len(dashed(corner[:1], DASH)) == 0

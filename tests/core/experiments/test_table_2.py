@@ -1,0 +1,74 @@
+"""From a voice in the room to the wheels, through every part; most of it takes minutes of simulated time."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+from pathlib import Path
+
+import pytest
+
+from core.experiments import EXPERIMENTS, table_2
+from core.experiments.table_2 import TRIALS, summary, trial
+from core.speech.voice import can_speak
+
+understands = pytest.mark.skipif(
+    importlib.util.find_spec("pocketsphinx") is None or not can_speak(), reason="needs beckon[speech,voice]"
+)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["turn_left", *(pytest.param(name, marks=pytest.mark.campaign) for name in ("continue", "stop_at"))],
+)
+def test_what_a_voice_asks_for_is_done(name: str) -> None:
+    row = trial(name, 0, 1, words=False)
+    assert row["success"], row["why"]
+    assert (row["contacts"], row["faults"], row["wrong"]) == (0, [], [])
+    assert row["wheels_s"] is not None and 0 <= row["wheels_s"] < 2
+
+
+def test_the_row_of_a_command_counts_who_was_not_understood_as_a_failure() -> None:
+    row = {"success": True, "understood": True, "tries": 2, "figure": 0.5, "contacts": 0, "run": 0}
+    row |= {"world": "lab", "words": "turn left", "why": ""}
+    lost = row | {"success": False, "understood": False, "figure": None, "why": "not understood"}
+    told = summary("turn_left", [row, row | {"tries": 1, "figure": 0.7}, lost, lost])
+    assert (told["success_rate"], told["understood_rate"], told["understood_at_once_rate"]) == (0.5, 0.5, 0.25)
+    assert told["success_rate_of_understood"] == 1.0
+    assert (told["median"], told["worst"]) == (0.6, 0.7)
+    assert len(told["failures"]) == 2
+
+
+@pytest.mark.campaign
+@understands
+def test_the_table_of_one_command_is_saved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(table_2, "TRIALS", {"turn_left": TRIALS["turn_left"]})
+    result = EXPERIMENTS["table-2"](runs=1, seed=3, out=tmp_path, workers=1)
+    assert set(result["commands"]) == {"turn_left"} and result["wrong_motions"] == result["contacts"] == 0
+    assert "turn_left" in result["text"]
+    assert json.loads(Path(result["files"]["json"]).read_text())["commands"] == result["commands"]
+    assert len(Path(result["files"]["csv"]).read_text().splitlines()) == 2
+
+
+@pytest.mark.campaign
+@pytest.mark.parametrize("number", [0, 4])
+def test_a_voice_brings_the_robot_to_half_a_metre(number: int) -> None:
+    row = trial("come_here", number, 0, words=False)
+    assert row["success"], row["why"]
+    assert (row["contacts"], row["faults"]) == (0, [])
+
+
+@pytest.mark.campaign
+@understands
+def test_the_spoken_words_bring_it_too() -> None:
+    rows = [trial("come_here", number, 0) for number in (20, 21, 22)]
+    understood = [row for row in rows if row["understood"]]
+    assert understood
+    assert all(row["success"] for row in understood)
+
+
+@pytest.mark.campaign
+def test_it_follows_for_a_minute_while_somebody_else_crosses() -> None:
+    row = trial("follow_me", 0, 0, words=False)
+    assert row["success"], row["why"]
+    assert (row["contacts"], row["faults"]) == (0, [])
