@@ -60,7 +60,7 @@ async def known(behind: Behind) -> dict[str, Any]:
 @needs("operator")
 async def begin(behind: Behind, who: Who) -> dict[str, Any]:
     """Begin to teach the robot somebody. Pictures are kept in memory until it is over, and never written."""
-    return behind.people.begin(who.name).told()
+    return behind.people.begin(who).told()
 
 
 @people.put("/people/chosen")
@@ -70,6 +70,14 @@ async def choose(asked: ChoiceWish, behind: Behind, who: Who) -> dict[str, Any]:
     await behind.people.choose(asked.id)
     behind.history.add("people", who, words="anybody" if asked.id is None else "choose")
     return behind.people.told()
+
+
+@people.delete("/people/assistant", status_code=204)
+@needs("operator")
+async def send_away(behind: Behind) -> Response:
+    """Whoever showed the gestures in the simulated room leaves it."""
+    await behind.people.send_away()
+    return Response(status_code=204)
 
 
 @people.post("/people/{id}/background", openapi_extra=PICTURES)
@@ -154,7 +162,7 @@ async def rename(id: Id, asked: NameWish, behind: Behind, who: Who) -> dict[str,
 async def forget(id: Id, behind: Behind, who: Who) -> Response:
     """Forget somebody for good, or cancel an enrolment. Who was chosen is chosen no more."""
     if behind.people.lesson is not None and behind.people.lesson.id == id:
-        behind.people.cancel(behind.people.lesson)
+        await behind.people.cancel(behind.people.lesson)
     else:
         await behind.people.forget(id)
         behind.history.add("people", who, words="forget")

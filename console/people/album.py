@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import re
+import unicodedata
 from collections.abc import Callable
 from pathlib import Path
 
@@ -24,6 +25,8 @@ MOST_PEOPLE = 50
 LONGEST = 40  # characters of a name
 CHOSEN = "chosen.json"
 ID = re.compile(r"[0-9a-f]{12}")
+JOINERS = "\u200c\u200d"  # within words of some scripts and within some emoji
+FILLERS = "\u115f\u1160\u2800\u3164\uffa0"  # letters without ink
 
 
 class Card(msgspec.Struct, forbid_unknown_fields=True):
@@ -97,7 +100,8 @@ class Album:
 
     def forget(self, card_id: str) -> None:
         """For good. Raises OSError."""
-        (self.folder / f"{card_id}.json").unlink(missing_ok=True)
+        for name in (f"{card_id}.json", f"{card_id}.json.new"):  # the second: left by a crash while it was written
+            (self.folder / name).unlink(missing_ok=True)
 
 
 def small(path: Path) -> bytes:
@@ -112,7 +116,7 @@ def card_in(raw: bytes, card_id: str) -> Card:
     card = msgspec.json.decode(raw, type=Card)
     if card.version != VERSION or card.id != card_id or not ID.fullmatch(card.id):
         raise ValueError("of another version, or under another's name")
-    if not 0 < len(card.name) <= LONGEST or not card.name.isprintable():
+    if not is_name(card.name):
         raise ValueError("no name")
     if len(card.colours) != len(PARTS) or any(len(row) != HUES + GREYS for row in card.colours):
         raise ValueError("colours of another form")
@@ -126,7 +130,18 @@ def card_in(raw: bytes, card_id: str) -> Card:
 
 def name_of(given: str) -> str:
     """What somebody calls themselves. Raises Problem 422."""
-    name = " ".join(given.split())
-    if not 0 < len(name) <= LONGEST or not name.isprintable():
-        raise Problem(422, f"A name has 1 to {LONGEST} letters; say who you are.")
+    name = unicodedata.normalize("NFC", " ".join(given.split()))
+    if not is_name(name):
+        raise Problem(422, f"A name has 1 to {LONGEST} letters or signs, all of them to be seen; say who you are.")
     return name
+
+
+def is_name(name: str) -> bool:
+    """Whether it can be shown and read as it is: nothing hidden in it, nothing that turns the line around."""
+    seen = "".join(letter for letter in name if letter not in JOINERS)
+    return 0 < len(name) <= LONGEST and seen.isprintable() and any(not blank(letter) for letter in seen)
+
+
+def blank(letter: str) -> bool:
+    """Whether nothing of it is seen by itself."""
+    return letter.isspace() or unicodedata.category(letter) in ("Mn", "Me") or letter in FILLERS

@@ -24,10 +24,10 @@ class PeopleDesk:
     """Remembers nothing from one picture to the next: what was learnt goes back to the console, no picture stays."""
 
     def background(self, picture: Told) -> Told:
-        """A picture without anybody → how it is shown. Raises BadInput."""
+        """A picture without anybody → how it is shown, and as it is `kept` beside the others. Raises BadInput."""
         pixels = picture_in(picture)
         check_light(pixels)
-        return shown(pixels)
+        return shown(pixels) | {"kept": told_pixels(pixels)}
 
     def judge(self, picture: Told, background: Told, taken: list[Told]) -> Told:
         """A picture of somebody, beside the background and what was learnt of them already → how it is shown, what
@@ -52,8 +52,12 @@ class PeopleDesk:
 
 def told_picture(image: Image) -> Told:
     """A picture of the robot's own camera, as the worker takes it."""
-    height, width = image.pixels.shape[:2]
-    return {"pixels": image.pixels.tobytes(), "width": width, "height": height}
+    return told_pixels(image.pixels)
+
+
+def told_pixels(pixels: Array) -> Told:
+    """Pixels (H, W) or (H, W, 3) uint8 in plain values."""
+    return {"pixels": pixels.tobytes(), "width": pixels.shape[1], "height": pixels.shape[0]}
 
 
 def picture_in(told: Told) -> Array:

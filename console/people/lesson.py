@@ -66,11 +66,13 @@ class Lesson:
 
     id: str
     who: str  # at the console
+    owner: str  # the same person, as the console tells people of one name apart
     background: Told | None = None  # as the worker takes it
     stood: Pose | None = None  # the robot when its camera took the background; None: another camera did
     taken: list[Judged] = field(default_factory=list[Judged])
     newest: Judged | None = None
     trouble: str = ""  # why what the assistant did ended
+    waits: str = ""  # what is waited for
     showing: bool = False
     number: int = 0
     used: float = field(default_factory=time.monotonic)
@@ -88,9 +90,9 @@ class Lesson:
         have = {one.gesture for one in self.taken}
         return next((gesture for gesture in GESTURES if gesture.name not in have), None)
 
-    def begin_anew(self, background: Told, answer: Told, stood: Pose | None) -> None:
+    def begin_anew(self, answer: Told, stood: Pose | None) -> None:
         """Another empty picture: what was learnt beside the former one is left out."""
-        self.background, self.stood = background, stood
+        self.background, self.stood = answer["kept"], stood
         self.taken.clear()
         self.newest = self._judged("", answer)
 
@@ -100,6 +102,10 @@ class Lesson:
         self.newest = self._judged(gesture.name if gesture else "more", answer)
         if not self.newest.wrong:
             self.taken.append(self.newest)
+
+    def rest(self) -> None:
+        """Nobody shows anything any more."""
+        self.showing, self.waits = False, ""
 
     def drop(self, number: int) -> bool:
         """Leave a picture out → whether there was one."""
@@ -120,6 +126,7 @@ class Lesson:
         return {
             "id": self.id,
             "who": self.who,
+            "owner": self.owner,
             "background": self.background is not None,
             "next": gesture.name if gesture else "",
             "advice": STEP_OUT if self.background is None else gesture.words if gesture else ENOUGH,
@@ -130,6 +137,7 @@ class Lesson:
             "ready": len(self.taken) >= FEWEST,
             "showing": self.showing,
             "trouble": self.trouble,
+            "waits": self.waits,
         }
 
     def _judged(self, gesture: str, answer: Told) -> Judged:

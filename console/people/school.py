@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 import secrets
 import time
@@ -11,16 +12,17 @@ from pathlib import Path
 from typing import Any
 
 from console.calibration.live import moved
+from console.calibration.turns import Turns
 from console.door import Door
+from console.logins import Person
 from console.people.album import MOST_PEOPLE, VERSION, Album, Card, name_of
 from console.people.desk import told_picture
 from console.people.lesson import MOST_PICTURES, Lesson
-from console.people.sitter import Sitter
+from console.people.showing import Showing
 from console.problems import Problem
 from console.robot_link import RobotLink
-from console.tasks import end
 from console.workers import Lost, Worker
-from core.errors import BeckonError, Refused
+from core.errors import Refused, Unavailable
 from core.geometry import Pose
 from core.perception.people.colours import Enrolled
 from core.perception.people.enrolment import FEWEST
@@ -30,7 +32,9 @@ from core.snapshot import Level, Snapshot
 log = logging.getLogger(__name__)
 
 BUDGET = 4.0  # [s] of processor time for one picture
-FRESH = 5.0  # [s] that the assistant waits for a picture
+MOST_WAITING = 3  # pictures that are looked at or wait for it
+LOOKS, GETS_READY = "I look at the picture.", "I get ready to look at pictures; the first takes longest."
+OVER = "That lesson is over; begin anew."
 ONLY = "When called I come only to {}; that is chosen under People."
 ANYBODY = "When called I come to anybody."
 
@@ -57,8 +61,8 @@ class School:
         self._pose: Pose | None = None  # of the robot by its wheels
         self._worker = Worker("people")
         self._turn = asyncio.Lock()  # of whoever writes on the disk
-        self._show: asyncio.Task[None] | None = None
-        self._sitter = False  # who showed everything stands in the simulated room still
+        self._looks = Turns(MOST_WAITING)  # what comes of one picture depends on those before it
+        self._showing = Showing(robot, newest, self._judge)
 
     # life
 
@@ -73,7 +77,7 @@ class School:
 
     async def close(self) -> None:
         """End what is under way; the pictures are gone."""
-        await end(self._show)
+        await self._showing.stop()
         self._worker.kill()
         await self._worker.gone()
 
@@ -101,45 +105,44 @@ class School:
             "chosen": self._chosen,
             "enrolment": None if self.lesson is None else self.lesson.told(),
             "camera": profile.camera is not None,
-            "stands": self._sitter,
+            "stands": self._showing.stands,
             "simulated": profile.kind == "SIM" and profile.drives,
         }
 
     # learning
 
-    def begin(self, who: str) -> Lesson:
+    def begin(self, who: Person) -> Lesson:
         """A new lesson; one's own former one is over. Raises Problem 409 while somebody else teaches."""
         if len(self.people) >= MOST_PEOPLE:
             raise Problem(409, f"I know {MOST_PEOPLE} people already; let me forget somebody first.")
-        if self.lesson is not None and self.lesson.who != who and not self.lesson.stale:
+        if self.lesson is not None and self.lesson.owner != who.id and not self.lesson.stale:
             raise Problem(409, f"{self.lesson.who} is teaching me somebody now; wait, or ask them to cancel it.")
         self._over()
-        self.lesson = Lesson(secrets.token_hex(6), who)
+        self.lesson = Lesson(secrets.token_hex(6), who.name, who.id)
         return self.lesson
 
     def find(self, lesson_id: str) -> Lesson:
         """Raises Problem 404."""
         if self.lesson is None or self.lesson.id != lesson_id:
-            raise Problem(404, "That lesson is over; begin anew.")
+            raise Problem(404, OVER)
         return self.lesson
 
     async def background(self, lesson: Lesson, picture: Told, stood: Pose | None = None) -> None:
         """The empty picture. Raises BadInput, Problem."""
-        answer = await self._asked("background", {"picture": picture})
-        self.find(lesson.id).begin_anew(picture, answer, stood)
+        async with self._looks.taken():
+            answer = await self._asked(lesson, "background", {"picture": picture})
+            lesson.begin_anew(answer, stood)
 
     async def take(self, lesson: Lesson, picture: Told) -> None:
         """A picture of somebody; what comes of it stands in the lesson. Raises BadInput, Problem."""
-        if lesson.background is None:
-            raise Problem(409, "First the background: a picture without anybody.")
-        if len(lesson.taken) >= MOST_PICTURES:
-            raise Problem(409, f"{MOST_PICTURES} pictures are enough; say who you are.")
-        background = lesson.background
-        taken = [one.portrait for one in lesson.taken]
-        answer = await self._asked("judge", {"picture": picture, "background": background, "taken": taken})
-        if self.find(lesson.id).background is not background:
-            raise Problem(409, "Another background was taken meanwhile; take the picture once more.")
-        lesson.take(answer)
+        async with self._looks.taken():
+            if lesson.background is None:
+                raise Problem(409, "First the background: a picture without anybody.")
+            if len(lesson.taken) >= MOST_PICTURES:
+                raise Problem(409, f"{MOST_PICTURES} pictures are enough; say who you are.")
+            taken = [one.portrait for one in lesson.taken]
+            given = {"picture": picture, "background": lesson.background, "taken": taken}
+            lesson.take(await self._asked(lesson, "judge", given))
 
     async def capture(self, lesson: Lesson, what: str) -> None:
         """The same with the newest picture of the robot's own camera. Raises BadInput, Problem 409, 503."""
@@ -148,12 +151,7 @@ class School:
         image = self._newest()
         if image is None or self._robot.link()[0] != "live":
             raise Problem(503, "No picture comes from the robot now.")
-        if what == "background":
-            await self.background(lesson, told_picture(image), self._pose)
-            return
-        if moved(lesson.stood, self._pose):
-            raise Problem(409, "The robot has moved since the background was taken; take the background anew.")
-        await self.take(lesson, told_picture(image))
+        await self._judge(lesson, what, image)
 
     async def finish(self, lesson: Lesson, given: str) -> Card:
         """Learn and keep who it was; the pictures are gone. Raises Problem 409, 422, 503."""
@@ -162,8 +160,9 @@ class School:
             raise Problem(409, "The simulated person still shows gestures; wait, or stop it.")
         if len(lesson.taken) < FEWEST:
             raise Refused(f"I need at least {FEWEST} good pictures with different gestures; take more.")
-        taken = [one.portrait for one in lesson.taken]
-        learnt = await self._asked("learn", {"name": name, "taken": taken})
+        async with self._looks.taken():
+            taken = [one.portrait for one in lesson.taken]
+            learnt = await self._asked(lesson, "learn", {"name": name, "taken": taken})
         async with self._turn:
             self.find(lesson.id)
             self._free(name)
@@ -173,19 +172,26 @@ class School:
             self._over()
         return card
 
-    def cancel(self, lesson: Lesson) -> None:
-        """Nothing of it is kept."""
+    async def cancel(self, lesson: Lesson) -> None:
+        """Nothing of it is kept, and nobody of it stays in the simulated room. Raises Problem 404."""
         self.find(lesson.id)
         self._over()
+        if self._robot.profile.kind == "SIM":
+            with contextlib.suppress(Unavailable):
+                await self.send_away()
 
     async def show_me(self, lesson: Lesson, *, on: bool) -> None:
         """In the simulated room somebody steps before the camera and takes the gestures, or stops. Problem 409."""
-        if self._robot.profile.kind != "SIM":
-            raise Problem(409, "Only in the simulated room somebody is there to help; show yourself.")
-        await end(self._show)
+        self._simulated()
         if on:
-            self._show = asyncio.get_running_loop().create_task(self._shown(lesson))
-            lesson.showing, lesson.trouble, self._sitter = True, "", False
+            await self._showing.begin(lesson, look=len(self.people))
+        else:
+            await self._showing.stop()
+
+    async def send_away(self) -> None:
+        """Who showed the gestures leaves the simulated room. Raises Problem 409, Unavailable."""
+        self._simulated()
+        await self._showing.send_away()
 
     # who is known
 
@@ -245,48 +251,47 @@ class School:
     def _over(self) -> None:
         """No lesson any more; its pictures and its worker go."""
         self.lesson = None
-        if self._show is not None:
-            self._show.cancel()
-        if not self._worker.busy:
+        self._showing.drop()
+        self._rest()
+
+    def _rest(self) -> None:
+        """No lesson, no worker; one that looks at a picture still is ended after it."""
+        if self.lesson is None and not self._worker.busy:
             self._worker.kill()
 
-    async def _shown(self, lesson: Lesson) -> None:
-        sitter = Sitter(self._ask, self._robot.profile.camera, look=len(self.people))
+    def _simulated(self) -> None:
+        if self._robot.profile.kind != "SIM":
+            raise Problem(409, "Only in the simulated room somebody is there to help; show yourself.")
+
+    async def _judge(self, lesson: Lesson, what: str, image: Image) -> None:
+        """A picture of the robot's own camera. Raises BadInput, Problem."""
+        if what == "background":
+            await self.background(lesson, told_picture(image), self._pose)
+            return
+        if moved(lesson.stood, self._pose):
+            raise Problem(409, "The robot has moved since the background was taken; take the background anew.")
+        await self.take(lesson, told_picture(image))
+
+    async def _asked(self, lesson: Lesson, do: str, given: Told) -> Any:
+        """Raises what the desk raises, Problem when it breaks, Problem 404 when the lesson is over."""
+        self.find(lesson.id)
+        lesson.waits = LOOKS if self._worker.alive else GETS_READY
         try:
-            await sitter.sit(lesson, self._fresh)
-            self._sitter = True
-        except (BeckonError, Problem) as wrong:
-            lesson.trouble = str(wrong)
-        finally:
-            lesson.showing = False
-            await asyncio.shield(sitter.leave())
-
-    async def _fresh(self, lesson: Lesson, what: str) -> None:
-        """Take a picture that shows what there is in the room now. Raises Problem, BadInput."""
-        before, began = self._newest(), time.monotonic()
-        stamp = -1.0 if before is None else before.stamp
-        while (image := self._newest()) is None or image.stamp - stamp < 0.15:
-            if time.monotonic() - began > FRESH:
-                raise Problem(503, "No picture comes from the robot now.")
-            await asyncio.sleep(0.03)
-        await self.capture(lesson, what)
-
-    async def _ask(self, request: Told) -> Told:
-        return await asyncio.to_thread(self._robot.ask, request)
-
-    async def _asked(self, do: str, given: Told) -> Any:
-        """Raises what the desk raises, and Problem when it breaks."""
-        try:
-            return await self._worker.ask(do, given, budget=BUDGET)
+            answer = await self._worker.ask(do, given, budget=BUDGET)
         except Lost as lost:
             log.warning("The worker that looks at people was lost: %s", lost)
             if lost.killed:
                 raise Problem(503, "What looks at the pictures was ended; try once more.") from None
             raise Problem(422, "That picture broke what looked at it; nothing else was lost. Take another.") from None
+        finally:
+            lesson.waits = ""
+            self._rest()
+        self.find(lesson.id)
+        return answer
 
     async def _written(self, work: Callable[[], None]) -> None:
         try:
             await asyncio.to_thread(work)
         except OSError as wrong:
-            words = f"What I learnt could not be written ({wrong.strerror}); check the disk."
+            words = f"What I learnt could not be written ({wrong.strerror or wrong}); check the disk."
             raise Problem(503, words) from None

@@ -7,7 +7,8 @@ import json
 import math
 import struct
 import zlib
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,18 +17,22 @@ import numpy as np
 import pytest
 
 from console.door import Door
-from console.people.school import School
+from console.logins import Person
+from console.people.album import is_name, name_of
+from console.people.school import GETS_READY, LOOKS, School
+from console.people.showing import WAITS
 from console.problems import Problem
-from core.errors import BadInput
 from core.experiments.crowd import WEBCAM
 from core.geometry import Pose
 from core.perception.people.colours import Enrolled
+from core.sensors import Image
 from core.sensors.simulated_camera import SimulatedCamera
 from core.world import LAB, Thing
 from tests.console.in_process import InProcessRobot
 from tests.console.live import Live, Reply
 
 PNG = {"Content-Type": "image/png"}
+LATE = 6  # pictures that are on their way
 
 
 def person(x: float, *, gesture: str = "", turn: float = 0.0, look: str = "green/black") -> Thing:
@@ -178,6 +183,9 @@ def test_a_viewer_sees_who_is_known_and_changes_nothing(school: Live) -> None:
     assert school.ask("PUT", "/api/people/chosen", {}, token=school.operator).status == 422
 
 
+ME = Person("1", "Anna", "operator")
+
+
 class Obedient:
     """Of a pilot only what hears whom to obey."""
 
@@ -188,28 +196,22 @@ class Obedient:
         self.told.append(None if who is None else who.name)
 
 
-def school_in(home: Path, complaints: list[str]) -> tuple[School, Obedient]:
+def school_in(
+    home: Path,
+    complaints: list[str],
+    robot: InProcessRobot | None = None,
+    newest: Callable[[], Image | None] = lambda: None,
+) -> tuple[School, Obedient]:
     door = Door.__new__(Door)
     door.pilot = pilot = Obedient()  # type: ignore[assignment]
-    found = School(
-        home,
-        InProcessRobot(),
-        door,
-        lambda level, words: complaints.append(words) if level == "warning" else None,
-        lambda: None,
-    )
+
+    def tell(level: str, words: str) -> None:
+        if level == "warning":
+            complaints.append(words)
+
+    found = School(home, robot or InProcessRobot(), door, tell, newest)
     asyncio.run(found.open())
     return found, pilot
-
-
-async def taught(school: School, pictures: dict[str, bytes], name: str) -> str:
-    lesson = school.begin("me")
-    await school.background(lesson, {"content": pictures["empty"]})
-    for gesture in ("down", "out", "wave"):
-        await school.take(lesson, {"content": pictures[gesture]})
-    with pytest.raises(BadInput):
-        await school.take(lesson, {"content": b"\xff\xd8\xff"})
-    return (await school.finish(lesson, name)).id
 
 
 def test_who_is_known_and_chosen_outlasts_a_restart(tmp_path: Path, pictures: dict[str, bytes]) -> None:
@@ -217,9 +219,23 @@ def test_who_is_known_and_chosen_outlasts_a_restart(tmp_path: Path, pictures: di
     first, pilot = school_in(tmp_path, complaints)
 
     async def teach() -> str:
-        ann = await taught(first, pictures, "Ann")
+        lesson = first.begin(ME)
+        await first.background(lesson, {"content": pictures["empty"]})
+        taken = [first.take(lesson, {"content": pictures["down"]}) for _ in range(4)]
+        told = await asyncio.gather(*taken, return_exceptions=True)
+        assert [str(one) for one in told if one] == ["Too many ask for this at once; try again in a moment."]
+        assert len(lesson.taken) == 1, "the same picture twice at once counts once"
+        for gesture in ("out", "wave"):
+            await first.take(lesson, {"content": pictures[gesture]})
+
+        first.album.folder.write_text("a disk that cannot be written")
+        with pytest.raises(Problem, match="could not be written") as unwritten:
+            await first.finish(lesson, "Ann")
+        assert unwritten.value.status == 503 and first.people == {}
+        first.album.folder.unlink()
+        ann = (await first.finish(lesson, "Ann")).id
         with pytest.raises(Problem, match="of that name"):
-            await taught(first, pictures, "ann")
+            await first.finish(first.begin(ME), "ann")
         await first.choose(ann)
         await first.rename(ann, "Anna")
         await first.close()
@@ -228,12 +244,43 @@ def test_who_is_known_and_chosen_outlasts_a_restart(tmp_path: Path, pictures: di
     ann = asyncio.run(teach())
     assert pilot.told == ["Ann", "Anna"]
     again, pilot = school_in(tmp_path, complaints)
+    assert again.lesson is None, "a lesson that was under way is gone"
     assert again.chosen is not None and again.chosen.name == "Anna" and complaints == []
     np.testing.assert_allclose(again.chosen.colours, first.people[ann].who.colours)
+    (tmp_path / "people" / f"{ann}.json.new").write_text("left by a crash")
     asyncio.run(again.forget(ann))
     assert pilot.told == [None] and again.people == {} and "anybody" in complaints.pop()
+    assert not list((tmp_path / "people").glob(f"*{ann}*")), "nothing of it is left"
     last, _ = school_in(tmp_path, complaints)
     assert last.people == {} and last.chosen is None and complaints == []
+
+
+def test_a_lesson_belongs_to_one_person_whatever_they_call_themselves(tmp_path: Path) -> None:
+    school, _ = school_in(tmp_path, [])
+    lesson = school.begin(ME)
+    with pytest.raises(Problem, match="Anna is teaching me somebody now") as busy:
+        school.begin(Person("2", "Anna", "operator"))
+    assert busy.value.status == 409 and school.lesson is lesson
+    anew = school.begin(ME)
+    with pytest.raises(Problem, match="over"):
+        asyncio.run(school.background(lesson, {"content": b""}))
+    assert school.lesson is anew
+
+
+@pytest.mark.parametrize(
+    "name", ["Zoë", "李雷", "👩\u200d🚒 Ann", "می\u200cخواهم", "../../etc/passwd", "<b>Ann</b>", "x" * 40]
+)
+def test_people_are_called_what_they_want(name: str) -> None:
+    assert name_of(f"  {name} ") == name and is_name(name)
+
+
+@pytest.mark.parametrize(
+    "name", ["", " \t", "\u200d", "\u3164", "\u0301", "Ann\u202enna", "A\x00nn", "\ud800", "x" * 41]
+)
+def test_a_name_that_cannot_be_read_is_refused_in_words(name: str) -> None:
+    with pytest.raises(Problem, match="to be seen") as refused:
+        name_of(name)
+    assert refused.value.status == 422
 
 
 @pytest.mark.parametrize(
@@ -262,23 +309,57 @@ def test_a_damaged_person_is_left_aside_in_words(tmp_path: Path, spoil: Any) -> 
     assert file.exists()
 
 
-def test_a_simulated_person_shows_how_it_goes(school: Live) -> None:
-    before = school.ask("GET", "/api/sim/truth", token=school.viewer).json
-    school.ask("POST", "/api/stop", token=school.operator)
-    carried = {"what": "robot", "x_m": 0.0, "y_m": 0.0, "heading_rad": 0.0}
-    school.ask("POST", "/api/sim/place", carried, token=school.operator)
-    try:
-        path = begin(school)
-        assert school.ask("POST", f"{path}/show-me", {"on": True}, token=school.operator).status == 202
+class Late:
+    """A simulated robot whose pictures come long after they were taken, as on a busy machine."""
 
-        def shown() -> Any:
-            told = school.ask("GET", "/api/people", token=school.viewer).json["enrolment"]
-            return None if told["showing"] else told
+    def __init__(self) -> None:
+        self.robot = InProcessRobot()
+        self._seen: deque[Image] = deque(maxlen=LATE)
 
-        told = school.until(shown, 60.0)
-        assert told["trouble"] == "" and [one["gesture"] for one in told["pictures"]] == told["gestures"]
-        assert school.ask("POST", f"{path}/finish", {"name": "Sim"}, token=school.operator).status == 201
-    finally:
-        school.ask("POST", "/api/sim/remove", {"id": "show me"}, token=school.operator)
-        back = {key: before[key] for key in ("x_m", "y_m", "heading_rad")}
-        school.ask("POST", "/api/sim/place", {"what": "robot", **back}, token=school.operator)
+    def newest(self) -> Image | None:
+        """A moment passes whenever somebody looks."""
+        for _ in range(4):
+            image = self.robot.robot.read().image
+            if image is not None:
+                self._seen.append(image)
+        return self._seen[0] if len(self._seen) == LATE else None
+
+    @property
+    def people(self) -> list[str]:
+        """Who stands in the room."""
+        return [thing["id"] for thing in self.robot.ask({"do": "plan"})["things"] if thing["what"] == "person"]
+
+
+def test_a_simulated_person_shows_how_it_goes_however_late_the_pictures_come(tmp_path: Path) -> None:
+    late = Late()
+    school, _ = school_in(tmp_path, [], late.robot, late.newest)
+    before = late.people
+
+    async def shown() -> None:
+        lesson = school.begin(ME)
+        await school.show_me(lesson, on=True)
+        await school.show_me(lesson, on=False)
+        assert not lesson.showing, "whoever is called back at once has not begun"
+        await school.show_me(lesson, on=True)
+        waits: set[str] = set()
+        async with asyncio.timeout(60.0):
+            while lesson.showing:
+                waits.add(lesson.waits)
+                await asyncio.sleep(0.005)
+        assert lesson.trouble == "" and [one.gesture for one in lesson.taken] == ["down", "out", "wave", "side"]
+        assert lesson.number == 5, "no picture was of a moment before"
+        assert {WAITS, LOOKS, GETS_READY} <= waits and lesson.waits == ""
+        assert school.told()["stands"] and len(late.people) == len(before) + 1
+        await school.finish(lesson, "Sim")
+        await school.send_away()
+        assert not school.told()["stands"] and late.people == before
+
+        lesson = school.begin(ME)
+        await school.show_me(lesson, on=True)
+        while lesson.background is None:
+            await asyncio.sleep(0.005)
+        await school.cancel(lesson)
+        assert late.people == before and school.lesson is None and not lesson.showing
+        await school.close()
+
+    asyncio.run(shown())

@@ -18,6 +18,7 @@ import { call, post } from "../api.js";
  * @typedef {object} Enrolment
  * @property {string} id
  * @property {string} who is at it
+ * @property {string} owner the same person, as the console tells people of one name apart
  * @property {boolean} background
  * @property {string} next gesture; "" when there is enough
  * @property {string} advice
@@ -28,6 +29,7 @@ import { call, post } from "../api.js";
  * @property {boolean} ready
  * @property {boolean} showing
  * @property {string} trouble
+ * @property {string} waits what for; "" for nothing
  */
 /** @typedef {{id: string, name: string, learnt_s: number, by: string, pictures: number}} Known */
 /**
@@ -42,6 +44,7 @@ import { call, post } from "../api.js";
 
 const ROOT = "api/people";
 const ASK_MS = 400;
+const LOOK_MS = 3000; // between looks whether somebody else is still at it
 const SITTER = "show me"; // what the simulated person is called in the room
 const SPOKEN_MS = 2500; // until a call has been heard
 
@@ -55,12 +58,17 @@ export class Lessons {
   outcome = ""; // of the newest call
   /** @type {Set<() => void>} */
   #listeners = new Set();
+  #asked = 0; // questions so far
+  #answered = 0; // the newest question whose answer is shown
+  #askedAt = -Infinity;
+  #open = 0; // questions without an answer
 
   /** @param {Session} session */
   constructor(session) {
     this.session = session;
     session.on("hello", () => void this.read());
-    setInterval(() => this.told?.enrolment?.showing && document.visibilityState === "visible" && void this.read(), ASK_MS);
+    setInterval(() => this.#look(), ASK_MS);
+    document.addEventListener("visibilitychange", () => this.#visible && void this.read()); // another tab was in front
   }
 
   /** @returns {Enrolment | null} */
@@ -70,7 +78,7 @@ export class Lessons {
 
   /** Is it this person's own lesson? */
   get mine() {
-    return this.enrolment !== null && this.enrolment.who === this.session.hello?.you.name;
+    return this.enrolment !== null && this.enrolment.owner === this.session.hello?.you.id;
   }
 
   /** May this person do more than look? */
@@ -84,13 +92,31 @@ export class Lessons {
   }
 
   async read() {
-    const before = this.enrolment;
+    const question = ++this.#asked;
+    this.#askedAt = performance.now();
+    this.#open += 1;
     const told = await call(ROOT).catch(() => null);
-    if (!told) return;
+    this.#open -= 1;
+    if (!told || question < this.#answered) return;
+    this.#answered = question;
+    const before = this.enrolment;
     this.told = told;
     const { enrolment } = this;
     if (enrolment?.newest && enrolment.newest.number !== before?.newest?.number) this.session.announce(`${enrolment.newest.words} ${enrolment.advice}`);
     this.#tell();
+  }
+
+  get #visible() {
+    return this.session.hello !== null && document.visibilityState === "visible";
+  }
+
+  /** Reads what changes without this page; never while an answer is on its way. */
+  #look() {
+    const { enrolment } = this;
+    if (!enrolment || this.#open > 0 || !this.#visible) return;
+    const soon = this.mine && (this.busy || enrolment.showing);
+    const late = !this.mine && performance.now() - this.#askedAt > LOOK_MS;
+    if (soon || late) void this.read();
   }
 
   begin() {
@@ -141,6 +167,11 @@ export class Lessons {
   /** @param {string} id */
   forget(id) {
     return this.#tried(() => call(`${ROOT}/${id}`, { method: "DELETE" }));
+  }
+
+  /** In the simulated room: who showed everything leaves. */
+  sendAway() {
+    return this.#tried(() => call(`${ROOT}/assistant`, { method: "DELETE" }));
   }
 
   /** In the simulated room: who showed everything calls, and the robot is told to come. */

@@ -13,12 +13,13 @@ class PeopleKnown extends Panel {
   #lessons = null;
   #rows = make("ul", { class: "known-rows" });
   #call = action("voice", "Try it: let them call “come here”");
-  #outcome = make("p", { class: "known-outcome" });
+  #leave = action("close", "Send them away");
+  #outcome = make("p", { class: "known-outcome", role: "status" });
   #trial = make(
     "div",
     { class: "known-trial", hidden: true },
     make("p", { class: "note" }, "Who showed you the gestures stands in the simulated room still; let them call, and see whether I come."),
-    this.#call,
+    make("div", { class: "people-buttons" }, this.#call, this.#leave),
     this.#outcome,
   );
   #renaming = "";
@@ -33,6 +34,7 @@ class PeopleKnown extends Panel {
   /** @override */
   build() {
     this.#call.addEventListener("click", () => void this.#lessons?.call());
+    this.#leave.addEventListener("click", () => void this.#lessons?.sendAway());
     this.append(
       make(
         "section",
@@ -50,14 +52,17 @@ class PeopleKnown extends Panel {
     const lessons = this.#lessons;
     if (!lessons?.told) return;
     this.#trial.hidden = !lessons.told.stands || lessons.enrolment !== null || !lessons.may;
-    this.#call.disabled = lessons.busy;
+    this.#call.disabled = this.#leave.disabled = lessons.busy;
     write(this.#outcome, lessons.outcome);
     const { people, chosen } = lessons.told;
-    const key = JSON.stringify([people, chosen, lessons.may, lessons.busy, this.#renaming]);
+    const key = JSON.stringify([people, chosen, lessons.may, this.#renaming]);
     if (key === this.#drawn) return;
     this.#drawn = key;
+    const held = this.#rows.contains(document.activeElement) ? document.activeElement?.getAttribute("value") : null;
     const anybody = this.#choice(null, chosen === null, "Anybody", "Whoever calls");
     this.#rows.replaceChildren(make("li", {}, anybody), ...people.map((one) => this.#row(one, one.id === chosen)));
+    const again = [...this.#rows.querySelectorAll("input")].find((one) => one.value === held);
+    if (this.#renaming === "") again?.focus();
   }
 
   /** @param {Known} one @param {boolean} chosen */
@@ -80,15 +85,30 @@ class PeopleKnown extends Panel {
   /** @param {string | null} id @param {boolean} chosen @param {string} name @param {string} note */
   #choice(id, chosen, name, note) {
     const lessons = this.#lessons;
-    const radio = make("input", { type: "radio", name: "chosen", checked: chosen, disabled: !lessons?.may || lessons.busy });
-    radio.addEventListener("change", () => void lessons?.choose(id));
+    const radio = make("input", { type: "radio", name: "chosen", value: id ?? "", checked: chosen, disabled: !lessons?.may });
+    radio.addEventListener("change", () => void this.#choose(id));
     return make("label", { class: "known-choice" }, radio, make("span", {}, make("span", { class: "known-name" }, name), make("span", { class: "note" }, note)));
+  }
+
+  /** @param {string | null} id */
+  async #choose(id) {
+    const done = await this.#lessons?.choose(id);
+    if (done) return;
+    this.#drawn = ""; // what was pressed did not come true
+    this.#draw();
   }
 
   /** @param {Known} one */
   #rename(one) {
     const input = make("input", { type: "text", maxlength: "40", value: one.name, "aria-label": "Name" });
-    const form = make("form", { class: "known-rename" }, input, make("button", { type: "submit", class: "button primary" }, "Rename"));
+    const away = make("button", { type: "button", class: "icon-button", "aria-label": "Leave the name as it is", title: "Leave it" }, icon("close"));
+    const form = make("form", { class: "known-rename" }, input, make("button", { type: "submit", class: "button primary" }, "Rename"), away);
+    const leave = () => {
+      this.#renaming = "";
+      this.#draw();
+    };
+    away.addEventListener("click", leave);
+    form.addEventListener("keydown", (event) => event.key === "Escape" && leave());
     form.addEventListener("submit", (event) => {
       event.preventDefault();
       this.#renaming = "";

@@ -46,6 +46,7 @@ class PeopleLesson extends Panel {
   #advice = make("h2", { class: "people-advice" });
   #steps = make("ol", { class: "people-steps", "aria-label": "What is asked for" });
   #verdict = make("p", { class: "people-verdict", role: "alert" });
+  #waits = make("p", { class: "people-waits", role: "status" });
   #take = action("camera", "Take it");
   #delay = make("select", { "aria-label": "When" }, ...DELAYS.map(([seconds, words]) => make("option", { value: String(seconds) }, words)));
   #files = make("input", { type: "file", accept: "image/jpeg,image/png", multiple: true, class: "visually-hidden", id: "people-files" });
@@ -64,7 +65,7 @@ class PeopleLesson extends Panel {
     this.#advice,
     this.#steps,
     this.#stage,
-    this.#verdict,
+    make("div", { class: "people-told" }, this.#verdict, this.#waits),
     make("div", { class: "people-buttons" }, this.#take, this.#delay, this.#files, this.#choose, this.#show, this.#anew, this.#cancel),
     this.#strip,
     this.#naming,
@@ -162,7 +163,9 @@ class PeopleLesson extends Panel {
     const { newest } = enrolment;
     write(this.#advice, enrolment.advice);
     const words = enrolment.trouble || (newest?.words ?? "");
+    const waits = enrolment.waits || (enrolment.showing ? "Somebody takes the gesture." : this.#lessons?.busy ? "One moment…" : "");
     write(this.#verdict, words);
+    write(this.#waits, waits);
     mark(this.#verdict, "data-tone", enrolment.trouble || (newest && !newest.good) ? "stale" : "live");
     this.#take.hidden = this.#delay.hidden = upload;
     if (!this.#counting) say(this.#take, enrolment.background ? "Take it" : "Take the empty room", "camera");
@@ -235,7 +238,8 @@ class PeopleLesson extends Panel {
     for (const file of files) {
       const picture = await prepared(file).catch((/** @type {Error} */ wrong) => this.session.complain(wrong.message));
       const what = this.#lessons?.enrolment?.background ? "picture" : "background";
-      if (picture) await this.#lessons?.take(what, picture);
+      const taken = picture !== undefined && (await this.#lessons?.take(what, picture));
+      if (!taken && what === "background") break; // or somebody's picture would become the empty one
     }
     this.#files.value = "";
   }
