@@ -214,7 +214,8 @@ class PeopleLesson extends Panel {
     const beat = () => {
       if (left <= 0) {
         this.#stop();
-        void this.#lessons?.take(what, this.#stage.snapshot());
+        if (this.#stage.ready) void this.#lessons?.take(what, this.#stage.snapshot());
+        else this.session.complain("There was no picture to take; look whether the camera runs, and take it once more.");
         return;
       }
       this.#stage.count(String(left));
