@@ -34,7 +34,13 @@ def test_somebody_is_taught_chosen_and_forgotten(visit: Open, console: Running) 
     expect(page.get_by_role("heading", name="First the empty room")).to_be_visible()
     expect(here.button("Take the empty room")).to_be_enabled()
     here.button("Show me").click()
-    expect(here.find(".people-strip li")).to_have_count(4, timeout=LONG)
+    expect(here.find(".people-waits")).not_to_be_empty()
+    pictures = here.find(".people-strip li")
+    try:
+        expect(pictures).to_have_count(4, timeout=LONG)
+    except AssertionError:
+        pytest.fail(f"{pictures.count()} pictures: {here.find('.people-told').inner_text()}")
+    expect(here.find(".people-waits")).to_be_empty()
     expect(page.get_by_role("heading", name="That is enough")).to_be_visible()
     expect(here.find(".people-strip .sketch-outline")).to_have_count(4)
     loaded = "[...document.querySelectorAll('.people-strip img')].every((one) => one.naturalWidth > 0)"
