@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -13,6 +14,7 @@ Told = dict[str, Any]
 
 MOST_PICTURES = 12
 FORGOTTEN = 900.0  # [s] without anybody at it, after which a lesson is over
+RECENT = 6  # pictures, good or not, that a page which is slow may still ask for
 PARTS = ("head", "torso", "feet")
 
 
@@ -76,6 +78,7 @@ class Lesson:
     showing: bool = False
     number: int = 0
     used: float = field(default_factory=time.monotonic)
+    _recent: deque[Judged] = field(default_factory=lambda: deque[Judged](maxlen=RECENT))
 
     @property
     def stale(self) -> bool:
@@ -113,12 +116,12 @@ class Lesson:
         self.taken = [one for one in self.taken if one.number != number]
         if self.newest is not None and self.newest.number == number:
             self.newest = None
+        self._recent = deque((one for one in self._recent if one.number != number), RECENT)
         return len(self.taken) < before
 
     def picture(self, number: int) -> bytes | None:
         """A picture that is still in memory."""
-        all_of_them = [*self.taken, *((self.newest,) if self.newest else ())]
-        return next((one.picture for one in all_of_them if one.number == number), None)
+        return next((one.picture for one in (*self.taken, *self._recent) if one.number == number), None)
 
     def told(self) -> Told:
         """As the page gets it."""
@@ -145,4 +148,6 @@ class Lesson:
         self.trouble = ""
         self.number += 1
         told = {name: answer[name] for name in ("wrong", "outline", "portrait") if name in answer}
-        return Judged(self.number, gesture, answer["size"], answer["picture"], **told)
+        judged = Judged(self.number, gesture, answer["size"], answer["picture"], **told)
+        self._recent.append(judged)
+        return judged

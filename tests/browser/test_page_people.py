@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 import pytest
 from playwright.sync_api import expect
 
-from tests.browser.running_console import Running
 from tests.browser.visit import Visit
+from tests.console.live import Live
 
 Open = Callable[..., Visit]
 LONG = 60_000  # [ms]
@@ -19,17 +19,27 @@ def chromium_flags() -> list[str]:
     return ["--disable-gpu"]
 
 
+class Near:
+    """Where the page of people is, and what the console behind it says."""
+
+    def __init__(self, live: Live) -> None:
+        self.live = live
+        self.driving = f"http://127.0.0.1:{live.port}/people#t={live.operator}"
+
+    def chosen(self) -> str | None:
+        return self.live.ask("GET", "/api/people", token=self.live.viewer).json["chosen"]
+
+
 @pytest.fixture(scope="module")
-def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Near]:
     """A console of its own: the robot stands where it woke, with room before it, and knows nobody."""
-    with Running(tmp_path_factory.mktemp("people")) as running:
-        yield running
+    with Live(tmp_path_factory.mktemp("people")) as live:
+        yield Near(live)
 
 
-def test_somebody_is_taught_chosen_and_forgotten(visit: Open, console: Running) -> None:
+def test_somebody_is_taught_chosen_and_forgotten(visit: Open, console: Near) -> None:
     here = visit(size=(1100, 760))
     page = here.page
-    page.goto(console.url + "people")
     here.button("Begin").click()
     expect(page.get_by_role("heading", name="First the empty room")).to_be_visible()
     expect(here.button("Take the empty room")).to_be_enabled()
@@ -49,9 +59,9 @@ def test_somebody_is_taught_chosen_and_forgotten(visit: Open, console: Running) 
     page.get_by_label("Who are you?").fill("Ann")
     here.button("That is me").click()
     page.get_by_role("radio", name="Only Ann").check(force=True)
-    here.until(lambda: console.ask("api/people")["chosen"] is not None, "Ann is chosen")
+    here.until(lambda: console.chosen() is not None, "Ann is chosen")
     expect(page.get_by_role("radio", name="Only Ann")).to_be_checked()
     here.button("Forget Ann").click()
     expect(page.get_by_role("radio", name="Only Ann")).to_have_count(0)
     expect(page.get_by_role("radio", name="Anybody Whoever calls")).to_be_checked()
-    assert console.ask("api/people")["chosen"] is None
+    assert console.chosen() is None

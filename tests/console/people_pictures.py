@@ -11,8 +11,17 @@ import numpy as np
 from core.experiments.crowd import WEBCAM
 from core.geometry import Pose
 from core.message import Array
+from core.optics import CameraModel
+from core.sensors import Camera
 from core.sensors.simulated_camera import SimulatedCamera
 from core.world import LAB, Thing
+
+SMALL = Camera(
+    model=CameraModel(
+        width=320, height=240, fx=260.0, fy=260.0, cx=160.0, cy=120.0, k1=-0.05, k2=0.02, p1=0.0, p2=0.0
+    ),
+    mounting=WEBCAM.mounting,
+)
 
 
 def person(x: float, *, gesture: str = "", turn: float = 0.0) -> Thing:
@@ -35,7 +44,7 @@ PEOPLE = {
 @cache
 def webcam() -> SimulatedCamera:
     """One for all pictures."""
-    return SimulatedCamera(WEBCAM, LAB, np.random.default_rng(0))
+    return SimulatedCamera(SMALL, LAB, np.random.default_rng(0))
 
 
 @cache
