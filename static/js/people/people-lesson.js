@@ -57,8 +57,7 @@ class PeopleLesson extends Panel {
   #strip = make("ul", { class: "people-strip", "aria-label": "Pictures taken" });
   #name = make("input", { type: "text", id: "people-name", maxlength: "40", autocomplete: "off", placeholder: "Your name" });
   #keep = make("button", { type: "submit", class: "button primary large" }, "That is me");
-  #missing = make("p", { class: "note" });
-  #naming = make("form", { class: "people-naming" }, make("label", { for: "people-name" }, "Who are you?"), this.#name, this.#keep, this.#missing);
+  #naming = make("form", { class: "people-naming" }, make("label", { for: "people-name" }, "Who are you?"), this.#name, this.#keep);
   #lesson = make(
     "section",
     { class: "card people-card", "aria-label": "The lesson" },
@@ -66,9 +65,9 @@ class PeopleLesson extends Panel {
     this.#steps,
     this.#stage,
     make("div", { class: "people-told" }, this.#verdict, this.#waits),
+    this.#naming,
     make("div", { class: "people-buttons" }, this.#take, this.#delay, this.#files, this.#choose, this.#show, this.#anew, this.#cancel),
     this.#strip,
-    this.#naming,
     make("p", { class: "note" }, PRIVACY),
   );
   #counting = 0;
@@ -176,10 +175,8 @@ class PeopleLesson extends Panel {
     say(this.#show, enrolment.showing ? "Enough shown" : "Show me", "assistant");
     this.#anew.hidden = !enrolment.background || upload;
     this.#anew.disabled = !this.#idle;
-    this.#naming.hidden = !enrolment.background;
-    this.#keep.disabled = !enrolment.ready || !this.#idle || this.#name.value.trim() === "";
-    const lacking = enrolment.fewest - enrolment.pictures.length;
-    write(this.#missing, lacking > 0 ? `${lacking} more good ${lacking === 1 ? "picture" : "pictures"} first.` : "");
+    this.#naming.hidden = !enrolment.ready;
+    this.#keep.disabled = !this.#idle || this.#name.value.trim() === "";
     const key = JSON.stringify([enrolment.id, enrolment.background, enrolment.next, enrolment.pictures.map((one) => one.number)]);
     if (key === this.#drawn) return;
     this.#drawn = key;
