@@ -169,7 +169,8 @@ class School:
             card = Card(VERSION, lesson.id, name, round(time.time(), 1), lesson.who, **learnt)
             await self._written(lambda: self.album.keep(card))
             self.people[card.id] = card
-            self._over()
+            if self.lesson is lesson:  # nobody began another while it was written
+                self._over()
         return card
 
     async def cancel(self, lesson: Lesson) -> None:
