@@ -10,10 +10,9 @@ from pathlib import Path
 import pytest
 
 from tests.browser.running_console import Running
-from tests.browser.visit import Visit
+from tests.browser.visit import FLAT, Visit
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-FLAGS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 playwright_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed.")
 Open = Callable[..., Visit]
@@ -35,8 +34,8 @@ def chromium_path(playwright: playwright_api.Playwright) -> str | None:
 
 @pytest.fixture(scope="module")
 def chromium_flags() -> list[str]:
-    """How a file of tests wants its Chromium: by default with WebGL, for the 3-D map, which costs a processor."""
-    return FLAGS
+    """How a file of tests wants its Chromium: `WITH_SCENE` where it looks at the 3-D map, which costs a processor."""
+    return FLAT
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from playwright.sync_api import Page, expect
 
 from tests.browser.film import CAMERA, film
 from tests.browser.running_console import Running
-from tests.browser.visit import Visit
+from tests.browser.visit import FLAT, Visit
 
 Open = Callable[..., Visit]
 SOON, LONG = 30_000, 120_000  # [ms]
@@ -21,7 +21,7 @@ SOON, LONG = 30_000, 120_000  # [ms]
 def chromium_flags(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     shown = film(tmp_path_factory.mktemp("film") / "board.y4m")
     return [
-        "--disable-gpu",
+        *FLAT,
         "--use-fake-device-for-media-stream",
         "--use-fake-ui-for-media-stream",
         f"--use-file-for-fake-video-capture={shown}",

@@ -7,7 +7,6 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-import pytest
 from playwright.sync_api import expect
 
 from core.optics import TABLE_3
@@ -16,11 +15,6 @@ from tests.browser.visit import PHONE, Visit
 
 Open = Callable[..., Visit]
 SOON, LONG = 30_000, 240_000  # [ms]
-
-
-@pytest.fixture(scope="module")
-def chromium_flags() -> list[str]:
-    return ["--disable-gpu"]
 
 
 def camera_file() -> dict[str, Any]:

@@ -10,7 +10,7 @@ from playwright.sync_api import Request, WebSocketRoute, expect
 
 from core.speech.voice import can_speak
 from tests.browser.running_console import Running
-from tests.browser.visit import PHONE, Visit
+from tests.browser.visit import FLAT, PHONE, Visit
 
 Open = Callable[..., Visit]
 LONG = 40_000  # [ms]
@@ -30,7 +30,7 @@ DOUBTED = {
 
 @pytest.fixture(scope="module")
 def chromium_flags() -> list[str]:
-    return ["--disable-gpu", "--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream"]
+    return [*FLAT, "--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream"]
 
 
 @pytest.mark.skipif(not can_speak(), reason="nothing here speaks: pip install espeakng-loader")

@@ -18,12 +18,6 @@ from tests.browser.visit import PHONE, Visit
 Open = Callable[..., Visit]
 
 
-@pytest.fixture(scope="module")
-def chromium_flags() -> list[str]:
-    """Nothing here draws the 3-D map."""
-    return ["--disable-gpu"]
-
-
 def drawn(here: Visit, name: str) -> str:
     """The path of a plot's line."""
     plot = here.find("live-plot:visible").filter(has_text=name)

@@ -14,7 +14,7 @@ from core.message import Array
 from core.sensors.microphones import Sound
 from core.speech.recognizer import at_16_khz
 from tests.browser.running_console import Running
-from tests.browser.visit import Visit
+from tests.browser.visit import FLAT, Visit
 
 Open = Callable[..., Visit]
 RATE = 16_000
@@ -63,7 +63,7 @@ def chromium_flags(tmp_path_factory: pytest.TempPathFactory, shared_data: Path) 
     file = tmp_path_factory.mktemp("voice") / "voice.wav"
     write_wav(file, Sound(stamp=0.0, rate=RATE, samples=np.concatenate((spoken, np.zeros(300 * RATE)))[:, None]))
     return [
-        "--disable-gpu",
+        *FLAT,
         "--use-fake-device-for-media-stream",
         "--use-fake-ui-for-media-stream",
         f"--use-file-for-fake-audio-capture={file}%noloop",

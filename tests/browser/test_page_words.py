@@ -1,4 +1,4 @@
-"""Telling the robot: the line, the buttons, the history, the first hints, and the map that can be clicked."""
+"""Telling the robot: the line, the buttons, the history, the first hints."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from collections.abc import Callable
 from playwright.sync_api import expect
 
 from tests.browser.running_console import Running
-from tests.browser.visit import PHONE, Visit
+from tests.browser.visit import Visit
 
-SMALL_DESK = (1024, 640)  # [px]: less to draw where the processor does it
 Open = Callable[..., Visit]
 REFUSE = """() => {
   navigator.mediaDevices.getUserMedia = () => Promise.reject(new DOMException("no", "NotAllowedError"));
@@ -83,40 +82,6 @@ def test_there_is_a_button_for_every_command_that_moves_or_stops_and_numbers_are
     expect(here.button("continue…")).to_be_focused()
     assert (console.newest()["source"], console.newest()["numbers"]) == ("chip", {"distance_m": 0.1})
     here.page.keyboard.press("Escape")
-
-
-def test_a_click_on_the_floor_goes_there_and_keys_reach_the_page_through_the_scene(
-    visit: Open, console: Running
-) -> None:
-    here = visit(size=SMALL_DESK)
-    here.show_scene(coarse=True)
-    before = console.newest()["id"]
-    box = here.find("#scene").bounding_box()
-    assert box is not None
-    clicks = 0
-    while console.newest()["id"] == before and clicks < 10:  # a scene that is still being built hears nothing
-        here.page.mouse.click(box["x"] + box["width"] * 0.5, box["y"] + box["height"] * 0.6)
-        clicks += 1
-        here.wait(2.0)
-    assert console.newest()["id"] > before, "no click was heard"
-    assert console.newest()["source"] == "click"
-    assert here.page.evaluate("document.activeElement.id") == "scene"
-    here.page.keyboard.press("Space")
-    here.until(lambda: console.newest()["state"] != "running", "Space in the scene stops", 3.0)
-    here.page.keyboard.down("a")
-    expect(here.find(".way[data-way=left][data-lit], .drive-why[data-tone]").first).to_be_visible()
-    here.page.keyboard.up("a")
-    expect(here.find(".way[data-lit]")).to_have_count(0)
-    here.page.keyboard.press("/")
-    assert here.page.evaluate("document.activeElement.id") == "words"
-    here.still()
-    for size in (SMALL_DESK, PHONE):
-        here.page.set_viewport_size({"width": size[0], "height": size[1]})
-        here.wait(0.3)
-        panels = here.page.frame_locator("#scene").locator(
-            '[data-testid^="floating-panel"], [data-floating-window], .mantine-Paper-root[style*="position: fixed"]'
-        )
-        assert not any(panel.is_visible() for panel in panels.all())
 
 
 def test_the_first_hints_notice_what_was_done(visit: Open, console: Running) -> None:

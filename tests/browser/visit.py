@@ -10,6 +10,8 @@ from playwright.sync_api import Browser, ConsoleMessage, Locator, Route, expect
 
 from tests.browser.running_console import Running
 
+FLAT = ["--disable-gpu"]  # what Chromium is told where nobody looks at the 3-D map …
+WITH_SCENE = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]  # … and where somebody does
 DESK, PHONE = (1440, 900), (390, 844)
 HARMLESS = ("Software WebGL", "GPU stall", "GL Driver Message", "401 (Unauthorized)", "THREE.Clock")
 PATIENCE = 15.0  # [s]; the machine may be busy

@@ -114,7 +114,7 @@ def folder_of_pairs(folder: Path, seed: int, background: bool) -> Transform:
     return room.laser_from_camera
 
 
-@pytest.mark.parametrize("background", [True, False])
+@pytest.mark.parametrize("background", [True, pytest.param(False, marks=pytest.mark.campaign)])
 def test_pairs_of_pictures_and_scans_become_a_mount(tmp_path: Path, background: bool) -> None:
     pairs = tmp_path / "pairs"
     pairs.mkdir()
