@@ -14,11 +14,6 @@ Open = Callable[..., Visit]
 LONG = 60_000  # [ms]
 
 
-@pytest.fixture(scope="module")
-def chromium_flags() -> list[str]:
-    return ["--disable-gpu"]
-
-
 class Near:
     """Where the page of people is, and what the console behind it says."""
 
