@@ -147,7 +147,7 @@ def test_of_two_who_stand_side_by_side_only_the_one_who_was_taught_is_come_to() 
 
 
 def test_where_only_others_are_the_one_who_was_taught_is_asked_for_by_name() -> None:
-    stage = Company()
+    stage = Company(look_for=1.0)
     stage.looks = PeopleSettings(nearest=2.0, farthest=2.9)  # fewer distances
     stage.who = ann()
     stage.stands("Bob", 2.4, 0.2, "green/black")
