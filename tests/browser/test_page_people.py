@@ -27,7 +27,7 @@ class Near:
 
 @pytest.fixture(scope="module")
 def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Near]:
-    """A console of its own, on a slow machine: the robot stands where it woke, with room before it, knowing nobody."""
+    """A console of its own, on a slow machine: the robot stands where it woke, with room ahead, and knows nobody."""
     with Live(tmp_path_factory.mktemp("people"), pace=0.25) as live:
         yield Near(live)
 
