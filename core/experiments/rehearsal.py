@@ -13,6 +13,7 @@ from core.geometry import Pose
 from core.pilot import Pilot
 from core.robots.connect import connect
 from core.robots.nearness import field_of, near_points
+from core.sensors import SensorFrame
 from core.settings import Settings
 from core.snapshot import Snapshot, Undertaking
 from core.speech.grammar import Refusal, understand
@@ -37,6 +38,7 @@ class Rehearsal:
         self.gate = Gate(self.settings.limits, trace=self._writer)
         self.gate.arm(EPOCH, "rehearsal", 0.0)
         self.endings: list[Undertaking] = []
+        self.when_stepped: list[Callable[[SensorFrame], None]] = []  # told of every frame
         self.contacts = 0
         self._touching = False
         self._ticks = itertools.count()
@@ -76,6 +78,8 @@ class Rehearsal:
         self._order(self.snapshot, now)
         self._tick_until(now + 1 / self.robot.profile.rate)
         self.robot.drive(self.gate.twist)
+        for tell in self.when_stepped:
+            tell(frame)
         return self.snapshot
 
     def _order(self, snapshot: Snapshot, now: float) -> None:

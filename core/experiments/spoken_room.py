@@ -22,6 +22,7 @@ from core.experiments.rehearsal import Rehearsal
 from core.geometry import Pose, wrap
 from core.message import Array, message
 from core.perception.people.call import Call
+from core.sensors import SensorFrame
 from core.sensors.microphones import Sound, joined
 from core.settings import Settings
 from core.snapshot import Snapshot, Undertaking
@@ -36,6 +37,7 @@ TALL = 0.9  # [m] what is as tall hides somebody
 LISTEN = 2.6  # [s] after a voice without words began
 READ = 8.0  # [s] in which a spoken command must be understood, or it is said again
 PIECE = 0.2  # [s] of sound that are read at once
+BEFORE = 1.0  # [s] of sound before somebody speaks that are read with it
 CLOTHES = ("red", "blue", "green", "black", "white", "grey", "brown", "yellow")
 SPEEDS = (130, 140, 150)  # [words/min] at which people speak to a robot
 ANN = "Ann"
@@ -82,6 +84,8 @@ class SpokenRoom:
             self._transcriber = ArrayTranscriber(
                 array, chosen.speech, chosen.hearing, engine=engine or open_engine(chosen.speech)
             )
+        self._waiting: Sound | None = None  # that was not read yet
+        self.robot.when_stepped.append(self._keep)
         self.robot.robot.ask({"do": "listen", "on": True})
         self.robot.run(2.0)
 
@@ -119,8 +123,13 @@ class SpokenRoom:
         way = np.array([[x - here.x, y - here.y]])
         return bool(cast(np.array([here.x, here.y]), way, self.world.surfaces(TALL)).distance[0] < 1.0)
 
-    def command(self, words: str, tries: int = 1) -> Heard:
-        """Ann says it, again while nothing is understood → what became of it."""
+    def command(
+        self, words: str, tries: int = 1, *, watch: Callable[[Snapshot], None] = lambda _: None, **mouth: Any
+    ) -> Heard:
+        """Ann says it, again while nothing is understood → what became of it; `watch` sees every frame meanwhile.
+
+        `mouth`: what the request `say` takes besides, such as another `voice`, or a recording of the words as `pcm`.
+        """
         if self._transcriber is None:
             voice = 8000 * practice_voice(self.chance, 1.2, 16_000)
             self._say(pcm=voice.clip(-32768, 32767).astype("<i2").tobytes())
@@ -133,8 +142,8 @@ class SpokenRoom:
         wrong: list[str] = []
         why, call = "", None
         for attempt in range(1, tries + 1):
-            self._say(text=words, speed=int(self.chance.choice(SPEEDS)))
-            said, call = self._hear(READ)
+            self._say(text=words, speed=int(self.chance.choice(SPEEDS)), **mouth)
+            said, call = self._hear(READ, watch)
             if said is None or said.command is None:
                 why = "not understood"
                 continue
@@ -166,28 +175,32 @@ class SpokenRoom:
     def _say(self, **what: Any) -> None:
         self.robot.robot.ask({"do": "say", "id": ANN, **what})
 
-    def _hear(self, seconds: float) -> tuple[Spoken | None, Call | None]:
-        """Listen for so long, or until a command was understood."""
+    def _hear(
+        self, seconds: float, watch: Callable[[Snapshot], None] = lambda _: None
+    ) -> tuple[Spoken | None, Call | None]:
+        """Listen for so long, or until a command was understood; what was heard just before is listened to, too."""
         call: Call | None = None
-        pieces: Sound | None = None
         self._read = 0.0
         for snapshot in self.robot.frames(seconds):
+            watch(snapshot)
             for voice in snapshot.hearing.voices[:1] if snapshot.hearing else ():
                 call = voice.call
-            sound = self.robot.frame.sound
-            if sound is None or self._transcriber is None:
+            sound = self._waiting
+            if self._transcriber is None or sound is None or sound.duration < PIECE:
                 continue
-            pieces = joined(pieces, sound, READ)
-            if pieces is None or pieces.duration < PIECE:
-                continue
+            self._waiting = None
             begun = time.process_time()
-            spoken = [judge(one) for one in self._transcriber.feed(pieces)]
+            spoken = [judge(one) for one in self._transcriber.feed(sound)]
             self._read += time.process_time() - begun
-            pieces = None
             for said in spoken:
                 if said.command is not None:
                     return said, call
         return None, call
+
+    def _keep(self, frame: SensorFrame) -> None:
+        """Ears are never shut: the noise before the words is known."""
+        if frame.sound is not None:
+            self._waiting = joined(self._waiting, frame.sound, BEFORE)
 
     def measure(self, x: float, y: float) -> Callable[[Snapshot], None]:
         """Who watches the errors of every sense against where the person truly is."""

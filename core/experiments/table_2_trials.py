@@ -131,7 +131,7 @@ def _turn(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
 def _go(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
     before = room.robot.truth
     length = float(words.split()[1])
-    room.place(off=_way(before, length))
+    room.place(off=along(before, length))
     heard, state, why = _done(room, words, 90.0)
     after = before.inverse() @ room.robot.truth
     off = math.hypot(after.x - length, after.y)
@@ -142,7 +142,7 @@ def _stop_at(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
     before = room.robot.truth
     x, y = (float(part.replace("minus ", "-")) for part in words.removeprefix("stop at ").split(" and "))
     towards = before @ Pose(0.0, 0.0, math.atan2(y, x))
-    room.place(off=_way(towards, math.hypot(x, y)))
+    room.place(off=along(towards, math.hypot(x, y)))
     heard, state, why = _done(room, words, 120.0)
     after = before.inverse() @ room.robot.truth
     off = math.hypot(after.x - x, after.y - y)
@@ -152,7 +152,7 @@ def _stop_at(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
 def _stop(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
     """While it goes straight on."""
     before = room.robot.truth
-    room.place(off=_way(before, 3.0))
+    room.place(off=along(before, 3.0))
     going = room.robot.tell("continue 3 meters")
     room.robot.run(float(room.chance.uniform(1.0, 4.0)))
     heard = room.command(words, TRIES)
@@ -233,8 +233,8 @@ def _done(room: SpokenRoom, words: str, seconds: float) -> tuple[Heard, str, str
     return heard, ended.state, ended.remark
 
 
-def _way(pose: Pose, length: float) -> list[tuple[float, float]]:
-    """Places along a straight way (x, y) [m]."""
+def along(pose: Pose, length: float) -> list[tuple[float, float]]:
+    """Places (x, y) [m] of the first `length` [m] straight ahead."""
     ahead = np.stack((np.linspace(0.0, length, 9), np.zeros(9)), axis=1)
     return [(x, y) for x, y in pose.apply(ahead).tolist()]
 

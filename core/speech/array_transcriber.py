@@ -18,6 +18,7 @@ from core.sensors.microphones import MicrophoneArray, Sound
 from core.speech.engines import open_engine
 from core.speech.recognizer import Engine, Hypothesis, Utterance
 from core.speech.settings import RATE, SpeechSettings
+from core.speech.stop_in_noise import StopInNoise
 from core.speech.transcriber import Transcriber
 
 GAP = 0.02  # [s] missing between two pieces of sound, beyond which what was before is forgotten
@@ -42,13 +43,9 @@ class ArrayTranscriber:
         remembered = chosen.longest + 3 * chosen.pre_roll + chosen.hangover
         inner = engine or open_engine(chosen)
         self._beamed = _Beamed(inner, array, hearing or HearingSettings(), how, remembered)
-        self._array = array
+        self._array, self._pre_roll = array, chosen.pre_roll
         self._one = Transcriber(chosen, held=held, engine=self._beamed)
-
-    @property
-    def speaking(self) -> bool:
-        """Whether an utterance is under way."""
-        return self._one.speaking
+        self._stop_in_noise = StopInNoise(chosen)
 
     def feed(self, sound: Sound) -> tuple[Hypothesis, ...]:
         """The next piece of sound → STOP at once, and the sentences that ended in it. Raises BadInput."""
@@ -56,7 +53,16 @@ class ArrayTranscriber:
         if sound.rate != RATE:
             raise BadInput(f"Words from an array need sound at {RATE} Hz; this has {sound.rate} Hz.")
         self._beamed.remember(sound)
-        return self._one.feed(Sound(stamp=sound.stamp, rate=RATE, samples=samples[:, :1]))
+        told = self._one.feed(Sound(stamp=sound.stamp, rate=RATE, samples=samples[:, :1]))
+        return (*told, *self._spotted(sound.stamp + sound.duration))
+
+    def _spotted(self, now: float) -> tuple[Hypothesis, ...]:
+        """STOP in the utterance under way, where one microphone may not have heard it."""
+        since = self._one.speaking_since
+        if since is None or not self._stop_in_noise.wants(since, now):
+            return ()
+        beam = self._beamed.beam(since - self._pre_roll, now, since - BEFORE)
+        return () if beam is None else self._stop_in_noise.find(beam, since)
 
     def finish(self) -> tuple[Hypothesis, ...]:
         """The sound ends here → the sentence that was under way."""
@@ -87,12 +93,15 @@ class _Beamed:
     def read(self, utterance: Utterance) -> Hypothesis:
         """What was said, from the beam towards the voice; from one microphone where no direction is found."""
         begin, end = utterance.sound.stamp, utterance.sound.stamp + utterance.sound.duration
+        beam = self.beam(begin, end, utterance.begin - BEFORE)
+        if beam is None:
+            return self._engine.read(utterance)
+        return self._engine.read(Utterance(sound=beam, begin=utterance.begin, end=utterance.end, cut=utterance.cut))
+
+    def beam(self, begin: float, end: float, since: float) -> Sound | None:
+        """What comes from the voice's direction between two moments [s]; noise alone precedes `since` [s]."""
         within = [one for one in self._pieces if one.stamp < end and one.stamp + one.duration > begin]
         samples = np.concatenate([one.samples for one in within])
         whole = Sound(stamp=within[0].stamp, rate=RATE, samples=samples).part(begin, end)
-        since = utterance.begin - BEFORE
         direction = locate(whole, self._array, speech_from=since, settings=self._hearing)
-        if direction is None:
-            return self._engine.read(utterance)
-        beam = towards_voice(whole, self._array, direction.towards, since, self._how)
-        return self._engine.read(Utterance(sound=beam, begin=utterance.begin, end=utterance.end, cut=utterance.cut))
+        return None if direction is None else towards_voice(whole, self._array, direction.towards, since, self._how)

@@ -51,9 +51,9 @@ class Endpointer:
         self._loudest = 0.0  # [dB] of the utterance under way
 
     @property
-    def speaking(self) -> bool:
-        """Whether an utterance is under way."""
-        return self._begin is not None
+    def speaking_since(self) -> float | None:
+        """First voiced moment [s] of the utterance under way; None: there is none."""
+        return self._begin
 
     def feed(self, sound: Sound) -> tuple[Utterance, ...]:
         """The next piece of sound → utterances that ended in it. A gap in time begins anew. Raises BadInput."""
@@ -198,9 +198,9 @@ class Held:
         self._pieces: list[Sound] = []
 
     @property
-    def speaking(self) -> bool:
-        """Whether the button is down, as far as sound came."""
-        return bool(self._pieces)
+    def speaking_since(self) -> float | None:
+        """When [s] the button was pressed, as far as sound came; None: it is not."""
+        return self._pieces[0].stamp if self._pieces else None
 
     @property
     def so_far(self) -> Utterance | None:

@@ -34,4 +34,6 @@ class SpeechSettings:
     clear_ratio: float = 35.0  # [dB] of voice over noise from which no noise is taken out: that costs consonants
     opinions: int = 2  # readings at other speeds that must agree before the robot moves
     stop_threshold: float = 1.0  # likelihood ratio from which a word is taken for STOP; less is more easily
+    stop_in_noise: float = 1e-12  # the same in the beam towards a voice that noise covers; plateau 1e-10 to 1e-15
+    covered_ratio: float = 25.0  # [dB] of voice over noise below which it is covered
     stop_delay: int = 10  # frames of 10 ms that the spotter of STOP waits for a better end of the word

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from core.sensors.microphones import Sound
 from core.speech.pocketsphinx import decoder
 from core.speech.recognizer import Hypothesis, checked, pcm
@@ -10,6 +12,7 @@ from core.speech.settings import RATE, SpeechSettings
 WORD = "stop"
 RENEWAL = 20.0  # [s] after which the spotter begins anew, so that it remembers no more than that
 FRAME = 0.01  # [s] of pocketsphinx
+LONGEST = 0.8  # [s] of the word; what is longer is the noise in which a decoder has just begun
 GAP = 0.02  # [s] missing between two pieces of sound, beyond which spotting begins anew
 
 
@@ -31,14 +34,10 @@ class StopSpotter:
             self._renew(sound.stamp)
         self._decoder.process_raw(pcm(samples))
         self._heard += len(samples)
-        found = list(self._decoder.seg() or ()) if self._decoder.hyp() is not None else []
-        if found:
-            begin, end = (self._start + FRAME * frame for frame in (found[-1].start_frame, found[-1].end_frame + 1))
+        found = spotted(self._decoder, self._start)
+        if self._decoder.hyp() is not None or self._heard > RENEWAL * RATE:
             self._renew(self._now)
-            return (Hypothesis(words=WORD, begin=begin, end=end, final=False),)
-        if self._heard > RENEWAL * RATE:
-            self._renew(self._now)
-        return ()
+        return found
 
     @property
     def _now(self) -> float:
@@ -48,3 +47,12 @@ class StopSpotter:
         self._decoder.end_utt()
         self._decoder.start_utt()
         self._start, self._heard = now, 0
+
+
+def spotted(decoder: Any, start: float) -> tuple[Hypothesis, ...]:
+    """What a decoder that spots one word found in sound from `start` [s] on: STOP, or nothing as short as that."""
+    found = list(decoder.seg() or ()) if decoder.hyp() is not None else []
+    if not found or FRAME * (found[-1].end_frame + 1 - found[-1].start_frame) > LONGEST:
+        return ()
+    begin, end = (start + FRAME * frame for frame in (found[-1].start_frame, found[-1].end_frame + 1))
+    return (Hypothesis(words=WORD, begin=begin, end=end, final=False),)

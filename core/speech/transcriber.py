@@ -28,9 +28,9 @@ class Transcriber:
         self._early: Hypothesis | None = None
 
     @property
-    def speaking(self) -> bool:
-        """Whether an utterance is under way."""
-        return self._cutter.speaking
+    def speaking_since(self) -> float | None:
+        """When [s] the utterance under way began; None: there is none."""
+        return self._cutter.speaking_since
 
     def feed(self, sound: Sound) -> tuple[Hypothesis, ...]:
         """The next piece of sound → STOP at once, and the sentences that ended in it, as they were spoken: a long

@@ -24,12 +24,14 @@ class BeliefSettings:
     turned: float = math.radians(20)  # [rad] … this
     score: float = 0.69  # mean over the views, at least …
     merit: float = 0.58  # … and so much of it beyond the share of beams that contradict the map
-    of_two: float = 0.035  # by which both must be higher as long as there are two views only
+    of_two: float = 0.035  # by which both must be higher as long as there are two views only …
+    spotless: float = 0.012  # … and conflict of both together that is more than usual, at most
     worst: float = 0.04  # conflict of every single view, at most …
     worst_usual: float = 2.0  # … and so many times what is usual on this map more
     rival: float = 0.88  # share of the best place's merit that any other may reach with two views …
     rival_more: float = 0.025  # … with every further view so much more …
-    rival_most: float = 0.93  # … but never more than this
+    rival_most: float = 0.93  # … but never more than this …
+    rival_doubt: float = 5.0  # … and less by so many times the conflict that is more than usual
     chance: float = 0.6  # share of it below which a place is not carried along
     whole: int = 2  # views that are searched on the whole map; later ones only where the others leave the robot …
     again: int = 3  # … but for one of so many
@@ -138,7 +140,11 @@ class Hypotheses:
         most = settings.worst + settings.worst_usual * self._usual
         if best.merit < settings.merit + more or max(fit.conflict for fit in best.fits) > most:
             return "I see through walls of the map"
+        unusual = max(0.0, best.conflict - settings.worst_usual * self._usual)
+        if len(best.fits) == 2 and unusual > settings.spotless:
+            return "I see through walls of the map"
         rival = min(settings.rival + settings.rival_more * (len(best.fits) - 2), settings.rival_most)
+        rival -= settings.rival_doubt * unusual
         if any(other.merit > rival * best.merit for other in self.places[1:]):
             return "other places look the same"
         if self.looseness(best) > settings.loose:

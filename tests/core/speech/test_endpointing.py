@@ -80,9 +80,9 @@ def test_after_a_gap_in_the_sound_listening_begins_anew():
     ears = Endpointer()
     for piece in pieces(said((1.0, 1.99), length=2.0)):
         ears.feed(piece)
-    assert ears.speaking
+    assert ears.speaking_since is not None
     ears.feed(pieces(said(), stamp=30.0)[0])
-    assert not ears.speaking
+    assert ears.speaking_since is None
 
 
 def test_hold_to_talk_makes_one_utterance_of_everything_until_the_button_is_let_go():

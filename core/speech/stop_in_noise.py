@@ -1,0 +1,51 @@
+"""STOP, heard in the beam towards whoever speaks where noise covers one microphone: the robot drives, and hums.
+
+Beside its own motors the robot hears 0 to 7 dB of a voice two metres away; there `StopSpotter` is deaf. The beam and
+Wiener's filter give back enough to spot the one word, more willingly than in quiet, and before the sentence is over.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.perception.sound.wiener import without_noise
+from core.sensors.microphones import Sound
+from core.speech.pocketsphinx import decoder
+from core.speech.recognizer import Hypothesis, pcm
+from core.speech.settings import SpeechSettings
+from core.speech.stop_spotter import WORD, spotted
+
+LONGEST = 3.0  # [s] of an utterance under way that is still listened to: STOP is a short one
+UNSURE = 0.15  # [s] before the first voiced moment that are not taken for noise: the voice may begin there
+
+
+class StopInNoise:
+    """Listens to the beam of an utterance under way, again with every piece of sound, and tells STOP once."""
+
+    def __init__(self, settings: SpeechSettings) -> None:
+        """Raises Unavailable when pocketsphinx is not installed."""
+        self._ratio = 10 ** (settings.covered_ratio / 10)
+        self._decoder = decoder(keyphrase=WORD, kws_threshold=settings.stop_in_noise, kws_delay=settings.stop_delay)
+        self._told = -np.inf  # [s] first voiced moment of the utterance whose STOP was told
+
+    def wants(self, since: float, now: float) -> bool:
+        """Whether an utterance that began at `since` [s] may still hold a STOP that is not told."""
+        return since > self._told and now - since <= LONGEST
+
+    def find(self, beam: Sound, since: float) -> tuple[Hypothesis, ...]:
+        """One channel from before the utterance up to now, first voiced at `since` [s] → STOP, if noise covers it."""
+        samples, before = beam.samples[:, 0], round((since - UNSURE - beam.stamp) * beam.rate)
+        if before <= 0 or not self._is_covered(samples, before):
+            return ()
+        self._decoder.start_utt()
+        self._decoder.process_raw(pcm(without_noise(samples, beam.rate, before)), full_utt=True)
+        self._decoder.end_utt()
+        found = spotted(self._decoder, beam.stamp)
+        if found:
+            self._told = since
+        return found
+
+    def _is_covered(self, samples: np.ndarray, before: int) -> bool:
+        """Whether the voice is little louder than what precedes it."""
+        voice = float(np.quantile(np.abs(samples[before:]), 0.95)) ** 2 / 2
+        return voice < self._ratio * float(np.mean(samples[:before] ** 2))

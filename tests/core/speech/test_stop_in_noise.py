@@ -1,0 +1,60 @@
+"""STOP where noise covers the voice, and noise that is no STOP."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from core.message import Array
+from core.sensors.microphones import Sound
+from core.speech.recognizer import at_16_khz
+from core.speech.settings import RATE, SpeechSettings
+from core.speech.stop_in_noise import LONGEST, StopInNoise
+from core.speech.stop_spotter import StopSpotter
+from core.speech.voice import PERSONS_VOICE, VoiceSettings, can_speak, speak
+from tests.core.speech.ears import mono, pieces
+
+pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
+SINCE = 0.6  # [s]
+
+
+def in_hum(words: str, decibels: float) -> Sound:
+    """Words over a hum like that of motors, that is there before them."""
+    voice = at_16_khz(speak(words, VoiceSettings(voice=PERSONS_VOICE, speed=140))).samples[:, 0]
+    voice = np.trim_zeros(voice)
+    samples = hum(np.random.default_rng(5), SINCE + len(voice) / RATE + 0.1)
+    gain = 10 ** (decibels / 20) * samples.std() / voice.std()
+    samples[round(SINCE * RATE) :][: len(voice)] += gain * voice
+    return mono(samples)
+
+
+def hum(rng: np.random.Generator, seconds: float) -> Array:
+    noise = rng.normal(size=round(seconds * RATE))
+    spectrum = np.fft.rfft(noise) / np.sqrt(1 + np.arange(len(noise) // 2 + 1) / 100)
+    return 0.02 * np.fft.irfft(spectrum, len(noise))
+
+
+@pytest.mark.skipif(not can_speak(), reason="nothing here speaks: pip install espeakng-loader")
+def test_stop_is_heard_in_a_hum_and_other_words_are_not_stop() -> None:
+    spotter = StopInNoise(SpeechSettings())
+    (told,) = spotter.find(in_hum("stop moving", 8.0), SINCE)
+    assert told.words == "stop" and not told.final
+    assert SINCE - 0.1 < told.begin < told.end < SINCE + 0.8
+    assert spotter.find(in_hum("turn left", 8.0), SINCE) == ()
+    assert spotter.find(mono(hum(np.random.default_rng(6), 1.5)), SINCE) == ()
+
+
+def test_an_utterance_is_told_to_stop_once_and_long_talk_is_not_listened_to() -> None:
+    spotter = StopInNoise(SpeechSettings())
+    assert spotter.wants(1.0, 1.5)
+    assert not spotter.wants(1.0, 1.0 + LONGEST + 0.1)
+    if can_speak():
+        assert spotter.find(in_hum("stop moving", 8.0), SINCE)
+        assert not spotter.wants(SINCE, SINCE + 0.5)
+        assert spotter.wants(SINCE + 5.0, SINCE + 5.5)
+
+
+def test_a_hum_that_begins_is_no_stop() -> None:
+    """A decoder that has just begun takes any noise for its word, at a length that no word has."""
+    spotter = StopSpotter()
+    assert [one for piece in pieces(hum(np.random.default_rng(7), 4.0)) for one in spotter.feed(piece)] == []
