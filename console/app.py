@@ -24,6 +24,7 @@ from console.api.login import login
 from console.api.maps import maps
 from console.api.microphones import microphones
 from console.api.page import PageFiles, page, static_folder
+from console.api.people import people
 from console.api.playback import playback
 from console.api.simulation import simulation
 from console.api.slam import slam
@@ -57,6 +58,7 @@ ROUTERS = (
     voice,
     speech_quality,
     microphones,
+    people,
     documentation,
     page,
 )

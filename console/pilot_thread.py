@@ -13,6 +13,7 @@ from typing import Protocol
 from console.helm import Helm
 from console.robot_link import RobotLink
 from core.commands.command import Command
+from core.perception.people.colours import Enrolled
 from core.robots import Profile
 from core.sensors import SensorFrame
 from core.slam.floor.saved import SavedMap
@@ -39,6 +40,10 @@ class PilotLike(Protocol):
 
     def look_through(self, profile: Profile) -> None:
         """See with this profile's camera from the next frame on. From any thread."""
+        ...
+
+    def obey_only(self, who: Enrolled | None) -> None:
+        """Come to and follow nobody but this person from the next frame on; None: anybody. From any thread."""
         ...
 
     def undo_closure(self, number: int) -> None:

@@ -29,6 +29,7 @@ from console.lease import Lease
 from console.map_desk import MapDesk
 from console.microphone import Microphone
 from console.notice_board import NoticeBoard
+from console.people.school import School
 from console.pilot_thread import Pace, PilotLike, PilotThread
 from console.player import Player
 from console.portrait import Circumstances, draw
@@ -81,6 +82,7 @@ class Runtime:
         self.scene = Scene(robot, self._complain, lambda: self.intents.command)
         self.workbench = Workbench(home, robot, self.hub, self.board.tell, self._look_through)
         self.array = ArrayBench(home, robot, lambda: self._look_through(self.workbench.profile()))
+        self.people = School(home, robot, self.door, self.board.tell, lambda: self.workbench.newest)
         self.snapshot: Snapshot | None = None
         self.over = False  # the console is ending
         self.trouble = ""  # why the robot did not come
@@ -112,7 +114,7 @@ class Runtime:
             self._opening = False
         await asyncio.to_thread(self.history.open)
         await self.scene.open(self.door, self.sockets)
-        await asyncio.gather(self.workbench.open(), self.quality.open(), self.array.open())
+        await asyncio.gather(self.workbench.open(), self.quality.open(), self.array.open(), self.people.open())
         self._start_pilot()
         for task in (self._beat, *self.beside):
             self.keep(asyncio.create_task(task()))
@@ -137,7 +139,7 @@ class Runtime:
         await end(*self._tasks)
         if self._pilot is not None:
             await asyncio.to_thread(self._pilot.close)
-        parts = (self.workbench, self.ears, self.microphone, self.quality, self.array)
+        parts = (self.workbench, self.ears, self.microphone, self.quality, self.array, self.people)
         await asyncio.gather(*(part.close() for part in parts))
         await asyncio.to_thread(self.robot.close)
         await self.scene.close()
@@ -189,11 +191,11 @@ class Runtime:
 
     def _start_pilot(self) -> None:
         self.failure = ""
-        pilot = self._make_pilot()
+        self.door.pilot = pilot = self._make_pilot()
         pilot.look_through(self.array.profile(self.workbench.profile()))
+        pilot.obey_only(self.people.chosen)
         told = (self._published, partial(self._call, self._bury), self.voice.deaf)
         self._pilot = PilotThread(self.robot, pilot, self.door.helm, *told)
-        self.door.pilot = pilot
         self.board.another_pilot()
         self._pilot.start()
 
@@ -221,6 +223,7 @@ class Runtime:
             self.robot.beat()  # the loop runs and the pilot steps: that is what the gate wants to know
         self.snapshot = snapshot
         self.maps.took(snapshot)
+        self.people.took(snapshot)
         self.ears.took(snapshot, None if self.array.helped else sound, self.robot.profile.microphones)
         self.array.took(snapshot, sound)
         self.board.adopt(snapshot.notices, snapshot.stamp)
@@ -243,9 +246,7 @@ class Runtime:
         self._nothing_under_way()
         self._failures.append(now)
         if len(self._failures) > RESTARTS and now - self._failures[0] < RESTART_WINDOW:
-            self.failure = (
-                f"The pilot failed {RESTARTS + 1} times within a minute and stays off. Restart the console."
-            )
+            self.failure = f"The pilot failed {RESTARTS + 1} times in a minute and stays off. Restart the console."
             self.board.tell("error", self.failure)
             return
         self.failure = f"The pilot failed ({fault}); the robot was stopped and the pilot starts anew."

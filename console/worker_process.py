@@ -36,6 +36,7 @@ DESKS = {
     "words": "console.words_desk:WordsDesk",
     "array": "console.array_desk:ArrayDesk",
     "quality": "console.quality_desk:QualityDesk",
+    "people": "console.people.desk:PeopleDesk",
 }
 
 

@@ -59,6 +59,13 @@ async def hearing_page() -> FileResponse:
     return FileResponse(static_folder() / "hearing.html", headers=NO_CACHE)
 
 
+@page.get("/people", include_in_schema=False)
+@needs("public")
+async def people_page() -> FileResponse:
+    """The page that teaches the robot who somebody is; as open as the other, and as empty."""
+    return FileResponse(static_folder() / "people.html", headers=NO_CACHE)
+
+
 @page.get("/scene/", include_in_schema=False)
 @needs("viewer")
 async def scene_page(request: Request) -> Response:

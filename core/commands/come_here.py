@@ -8,6 +8,7 @@ from core.commands.attending import Attending, aim_at, going
 from core.commands.command import Action, Command, Number, Progress
 from core.commands.locating import Locating
 from core.commands.seeking import Seeking, call_for
+from core.errors import Refused
 from core.navigation.approach import Approach
 from core.navigation.surroundings import Surroundings
 
@@ -28,7 +29,11 @@ class ComeHere:
     def begin(self, command: Command, here: Surroundings) -> Action:
         """Turn to who spoke. Raises Refused with a sentence without a fresh, sure direction."""
         call = call_for(command, here)
-        return Coming(Seeking(call, here)) if here.company.mode == "person" else Locating(call, here)
+        if here.company.mode == "person":
+            return Coming(Seeking(call, here))
+        if here.who is not None:
+            raise Refused(f"I come only to {here.who.name}, and by ear alone I cannot tell who calls.")
+        return Locating(call, here)
 
 
 class Coming:

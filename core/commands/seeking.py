@@ -45,6 +45,7 @@ class Seeking:
             raise Refused("I have no camera to see who spoke; set company.mode to voice to be come to by ear alone.")
         self.call = call
         self.track = Track(here.people, here.tracking, here.who)
+        self._who = here.who.name if here.who is not None else ""
         self.side = call.side(here.pose.heading)
         self._facing = abs(self._error(here)) < BY_CHANCE
         self._arrival = Arrival(TOWARDS, here.steering)
@@ -70,7 +71,11 @@ class Seeking:
         if not self._looked:
             return "I heard you, but no picture comes from the camera."
         where = f"from {self.side}" if self.side[0] in "tb" or self.side == "ahead" else self.side
-        return f"I heard you {where} but see nobody there."
+        if not self._who:
+            return f"I heard you {where} but see nobody there."
+        if self.track.strangers:
+            return f"I heard you {where} but see somebody else there; I come only to {self._who}."
+        return f"I heard you {where} but do not see {self._who} there, and I come to nobody else."
 
     def _turn(self, here: Surroundings) -> Progress:
         """On the spot, towards the voice; who speaks meanwhile is heard better."""

@@ -31,7 +31,10 @@ PATIENCE = 1.0  # [s] that the robot waits for its last frame to be taken
 class InProcessRobot:
     """The console's RobotLink without processes, for tests that need a robot behind the console."""
 
-    def __init__(self, url: str = "sim:lab", *, seed: int = 0, settings: Settings | None = None) -> None:
+    def __init__(
+        self, url: str = "sim:lab", *, seed: int = 0, settings: Settings | None = None, pace: float = 1.0
+    ) -> None:
+        """`pace`: seconds that pass for the robot within one of ours."""
         self.settings = settings or Settings()
         self.robot = connect(url, seed=seed, settings=self.settings)
         self.writer = TraceWriter()
@@ -43,6 +46,7 @@ class InProcessRobot:
         self.deaf = False  # there is no gate that could be told of a reset
         self.orders: list[Setpoint] = []
         self._now = 1.0  # [s] of the gate's clock
+        self._pace = pace
         self._ahead = 0.0  # [s] that it may still run before the next frame
         self._lock = threading.RLock()
         self._news = threading.Condition()
@@ -141,7 +145,7 @@ class InProcessRobot:
                 self._frame_at = time.monotonic()
                 self._news.notify_all()
                 self._news.wait_for(lambda: self._frame is None or self._over.is_set(), PATIENCE)
-            due = max(due + 1 / self.profile.rate, time.monotonic())
+            due = max(due + 1 / (self._pace * self.profile.rate), time.monotonic())
             self._over.wait(due - time.monotonic())
 
     def _tick(self) -> None:

@@ -49,8 +49,9 @@ class Live:
         url: str = "sim:lab",
         make_pilot: Any = None,
         tls: tuple[Path, Path] | None = None,
+        pace: float = 1.0,
     ) -> None:
-        self.robot = InProcessRobot(url)
+        self.robot = InProcessRobot(url, pace=pace)
         logins = Logins()
         self.operator = logins.issue("operator", "operator")
         self.viewer = logins.issue("viewer", "viewer")

@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from tests.console.live import Live
 
 TAKING = ["/api/commands", "/api/lease", "/api/login", "/api/playback", "/api/sim/place", "/api/sim/remove",
-          "/api/maps", "/api/slam/here",
+          "/api/maps", "/api/slam/here", "/api/people/0123456789ab/rename",
           "/api/calibration/sessions", "/api/calibration/in-use/undo", "/api/calibration/show-me"]  # fmt: skip
 MARK = "needle7e1f"
 

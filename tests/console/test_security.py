@@ -56,6 +56,7 @@ def test_every_way_in_but_the_door_itself_refuses_a_stranger(live: Live) -> None
         ("GET", "/"),
         ("GET", "/calibrate"),
         ("GET", "/hearing"),
+        ("GET", "/people"),
         ("GET", "/static/main.js"),
         ("POST", "/api/login"),
         ("GET", "/api/health"),

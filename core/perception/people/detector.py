@@ -10,7 +10,7 @@ import numpy as np
 from core.message import Array, message
 from core.perception.people.billboard import Billboards, columns_of
 from core.perception.people.cells import edge_cells
-from core.perception.people.colours import Enrolled, alikeness, colours_seen
+from core.perception.people.colours import Enrolled, alike, alikeness, colours_seen
 from core.perception.people.model import PartModel, general_model, likelihoods
 from core.perception.people.parts import (
     CEILING,
@@ -51,6 +51,7 @@ class Rectangle:
     parts: tuple[SeenPart, ...]
     centre: tuple[float, float]  # [pixel] the rectangle's centroid, taken for the centre of mass (section 4.2)
     rank: float = 0.0  # how well it fits beyond K, for choosing
+    stranger: bool = False  # somebody, but not the one who was asked for
 
 
 def find_people(
@@ -68,11 +69,29 @@ def find_people(
     `distances` [m] from the camera: where the laser sees something to look at; None: everywhere. `who`: only this
     person counts. The floor is taken to be level.
     """
-    half = min(half, WIDEST)
+    planes = every_distance(settings).tolist() if distances is None else distances
+    found = everybody(boards, (bearing, half), planes, settings, who, models=models)
+    return apart([one for one in found if not one.stranger], settings)
+
+
+def everybody(
+    boards: Billboards,
+    towards: tuple[float, float],
+    distances: Sequence[float],
+    settings: PeopleSettings,
+    who: Enrolled | None = None,
+    *,
+    models: tuple[PartModel, ...] | None = None,
+) -> list[Rectangle]:
+    """All rectangles over the threshold on planes at these distances [m], `towards` a bearing and half a width [rad];
+    who is not `who` is a stranger.
+    """
+    bearing, half = towards
     found: list[Rectangle] = []
-    for distance in every_distance(settings) if distances is None else distances:
-        found += _at_distance(boards, bearing, half, float(distance), settings, models or general_model(), who)
-    return apart(found, settings)
+    for distance in distances:
+        wide = min(half, WIDEST)
+        found += _at_distance(boards, bearing, wide, float(distance), settings, models or general_model(), who)
+    return found
 
 
 def every_distance(settings: PeopleSettings) -> Array:
@@ -104,18 +123,22 @@ def _at_distance(
     found: list[Rectangle] = []
     while True:
         shift, place = np.unravel_index(int(rank.argmax()), rank.shape)
-        if not np.isfinite(rank[shift, place]) or len(found) >= 3:
+        if not np.isfinite(rank[shift, place]) or sum(not one.stranger for one in found) >= 3:
             return found
         value, shown = values[shift, place], weight[shift, place]
         single, shares = likely[:, shift, place], inside[:, shift, place]
         angle, away = bearing + math.atan2(left[place], distance), math.hypot(distance, left[place])
         height = TALL + SHIFTS[shift] / CELLS_PER_METRE
-        if who is not None:
-            likes = np.nan_to_num(alikeness(who, colours_seen(boards, away, angle, height)), nan=1.0)
-            single = np.sqrt(single * likes)
-            weights = np.array([part.weight for part in PARTS]) * shares
-            value = weights @ single / weights.sum()
-        if value >= _threshold(float(shown), settings):
+        enough = _threshold(float(shown), settings)
+        own = value, float(rank[shift, place]), single
+        known = who is None and value >= enough
+        if who is not None and _liked(1.0, single, shares)[0] >= enough:  # otherwise no colours make it that one
+            seen = colours_seen(boards, away, angle, height)
+            own = _liked(np.nan_to_num(alikeness(who, seen), nan=1.0), single, shares)
+            known = own[0] >= enough and alike(who, seen) >= settings.alike
+        if known:
+            value, _, single = own
+        if known or value >= enough:
             parts = tuple(
                 _seen_part(boards, part, away, angle, SHIFTS[shift], float(k), float(share))
                 for part, k, share in zip(PARTS, single, shares, strict=True)
@@ -130,12 +153,24 @@ def _at_distance(
                     height=height,
                     parts=parts,
                     centre=((body[0] + body[2]) / 2, (body[1] + body[3]) / 2),
-                    rank=float(rank[shift, place]),
+                    rank=own[1] if known else float(rank[shift, place]),
+                    stranger=not known,
                 )
             )
         elif rank[shift, place] < 0:
             return found
         rank[:, max(0, place - COLUMNS // 2) : place + COLUMNS // 2 + 1] = -np.inf
+
+
+def _liked(likes: Array | float, single: Array, shares: Array) -> tuple[float, float, Array]:
+    """How alike the colours of the parts are (3,), K_i (3,) and the parts' shares in the picture (3,) → K, its log
+    odds and K_i of somebody who is looked for: every K_i is also how alike its colours are.
+    """
+    both = np.sqrt(single * likes)
+    weights = np.array([part.weight for part in PARTS]) * shares
+    weights = weights / weights.sum()
+    odds = np.log(np.clip(both, 1e-6, None)) - np.log(np.clip(1 - both, 1e-6, None))
+    return float(weights @ both), float(weights @ odds), both
 
 
 def reach_of(reach: float) -> float:

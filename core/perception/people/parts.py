@@ -47,6 +47,7 @@ class PeopleSettings:
     threshold_of_feet: float = 0.8  # of K where nothing but the feet is in the picture
     feet_with_legs: float = 0.4  # of K the same, where the laser tells two legs apart there
     enough: float = 0.35  # of the parts' weight in the picture, from which the first threshold holds
+    alike: float = 0.5  # of the colours of torso and legs, below which it is not the one who was taught
     nearest: float = 0.5  # [m] distances that are looked at
     farthest: float = 6.0  # [m]
     ratio: float = 1.08  # between neighbouring distances
@@ -67,6 +68,7 @@ BOUNDS = {
     "threshold_of_feet": (0.05, 0.99),
     "feet_with_legs": (0.05, 0.99),
     "enough": (0.0, 1.0),
+    "alike": (0.0, 1.0),
     "nearest": (0.3, 3.0),
     "farthest": (1.0, 12.0),
     "ratio": (1.02, 1.5),

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from core.geometry import Pose
 from core.perception.people.billboard import Billboards
 from core.perception.people.colours import Enrolled
-from core.perception.people.detector import Rectangle, apart, every_distance, find_people
+from core.perception.people.detector import Rectangle, apart, every_distance, everybody
 from core.perception.people.legs import Stander
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.sight_lines import around
@@ -33,16 +33,24 @@ class Search:
         self._rest = [*hinted, *_pieces(every_distance(settings).tolist())]
         self._hinted = len(hinted)
         self._found: list[Rectangle] = []
+        self._strangers = False
 
     def go_on(self) -> tuple[Rectangle, ...] | None:
         """A few planes further → who was found, best first, once that is known; None: not yet."""
-        bearing, half = self._towards
         planes = self._rest.pop(0)
         self._hinted -= 1
-        self._found += find_people(self.boards, bearing, half, self._settings, distances=planes, who=self._who)
+        for one in everybody(self.boards, self._towards, planes, self._settings, self._who):
+            self._strangers |= one.stranger
+            if not one.stranger:
+                self._found.append(one)
         if not self._rest or (self._found and self._hinted == 0):
             return apart(self._found, self._settings)
         return None
+
+    @property
+    def strangers(self) -> bool:
+        """Whether somebody is there, but nobody who is looked for."""
+        return self._strangers and not self._found
 
 
 class Glance:

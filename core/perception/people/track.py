@@ -49,6 +49,7 @@ class Track:
         self._looks: Enrolled | None = None  # colours when they were locked on
         self._usual = 1.0  # how alike they were since
         self._pictures = 0
+        self.strangers = False  # somebody was seen where the voice came from, but not the one who is looked for
         self.measured = -math.inf  # [s]
         self.pictured = -math.inf  # [s] when a picture showed the person
         self.looked = -math.inf  # [s] when a picture came at all
@@ -76,6 +77,7 @@ class Track:
         if glance is None or found is None:
             return
         self._glance = None
+        self.strangers |= glance.search.strangers
         for rectangle in found:
             ray = ray_of(rectangle, eye(glance.pose, camera), glance.pose)
             stander = legs_of(rectangle, glance.standers, camera, self._settings)
@@ -169,7 +171,7 @@ class Track:
         hinted = [far for far in near if abs(far - distance) < 0.35 + 0.2 * distance]
         half = min(0.5, 0.12 + 0.35 / distance)
         planes = sorted(around([distance, *hinted]), key=lambda far: abs(far - distance))[:PLANES]
-        found = find_people(boards, bearing, half, self._known, distances=planes, who=self._who)
+        found = find_people(boards, bearing, half, self._known, distances=planes)
         doubt = math.sqrt(float(np.linalg.eigvalsh(self._covariance[:2, :2])[-1])) + DISTANCE_SD * distance
         own: Rectangle | None = None
         strangers: list[Rectangle] = []

@@ -51,6 +51,17 @@ class AppMenu extends Panel {
       make("span", { class: "note" }, "How well it understands you where it stands."),
     ),
   );
+  #people = make(
+    "a",
+    { class: "menu-item", href: "people" },
+    icon("assistant"),
+    make(
+      "span",
+      { class: "menu-words" },
+      make("span", {}, "People"),
+      make("span", { class: "note" }, "Teach it who you are, and whom it comes to."),
+    ),
+  );
   #docs = make(
     "a",
     { class: "menu-item", href: "docs", target: "_blank", rel: "noopener" },
@@ -63,6 +74,7 @@ class AppMenu extends Panel {
     { class: "menu", role: "group", "aria-label": "Menu" },
     this.#calibrate,
     this.#hearing,
+    this.#people,
     this.#halt,
     this.#keys,
     this.#hints,
@@ -107,7 +119,7 @@ class AppMenu extends Panel {
     this.#halt.disabled = !up;
     this.#hints.hidden = !drives || hello?.you.role === "viewer";
     this.#switch.hidden = !drives;
-    this.#hearing.hidden = !drives;
+    this.#hearing.hidden = this.#people.hidden = !drives;
     this.#leave.hidden = hello?.you.id === "local"; // nobody had to sign in here
     write(/** @type {Element} */ (this.#halt.querySelector(".menu-name")), this.#halted ? "Reset the halt" : "Halt");
     mark(this.#halt, "data-tone", this.#halted ? null : "fault");

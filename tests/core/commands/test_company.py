@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -15,6 +16,9 @@ from core.geometry import Pose, wrap
 from core.message import Array
 from core.navigation.surroundings import Surroundings
 from core.perception.people.call import Call
+from core.perception.people.colours import Enrolled
+from core.perception.people.enrolment import enrol
+from core.perception.people.parts import PeopleSettings
 from core.sensors import Camera, Image, Laser
 from core.sensors.laser import SimulatedLaser
 from core.sensors.simulated_camera import SimulatedCamera
@@ -31,6 +35,8 @@ class Company(Stage):
         super().__init__()
         self.people: dict[str, Thing] = {}
         self.call: Call | None = None
+        self.who: Enrolled | None = None
+        self.looks = PeopleSettings()
         self.camera: Camera | None = Camera()
         self.frames = 0
         self._eye = SimulatedCamera(Camera(), HALL, np.random.default_rng(1))
@@ -72,6 +78,8 @@ class Company(Stage):
             image=self._image,
             camera=self.camera,
             call=self.call,
+            who=self.who,
+            people=self.looks,
             company=dataclasses.replace(around.company, **self._settings),  # type: ignore[arg-type]
         )
 
@@ -96,6 +104,65 @@ def test_nobody_where_the_voice_is_heard_is_refused_in_words() -> None:
     del stage.people["Ann"]
     with pytest.raises(Refused, match="I heard you from the left but see nobody there"):
         stage.obey("come here")
+
+
+@cache
+def ann() -> Enrolled:
+    """Learnt by the robot's own camera, elsewhere in the hall."""
+    eye = SimulatedCamera(Camera(), HALL, np.random.default_rng(5))
+    here = Pose(-1.0, -2.0, 0.2)
+    worlds = [HALL]
+    for gesture in ("", "wide", "wave"):
+        place = here @ Pose(3.9, 0.0, math.pi)
+        worlds.append(
+            HALL.with_thing(
+                Thing(
+                    id="a",
+                    what="person",
+                    pose=place,
+                    length=0.4,
+                    depth=0.4,
+                    height=1.75,
+                    look="red/blue",
+                    gesture=gesture,
+                )
+            )
+        )
+    background, *pictures = (eye.take(world, 0.0, here).pixels.copy() for world in worlds)
+    return enrol("Ann", pictures, background)
+
+
+def test_of_two_who_stand_side_by_side_only_the_one_who_was_taught_is_come_to() -> None:
+    stage = Company()
+    stage.who = ann()
+    stage.stands("Ann", 2.7, 0.45)
+    stage.stands("Bob", 2.2, -0.35, "green/black")
+    stage.speaks("Bob", sd=0.2, off=0.1)
+    action, told = stage.begin("come here"), Progress()
+    while told.person is None and stage.stamp < 20.0:
+        told = stage.step(action)
+    assert told.person is not None
+    ann_at = stage.people["Ann"].pose
+    assert math.dist(told.person.position.tolist(), (ann_at.x, ann_at.y)) < 0.4
+
+
+def test_where_only_others_are_the_one_who_was_taught_is_asked_for_by_name() -> None:
+    stage = Company(look_for=1.0)
+    stage.looks = PeopleSettings(nearest=2.0, farthest=2.9)  # fewer distances
+    stage.who = ann()
+    stage.stands("Bob", 2.4, 0.2, "green/black")
+    stage.speaks("Bob")
+    with pytest.raises(Refused, match="somebody else there; I come only to Ann"):
+        stage.obey("follow me")
+    del stage.people["Bob"]
+    with pytest.raises(Refused, match="do not see Ann there"):
+        stage.obey("come here")
+    blind = Company(mode="voice")
+    blind.who = stage.who
+    blind.stands("Ann", 2.4, 0.2)
+    blind.speaks("Ann")
+    with pytest.raises(Refused, match="by ear alone I cannot tell"):
+        blind.begin("come here")
 
 
 @pytest.mark.parametrize("words", ["come here", "follow me"])

@@ -15,7 +15,7 @@ from core.message import Array
 from core.perception.people.billboard import Billboards
 from core.perception.people.cells import edge_cells
 from core.perception.people.detector import find_people
-from core.perception.people.enrolment import contour_of, enrol
+from core.perception.people.enrolment import contour_of, enrol, portrait
 from core.perception.people.fusion import Ray, along, fuse
 from core.perception.people.legs import find_standers
 from core.perception.people.levelling import levelled
@@ -105,6 +105,18 @@ def test_a_person_is_enrolled_from_gestures_and_told_from_others(webcam: Simulat
     other = find_people(two, math.atan2(-0.7, 3.2), 0.05, SETTINGS, who=who)
     anybody = find_people(two, math.atan2(-0.7, 3.2), 0.05, SETTINGS)
     assert (len(own), len(other), len(anybody)) == (1, 0, 1)
+
+
+def test_what_a_floor_mirrors_is_no_part_of_the_body() -> None:
+    eye = SimulatedCamera(ROBOTS, LAB, np.random.default_rng(0))
+    background = eye.take(LAB, 0.0, Pose()).pixels.copy()
+    for look, turn in (("green/black", math.pi / 2), ("white/grey", 0.0)):
+        one = person(3.9, 0.0, look=look, heading=math.pi + turn)
+        told = portrait(eye.take(LAB.with_thing(one), 0.0, Pose()).pixels.copy(), background)
+        feet = Billboards(background, ROBOTS).pixels_of(
+            3.9 - ROBOTS.mounting.translation[0], 0.0, np.array([[0.0, 0.0]])
+        )
+        assert told.boxes[2][3] == pytest.approx(feet[0, 1], abs=0.1 * (told.boxes[2][3] - told.boxes[0][1]))
 
 
 def test_what_cannot_be_enrolled_is_told(webcam: SimulatedCamera) -> None:

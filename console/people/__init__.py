@@ -1,0 +1,1 @@
+"""Teaching the robot who somebody is, and keeping what it learnt."""

@@ -1,0 +1,127 @@
+// The picture of whoever is learnt: live from a camera, and for a moment what was found in the one that was taken.
+
+import { icon, make, mark, write } from "../element.js";
+import { RobotEye } from "../calibration/robot-eye.js";
+import { Webcam } from "../calibration/webcam.js";
+import { sketched } from "./sketch.js";
+
+/** @typedef {"robot" | "webcam" | "upload"} Source */
+/** @typedef {import("./lessons.js").Judged} Judged */
+
+const LOOK_MS = 3500;
+const LARGEST = 1280; // [px] side of an uploaded picture
+const QUALITY = 0.92;
+
+export class PeopleStage extends HTMLElement {
+  #canvas = make("canvas", { class: "stage-live" });
+  #why = make("p", { class: "stage-why" });
+  #count = make("p", { class: "stage-count", "aria-live": "assertive" });
+  #seen = make("div", { class: "stage-seen", hidden: true });
+  #again = make("button", { type: "button", class: "button" }, icon("again"), "Try again");
+  /** @type {Source} */
+  #source = "robot";
+  /** @type {RobotEye | null} */
+  #robot = null;
+  #webcam = new Webcam(async () => null);
+  #open = false;
+  #until = 0;
+  #shown = "";
+
+  connectedCallback() {
+    if (this.children.length) return;
+    this.#webcam.paused = true;
+    this.#again.addEventListener("click", () => void this.#webcam.open());
+    this.append(this.#canvas, this.#seen, make("div", { class: "stage-empty" }, this.#why, this.#again), this.#count);
+  }
+
+  /** @param {Source} source @param {import("../session.js").Session} session */
+  open(source, session) {
+    if (this.#open && source === this.#source) return;
+    this.close();
+    this.#open = true;
+    this.#source = source;
+    this.#robot ??= new RobotEye(session);
+    if (source === "robot") this.#robot.open();
+    if (source === "webcam") void this.#webcam.open();
+  }
+
+  close() {
+    if (!this.#open) return;
+    this.#open = false;
+    this.#robot?.close();
+    this.#webcam.close();
+    this.querySelector("video")?.remove();
+  }
+
+  /** Is there a picture that could be taken? */
+  get ready() {
+    return this.#source !== "upload" && this.#eye?.frame !== null;
+  }
+
+  get #eye() {
+    return this.#source === "robot" ? this.#robot : this.#webcam;
+  }
+
+  /** @returns {Blob | null} what the webcam sees now; null: the robot takes its picture itself */
+  snapshot() {
+    return this.#source === "webcam" ? this.#webcam.snapshot() : null;
+  }
+
+  /** @param {string} words large over the picture; "" for none */
+  count(words) {
+    write(this.#count, words);
+  }
+
+  /**
+   * @param {string} id of the lesson
+   * @param {Judged | null} judged the newest
+   */
+  judge(id, judged) {
+    const key = judged ? `${id} ${judged.number}` : "";
+    if (key === this.#shown) return;
+    this.#shown = key;
+    this.#seen.replaceChildren(...(judged ? [sketched(id, judged, judged.words)] : []));
+    this.#until = judged ? performance.now() + LOOK_MS : 0;
+    this.draw();
+  }
+
+  draw() {
+    const upload = this.#source === "upload";
+    const looking = this.#shown !== "" && (upload || performance.now() < this.#until);
+    this.#seen.hidden = !looking;
+    const frame = upload ? null : (this.#eye?.frame ?? null);
+    const film = frame?.image instanceof HTMLVideoElement ? frame.image : null;
+    if (film && film.parentElement !== this) this.prepend(film);
+    this.#canvas.hidden = film !== null || frame === null;
+    mark(this, "data-mirrored", film !== null);
+    const why = upload
+      ? "Drop pictures here, or choose them: first one without anybody, then the person with different gestures."
+      : (this.#eye?.why ?? "");
+    write(this.#why, looking || (frame && !why) ? "" : why);
+    this.#again.hidden = looking || this.#source !== "webcam" || !this.#webcam.refused;
+    if (!frame || film) return;
+    const { image, width, height } = frame;
+    if (this.#canvas.width !== width || this.#canvas.height !== height) [this.#canvas.width, this.#canvas.height] = [width, height];
+    this.#canvas.getContext("2d")?.drawImage(image, 0, 0, width, height);
+  }
+}
+
+/**
+ * A picture file as it is meant to be seen, turned and small enough. Refused in words when it is none.
+ * @param {File} file
+ * @returns {Promise<Blob>}
+ */
+export async function prepared(file) {
+  const image = await createImageBitmap(file, { imageOrientation: "from-image" }).catch(() => null);
+  if (!image) throw new Error(`${file.name} is no picture that this browser can read. JPEG or PNG will do.`);
+  const scale = Math.min(1, LARGEST / Math.max(image.width, image.height));
+  const canvas = make("canvas");
+  [canvas.width, canvas.height] = [Math.round(image.width * scale), Math.round(image.height * scale)];
+  canvas.getContext("2d")?.drawImage(image, 0, 0, canvas.width, canvas.height);
+  image.close();
+  const packed = await new Promise((/** @type {(blob: Blob | null) => void} */ told) => canvas.toBlob(told, "image/jpeg", QUALITY));
+  if (!packed) throw new Error(`${file.name} could not be read.`);
+  return packed;
+}
+
+customElements.define("people-stage", PeopleStage);

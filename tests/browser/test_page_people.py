@@ -1,0 +1,62 @@
+"""Teaching the robot who somebody is, on the page: the simulated person shows how it goes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.browser.visit import Visit
+from tests.console.live import Live
+
+Open = Callable[..., Visit]
+LONG = 60_000  # [ms]
+
+
+class Near:
+    """Where the page of people is, and what the console behind it says."""
+
+    def __init__(self, live: Live) -> None:
+        self.live = live
+        self.driving = f"http://127.0.0.1:{live.port}/people#t={live.operator}"
+
+    def chosen(self) -> str | None:
+        return self.live.ask("GET", "/api/people", token=self.live.viewer).json["chosen"]
+
+
+@pytest.fixture(scope="module")
+def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Near]:
+    """A console of its own, on a slow machine: the robot stands where it woke, with room ahead, and knows nobody."""
+    with Live(tmp_path_factory.mktemp("people"), pace=0.25) as live:
+        yield Near(live)
+
+
+def test_somebody_is_taught_chosen_and_forgotten(visit: Open, console: Near) -> None:
+    here = visit(size=(1100, 760))
+    page = here.page
+    here.button("Begin").click()
+    expect(page.get_by_role("heading", name="First the empty room")).to_be_visible()
+    expect(here.button("Take the empty room")).to_be_enabled()
+    here.button("Show me").click()
+    expect(here.find(".people-waits")).not_to_be_empty()
+    pictures = here.find(".people-strip li")
+    try:
+        expect(pictures).to_have_count(4, timeout=LONG)
+    except AssertionError:
+        pytest.fail(f"{pictures.count()} pictures: {here.find('.people-told').inner_text()}")
+    expect(here.find(".people-waits")).to_be_empty()
+    expect(page.get_by_role("heading", name="That is enough")).to_be_visible()
+    expect(here.find(".people-strip .sketch-outline")).to_have_count(4)
+    loaded = "[...document.querySelectorAll('.people-strip img')].every((one) => one.naturalWidth > 0)"
+    here.until(lambda: page.evaluate(loaded), "the pictures are shown")
+
+    page.get_by_label("Who are you?").fill("Ann")
+    here.button("That is me").click()
+    page.get_by_role("radio", name="Only Ann").check(force=True)
+    here.until(lambda: console.chosen() is not None, "Ann is chosen")
+    expect(page.get_by_role("radio", name="Only Ann")).to_be_checked()
+    here.button("Forget Ann").click()
+    expect(page.get_by_role("radio", name="Only Ann")).to_have_count(0)
+    expect(page.get_by_role("radio", name="Anybody Whoever calls")).to_be_checked()
+    assert console.chosen() is None
