@@ -20,8 +20,9 @@ class BeliefSettings:
     """When a place is believed. Rather none than a wrong one."""
 
     search: SearchSettings = field(default_factory=SearchSettings)
-    apart: float = 0.3  # [m] between two views that confirm each other, or …
+    apart: float = 0.3  # [m] between two views that tell something new, or …
     turned: float = math.radians(20)  # [rad] … this
+    confirmed: float = math.radians(35)  # [rad] of turning on the spot from which views confirm each other
     score: float = 0.69  # mean over the views, at least …
     merit: float = 0.58  # … and so much of it beyond the share of beams that contradict the map
     of_two: float = 0.035  # by which both must be higher as long as there are two views only …
@@ -84,7 +85,7 @@ class Hypotheses:
 
     def is_news(self, view: View) -> bool:
         """Whether a view was taken far enough from the last one to tell something new."""
-        return not self.views or self._apart(self.views[-1], view)
+        return not self.views or self._apart(self.views[-1], view, self.settings.turned)
 
     def consider(self, view: View) -> Generator[None, None, None]:
         """Take in a view: carry on what the former views allowed, search the map with it, and intersect."""
@@ -132,8 +133,8 @@ class Hypotheses:
         if not self.places:
             return "nothing on the map fits"
         best = self.places[0]
-        if not any(self._apart(one, self.views[-1]) for one in self.views[:-1]):
-            return "one view only"
+        if not any(self._apart(one, self.views[-1], settings.confirmed) for one in self.views[:-1]):
+            return "one view only" if len(self.views) == 1 else "I have seen the place from one side only"
         more = settings.of_two if len(best.fits) == 2 else 0.0
         if best.score < settings.score + more:
             return "the walls fit badly"
@@ -185,6 +186,6 @@ class Hypotheses:
             later = former
         return Hypothesis(tuple(fits))
 
-    def _apart(self, one: View, other: View) -> bool:
+    def _apart(self, one: View, other: View, turned: float) -> bool:
         move = one.odometry.inverse() @ other.odometry
-        return math.hypot(move.x, move.y) >= self.settings.apart or abs(move.heading) >= self.settings.turned
+        return math.hypot(move.x, move.y) >= self.settings.apart or abs(move.heading) >= turned

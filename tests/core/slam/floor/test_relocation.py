@@ -80,7 +80,7 @@ def test_a_corridor_leaves_the_way_along_it_open() -> None:
     assert thoughts.looseness(thoughts.places[0]) > thoughts.settings.loose
 
 
-def test_two_views_from_apart_are_believed_and_one_is_not(lab: Chart) -> None:
+def test_views_from_apart_are_believed_and_one_is_not(lab: Chart) -> None:
     thoughts, start = Hypotheses(lab), Pose(0.5, 0.3, -2.0)
     odometry = Pose(-3.0, 8.0, 1.0)  # a frame of its own
     finish(thoughts.consider(seen(LAB, start, odometry)))
@@ -90,9 +90,12 @@ def test_two_views_from_apart_are_believed_and_one_is_not(lab: Chart) -> None:
     turned = seen(LAB, start @ Pose(0.0, 0.0, math.radians(24)), odometry @ Pose(0.0, 0.0, math.radians(25)), seed=2)
     assert thoughts.is_news(turned)
     finish(thoughts.consider(turned))
+    assert thoughts.believed() is None and "one side" in thoughts.doubt()
+    further = seen(LAB, start @ Pose(0.0, 0.0, math.radians(44)), odometry @ Pose(0.0, 0.0, math.radians(45)), seed=3)
+    finish(thoughts.consider(further))
     believed = thoughts.believed()
     assert believed is not None
-    distance, angle = away(believed.pose, start @ Pose(0.0, 0.0, math.radians(24)))
+    distance, angle = away(believed.pose, start @ Pose(0.0, 0.0, math.radians(44)))
     assert distance < 0.05 and angle < 1.0
 
 
