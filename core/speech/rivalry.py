@@ -6,6 +6,7 @@ import math
 
 from core.message import message
 from core.speech.path import Path
+from core.speech.settings import SpeechSettings
 
 SHORTEST = 0.1  # [s] of a word, as which shorter ones count: a moment tells little
 
@@ -31,3 +32,11 @@ def compare(command: Path, other: Path) -> Rivalry:
         for span in command.spans
     )
     return Rivalry(lead=(command.fit - other.fit) / spoken, weakest=min(words))
+
+
+def holds(command: Path, other: Path, settings: SpeechSettings) -> bool:
+    """Whether a command fits about as well as anything that is none; one of a single word: better."""
+    rivalry = compare(command, other)
+    if len(command.spans) == 1:
+        return rivalry.lead > 0
+    return rivalry.lead > -settings.most_behind and rivalry.weakest > -settings.word_behind

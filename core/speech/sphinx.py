@@ -26,7 +26,7 @@ from core.speech.jsgf import plain_grammar
 from core.speech.path import Path, decoded
 from core.speech.pocketsphinx import competing_words, grammar_decoder
 from core.speech.recognizer import Hypothesis, Utterance
-from core.speech.rivalry import compare
+from core.speech.rivalry import holds
 from core.speech.settings import RATE, SpeechSettings
 
 LEAST_BEFORE = 0.15  # [s] of noise before the speech that are left out of learning it: the speech may begin there
@@ -66,12 +66,8 @@ class Sphinx:
         )
 
     def _holds(self, said: Path, samples: Array) -> bool:
-        """Whether the command fits about as well as anything that is none; a single word: better."""
-        settings = self._settings
-        rivalry = compare(said, decoded(self._others, samples))
-        if len(said.words) == 1:
-            return rivalry.lead > 0
-        return rivalry.lead > -settings.most_behind and rivalry.weakest > -settings.word_behind
+        """Whether the command stands against anything else that the samples (N,) may be."""
+        return holds(said, decoded(self._others, samples), self._settings)
 
     def _doubt(self, utterance: Utterance, views: list[Array], offset: float, said: Path) -> str:
         """Why the words must not be believed; "" for no reason."""

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 
 from core.experiments.practice_voice import practice_voice
+from core.message import Array
 from core.speech.coverage import Span
 from core.speech.path import NOTHING, Path, Piece, decoded
 from core.speech.pocketsphinx import decoder
-from core.speech.rivalry import compare
-from core.speech.settings import RATE
-from tests.core.speech.ears import padded
+from core.speech.recognizer import Utterance
+from core.speech.rivalry import compare, holds
+from core.speech.settings import RATE, SpeechSettings
+from tests.core.speech.ears import engine, mono, padded
 
 
 def path(*pieces: tuple[str, float, float, float]) -> Path:
@@ -50,6 +52,49 @@ def test_the_lead_counts_by_the_second_of_speech_and_the_weakest_word_by_its_own
 def test_no_words_never_hold_and_no_rival_never_wins():
     assert compare(NOTHING, COMMAND).lead == -math.inf
     assert compare(COMMAND, NOTHING).weakest == math.inf
+
+
+def shifted(nats: float) -> Path:
+    """As COMMAND, but `nats` better in its last word."""
+    last = ("", 0.8, 1.5, -80.0 + nats)
+    return path(("", 0.0, 0.5, -10.0), ("", 0.5, 0.8, -60.0), last, ("", 1.5, 2.0, -5.0))
+
+
+def test_a_command_may_be_a_little_behind_but_no_word_of_it_far():
+    settings = SpeechSettings(most_behind=50.0, word_behind=1000.0)
+    assert holds(COMMAND, shifted(49.0), settings) and not holds(COMMAND, shifted(51.0), settings)
+    settings = SpeechSettings(most_behind=1000.0, word_behind=50.0)
+    assert holds(COMMAND, shifted(34.0), settings) and not holds(COMMAND, shifted(36.0), settings)
+
+
+def test_a_command_of_a_single_word_must_be_ahead():
+    come = path(("come", 0.5, 1.0, -50.0))
+    assert holds(come, path(("", 0.5, 1.0, -51.0)), SpeechSettings())
+    assert not holds(come, path(("", 0.5, 1.0, -50.0)), SpeechSettings())
+
+
+@pytest.mark.parametrize(("words", "readings"), [("turn left", 1), ("stop at one and two", 3), ("come", 3)])
+def test_numbers_and_single_words_are_read_at_other_speeds_too(monkeypatch, words, readings):
+    """At every speed the sound has another length."""
+    lengths = set[int]()
+    rival = path(("", 0.5, 1.5, -1000.0))
+
+    def read(decoder: object, samples: Array) -> Path:
+        lengths.add(len(samples))
+        spoken = enumerate(words.split())
+        return (
+            rival
+            if decoder is reader._others
+            else path(*((word, 0.5 + n / 5, 0.7 + n / 5, -1.0) for n, word in spoken))
+        )
+
+    reader = engine()
+    monkeypatch.setattr("core.speech.sphinx.decoded", read)
+    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
+    monkeypatch.setattr("core.speech.sphinx.left_over", lambda *_: 0.0)
+    heard = reader.read(Utterance(sound=sound, begin=0.7, end=1.7))
+    assert (heard.words, heard.doubt) == (words, "")
+    assert len(lengths) == readings
 
 
 def test_the_longest_pause_lies_between_words():
