@@ -35,6 +35,6 @@ class SpeechSettings:
     most_behind: float = 65.0  # [nats/s] by which anything but a command may fit better
     word_behind: float = 300.0  # [nats/s] the same within any one word of it
     clear_ratio: float = 27.0  # [dB] of voice over noise from which no noise is taken out: that costs consonants
-    opinions: int = 2  # readings at other speeds that must agree before the robot drives by a number
+    opinions: int = 2  # readings at other speeds that must agree before the robot moves
     stop_threshold: float = 1.0  # likelihood ratio from which a word is taken for STOP; less is more easily
     stop_delay: int = 10  # frames of 10 ms that the spotter of STOP waits for a better end of the word

@@ -3,9 +3,9 @@
 The same sound is read twice, as a command and as anything else, and both scores are compared: a command may fit a
 little worse, because voices differ, but no word of it much worse. One grammar that holds both would not do: the
 decoder drops what is behind for a moment, and with it half of the commands of an unusual voice.
-What remains is read again from the sound with its noise and, where it holds a number, at other speeds: a number that
-changes with that was not heard well enough to drive by. A command of a single word, which a breath may resemble, has
-to fit better than anything else every time.
+What remains is read again from the sound with its noise and at other speeds: a number that changes with that was not
+heard well enough to drive by. A command of a single word, which a breath may resemble, has to fit better than
+anything else every time.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from scipy.signal import resample_poly
 
 from core.message import Array
 from core.perception.sound.wiener import without_noise
-from core.speech.competing import fixed_words, grammar
+from core.speech.competing import grammar
 from core.speech.coverage import left_over
 from core.speech.endpointing import voiced
 from core.speech.grammar import Refusal, understand
@@ -33,7 +33,7 @@ LEAST_BEFORE = 0.15  # [s] of noise before the speech that are left out of learn
 MOST_LEFT = 0.12  # [s] of speech beside the words, that may be the end of a consonant
 BESIDE = 0.25  # [s] before and behind the voice, that are read with it
 LONGEST_PAUSE = 0.7  # [s] within a sentence
-SPEEDS = ((20, 19), (10, 9), (18, 19))
+SPEEDS = ((10, 9), (18, 19), (20, 19))
 """At how much slower or faster speeds it is read again: like a deeper or a higher voice."""
 
 
@@ -77,16 +77,15 @@ class Sphinx:
             return "More was said than a command."
         if said.longest_pause > LONGEST_PAUSE:
             return "There was a long pause within the sentence."
-        if not all(self._agrees(said, view) for view in self._other_views(views, said)):
+        if not all(self._agrees(said, view) for view in self._other_views(views)):
             return "I am not sure that I heard every word right."
         return ""
 
-    def _other_views(self, views: list[Array], said: Path) -> Iterator[Array]:
-        """What is read again: in noise the sound with it, and other speeds for what they can tell apart."""
+    def _other_views(self, views: list[Array]) -> Iterator[Array]:
+        """What is read again: in noise the sound with it; and other speeds."""
         yield from views[1:]
-        if len(said.words) == 1 or not fixed_words().issuperset(said.words):
-            for up, down in SPEEDS[: self._settings.opinions]:
-                yield resample_poly(views[0], up, down)
+        for up, down in SPEEDS[: self._settings.opinions]:
+            yield resample_poly(views[0], up, down)
 
     def _agrees(self, said: Path, view: Array) -> bool:
         """Whether the same is read from another view of the sound."""

@@ -26,6 +26,11 @@ def path(*pieces: tuple[str, float, float, float]) -> Path:
     )
 
 
+def said(words: str) -> Path:
+    """Words that all fit alike."""
+    return path(*((word, 0.5 + n / 5, 0.7 + n / 5, -1.0) for n, word in enumerate(words.split())))
+
+
 COMMAND = path(("", 0.0, 0.5, -10.0), ("turn", 0.5, 0.8, -60.0), ("left", 0.8, 1.5, -80.0), ("", 1.5, 2.0, -5.0))
 
 
@@ -73,28 +78,33 @@ def test_a_command_of_a_single_word_must_be_ahead():
     assert not holds(come, path(("", 0.5, 1.0, -50.0)), SpeechSettings())
 
 
-@pytest.mark.parametrize(("words", "readings"), [("turn left", 1), ("stop at one and two", 3), ("come", 3)])
-def test_numbers_and_single_words_are_read_at_other_speeds_too(monkeypatch, words, readings):
+@pytest.mark.parametrize(("misread", "doubted"), [(None, False), ("turn right", True)])
+def test_what_is_read_otherwise_at_another_speed_is_doubted(monkeypatch, misread, doubted):
     """At every speed the sound has another length."""
-    lengths = set[int]()
+    lengths = dict[int, str]()
     rival = path(("", 0.5, 1.5, -1000.0))
 
     def read(decoder: object, samples: Array) -> Path:
-        lengths.add(len(samples))
-        spoken = enumerate(words.split())
-        return (
-            rival
-            if decoder is reader._others
-            else path(*((word, 0.5 + n / 5, 0.7 + n / 5, -1.0) for n, word in spoken))
-        )
+        words = lengths.setdefault(len(samples), misread if misread and len(lengths) == 2 else "turn left")
+        return rival if decoder is reader._others else said(words)
 
     reader = engine()
     monkeypatch.setattr("core.speech.sphinx.decoded", read)
-    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
     monkeypatch.setattr("core.speech.sphinx.left_over", lambda *_: 0.0)
+    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
     heard = reader.read(Utterance(sound=sound, begin=0.7, end=1.7))
-    assert (heard.words, heard.doubt) == (words, "")
-    assert len(lengths) == readings
+    assert heard.words == "turn left"
+    assert bool(heard.doubt) == doubted
+    assert len(lengths) == 3
+
+
+def test_meter_and_meters_ask_for_the_same(monkeypatch):
+    heard = iter(["continue two meters", "nothing that counts", "continue two meter", "continue two meters"])
+    monkeypatch.setattr("core.speech.sphinx.decoded", lambda *_: said(next(heard)))
+    monkeypatch.setattr("core.speech.sphinx.left_over", lambda *_: 0.0)
+    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
+    read = engine().read(Utterance(sound=sound, begin=0.7, end=1.7))
+    assert (read.words, read.doubt) == ("continue two meters", "")
 
 
 def test_the_longest_pause_lies_between_words():
