@@ -32,7 +32,7 @@ class SpeechSettings:
     competing_words: int = 800  # common words that compete with the commands, beside the 39 phones
     resembling_words: int = 80  # the most common words that are one phone away from a command's, which compete too
     competing_price: float = 30_000.0  # one over the probability of each competing word
-    most_behind: float = 65.0  # [nats/s] by which anything but a command may fit better
+    most_behind: float = 70.0  # [nats/s] by which anything but a command may fit better
     word_behind: float = 300.0  # [nats/s] the same within any one word of it
     clear_ratio: float = 27.0  # [dB] of voice over noise from which no noise is taken out: that costs consonants
     opinions: int = 2  # readings at other speeds that must agree before the robot moves

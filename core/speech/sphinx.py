@@ -33,7 +33,7 @@ LEAST_BEFORE = 0.15  # [s] of noise before the speech that are left out of learn
 MOST_LEFT = 0.12  # [s] of speech beside the words, that may be the end of a consonant
 BESIDE = 0.25  # [s] before and behind the voice, that are read with it
 LONGEST_PAUSE = 0.7  # [s] within a sentence
-SPEEDS = ((10, 9), (18, 19), (20, 19))
+SPEEDS = ((20, 19), (10, 9), (18, 19))
 """At how much slower or faster speeds it is read again: like a deeper or a higher voice."""
 
 
