@@ -1,9 +1,9 @@
-"""Everything that people say and that is no command, as a loop that competes with the commands in the same grammar.
+"""Everything that people say and that is no command, as a loop that competes with the commands.
 
-A plain grammar makes a command of every sound: 78 % of ordinary sentences. Beside the commands stand here the phones
-of the language, its most common words, as far as they cannot be confused with a word of a command, and the words with
-which commands begin: "stop talking" begins like one and is none. What the loop fits better is refused. Words and
-their frequencies are those of the model that comes with pocketsphinx.
+A plain grammar makes a command of every sound: 78 % of ordinary sentences. Against it stand here the phones of the
+language, its most common words, the most common of those that resemble a word of a command ("top moving"), and the
+words with which commands begin: "stop talking" begins like one and is none. What the loop fits clearly better is
+refused. Words and their frequencies are those of the model that comes with pocketsphinx.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from pathlib import Path
 from core.speech.jsgf import command_rules, phrases, words_of, written
 
 Pronunciation = tuple[str, ...]
+Dictionary = dict[str, tuple[Pronunciation, ...]]
 
 PHONE_WORD = "phone_{}"  # a word that consists of one phone; no dictionary has such
 SHORTEST = 3  # phones of a competing word; shorter ones fit into everything
@@ -23,20 +24,14 @@ REST = "antidisestablishmentarianism"
 """JSGF knows only shares of a whole; this word, which nobody says, takes the rest, and so prices the others."""
 
 
-def grammar(competing: Iterable[str], price: float, share: float) -> str:
-    """JSGF: a command, or any chain of competing words, each with probability 1/`price`, `share` for the first.
+def grammar(competing: Iterable[str], price: float) -> str:
+    """JSGF: any chain of competing words, each with probability 1/`price`.
 
     What commands begin with is in the chain too, but for what a measure always follows: all their words would cost
     numbers that are said unclearly.
     """
-    others = " | ".join(f"/1/ {word}" for word in (*competing, *openings()))
-    rules = command_rules() | {"other": f"/{price:g}/ {REST} | {others}"}
-    return written(rules, f"/1/ <command> | /{share:g}/ <other>+")
-
-
-def is_competing(word: str) -> bool:
-    """Whether a heard word stands for anything but a command."""
-    return word not in command_words()
+    others = " | ".join(f"/1/ {word}" for word in dict.fromkeys((*competing, *openings())))
+    return written({"other": f"/{price:g}/ {REST} | {others}"}, "<other>+")
 
 
 @cache
@@ -52,7 +47,13 @@ def openings() -> tuple[str, ...]:
 
 
 @cache
-def read_dictionary(path: Path) -> dict[str, tuple[Pronunciation, ...]]:
+def fixed_words() -> frozenset[str]:
+    """The words of commands that are no part of a number."""
+    return frozenset(words_of(phrases()))
+
+
+@cache
+def read_dictionary(path: Path) -> Dictionary:
     """A pronouncing dictionary of CMU's form → the pronunciations of every word."""
     found: dict[str, tuple[Pronunciation, ...]] = {}
     for line in path.read_text(encoding="utf-8").splitlines():
@@ -62,24 +63,34 @@ def read_dictionary(path: Path) -> dict[str, tuple[Pronunciation, ...]]:
     return found
 
 
-def phones_of(dictionary: dict[str, tuple[Pronunciation, ...]]) -> tuple[str, ...]:
+def phones_of(dictionary: Dictionary) -> tuple[str, ...]:
     """The phones of the language."""
     return tuple(sorted({phone for ways in dictionary.values() for way in ways for phone in way}))
 
 
 def choose(
-    dictionary: dict[str, tuple[Pronunciation, ...]], frequency: Callable[[str], float], count: int
+    dictionary: Dictionary, frequency: Callable[[str], float], count: int, resembling: int = 0
 ) -> tuple[str, ...]:
-    """The `count` most frequent words that are more than one phone away from every word of a command."""
+    """The `count` most frequent words that are more than one phone away from every word of a command; and the
+    `resembling` most frequent that are one phone away from a word of a command that is no number.
+
+    Words that sound like one of a command are in neither: "hear" is as good as "here".
+    """
     own = [way for word in sorted(command_words()) for way in dictionary.get(word, ())]
-    chosen: list[str] = []
+    fixed = [way for word in sorted(fixed_words()) for way in dictionary.get(word, ()) if len(way) >= SHORTEST]
+    apart: list[str] = []
+    alike: list[str] = []
     for word in sorted((word for word in dictionary if word.isalpha()), key=lambda word: (-frequency(word), word)):
-        if len(chosen) == count:
+        if len(apart) == count and len(alike) == resembling:
             break
         ways = dictionary[word]
-        if all(len(way) >= SHORTEST and not any(_near(way, other) for other in own) for way in ways):
-            chosen.append(word)
-    return tuple(chosen)
+        if any(len(way) < SHORTEST or way in own for way in ways):
+            continue
+        if not any(_near(way, other) for way in ways for other in own):
+            apart += [word] * (len(apart) < count)
+        elif any(_near(way, other) for way in ways for other in fixed):
+            alike += [word] * (len(alike) < resembling)
+    return (*apart, *alike)
 
 
 def _near(a: Sequence[str], b: Sequence[str]) -> bool:

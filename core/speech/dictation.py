@@ -7,10 +7,11 @@ of its caution; here every sound is written down as the sentence of the grammar 
 from __future__ import annotations
 
 from core.speech.jsgf import plain_grammar
+from core.speech.path import decoded
 from core.speech.pocketsphinx import grammar_decoder
 from core.speech.recognizer import Hypothesis, Utterance
 from core.speech.settings import SpeechSettings
-from core.speech.sphinx import decoded, options_of, views_of
+from core.speech.sphinx import options_of, views_of
 
 
 class Dictation:
@@ -24,6 +25,6 @@ class Dictation:
     def read(self, utterance: Utterance) -> Hypothesis:
         """The words that fit best; "" only where nothing was said."""
         views, _ = views_of(utterance, self._settings.clear_ratio)
-        spans, score = decoded(self._decoder, views[0])
-        words = " ".join(span.word for span in spans)
-        return Hypothesis(words=words, begin=utterance.begin, end=utterance.end, score=score)
+        said = decoded(self._decoder, views[0])
+        score = said.fit if said.words else None
+        return Hypothesis(words=" ".join(said.words), begin=utterance.begin, end=utterance.end, score=score)

@@ -46,7 +46,7 @@ def written(rules: dict[str, str], heard: str) -> str:
 
 
 def plain_grammar() -> str:
-    """The commands and nothing beside them: every sound is one of them. For comparison only."""
+    """The commands and nothing beside them: every sound is one of them, until something competes."""
     return written(command_rules(), "<command>")
 
 

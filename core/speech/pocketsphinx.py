@@ -17,6 +17,8 @@ MISSING = (
     "Recognising words needs the package pocketsphinx, which brings its model: pip install 'pocketsphinx>=5.1.1'"
 )
 MODEL = "en-us"
+ALSO = {"wall(2)": "W AA L"}
+"""Pronunciations that the dictionary lacks: of who says "caught" as "cot"."""
 
 
 def decoder(**options: Any) -> Any:
@@ -33,6 +35,8 @@ def grammar_decoder(jsgf: str, **options: Any) -> Any:
     """A decoder that hears sentences of the grammar, which may use PHONE_WORD. Raises Unavailable."""
     made = decoder(**options)
     phones = phones_of(read_dictionary(_file("cmudict-en-us.dict")))
+    for word, pronunciation in ALSO.items():
+        made.add_word(word, pronunciation, False)
     for phone in phones:
         made.add_word(PHONE_WORD.format(phone.lower()), phone, phone == phones[-1])
     made.add_jsgf_string("heard", jsgf)
@@ -41,14 +45,16 @@ def grammar_decoder(jsgf: str, **options: Any) -> Any:
 
 
 @cache
-def competing_words(count: int) -> tuple[str, ...]:
-    """The phones as words, and the `count` most common words that no command's word can be mistaken for."""
+def competing_words(count: int, resembling: int) -> tuple[str, ...]:
+    """The phones as words, and the most common words: `count` that no command's word can be mistaken for, and
+    `resembling` that one can.
+    """
     sphinx = _package()
     dictionary = read_dictionary(_file("cmudict-en-us.dict"))
     any_decoder = decoder()
     model = sphinx.NGramModel(any_decoder.config, any_decoder.logmath, str(_file("en-us.lm.bin")))
     phones = tuple(PHONE_WORD.format(phone.lower()) for phone in phones_of(dictionary))
-    return phones + choose(dictionary, lambda word: model.prob([word]), count)
+    return phones + choose(dictionary, lambda word: model.prob([word]), count, resembling)
 
 
 def _package() -> Any:

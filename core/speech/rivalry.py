@@ -1,0 +1,42 @@
+"""A command against all that is none, both read from the same sound: by how much it fits better, or worse."""
+
+from __future__ import annotations
+
+import math
+
+from core.message import message
+from core.speech.path import Path
+from core.speech.settings import SpeechSettings
+
+SHORTEST = 0.1  # [s] of a word, as which shorter ones count: a moment tells little
+
+
+@message
+class Rivalry:
+    """By how much a command fits better than anything else; below 0: worse."""
+
+    lead: float  # [nats] a second, over all of its words
+    weakest: float  # [nats] a second, within the word that fits worst
+
+
+def compare(command: Path, other: Path) -> Rivalry:
+    """Two paths through the same sound → how they compare. Without words it fits infinitely worse."""
+    if not command.spans:
+        return Rivalry(lead=-math.inf, weakest=-math.inf)
+    if not other.pieces:
+        return Rivalry(lead=math.inf, weakest=math.inf)
+    spoken = command.spans[-1].end - command.spans[0].begin
+    words = (
+        (command.fit_within(span.begin, span.end) - other.fit_within(span.begin, span.end))
+        / max(span.end - span.begin, SHORTEST)
+        for span in command.spans
+    )
+    return Rivalry(lead=(command.fit - other.fit) / spoken, weakest=min(words))
+
+
+def holds(command: Path, other: Path, settings: SpeechSettings) -> bool:
+    """Whether a command fits about as well as anything that is none; one of a single word: better."""
+    rivalry = compare(command, other)
+    if len(command.spans) == 1:
+        return rivalry.lead > 0
+    return rivalry.lead > -settings.most_behind and rivalry.weakest > -settings.word_behind

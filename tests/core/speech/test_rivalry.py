@@ -1,0 +1,129 @@
+"""How a command compares with what is none."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from core.experiments.practice_voice import practice_voice
+from core.message import Array
+from core.speech.coverage import Span
+from core.speech.path import NOTHING, Path, Piece, decoded
+from core.speech.pocketsphinx import decoder
+from core.speech.recognizer import Utterance
+from core.speech.rivalry import compare, holds
+from core.speech.settings import RATE, SpeechSettings
+from tests.core.speech.ears import engine, mono, padded
+
+
+def path(*pieces: tuple[str, float, float, float]) -> Path:
+    """(word or "", begin, end, fit) …"""
+    return Path(
+        spans=tuple(Span(word=word, begin=begin, end=end) for word, begin, end, _ in pieces if word),
+        pieces=tuple(Piece(begin=begin, end=end, fit=fit) for _, begin, end, fit in pieces),
+    )
+
+
+def said(words: str) -> Path:
+    """Words that all fit alike."""
+    return path(*((word, 0.5 + n / 5, 0.7 + n / 5, -1.0) for n, word in enumerate(words.split())))
+
+
+COMMAND = path(("", 0.0, 0.5, -10.0), ("turn", 0.5, 0.8, -60.0), ("left", 0.8, 1.5, -80.0), ("", 1.5, 2.0, -5.0))
+
+
+def test_a_piece_counts_by_the_share_that_lies_within():
+    assert COMMAND.fit == pytest.approx(-155.0)
+    assert COMMAND.fit_within(0.0, 2.0) == pytest.approx(COMMAND.fit)
+    assert COMMAND.fit_within(0.65, 1.15) == pytest.approx(-30.0 - 40.0)
+    assert COMMAND.fit_within(2.0, 3.0) == 0.0
+
+
+def test_a_command_against_itself_is_even():
+    even = compare(COMMAND, COMMAND)
+    assert even.lead == pytest.approx(0.0) and even.weakest == pytest.approx(0.0)
+
+
+def test_the_lead_counts_by_the_second_of_speech_and_the_weakest_word_by_its_own():
+    """The other path is 20 nats better in "turn" of 0.3 s and 10 worse in "left": 10 in a second of speech."""
+    other = path(("", 0.0, 0.5, -10.0), ("", 0.5, 0.8, -40.0), ("", 0.8, 1.5, -90.0), ("", 1.5, 2.0, -5.0))
+    rivalry = compare(COMMAND, other)
+    assert rivalry.lead == pytest.approx(-10.0)
+    assert rivalry.weakest == pytest.approx(-20.0 / 0.3)
+
+
+def test_no_words_never_hold_and_no_rival_never_wins():
+    assert compare(NOTHING, COMMAND).lead == -math.inf
+    assert compare(COMMAND, NOTHING).weakest == math.inf
+
+
+def shifted(nats: float) -> Path:
+    """As COMMAND, but `nats` better in its last word."""
+    last = ("", 0.8, 1.5, -80.0 + nats)
+    return path(("", 0.0, 0.5, -10.0), ("", 0.5, 0.8, -60.0), last, ("", 1.5, 2.0, -5.0))
+
+
+def test_a_command_may_be_a_little_behind_but_no_word_of_it_far():
+    settings = SpeechSettings(most_behind=50.0, word_behind=1000.0)
+    assert holds(COMMAND, shifted(49.0), settings) and not holds(COMMAND, shifted(51.0), settings)
+    settings = SpeechSettings(most_behind=1000.0, word_behind=50.0)
+    assert holds(COMMAND, shifted(34.0), settings) and not holds(COMMAND, shifted(36.0), settings)
+
+
+def test_a_command_of_a_single_word_must_be_ahead():
+    come = path(("come", 0.5, 1.0, -50.0))
+    assert holds(come, path(("", 0.5, 1.0, -51.0)), SpeechSettings())
+    assert not holds(come, path(("", 0.5, 1.0, -50.0)), SpeechSettings())
+
+
+@pytest.mark.parametrize(("misread", "doubted"), [(None, False), ("turn right", True)])
+def test_what_is_read_otherwise_at_another_speed_is_doubted(monkeypatch, misread, doubted):
+    """At every speed the sound has another length."""
+    lengths = dict[int, str]()
+    rival = path(("", 0.5, 1.5, -1000.0))
+
+    def read(decoder: object, samples: Array) -> Path:
+        words = lengths.setdefault(len(samples), misread if misread and len(lengths) == 2 else "turn left")
+        return rival if decoder is reader._others else said(words)
+
+    reader = engine()
+    monkeypatch.setattr("core.speech.sphinx.decoded", read)
+    monkeypatch.setattr("core.speech.sphinx.left_over", lambda *_: 0.0)
+    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
+    heard = reader.read(Utterance(sound=sound, begin=0.7, end=1.7))
+    assert heard.words == "turn left"
+    assert bool(heard.doubt) == doubted
+    assert len(lengths) == 3
+
+
+def test_meter_and_meters_ask_for_the_same(monkeypatch):
+    heard = iter(["continue two meters", "nothing that counts", "continue two meter", "continue two meters"])
+    monkeypatch.setattr("core.speech.sphinx.decoded", lambda *_: said(next(heard)))
+    monkeypatch.setattr("core.speech.sphinx.left_over", lambda *_: 0.0)
+    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
+    read = engine().read(Utterance(sound=sound, begin=0.7, end=1.7))
+    assert (read.words, read.doubt) == ("continue two meters", "")
+
+
+def test_the_longest_pause_lies_between_words():
+    said = path(("stop", 0.0, 0.3, 0.0), ("", 0.3, 0.9, 0.0), ("at", 0.9, 1.0, 0.0), ("", 1.0, 5.0, 0.0))
+    assert said.longest_pause == pytest.approx(0.6)
+    assert COMMAND.longest_pause == 0.0
+
+
+def test_the_pieces_of_a_decoded_path_cover_the_sound_and_sum_up_to_its_score():
+    pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
+    grammar = "#JSGF V1.0;\ngrammar two;\npublic <two> = (turn | come) (left | here);\n"
+    reader = decoder(bestpath=False)
+    reader.add_jsgf_string("two", grammar)
+    reader.activate_search("two")
+    samples = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE))
+    said = decoded(reader, samples)
+    assert len(said.spans) == 2
+    assert said.fit == pytest.approx(1024 * math.log(reader.hyp().score), abs=1.0)
+    assert said.fit < 0
+    ends = [piece.end for piece in said.pieces]
+    assert [piece.begin for piece in said.pieces] == pytest.approx([0.0, *ends[:-1]])
+    assert ends[-1] == pytest.approx(len(samples) / RATE, abs=0.05)
