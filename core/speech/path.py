@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from itertools import pairwise
 from typing import Any
 
@@ -13,6 +14,8 @@ from core.speech.recognizer import pcm
 FRAME = 0.01  # [s]
 NATS = 1024.0
 """pocketsphinx counts in steps of 1024 times its smallest; its figures are exponentials of what is left then."""
+
+TINY = sys.float_info.min  # what has become 0 on the way here was at least as small
 
 
 @message
@@ -71,7 +74,7 @@ def decoded(decoder: Any, samples: Array) -> Path:
         Piece(
             begin=FRAME * one.start_frame,
             end=FRAME * (one.end_frame + 1),
-            fit=NATS * (math.log(one.ascore) + math.log(one.lscore)),
+            fit=NATS * (math.log(max(one.ascore, TINY)) + math.log(max(one.lscore, TINY))),
         )
         for one in found
     )
