@@ -76,6 +76,7 @@ class Ears:
         self._task: asyncio.Task[None] | None = None
         self._stopped = -np.inf  # [s] end of the sentence whose STOP was obeyed
         self._newest = 0
+        self._prattle = False  # whether the newest utterance had no words of a command, and stands in the history
         self._losses = 0  # of the worker, one after the other
 
     def took(self, snapshot: Snapshot, sound: Sound | None, array: MicrophoneArray | None) -> None:
@@ -154,6 +155,9 @@ class Ears:
         self.utterances.append(one)
         if stops:
             return
+        prattled, self._prattle = self._prattle, not one.words
+        if prattled and self._prattle:
+            return  # talk, or the robot's own motors, however long they go on: once in the history
         reason = NOT_OBEYED if one.accepted else one.reason
         if one.accepted and self.obey is not None:
             reason = self.obey(told["heard_as"], one, None if voice is None else voice.call)
