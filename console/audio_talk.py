@@ -178,8 +178,6 @@ class AudioTalk:
             return {"intent" if isinstance(taken, Intent) else "deed": taken.id}
         except Problem as problem:
             return {"reason": problem.detail}
-        except Refused as refusal:
-            return {"reason": str(refusal)}
 
     def _refuse(self, told: Told) -> int | None:
         """Into the history; talk that is no command at all stands there once, however long it goes on."""

@@ -236,7 +236,7 @@ class Door:
             self.helm.dismiss(deed.id)
             del self._orders[deed.id]
             self._history.end(deed.id, "refused", str(refused))
-            raise
+            raise Problem(409, str(refused)) from None
 
     def _watch_gate(self, status: GateStatus, now: float) -> None:
         """What the gate stopped, or does not let through, has failed."""

@@ -33,6 +33,7 @@ from console.wire_floor import SubmapRow as SubmapRow
 from console.wire_hearing import Ears as Ears
 from console.wire_hearing import VoiceHeard as VoiceHeard
 from console.wire_intent import IntentState as IntentState
+from console.wire_intent import Order as Order
 from console.wire_people import BodyPart as BodyPart
 from console.wire_people import PersonState as PersonState
 from console.wire_people import SensedBearing as SensedBearing
@@ -120,15 +121,9 @@ class Slam(Struct):
     looking_around: bool
 
 
-class CommandState(Struct):
+class CommandState(Order):
     """A command and how it goes."""
 
-    id: int
-    name: str
-    numbers: dict[str, float]
-    heard_as: str
-    source: str
-    who: str
     state: Ending
     remark: str
     progress: float | None

@@ -1,4 +1,4 @@
-"""A spoken order that waits, as it goes over the sockets."""
+"""Orders, and a spoken one that waits, as they go over the sockets."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import msgspec
 Struct = msgspec.Struct
 
 
-class IntentState(Struct):
-    """A spoken order that was understood and has not begun, and what it would do as the robot stands now."""
+class Order(Struct):
+    """An order as it was understood."""
 
     id: int
     name: str
@@ -16,6 +16,11 @@ class IntentState(Struct):
     heard_as: str
     source: str
     who: str
+
+
+class IntentState(Order):
+    """A spoken order that was understood and has not begun, and what it would do as the robot stands now."""
+
     begins_in_s: float
     moment_s: float  # that it waits in all
     way: list[tuple[float, float]]  # in the world frame; a straight line or an arc, not a plan

@@ -16,6 +16,7 @@ import numpy as np
 
 from core.commands import kind_of
 from core.commands.command import Command
+from core.commands.stand import STOP_MOVING
 from core.errors import BadInput, Refused
 from core.experiments.practice_voice import practice_voice
 from core.experiments.rehearsal import Rehearsal
@@ -143,7 +144,7 @@ class SpokenRoom:
         why, call = "", None
         for attempt in range(1, tries + 1):
             self._say(text=words, speed=int(self.chance.choice(SPEEDS)), **mouth)
-            said, call = self._hear(READ, watch)
+            said, call = self._hear(READ, watch, early=meant.name == STOP_MOVING.name)
             if said is None or said.command is None:
                 why = "not understood"
                 continue
@@ -176,9 +177,12 @@ class SpokenRoom:
         self.robot.robot.ask({"do": "say", "id": ANN, **what})
 
     def _hear(
-        self, seconds: float, watch: Callable[[Snapshot], None] = lambda _: None
+        self, seconds: float, watch: Callable[[Snapshot], None] = lambda _: None, *, early: bool = False
     ) -> tuple[Spoken | None, Call | None]:
-        """Listen for so long, or until a command was understood; what was heard just before is listened to, too."""
+        """Listen for so long, or until a command was understood; what was heard just before is listened to, too.
+
+        `early`: a STOP before the end of the sentence is enough. Else it stops what stands, and listening goes on.
+        """
         call: Call | None = None
         self._read = 0.0
         for snapshot in self.robot.frames(seconds):
@@ -193,7 +197,7 @@ class SpokenRoom:
             spoken = [judge(one) for one in self._transcriber.feed(sound)]
             self._read += time.process_time() - begun
             for said in spoken:
-                if said.command is not None:
+                if said.command is not None and (said.final or early):
                     return said, call
         return None, call
 

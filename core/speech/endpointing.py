@@ -242,6 +242,12 @@ def voiced(samples: Array) -> tuple[float, float]:
     return float(begin), float(end)
 
 
+def over_noise(voice: Array, noise: Array) -> float:
+    """Samples (N,) with a voice and (M,) without → power of its loud moments over the noise's; ∞ without noise."""
+    power = float(np.mean(noise**2)) if len(noise) else 0.0
+    return float(np.quantile(np.abs(voice), 0.95)) ** 2 / 2 / power if power > 0.0 else np.inf
+
+
 def levels(samples: Array) -> Array:
     """Samples (N,) → level [dB] of frames that begin every HOP samples, (T,)."""
     return 10 * np.log10(_powers(samples).mean(1) + SILENT)

@@ -9,9 +9,9 @@ from typing import Any
 
 from core.message import Array, message
 from core.speech.coverage import Span
+from core.speech.pocketsphinx import FRAME
 from core.speech.recognizer import pcm
 
-FRAME = 0.01  # [s]
 NATS = 1024.0
 """pocketsphinx counts in steps of 1024 times its smallest; its figures are exponentials of what is left then."""
 

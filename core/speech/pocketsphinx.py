@@ -17,6 +17,7 @@ MISSING = (
     "Recognising words needs the package pocketsphinx, which brings its model: pip install 'pocketsphinx>=5.1.1'"
 )
 MODEL = "en-us"
+FRAME = 0.01  # [s] in which it counts
 ALSO = {"wall(2)": "W AA L"}
 """Pronunciations that the dictionary lacks: of who says "caught" as "cot"."""
 

@@ -13,14 +13,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
 from scipy.signal import resample_poly
 
 from core.message import Array
 from core.perception.sound.wiener import without_noise
 from core.speech.competing import grammar
 from core.speech.coverage import left_over
-from core.speech.endpointing import voiced
+from core.speech.endpointing import over_noise, voiced
 from core.speech.grammar import Refusal, understand
 from core.speech.jsgf import plain_grammar
 from core.speech.path import Path, decoded
@@ -120,9 +119,7 @@ def views_of(utterance: Utterance, clear_ratio: float) -> tuple[list[Array], flo
     is, else only that.
     """
     samples, before = utterance.samples, len(utterance.before) - round(LEAST_BEFORE * RATE)
-    noise = float(np.mean(samples[:before] ** 2)) if before > 0 else 0.0
-    voice = float(np.quantile(np.abs(samples), 0.95)) ** 2 / 2
-    noisy = voice < 10 ** (clear_ratio / 10) * noise
+    noisy = over_noise(samples, samples[: max(before, 0)]) < 10 ** (clear_ratio / 10)
     views = [without_noise(samples, RATE, before), samples] if noisy else [samples]
     first, last = _around_voice(views[0])
     return [view[first:last] for view in views], first / RATE

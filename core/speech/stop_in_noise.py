@@ -10,6 +10,7 @@ import numpy as np
 
 from core.perception.sound.wiener import without_noise
 from core.sensors.microphones import Sound
+from core.speech.endpointing import over_noise
 from core.speech.pocketsphinx import decoder
 from core.speech.recognizer import Hypothesis, pcm
 from core.speech.settings import SpeechSettings
@@ -35,7 +36,7 @@ class StopInNoise:
     def find(self, beam: Sound, since: float) -> tuple[Hypothesis, ...]:
         """One channel from before the utterance up to now, first voiced at `since` [s] → STOP, if noise covers it."""
         samples, before = beam.samples[:, 0], round((since - UNSURE - beam.stamp) * beam.rate)
-        if before <= 0 or not self._is_covered(samples, before):
+        if before <= 0 or over_noise(samples[before:], samples[:before]) > self._ratio:
             return ()
         self._decoder.start_utt()
         self._decoder.process_raw(pcm(without_noise(samples, beam.rate, before)), full_utt=True)
@@ -44,8 +45,3 @@ class StopInNoise:
         if found:
             self._told = since
         return found
-
-    def _is_covered(self, samples: np.ndarray, before: int) -> bool:
-        """Whether the voice is little louder than what precedes it."""
-        voice = float(np.quantile(np.abs(samples[before:]), 0.95)) ** 2 / 2
-        return voice < self._ratio * float(np.mean(samples[:before] ** 2))

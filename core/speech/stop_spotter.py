@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from core.sensors.microphones import Sound
-from core.speech.pocketsphinx import decoder
+from core.speech.pocketsphinx import FRAME, decoder
 from core.speech.recognizer import Hypothesis, checked, pcm
 from core.speech.settings import RATE, SpeechSettings
 
 WORD = "stop"
 RENEWAL = 20.0  # [s] after which the spotter begins anew, so that it remembers no more than that
-FRAME = 0.01  # [s] of pocketsphinx
 LONGEST = 0.8  # [s] of the word; what is longer is the noise in which a decoder has just begun
 GAP = 0.02  # [s] missing between two pieces of sound, beyond which spotting begins anew
 

@@ -18,4 +18,15 @@
  * @property {number | null} bearing_sd_rad
  */
 
+/**
+ * An order as it was understood.
+ * @typedef {object} Order
+ * @property {number} id
+ * @property {string} name
+ * @property {Object<string, number>} numbers
+ * @property {string} heard_as
+ * @property {string} source
+ * @property {string} who
+ */
+
 export {};

@@ -22,6 +22,7 @@
 /** @typedef {import("./wire-hearing.js").Ears} Ears */
 /** @typedef {import("./wire-hearing.js").VoiceHeard} VoiceHeard */
 /** @typedef {import("./wire-intent.js").IntentState} IntentState */
+/** @typedef {import("./wire-intent.js").Order} Order */
 /** @typedef {import("./wire-people.js").BodyPart} BodyPart */
 /** @typedef {import("./wire-people.js").PersonState} PersonState */
 /** @typedef {import("./wire-people.js").SensedBearing} SensedBearing */

@@ -8,6 +8,7 @@ import pytest
 
 from console.hearing import NOT_OBEYED, Utterance
 from console.spoken_orders import HIGHER, SpokenOrders
+from core.errors import Refused
 from core.perception.people.call import Call
 from tests.console.live import Live
 
@@ -106,3 +107,21 @@ def test_a_command_heard_with_a_doubt_is_offered_as_long_as_it_is_fresh(live: Li
         one = Utterance(1, end - 0.8, end, "turn left", False, None, "I am not sure.", None, None, "turn left")
         live.on_loop(lambda one=one: ears.utterances.append(one))
         assert live.ask("GET", "/api/state", token=live.viewer).json["ears"]["meant"] == offered
+
+
+def test_what_the_pilot_does_not_do_now_is_told_and_the_ears_go_on(
+    live: Live, spoken: SpokenOrders, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By a voice at once, and by an order that waited: both end refused, with a notice; nobody falls deaf."""
+
+    def not_now(*_: object) -> None:
+        raise Refused("Not now: I look for my place.")
+
+    assert listen(live, True).status == 200
+    monkeypatch.setattr(live.runtime.door.pilot, "tell", not_now)
+    monkeypatch.setattr(live.runtime.intents, "moment", 0.05)
+    for words in ("turn left", "come here"):
+        assert said(live, words) == ""
+        row = live.until(lambda words=words: newest(live) if newest(live)["heard_as"] == words else None)
+        assert (row["state"], row["remark"]) == ("refused", "Not now: I look for my place.")
+    assert live.runtime.ears.trouble == "" and live.runtime.intents.waiting is None

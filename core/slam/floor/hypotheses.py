@@ -140,10 +140,9 @@ class Hypotheses:
         if best.score < settings.score - settings.score_usual * self._usual + more:
             return "the walls fit badly"
         most = settings.worst + settings.worst_usual * self._usual
-        if best.merit < settings.merit + more or max(fit.conflict for fit in best.fits) > most:
-            return "I see through walls of the map"
         unusual = max(0.0, best.conflict - settings.worst_usual * self._usual)
-        if unusual > settings.spotless:
+        against = unusual > settings.spotless or max(fit.conflict for fit in best.fits) > most
+        if against or best.merit < settings.merit + more:
             return "I see through walls of the map"
         rival = min(settings.rival + settings.rival_more * (len(best.fits) - 2), settings.rival_most)
         rival -= settings.rival_doubt * unusual

@@ -8,8 +8,8 @@ from carried_scenes import CORRIDOR, ELSEWHERE, LAB, OBLONG, anywhere, charted, 
 
 from core.geometry import Pose, rotation, wrap
 from core.slam.floor.chart import POOL, Chart, thinned
-from core.slam.floor.hypotheses import Hypotheses
-from core.slam.floor.relocation import SearchSettings, judge, same, search, search_near
+from core.slam.floor.hypotheses import Hypotheses, Hypothesis
+from core.slam.floor.relocation import Fit, SearchSettings, judge, same, search, search_near
 from core.slam.occupancy import Grid
 
 SETTINGS = SearchSettings()
@@ -163,3 +163,32 @@ def test_the_map_is_made_ready_from_its_cells_or_from_the_points_themselves() ->
         assert chart is not None
         fit = judge(chart, seen(OBLONG, Pose(1.4, 1.1, 0.3), seed=5), Pose(1.42, 1.08, 0.31))
         assert fit is not None and away(fit.pose, Pose(1.4, 1.1, 0.3))[0] < 0.03
+
+
+def fitted(chart: Chart, score: float, conflicts: tuple[float, ...], rival: float = 0.0, usual: float = 0.0) -> str:
+    """Why a place is not believed that views of a turn fit so well, with another place of so much of its merit."""
+    thoughts = Hypotheses(chart, usual=usual)
+    poses = [Pose(0.5, 0.3, math.radians(40 * n)) for n in range(len(conflicts))]
+    thoughts.views = [seen(LAB, pose, pose, seed=n) for n, pose in enumerate(poses)]
+    place = Hypothesis(tuple(Fit(pose, score, conflict) for pose, conflict in zip(poses, conflicts, strict=True)))
+    other = Hypothesis(tuple(Fit(Pose(5.0, 3.0, 0.0), rival * place.merit, 0.0) for _ in conflicts))
+    thoughts.places = [place, other]
+    return thoughts.doubt()
+
+
+def test_a_place_must_fit_well_and_the_better_the_less_the_map_is_used_to_conflicts(lab: Chart) -> None:
+    assert fitted(lab, 0.80, (0.0, 0.0, 0.0)) == ""
+    assert fitted(lab, 0.71, (0.0, 0.0, 0.0)) == "the walls fit badly"
+    assert fitted(lab, 0.71, (0.0, 0.0, 0.0), usual=0.03) == ""
+
+
+def test_small_conflicts_of_all_views_count_together(lab: Chart) -> None:
+    assert fitted(lab, 0.80, (0.036, 0.0, 0.0)) == ""
+    assert fitted(lab, 0.80, (0.02, 0.02, 0.02)) == "I see through walls of the map"
+    assert fitted(lab, 0.80, (0.02, 0.02, 0.02), usual=0.03) == ""
+
+
+def test_a_place_with_conflicts_must_be_the_clearer_the_only_one(lab: Chart) -> None:
+    assert fitted(lab, 0.80, (0.0, 0.0, 0.0), rival=0.88) == ""
+    assert fitted(lab, 0.80, (0.01, 0.01, 0.01), rival=0.88) == "other places look the same"
+    assert fitted(lab, 0.80, (0.01, 0.01, 0.01), rival=0.8) == ""
