@@ -81,6 +81,8 @@ class Ears:
 
     def took(self, snapshot: Snapshot, sound: Sound | None, array: MicrophoneArray | None) -> None:
         """What the robot heard up to this snapshot; words are read from the array's beam towards the voice."""
+        if snapshot.stamp < self.stamp:
+            self._stopped = -np.inf  # another clock: the robot was started anew
         self.stamp = snapshot.stamp
         if snapshot.hearing is not None:
             self._voices = snapshot.hearing.voices or self._voices

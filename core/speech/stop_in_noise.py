@@ -6,8 +6,6 @@ Wiener's filter give back enough to spot the one word, more willingly than in qu
 
 from __future__ import annotations
 
-import numpy as np
-
 from core.perception.sound.wiener import without_noise
 from core.sensors.microphones import Sound
 from core.speech.endpointing import over_noise
@@ -27,11 +25,11 @@ class StopInNoise:
         """Raises Unavailable when pocketsphinx is not installed."""
         self._ratio = 10 ** (settings.covered_ratio / 10)
         self._decoder = decoder(keyphrase=WORD, kws_threshold=settings.stop_in_noise, kws_delay=settings.stop_delay)
-        self._told = -np.inf  # [s] first voiced moment of the utterance whose STOP was told
+        self._told: float | None = None  # [s] first voiced moment of the utterance whose STOP was told
 
     def wants(self, since: float, now: float) -> bool:
         """Whether an utterance that began at `since` [s] may still hold a STOP that is not told."""
-        return since > self._told and now - since <= LONGEST
+        return since != self._told and now - since <= LONGEST
 
     def find(self, beam: Sound, since: float) -> tuple[Hypothesis, ...]:
         """One channel from before the utterance up to now, first voiced at `since` [s] → STOP, if noise covers it."""

@@ -15,6 +15,7 @@ from console.history import History
 from core.sensors.microphones import RESPEAKER_ODAS, Sound
 
 NOTHING = {"words": "", "name": None, "heard_as": "", "reason": "Somebody spoke, but that was no command."}
+STOP = {"words": "stop", "name": "stop_moving", "heard_as": "stop moving", "reason": ""}
 TURN = {"words": "turn left", "name": "turn_left", "heard_as": "turn left", "reason": ""}
 
 
@@ -31,23 +32,40 @@ class Reads:
         return [self.utterances.pop(0) | {"begin": stamp, "end": stamp + 0.2, "final": True, "meant": ""}]
 
 
-def test_talk_on_and_on_stands_in_the_history_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    worker = Reads()
-    monkeypatch.setattr("console.hearing.WordsWorker", lambda: worker)
-    worker.utterances = [NOTHING, NOTHING, NOTHING, TURN, NOTHING, NOTHING]
-    history = History(tmp_path, lambda _: None)
-    ears = Ears(SimpleNamespace(), history, SimpleNamespace())  # type: ignore[arg-type]
+def hear(utterances: list[dict[str, Any]], stamps: list[float], ears: Ears, worker: Reads) -> None:
+    """One utterance with each piece of sound, at these times [s] of the robot's clock."""
+    worker.utterances = list(utterances)
 
     async def listen() -> None:
-        for number in range(6):
-            sound = Sound(stamp=0.2 * number, rate=16_000, samples=np.zeros((3200, 4)))
-            ears.took(SimpleNamespace(stamp=0.2 * number, hearing=None), sound, RESPEAKER_ODAS)  # type: ignore[arg-type]
-            while len(worker.utterances) > 5 - number:
+        for number, stamp in enumerate(stamps):
+            sound = Sound(stamp=stamp, rate=16_000, samples=np.zeros((3200, 4)))
+            ears.took(SimpleNamespace(stamp=stamp, hearing=None), sound, RESPEAKER_ODAS)  # type: ignore[arg-type]
+            while len(worker.utterances) > len(stamps) - 1 - number:
                 await asyncio.sleep(0)
             await asyncio.sleep(0.01)
 
-    history.open()
     asyncio.run(listen())
+
+
+def test_stop_is_obeyed_when_the_robot_was_started_anew_and_its_clock_with_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    worker, stops = Reads(), list[str]()
+    monkeypatch.setattr("console.hearing.WordsWorker", lambda: worker)
+    door = SimpleNamespace(stop=lambda who, source: stops.append(source))
+    ears = Ears(door, History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
+    hear([STOP, STOP, STOP], [100.0, 100.2, 1.0], ears, worker)
+    assert stops == ["ears", "ears"]  # the second is the same word's, heard again
+
+
+def test_talk_on_and_on_stands_in_the_history_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    worker = Reads()
+    monkeypatch.setattr("console.hearing.WordsWorker", lambda: worker)
+    history = History(tmp_path, lambda _: None)
+    ears = Ears(SimpleNamespace(), history, SimpleNamespace())  # type: ignore[arg-type]
+
+    history.open()
+    hear([NOTHING, NOTHING, NOTHING, TURN, NOTHING, NOTHING], [0.2 * n for n in range(6)], ears, worker)
     told = [deed.words for deed in reversed(history.newest_first(commands_only=True))]
     history.close()
     assert told == ["", "turn left", ""]

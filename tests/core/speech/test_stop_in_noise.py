@@ -54,6 +54,7 @@ def test_an_utterance_is_told_to_stop_once_and_long_talk_is_not_listened_to() ->
         assert spotter.find(in_hum("stop moving", 8.0), SINCE)
         assert not spotter.wants(SINCE, SINCE + 0.5)
         assert spotter.wants(SINCE + 5.0, SINCE + 5.5)
+        assert spotter.wants(SINCE - 0.5, SINCE)  # another clock: the robot was started anew
 
 
 @dataclass
