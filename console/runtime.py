@@ -291,7 +291,7 @@ class Runtime:
 
     def _nothing_under_way(self) -> None:
         """The newest snapshot may stay the newest for long: what it says is under way has failed."""
-        if self.snapshot is not None:
+        if self.snapshot is not None and self.snapshot.undertaking is not None:
             self.snapshot = replace(self.snapshot, undertaking=None, goal=None)
 
     def _complain(self, text: str) -> None:

@@ -20,7 +20,7 @@ class Watch:
         self._hangs = False
 
     def look(self, *, hangs: bool) -> bool:
-        """`hangs`: whether the pilot does not go on. → Whether everything under way has failed just now."""
+        """`hangs`: whether the pilot does not go on. → Whether nothing can be under way now."""
         return self._look_at_pilot(hangs) | self._look_at_link()
 
     def _look_at_pilot(self, hangs: bool) -> bool:
@@ -31,7 +31,7 @@ class Watch:
             self._board.tell("error", HANGS)
         elif before and not hangs:
             self._board.tell("info", "The pilot goes on. The robot moves only on a new order.")
-        return hangs and not before
+        return hangs
 
     def _look_at_link(self) -> bool:
         before, (self._link, _) = self._link, self._robot.link()
@@ -40,4 +40,4 @@ class Watch:
             self._board.tell("error", self._robot.trouble or "The robot's link is lost; the robot stops by itself.")
         elif self._link == "live" and before == "lost":
             self._board.tell("info", "The robot is back. It moves only on a new order.")
-        return self._link == "lost" != before
+        return self._link == "lost"

@@ -22,6 +22,13 @@ def live(shared_live: Live) -> Live:
     return shared_live
 
 
+@pytest.fixture(scope="module")
+def rough_live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
+    """A console that may be told anything, where the robot is, for one: nobody else's afterwards."""
+    with Live(tmp_path_factory.mktemp("rough")) as live:
+        yield live
+
+
 @pytest.fixture(scope="package")
 def open_live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
     """A console that asks nobody to sign in."""
