@@ -76,7 +76,7 @@ class Ears:
         self._task: asyncio.Task[None] | None = None
         self._stopped = -np.inf  # [s] end of the sentence whose STOP was obeyed
         self._newest = 0
-        self._prattle = False  # whether the newest utterance had no words of a command, and stands in the history
+        self._prattle = 0  # in the history: the newest utterance without words of a command
         self._losses = 0  # of the worker, one after the other
 
     def took(self, snapshot: Snapshot, sound: Sound | None, array: MicrophoneArray | None) -> None:
@@ -157,15 +157,15 @@ class Ears:
         self.utterances.append(one)
         if stops:
             return
-        prattled, self._prattle = self._prattle, not one.words
-        if prattled and self._prattle:
+        newest = self._history.newest_first(commands_only=True, limit=1)
+        if not one.words and newest and newest[0].id == self._prattle:
             return  # talk, or the robot's own motors, however long they go on: once in the history
         reason = NOT_OBEYED if one.accepted else one.reason
         if one.accepted and self.obey is not None:
             reason = self.obey(told["heard_as"], one, None if voice is None else voice.call)
             if not reason:
                 return
-        self._history.add(
+        deed = self._history.add(
             "command",
             ROOM,
             state="refused",
@@ -174,6 +174,8 @@ class Ears:
             heard_as=told["heard_as"],
             remark=reason,
         )
+        if not one.words:
+            self._prattle = deed.id
 
     def _voice(self, told: Told) -> VoiceDirection | None:
         """Whose words these are: the surest voice that was heard while they were spoken."""

@@ -59,6 +59,29 @@ class Heard:
     read: float = 0.0  # [s] of processor time for listening until then
 
 
+class _Waiting:
+    """Sound that was not read yet. Ears are never shut: the noise before the words is known.
+
+    Neither the robot nor the room is known here: a room that is left goes at once, with all that it heard.
+    """
+
+    def __init__(self) -> None:
+        self._sound: Sound | None = None
+
+    def keep(self, frame: SensorFrame) -> None:
+        """One frame further."""
+        if frame.sound is not None:
+            self._sound = joined(self._sound, frame.sound, BEFORE)
+
+    def taken(self) -> Sound | None:
+        """What waits, once it is worth reading."""
+        sound = self._sound
+        if sound is None or sound.duration < PIECE:
+            return None
+        self._sound = None
+        return sound
+
+
 class SpokenRoom:
     """One robot, its people, one seed. `words`: said and read; else they are typed beside a voice that says none."""
 
@@ -85,8 +108,8 @@ class SpokenRoom:
             self._transcriber = ArrayTranscriber(
                 array, chosen.speech, chosen.hearing, engine=engine or open_engine(chosen.speech)
             )
-        self._waiting: Sound | None = None  # that was not read yet
-        self.robot.when_stepped.append(self._keep)
+        self._waiting = _Waiting()
+        self.robot.when_stepped.append(self._waiting.keep)
         self.robot.robot.ask({"do": "listen", "on": True})
         self.robot.run(2.0)
 
@@ -189,10 +212,8 @@ class SpokenRoom:
             watch(snapshot)
             for voice in snapshot.hearing.voices[:1] if snapshot.hearing else ():
                 call = voice.call
-            sound = self._waiting
-            if self._transcriber is None or sound is None or sound.duration < PIECE:
+            if self._transcriber is None or (sound := self._waiting.taken()) is None:
                 continue
-            self._waiting = None
             begun = time.process_time()
             spoken = [judge(one) for one in self._transcriber.feed(sound)]
             self._read += time.process_time() - begun
@@ -200,11 +221,6 @@ class SpokenRoom:
                 if said.command is not None and (said.final or early):
                     return said, call
         return None, call
-
-    def _keep(self, frame: SensorFrame) -> None:
-        """Ears are never shut: the noise before the words is known."""
-        if frame.sound is not None:
-            self._waiting = joined(self._waiting, frame.sound, BEFORE)
 
     def measure(self, x: float, y: float) -> Callable[[Snapshot], None]:
         """Who watches the errors of every sense against where the person truly is."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from console.hearing import Ears
+from console.hearing import ROOM, Ears
 from console.history import History
 from core.sensors.microphones import RESPEAKER_ODAS, Sound
 
@@ -67,6 +67,10 @@ def test_talk_on_and_on_stands_in_the_history_once(tmp_path: Path, monkeypatch: 
     history.open()
     hear([NOTHING, NOTHING, NOTHING, TURN, NOTHING, NOTHING], [0.2 * n for n in range(6)], ears, worker)
     told = [deed.words for deed in reversed(history.newest_first(commands_only=True))]
-    history.close()
     assert told == ["", "turn left", ""]
-    assert len(ears.utterances) == 6
+    history.add("command", ROOM, words="stop")
+    hear([NOTHING, NOTHING], [2.0, 2.2], ears, worker)
+    told = [deed.words for deed in reversed(history.newest_first(commands_only=True))]
+    history.close()
+    assert told == ["", "turn left", "", "stop", ""]  # what came between parts them
+    assert len(ears.utterances) == 8
