@@ -15,17 +15,24 @@ from core.speech.numbers import DIGITS, TEENS, TENS
 SLOT = re.compile(r"\{\w+\}")
 UNITS = ("meters", "meter")  # spoken; other spellings sound the same
 
+FAR = 1e-9  # how likely a number from ten is beside a digit: robots are seldom sent as far, and "one" sounds like it
+FINE = 1e-14  # how likely a second decimal is: the end of "nine" sounds like an "eight"
+
 NUMBER_RULES = {
     "number": "[minus] <size>",
     "size": "<whole> [<decimals>] | <decimals>",
-    "decimals": "point <digit>+",
-    "whole": "<below_hundred> | <one_to_nine> hundred [<below_hundred>]",
-    "below_hundred": f"<digit> | {' | '.join(TEENS)} | <tens> [<one_to_nine>]",
+    "decimals": f"/1/ point <digit> | /{FINE:g}/ point <digit> <digit>+",
+    "whole": f"/1/ <below_hundred> | /{FAR:g}/ <one_to_nine> hundred [<below_hundred>]",
+    "below_hundred": f"/1/ <digit> | /{FAR:g}/ <from_ten>",
+    "from_ten": f"{' | '.join(TEENS)} | <tens> [<one_to_nine>]",
     "tens": " | ".join(TENS),
     "one_to_nine": " | ".join(DIGITS[1:]),
     "digit": " | ".join(DIGITS),
 }
-"""Numbers as core.speech.numbers reads them."""
+"""Numbers as core.speech.numbers reads them, each as likely as people say it to a robot.
+
+The probabilities are what sphinx's score is multiplied by: a word that was said outweighs them many times.
+"""
 
 
 def phrases() -> tuple[str, ...]:

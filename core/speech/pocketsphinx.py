@@ -18,8 +18,8 @@ MISSING = (
 )
 MODEL = "en-us"
 FRAME = 0.01  # [s] in which it counts
-ALSO = {"wall(2)": "W AA L"}
-"""Pronunciations that the dictionary lacks: of who says "caught" as "cot"."""
+ALSO = {"wall(2)": "W AA L", "turn(2)": "T AH N"}
+"""Pronunciations that the dictionary lacks: of who says "caught" as "cot", and of who drops the R."""
 
 
 def decoder(**options: Any) -> Any:

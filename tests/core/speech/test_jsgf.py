@@ -17,7 +17,8 @@ RULES = command_rules()
 
 def expression(name: str) -> str:
     """A rule as a regular expression over words that are each followed by a space."""
-    tokens = re.findall(r"<\w+>|[a-z]+|[][()|+]", RULES[name])
+    body = re.sub(r"/[^/]+/", "", RULES[name])  # without how likely each way is
+    tokens = re.findall(r"<\w+>|[a-z]+|[][()|+]", body)
     return "".join(
         f"(?:{expression(token[1:-1])})"
         if token[0] == "<"
