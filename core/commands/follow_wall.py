@@ -10,13 +10,16 @@ import numpy as np
 from core.commands.command import Action, Command, Number, Progress
 from core.errors import Refused
 from core.gate import Twist
+from core.message import Array
 from core.navigation.approach import Aim, Approach
 from core.navigation.obstacle import free_space, why_no_headway
 from core.navigation.steering import Headway, Pursuit, Travel
 from core.navigation.surroundings import Surroundings
-from core.navigation.wall import RightWall, WallLine, nearest_wall
+from core.navigation.wall import APART, RightWall, WallLine, walls_on_the_right
 
 NO_WALL = "I see no wall on my right within {:g} m. Turn me so that one is on my right, or send me nearer to one."
+NO_ROOM = "There is no room for me at the wall on my right. Send me to another one."
+PLACES = 6  # at the wall that are tried
 LOST = "The wall on my right is gone; I stopped. Send me to another one."
 
 
@@ -54,6 +57,8 @@ class Following:
         self._line: WallLine | None = None
         self._pursuit: Pursuit | None = None
         self._back_until, self._tries, self._tried_at = -math.inf, 0, 0.0
+        self._shut: list[Array] = []  # (2,) [m] each, world: places at the wall that nothing leads to
+        self._towards, self._far = np.zeros(2), 0.0
         self._approach = self._to_the_wall(here)
 
     def drive(self, here: Surroundings) -> Progress:
@@ -76,24 +81,41 @@ class Following:
         return Progress(twist=twist, remark=self._words(self._line), path=self._pursuit.rest)
 
     def _to_the_wall(self, here: Surroundings) -> Approach | None:
-        """The way to the nearest wall on the right, None where it is near already. Raises Refused."""
-        found = nearest_wall(here.pose, here.scan_points, here.wall)
-        if found is None:
+        """The way to the nearest wall on the right at which there is room, None where it is near already.
+
+        Raises Refused.
+        """
+        places = walls_on_the_right(here.pose, here.scan_points, here.wall)
+        if not len(places):
             raise Refused(NO_WALL.format(here.wall.seek))
         robot = np.array([here.pose.x, here.pose.y])
-        far = float(np.hypot(*(robot - found)))
-        if far <= self._distance + here.wall.near:
+        away = np.hypot(*(robot - places).T)
+        if away[0] <= self._distance + here.wall.near:
             return None
-        out = (robot - found) / far
-        x, y = (found + self._distance * out).tolist()
-        self._far = far
-        return Approach(Aim(x=x, y=y, heading=math.atan2(-out[0], out[1])), here)
+        why = ""
+        for found, far in zip(places[:PLACES], away.tolist(), strict=False):
+            if any(math.dist(found, shut) < APART for shut in self._shut):
+                continue
+            out = (robot - found) / far
+            x, y = (found + self._distance * out).tolist()
+            try:
+                approach = Approach(Aim(x=x, y=y, heading=math.atan2(-out[0], out[1])), here)
+            except Refused as refusal:
+                why = why or str(refusal)
+                continue
+            self._towards, self._far = found, far
+            return approach
+        raise Refused(why or NO_ROOM)
 
     def _come(self, approach: Approach, here: Surroundings) -> Progress:
-        """To the wall first."""
+        """To the wall first; to another place at it where this one turns out to be shut."""
         step = approach.drive(here)
         if step.state == "stuck":
-            return Progress(finished="failed", remark=f"I cannot get to the wall. {step.words}")
+            self._shut.append(self._towards)
+            try:
+                self._approach = self._to_the_wall(here)
+            except Refused:
+                return Progress(finished="failed", remark=f"I cannot get to the wall. {step.words}")
         if step.state == "there":
             self._approach = None
             self._travel = Travel(here.pose)

@@ -21,7 +21,7 @@ from core.world import World, cast
 PLACES = ("lab", "floor")
 TRIES = 3
 WIDE = 0.35  # [m] of free floor around a start and a goal
-BODY = 0.13  # [m] to either side of a way that has to be free
+BODY = 0.17  # [m] to either side of a way that has to be free: the body, what the guard keeps, and a little
 TURNED, CREPT = math.radians(2), 0.05  # of a turn, and [m] that it may leave its place
 ALONG = 0.05  # [m] of CONTINUE
 AT = 0.10  # [m] of STOP AT

@@ -20,6 +20,7 @@ from core.message import Array, message
 from core.navigation.rolling import rolled
 
 NOTHING = np.empty((0, 2))
+APART = 0.5  # [m] between places at the walls that can be gone to
 SECTOR = math.radians(2.0)  # of the sight, in which the newest scan replaces what was remembered
 RIGHT = (math.radians(-170.0), math.radians(-5.0))  # bearings that count as the right-hand side
 
@@ -145,18 +146,20 @@ class RightWall:
         return _smoothed(cells[along < self._settings.sight + 1.0], self._settings.smooth)
 
 
-def nearest_wall(pose: Pose, points: Array, settings: WallSettings) -> Array | None:
-    """Scan (M, 2) [m], robot frame → the nearest point (2,) [m], world, of a wall on the right, or None."""
+def walls_on_the_right(pose: Pose, points: Array, settings: WallSettings) -> Array:
+    """Scan (M, 2) [m], robot frame → points (K, 2) [m], world, of walls on the right, nearest first, some way apart."""
     cells = _averaged(pose.apply(points[np.hypot(*points.T) < settings.seek]), settings.cell)
     if not len(cells):
-        return None
+        return NOTHING
     count, part = connected_components(_graph(cells, 0.15), directed=False)
     wide = np.array([float(np.hypot(*np.ptp(cells[part == one], axis=0))) for one in range(count)])
-    good = _on_the_right(pose, cells) & (wide[part] >= settings.least)
-    if not good.any():
-        return None
-    away = np.where(good, np.hypot(*(cells - (pose.x, pose.y)).T), np.inf)
-    return cells[int(away.argmin())]
+    rest = cells[_on_the_right(pose, cells) & (wide[part] >= settings.least)]
+    rest = rest[np.hypot(*(rest - (pose.x, pose.y)).T).argsort(kind="stable")]
+    told = []
+    while len(rest):
+        told.append(rest[0])
+        rest = rest[np.hypot(*(rest - rest[0]).T) >= APART]
+    return np.array(told).reshape(-1, 2)
 
 
 def _on_the_right(pose: Pose, cells: Array) -> Array:

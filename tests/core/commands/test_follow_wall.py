@@ -95,6 +95,23 @@ def test_a_wall_farther_away_is_driven_to_first() -> None:
     assert track[-1, 0] > 0.3
 
 
+def test_where_something_stands_at_the_wall_it_goes_to_another_place_of_it() -> None:
+    stage = SightedStage(Pose(0.0, 0.0, 0.0))
+    post = wall((-0.1, -1.5), (0.1, -1.5), (0.1, -1.6), (-0.1, -1.6), (-0.1, -1.5))
+    stage.walls = np.vstack((wall((-3.0, -2.0), (4.0, -2.0)), post))
+    track = follow(stage, 45.0)
+    assert track[-1, 1] == pytest.approx(-1.5, abs=0.02)
+    assert np.hypot(*(track[:, None] - post).transpose(2, 0, 1)).min() > 0.15
+
+
+def test_without_room_at_the_wall_it_says_so() -> None:
+    stage = SightedStage(Pose(0.0, 0.0, 0.0))
+    posts = np.column_stack((np.arange(-0.9, 1.0, 0.2), np.full(10, -1.5)))
+    stage.walls = np.vstack((wall((-0.4, -2.0), (0.4, -2.0)), posts))
+    with pytest.raises(Refused, match="around me"):
+        stage.begin("follow wall")
+
+
 def test_without_a_wall_on_the_right_it_says_so() -> None:
     stage = SightedStage()
     stage.walls = wall((-2.0, 1.0), (2.0, 1.0))
