@@ -147,7 +147,7 @@ class RightWall:
 
 
 def walls_on_the_right(pose: Pose, points: Array, settings: WallSettings) -> Array:
-    """Scan (M, 2) [m], robot frame → points (K, 2) [m], world, of walls on the right, nearest first, some way apart."""
+    """Scan (M, 2) [m], robot frame → points (K, 2) [m], world, of walls on the right, nearest first, spread out."""
     cells = _averaged(pose.apply(points[np.hypot(*points.T) < settings.seek]), settings.cell)
     if not len(cells):
         return NOTHING
