@@ -33,8 +33,8 @@ class LostSettings:
     click_rival: float = 0.92  # share of its score that another place near the click may reach
     stayed: float = 0.3  # [m] around the former place that are searched where a click is refuted …
     stayed_heading: float = math.radians(10)  # [rad] … and around its heading
-    stand: float = 0.8  # [s] before looking around: perhaps it never left
-    again: int = 5  # views one after the other that fit where the robot believed to be, for it never left
+    stand: float = 0.5  # [s] before looking around: perhaps it never left
+    again: int = 4  # views one after the other that fit where the robot believed to be, for it never left
     unchecked_sd: float = 0.5  # [m] of a click that nothing on the map can confirm …
     unchecked_heading_sd: float = math.radians(40)  # [rad] … and of its heading
     place_sd: float = 0.03  # [m] of a found place, at least
