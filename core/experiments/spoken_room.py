@@ -32,9 +32,12 @@ from core.speech.engines import open_engine
 from core.speech.grammar import Refusal, understand
 from core.speech.recognizer import Engine
 from core.speech.spoken import Spoken, judge
-from core.world import World, cast, world_named
+from core.world import World, world_named
 
-TALL = 0.9  # [m] what is as tall hides somebody
+BODY = np.array([[aside, up] for aside in (-0.12, 0.0, 0.12) for up in (0.5, 0.9, 1.3)])
+"""[m] (9, 2) of a body, aside of its middle and over the floor, that are looked at to tell whether it is seen."""
+SEEN = 2 / 3  # of them, at least
+SIGHT = 0.05  # [m] between places of a line of sight
 LISTEN = 2.6  # [s] after a voice without words began
 READ = 8.0  # [s] in which a spoken command must be understood, or it is said again
 PIECE = 0.2  # [s] of sound that are read at once
@@ -143,9 +146,15 @@ class SpokenRoom:
         return one["x_m"], one["y_m"]
 
     def hidden(self, here: Pose, x: float, y: float) -> bool:
-        """Whether a wall or a tall thing stands between: who cannot be seen is not come to."""
-        way = np.array([[x - here.x, y - here.y]])
-        return bool(cast(np.array([here.x, here.y]), way, self.world.surfaces(TALL)).distance[0] < 1.0)
+        """Whether walls or things hide somebody there from the camera, which is low: nobody unseen is come to."""
+        camera = self.robot.robot.profile.camera
+        eye = np.array([here.x, here.y, 0.0 if camera is None else camera.mounting.translation[2]])
+        way = np.array([x - here.x, y - here.y])
+        across = np.array([-way[1], way[0]]) / math.hypot(*way)
+        body = np.column_stack((np.array([x, y]) + BODY[:, :1] * across, BODY[:, 1]))
+        along = np.linspace(0.0, 1.0, max(int(math.hypot(*way) / SIGHT), 2))[1:, None]
+        seen = [self.world.open_air(eye + along * (place - eye)) for place in body]
+        return float(np.mean(seen)) < SEEN
 
     def command(
         self, words: str, tries: int = 1, *, watch: Callable[[Snapshot], None] = lambda _: None, **mouth: Any

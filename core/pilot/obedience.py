@@ -42,6 +42,7 @@ class Obedience:
         self._inbox: deque[_Order | _Cancel] = deque()
         self._command: Command | None = None
         self._action: Action | None = None
+        self._paused = 0.0  # [s] for which the undertaking has waited; its clock stood meanwhile
         self._endings: list[Undertaking] = []
         self.undertaking: Undertaking | None = None  # the one under way
         self.path: Array | None = None  # (P, 2) [m], world
@@ -84,6 +85,7 @@ class Obedience:
         if self.undertaking is None or self._command is None:
             return ZERO
         kind = kind_of(self._command.name)
+        here = replace(here, stamp=here.stamp - self._paused)
         if wait_for and kind.moves and self._action is None:
             self.undertaking = replace(self.undertaking, remark=wait_for)
             return ZERO
@@ -105,11 +107,12 @@ class Obedience:
             return ZERO
         return Twist(float(progress.twist.v), float(progress.twist.w))  # the gate takes no numpy numbers
 
-    def only_turn(self, rate: float, why: str) -> Twist:
-        """Obey no further, but turn on the spot at `rate` [rad/s] by leave of the command under way."""
+    def only_turn(self, rate: float, why: str, passed: float) -> Twist:
+        """Wait, and turn on the spot at `rate` [rad/s] by leave of the command under way, for `passed` [s]."""
         if self.undertaking is None:
             return ZERO
-        self._action = self.path = self.goal = self.person = None
+        self._paused += passed
+        self.path = self.goal = self.person = None
         self.undertaking = replace(self.undertaking, remark=why, progress=None)
         return Twist(0.0, rate)
 
@@ -117,6 +120,7 @@ class Obedience:
         """The undertaking under way, if any, is over; nothing of it stays."""
         if self.undertaking is not None:
             self._endings.append(replace(self.undertaking, state=state, remark=why))
+        self._paused = 0.0
         self.undertaking = self._command = self._action = self.path = self.goal = self.person = None
 
     def take_endings(self) -> tuple[Undertaking, ...]:

@@ -36,7 +36,7 @@ LOOKING_AROUND = "Looking around before the first move…"
 NO_SCAN = "No scan comes from the laser."
 SCAN_LOST_AFTER = 0.5  # [s]
 FOUND = "I know where I am again."
-AGAIN = "The robot lost its place on the way and has found it again; give the command once more."
+AGAIN = "The robot was somewhere else than it believed, and knows its place again; give the command once more."
 WITHOUT_A_PLACE = ("turn_left", "turn_right")  # commands that are obeyed while the robot's place is not known
 NOTHING_YET = "There is no map yet; drive a little first."
 
@@ -170,7 +170,7 @@ class Pilot:
             return ZERO
         lost = self._floor.lost
         if lost is not None and self._needs_a_place:
-            return self._obedience.only_turn(self._floor.turn, lost.words)
+            return self._obedience.only_turn(self._floor.turn, lost.words, frame.stamp - self._stamp)
         wait_for = LOOKING_AROUND if self._floor.looking_around else ""
         return self._obedience.drive(self._surroundings(frame, pose), wait_for)
 
@@ -209,7 +209,7 @@ class Pilot:
             self._notices.add(frame.stamp, "warning", "The robot touches something.")
         self._contact = frame.contact
         lost = self._floor.lost
-        if self._needs_a_place and lost is None and self._lost:
+        if self._needs_a_place and lost is None and self._lost and self._floor.strayed:
             self._obedience.end("failed", AGAIN)
         elif self._needs_a_place and lost is not None and lost.phase == "asking":
             self._obedience.end("failed", lost.words)

@@ -240,7 +240,8 @@ class Floor:
                     agreement = walls.agreement(grid, (believed @ here).apply(points))
                     match = lay(seen, thinned(points), believed @ here, 0.1, math.radians(3)).score
                     if alarm.heed(Signs(frame.stamp, match, agreement)):
-                        finding = Finding(frame.stamp, alarm.doubt, grid)
+                        before = None if alarm.carried else believed
+                        finding = Finding(frame.stamp, alarm.doubt, grid, before=before)
                         outcome.noticed, began = frame.stamp - began, frame.stamp
                 if frame.stamp - began > 5.0:
                     break

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 
 import pytest
 
 from core.commands.command import Command
-from core.errors import Refused
-from core.geometry import wrap
+from core.errors import BadInput, Refused
+from core.geometry import Pose, wrap
 from core.pilot import Pilot
 from core.robots.simulated import SimulatedRobot, SimulationSettings
-from core.snapshot import Snapshot
+from core.snapshot import Snapshot, Undertaking
 from core.speech.grammar import understand
+
+CROWD = (-150, -115, -80, -50, 50, 80, 115, 150)  # [deg] where things stand around the robot
 
 
 def command(words: str) -> Command:
@@ -111,7 +114,7 @@ def test_carried_under_way_it_turns_by_leave_of_the_command_which_then_ends(outi
             break
     assert turned
     assert [(e.id, e.state) for e in endings] == [(7, "failed")]
-    assert "found it again" in endings[0].remark
+    assert "somewhere else than it believed" in endings[0].remark
     assert outing.now.floor.lost is None
     distance, angle = outing.error()
     assert distance < 0.1 and angle < math.radians(3)
@@ -128,3 +131,27 @@ def test_a_click_brings_the_robot_back_without_a_move(outing: Outing) -> None:
     assert outing.now.floor.lost is None
     distance, angle = outing.error()
     assert distance < 0.1 and angle < math.radians(3)
+
+
+def test_where_things_hid_the_walls_the_command_waits_and_goes_on(outing: Outing) -> None:
+    start = outing.now.truth
+    assert start is not None
+    outing.pilot.tell(9, command("continue 0.8 meters"), "typed", "anna")
+    here = outing.step(60).truth
+    assert here is not None
+    crowd = {str(angle): here @ Pose(0.0, 0.0, math.radians(angle)) for angle in CROWD}
+    for name, towards in crowd.items():
+        place = towards @ Pose(0.5, 0.0, 0.0)
+        with contextlib.suppress(BadInput):  # in a wall
+            outing.robot.ask({"do": "place", "what": "box", "id": name, "x_m": place.x, "y_m": place.y})
+    outing.until_lost()
+    for name in crowd:
+        with contextlib.suppress(BadInput):
+            outing.robot.ask({"do": "remove", "id": name})
+    endings: list[Undertaking] = []
+    for _ in range(1200):
+        endings += outing.step().endings
+    assert [(ending.id, ending.state) for ending in endings] == [(9, "done")]
+    end = outing.now.truth
+    assert end is not None and start.distance_to(end.x, end.y) == pytest.approx(0.8, abs=0.05)
+    assert any("I know where I am again" in notice.text for notice in outing.now.notices)

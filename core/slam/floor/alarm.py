@@ -60,6 +60,7 @@ class Alarm:
     def __init__(self, settings: AlarmSettings | None = None) -> None:
         self.settings = settings or AlarmSettings()
         self.doubt = ""  # a clause: "what the laser sees is not on the map here"
+        self.carried = False  # the scans moved while the wheels stood: it is not where it was
         self._since: dict[str, float] = {}
         self._moves: deque[tuple[float, Pose, Pose]] = deque()
         self._usual: dict[str, float] = {}
@@ -72,7 +73,7 @@ class Alarm:
 
     def calm(self) -> None:
         """The robot knows where it is: forget what was."""
-        self.doubt, self.lost = "", False
+        self.doubt, self.carried, self.lost = "", False, False
         self._since.clear()
         self._moves.clear()
 
@@ -83,7 +84,8 @@ class Alarm:
         carried = self._carried(signs)
         self.doubt = carried or next(iter(self._since), "")
         lasting = any(signs.stamp - since >= self.settings.lasting - 1e-6 for since in self._since.values())
-        self.lost = bool(carried) or lasting
+        self.carried = bool(carried)
+        self.lost = self.carried or lasting
         return self.lost
 
     def _complaints(self, signs: Signs) -> list[str]:

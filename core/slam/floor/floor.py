@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from core.geometry import Pose
+from core.geometry import Pose, wrap
 from core.message import Array
 from core.perception.landmarks import Sighting
 from core.sensors import Laser, SensorFrame
@@ -26,6 +27,7 @@ from core.slam.motion import Increment, WheelTrack
 from core.slam.occupancy import Grid
 from core.slam.view import View
 
+STRAYED, STRAYED_TURN = 0.3, math.radians(15)  # [m], [rad] from where the robot believed to be: another place
 LATER = 5.0  # pieces of work that a frame with a scan leaves to the frames after it
 NO_POINTS = np.zeros((0, 2))
 
@@ -70,6 +72,7 @@ class Floor:
         self._owed = 0.0  # pieces of work
         self._enters = saved is not None
         self._mosaic.finish(self.rooms.active.id)
+        self.strayed = False  # whether the place that was found last is another one than was believed
         self.may_turn = False  # whether the robot may turn on the spot by itself while its place is looked for
 
     def update(
@@ -211,8 +214,8 @@ class Floor:
             slam.filter.amend(moved)
         self.rooms.moved(moved)
         if self._watch.needs(stamp):
-            world = self.estimate.pose.apply(points)
-            self._watch.heed(stamp, self._tracker, wheels.pose, slam.health, world, self.grid)
+            pose = self.estimate.pose
+            self._watch.heed(stamp, self._tracker, wheels.pose, slam.health, points, self.grid, pose)
 
     def _map(self, stamp: float, ends: Array, hits: Array) -> None:
         """Draw the scan, and keep it if it shows anything new; nothing is written while the place is in doubt."""
@@ -233,6 +236,9 @@ class Floor:
         """One step of looking for the robot's place, if it is lost."""
         found = self._watch.search(stamp, step.pose, ends, hits, self.may_turn)
         if found is not None:
+            believed = self.estimate.pose
+            turned = abs(wrap(found.pose.heading - believed.heading))
+            self.strayed = believed.distance_to(found.pose.x, found.pose.y) > STRAYED or turned > STRAYED_TURN
             self.rooms.seat(found.pose, found.covariance)
             self._tracker.around(self.rooms.points_around())
 

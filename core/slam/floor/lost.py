@@ -13,7 +13,7 @@ from core.message import Array
 from core.slam.floor.chart import Chart, View
 from core.slam.floor.health import Lost, LostPhase
 from core.slam.floor.hypotheses import BeliefSettings, Hypotheses, Hypothesis
-from core.slam.floor.relocation import Fit, search_near
+from core.slam.floor.relocation import Fit, judge, search_near
 from core.slam.occupancy import Grid
 from core.slam.spread import match_spread
 
@@ -33,6 +33,8 @@ class LostSettings:
     click_rival: float = 0.92  # share of its score that another place near the click may reach
     stayed: float = 0.3  # [m] around the former place that are searched where a click is refuted …
     stayed_heading: float = math.radians(10)  # [rad] … and around its heading
+    stand: float = 0.5  # [s] before looking around: perhaps it never left
+    again: int = 4  # views one after the other that fit where the robot believed to be, for it never left
     unchecked_sd: float = 0.5  # [m] of a click that nothing on the map can confirm …
     unchecked_heading_sd: float = math.radians(40)  # [rad] … and of its heading
     place_sd: float = 0.03  # [m] of a found place, at least
@@ -68,6 +70,7 @@ CLICKED = "I know where I am again: what I see fits the place that was clicked."
 TRUSTED = "There is too little on the map to check the clicked place; I take it as it was told."
 UNFIT = "What I see does not fit the map there: {doubt}. Click closer, or drive me by hand."
 STAYED = "What I see does not fit the map there: {doubt}. I stay where I was, for that fits."
+NEVER_LEFT = "I know where I am again: all fits as before; something had hidden it."
 NO_VIEW = "No scan has come since; wait for the laser, then click again."
 
 
@@ -87,7 +90,7 @@ class Finding:
         """`why`: a clause for the operator. The map as it is now: grid and points (K, 2) [m] of its walls, world.
 
         `usual`: share of a scan's points (0..1) that lie at the map's walls while all is well (`Alarm.usual`).
-        `before`: where the robot believed to be until now, where nothing but a click speaks against it.
+        `before`: where the robot believed to be until now, unless it was felt to be carried away.
         """
         self._usual, self._before = usual, before
         self.settings = settings or LostSettings()
@@ -97,6 +100,8 @@ class Finding:
         self._words = STANDING.format(why=why)
         self._phase: LostPhase = "searching"
         self._view: View | None = None  # the newest
+        self._compared: View | None = None  # … of those that were laid where the robot believed to be
+        self._fitting = 0  # how many of them fit there, one after the other
         self._odometry: Pose | None = None
         self._turned = 0.0
         self._mapped, self._points = grid, points
@@ -122,7 +127,8 @@ class Finding:
         if self._odometry is not None:
             self._turned += abs(wrap(odometry.heading - self._odometry.heading))
         self._now, self._odometry, self._view = stamp, odometry, view or self._view
-        looks = self._phase != "asking" and self._view is not None
+        waits = self._before is not None and stamp - self._since < self.settings.stand
+        looks = self._phase != "asking" and self._view is not None and not waits
         self.turn = self.settings.turn_rate if looks and may_turn else 0.0
         if self._phase == "confirming":
             self._words = TURNING if may_turn else HOLDING
@@ -143,6 +149,9 @@ class Finding:
                 self._ask_after(seen)
                 self.waiting = True
                 yield
+                stayed = self._stayed(chart)
+                if stayed is not None:
+                    return stayed
             self.waiting = False
             yield from seen.consider(self._view)
             self._tell(seen)
@@ -152,6 +161,27 @@ class Finding:
                 found = self._confirmed(seen, best)
                 if found is not None:
                     return found
+
+    def _stayed(self, chart: Chart) -> Found | None:
+        """Whether all fits again where the robot believed to be: somebody may have stood before the laser."""
+        view, belief = self._view, self.settings.belief
+        if self._before is None or view is None or view is self._compared:
+            return None
+        self._compared = view
+        former = self._before @ view.odometry
+        fit = judge(chart, view, former)
+        usual = 1.0 - self._usual
+        fits = (
+            fit is not None
+            and former.distance_to(fit.pose.x, fit.pose.y) < self.settings.stayed
+            and abs(wrap(fit.pose.heading - former.heading)) < self.settings.stayed_heading
+            and fit.score >= belief.score - belief.score_usual * usual
+            and fit.conflict <= belief.worst + belief.worst_usual * usual
+        )
+        self._fitting = self._fitting + 1 if fits else 0
+        return (
+            self._found(view, fit, NEVER_LEFT) if fit is not None and self._fitting >= self.settings.again else None
+        )
 
     def _find_near(self, click: Click) -> Generator[None, None, Found | None]:
         """Search around a click; one view is enough where it fits, for a person vouches for the place."""

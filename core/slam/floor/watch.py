@@ -66,20 +66,20 @@ class Watch:
         return self._watched and not self.lost and stamp > self._since + SETTLED
 
     def heed(
-        self, stamp: float, tracker: Tracker, wheels: Pose, health: SlamHealth, points: Array, grid: Grid
+        self, stamp: float, tracker: Tracker, wheels: Pose, health: SlamHealth, points: Array, grid: Grid, pose: Pose
     ) -> None:
-        """One scan: how it lies on the views around, and its points (M, 2) [m], world, on the map."""
+        """One scan: how it lies on the views around, and its points (M, 2) [m], robot frame, on the map."""
         signs = Signs(
             stamp=stamp,
             match=tracker.score,
-            agreement=self._walls.agreement(grid, points),
+            agreement=self._walls.agreement(grid, pose.apply(points)),
             nis=health.nis,
             unmatched=health.ignored / max(1, health.ignored + health.matched),
             wheels=wheels,
             scans=tracker.seen,
         )
         if self._alarm.heed(signs):
-            self.begin(stamp, self._alarm.doubt, grid)
+            self.begin(stamp, self._alarm.doubt, grid, None if self._alarm.carried else pose)
 
     def clicked(self, stamp: float, click: Click, grid: Grid, believed: Pose) -> None:
         """The operator says where the robot is, which believes to be elsewhere."""

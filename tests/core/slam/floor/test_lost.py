@@ -158,6 +158,32 @@ def test_a_click_at_the_wrong_place_is_answered_in_words_and_a_better_one_is_tak
     assert found is not None and truth.distance_to(found.pose.x, found.pose.y) < 0.05
 
 
+def scans(finding: Finding, pose: Pose, count: int) -> Found | None:
+    """So many scans of standing there, four frames each."""
+    for number in range(count):
+        view = seen(LAB, pose, Pose(), seed=number, stamp=0.1 * number)
+        found = stand(finding, view, 4, start=0.1 * number)
+        if found is not None:
+            return found
+    return None
+
+
+def test_a_robot_that_never_left_goes_on_where_it_was_once_all_fits_again(lab: Grid) -> None:
+    truth = Pose(0.5, 0.3, 0.4)
+    finding = Finding(0.0, "somebody stands before the laser", lab, before=Pose(0.53, 0.28, 0.41))
+    found = scans(finding, truth, 40)
+    assert found is not None and "all fits as before" in found.words
+    assert truth.distance_to(found.pose.x, found.pose.y) < 0.05
+    assert scans(Finding(0.0, "it was carried", lab), truth, 40) is None  # nobody knows where it was
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_robot_that_was_carried_is_not_taken_for_one_that_never_left(lab: Grid, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    truth, before = anywhere(LAB, rng), anywhere(LAB, rng)
+    assert scans(Finding(0.0, "it fits nowhere", lab, before=before), truth, 40) is None
+
+
 def test_a_click_that_the_walls_refute_leaves_a_robot_that_was_not_lost_where_it_was(lab: Grid) -> None:
     truth = Pose(0.5, 0.3, 0.4)
     finding = Finding(0.0, "you have told me so", lab, before=Pose(0.53, 0.28, 0.41))
