@@ -57,6 +57,10 @@ def test_somebody_is_taught_chosen_and_forgotten(visit: Open, console: Near) -> 
     here.until(lambda: console.chosen() is not None, "Ann is chosen")
     expect(page.get_by_role("radio", name="Only Ann")).to_be_checked()
     here.button("Forget Ann").click()
+    here.button("Keep Ann").click()
+    expect(page.get_by_role("radio", name="Only Ann")).to_be_checked()
+    here.button("Forget Ann").click()
+    here.button("Forget").click()
     expect(page.get_by_role("radio", name="Only Ann")).to_have_count(0)
     expect(page.get_by_role("radio", name="Anybody Whoever calls")).to_be_checked()
     assert console.chosen() is None

@@ -22,7 +22,8 @@ class PeopleKnown extends Panel {
     make("div", { class: "people-buttons" }, this.#call, this.#leave),
     this.#outcome,
   );
-  #renaming = "";
+  /** @type {{id: string, what: "rename" | "forget"} | null} who is asked about, instead of their row */
+  #asked = null;
   #drawn = "";
 
   /** @param {Lessons} lessons */
@@ -55,29 +56,25 @@ class PeopleKnown extends Panel {
     this.#call.disabled = this.#leave.disabled = lessons.busy;
     write(this.#outcome, lessons.outcome);
     const { people, chosen } = lessons.told;
-    const key = JSON.stringify([people, chosen, lessons.may, this.#renaming]);
+    const key = JSON.stringify([people, chosen, lessons.may, this.#asked]);
     if (key === this.#drawn) return;
     this.#drawn = key;
     const held = this.#rows.contains(document.activeElement) ? document.activeElement?.getAttribute("value") : null;
     const anybody = this.#choice(null, chosen === null, "Anybody", "Whoever calls");
     this.#rows.replaceChildren(make("li", {}, anybody), ...people.map((one) => this.#row(one, one.id === chosen)));
     const again = [...this.#rows.querySelectorAll("input")].find((one) => one.value === held);
-    if (this.#renaming === "") again?.focus();
+    if (this.#asked === null) again?.focus();
   }
 
   /** @param {Known} one @param {boolean} chosen */
   #row(one, chosen) {
-    if (this.#renaming === one.id) return make("li", {}, this.#rename(one));
+    if (this.#asked?.id === one.id) return make("li", {}, this.#asked.what === "rename" ? this.#rename(one) : this.#farewell(one));
     const row = make("li", {}, this.#choice(one.id, chosen, `Only ${one.name}`, `Learnt ${since(one.learnt_s)} from ${one.pictures} pictures`));
     if (!this.#lessons?.may) return row;
     const other = make("button", { type: "button", class: "icon-button", "aria-label": `Rename ${one.name}`, title: "Rename" }, icon("typed"));
-    other.addEventListener("click", () => {
-      this.#renaming = one.id;
-      this.#draw();
-      /** @type {HTMLElement | null} */ (this.querySelector(".known-rename input"))?.focus();
-    });
+    other.addEventListener("click", () => this.#ask({ id: one.id, what: "rename" }));
     const away = make("button", { type: "button", class: "icon-button", "aria-label": `Forget ${one.name}`, title: "Forget" }, icon("trash"));
-    away.addEventListener("click", () => void this.#lessons?.forget(one.id));
+    away.addEventListener("click", () => this.#ask({ id: one.id, what: "forget" }));
     row.append(other, away);
     return row;
   }
@@ -98,21 +95,35 @@ class PeopleKnown extends Panel {
     this.#draw();
   }
 
+  /** @param {{id: string, what: "rename" | "forget"} | null} asked */
+  #ask(asked) {
+    this.#asked = asked;
+    this.#draw();
+    /** @type {HTMLElement | null} */ (this.querySelector(".known-asked :is(input, button)"))?.focus();
+  }
+
   /** @param {Known} one */
   #rename(one) {
     const input = make("input", { type: "text", maxlength: "40", value: one.name, "aria-label": "Name" });
-    const away = make("button", { type: "button", class: "icon-button", "aria-label": "Leave the name as it is", title: "Leave it" }, icon("close"));
-    const form = make("form", { class: "known-rename" }, input, make("button", { type: "submit", class: "button primary" }, "Rename"), away);
-    const leave = () => {
-      this.#renaming = "";
-      this.#draw();
-    };
-    away.addEventListener("click", leave);
-    form.addEventListener("keydown", (event) => event.key === "Escape" && leave());
+    return this.#question([input], "Rename", "Leave the name as it is", () => void this.#lessons?.rename(one.id, input.value));
+  }
+
+  /** @param {Known} one */
+  #farewell(one) {
+    const words = make("span", { class: "known-name" }, `Forget ${one.name} for good?`);
+    return this.#question([words], "Forget", `Keep ${one.name}`, () => void this.#lessons?.forget(one.id));
+  }
+
+  /** @param {HTMLElement[]} what @param {string} yes @param {string} no @param {() => void} act */
+  #question(what, yes, no, act) {
+    const away = make("button", { type: "button", class: "icon-button", "aria-label": no, title: no }, icon("close"));
+    const form = make("form", { class: "known-asked" }, ...what, make("button", { type: "submit", class: "button primary" }, yes), away);
+    away.addEventListener("click", () => this.#ask(null));
+    form.addEventListener("keydown", (event) => event.key === "Escape" && this.#ask(null));
     form.addEventListener("submit", (event) => {
       event.preventDefault();
-      this.#renaming = "";
-      void this.#lessons?.rename(one.id, input.value);
+      this.#asked = null;
+      act();
     });
     return form;
   }
