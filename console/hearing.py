@@ -38,6 +38,7 @@ MOST_WAITING = 8.0  # [s] of sound that may wait for it; older sound is not hear
 MOST_LOSSES = 3  # of the worker, one after the other
 REMEMBERED = 50  # utterances
 OFFERED = 15.0  # [s] that a command is offered whose words were heard with a doubt
+CREEPS = 0.01  # [m/s], [rad/s] up to which the robot's own motors are not heard
 FRESH = 1.5  # [s] by which a direction may be older than the end of the words that it belongs to
 ROOM = Person("room", "a voice in the room", "viewer")
 NOT_OBEYED = "Voices in the room are shown; nobody who drives has taken them on."
@@ -76,14 +77,18 @@ class Ears:
         self._task: asyncio.Task[None] | None = None
         self._stopped = -np.inf  # [s] end of the sentence whose STOP was obeyed
         self._newest = 0
+        self._drove = (-np.inf, -np.inf)  # [s] from when to when the robot moved last
         self._prattle = 0  # in the history: the newest utterance without words of a command
         self._losses = 0  # of the worker, one after the other
 
     def took(self, snapshot: Snapshot, sound: Sound | None, array: MicrophoneArray | None) -> None:
         """What the robot heard up to this snapshot; words are read from the array's beam towards the voice."""
         if snapshot.stamp < self.stamp:
-            self._stopped = -np.inf  # another clock: the robot was started anew
+            self._stopped, self._drove = -np.inf, (-np.inf, -np.inf)  # another clock: the robot was started anew
         self.stamp = snapshot.stamp
+        if abs(snapshot.velocity.v) > CREEPS or abs(snapshot.velocity.w) > CREEPS:
+            since, until = self._drove
+            self._drove = (since if self.stamp - until < FRESH else self.stamp, self.stamp)
         if snapshot.hearing is not None:
             self._voices = snapshot.hearing.voices or self._voices
         if sound is None or array is None or self.trouble:
@@ -157,9 +162,8 @@ class Ears:
         self.utterances.append(one)
         if stops:
             return
-        newest = self._history.newest_first(commands_only=True, limit=1)
-        if not one.words and newest and newest[0].id == self._prattle:
-            return  # talk, or the robot's own motors, however long they go on: once in the history
+        if not one.words and not self._worth_telling(one):
+            return
         reason = NOT_OBEYED if one.accepted else one.reason
         if one.accepted and self.obey is not None:
             reason = self.obey(told["heard_as"], one, None if voice is None else voice.call)
@@ -176,6 +180,14 @@ class Ears:
         )
         if not one.words:
             self._prattle = deed.id
+
+    def _worth_telling(self, prattle: Utterance) -> bool:
+        """Not the robot's own motors; and talk, however long it goes on, stands in the history once."""
+        since, until = self._drove
+        if prattle.t0_s <= until and prattle.t1_s >= since:
+            return False
+        newest = self._history.newest_first(commands_only=True, limit=1)
+        return not newest or newest[0].id != self._prattle
 
     def _voice(self, told: Told) -> VoiceDirection | None:
         """Whose words these are: the surest voice that was heard while they were spoken."""

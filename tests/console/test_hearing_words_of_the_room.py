@@ -12,6 +12,7 @@ import pytest
 
 from console.hearing import ROOM, Ears
 from console.history import History
+from core.gate import Twist
 from core.sensors.microphones import RESPEAKER_ODAS, Sound
 
 NOTHING = {"words": "", "name": None, "heard_as": "", "reason": "Somebody spoke, but that was no command."}
@@ -32,14 +33,20 @@ class Reads:
         return [self.utterances.pop(0) | {"begin": stamp, "end": stamp + 0.2, "final": True, "meant": ""}]
 
 
-def hear(utterances: list[dict[str, Any]], stamps: list[float], ears: Ears, worker: Reads) -> None:
+def hear(
+    utterances: list[dict[str, Any]], stamps: list[float], ears: Ears, worker: Reads, *, moving: bool = False
+) -> None:
     """One utterance with each piece of sound, at these times [s] of the robot's clock."""
     worker.utterances = list(utterances)
 
     async def listen() -> None:
         for number, stamp in enumerate(stamps):
             sound = Sound(stamp=stamp, rate=16_000, samples=np.zeros((3200, 4)))
-            ears.took(SimpleNamespace(stamp=stamp, hearing=None), sound, RESPEAKER_ODAS)  # type: ignore[arg-type]
+            ears.took(
+                SimpleNamespace(stamp=stamp, hearing=None, velocity=Twist(0.2 if moving else 0.0, 0.0)),
+                sound,
+                RESPEAKER_ODAS,
+            )  # type: ignore[arg-type]
             while len(worker.utterances) > len(stamps) - 1 - number:
                 await asyncio.sleep(0)
             await asyncio.sleep(0.01)
@@ -71,6 +78,9 @@ def test_talk_on_and_on_stands_in_the_history_once(tmp_path: Path, monkeypatch: 
     history.add("command", ROOM, words="stop")
     hear([NOTHING, NOTHING], [2.0, 2.2], ears, worker)
     told = [deed.words for deed in reversed(history.newest_first(commands_only=True))]
-    history.close()
     assert told == ["", "turn left", "", "stop", ""]  # what came between parts them
-    assert len(ears.utterances) == 8
+    history.add("command", ROOM, words="continue")
+    hear([NOTHING, NOTHING], [3.0, 3.2], ears, worker, moving=True)
+    assert history.newest_first(commands_only=True)[0].words == "continue"  # those are the robot's own motors
+    history.close()
+    assert len(ears.utterances) == 10
