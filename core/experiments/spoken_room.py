@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -217,19 +217,26 @@ class SpokenRoom:
         """
         call: Call | None = None
         self._read = 0.0
-        for snapshot in self.robot.frames(seconds):
+        for snapshot, spoken in self.overheard(seconds):
             watch(snapshot)
             for voice in snapshot.hearing.voices[:1] if snapshot.hearing else ():
                 call = voice.call
-            if self._transcriber is None or (sound := self._waiting.taken()) is None:
-                continue
-            begun = time.process_time()
-            spoken = [judge(one) for one in self._transcriber.feed(sound)]
-            self._read += time.process_time() - begun
             for said in spoken:
                 if said.command is not None and (said.final or early):
                     return said, call
         return None, call
+
+    def overheard(self, seconds: float) -> Iterator[tuple[Snapshot, tuple[Spoken, ...]]]:
+        """The frames of the next so many seconds, each with what became of words that were understood in it."""
+        for snapshot in self.robot.frames(seconds):
+            sound = None if self._transcriber is None else self._waiting.taken()
+            if self._transcriber is None or sound is None:
+                yield snapshot, ()
+                continue
+            begun = time.process_time()
+            spoken = tuple(judge(one) for one in self._transcriber.feed(sound))
+            self._read += time.process_time() - begun
+            yield snapshot, spoken
 
     def measure(self, x: float, y: float) -> Callable[[Snapshot], None]:
         """Who watches the errors of every sense against where the person truly is."""

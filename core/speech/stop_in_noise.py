@@ -12,7 +12,7 @@ from core.speech.endpointing import over_noise
 from core.speech.pocketsphinx import decoder
 from core.speech.recognizer import Hypothesis, pcm
 from core.speech.settings import SpeechSettings
-from core.speech.stop_spotter import WORD, spotted
+from core.speech.stop_spotter import WORD, hums, spotted
 
 LONGEST = 3.0  # [s] of an utterance under way that is still listened to: STOP is a short one
 UNSURE = 0.15  # [s] before the first voiced moment that are not taken for noise: the voice may begin there
@@ -40,6 +40,7 @@ class StopInNoise:
         self._decoder.process_raw(pcm(without_noise(samples, beam.rate, before)), full_utt=True)
         self._decoder.end_utt()
         found = spotted(self._decoder, beam.stamp)
-        if found:
-            self._told = since
+        if not found or hums(found[0], beam):
+            return ()
+        self._told = since
         return found

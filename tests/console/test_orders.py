@@ -18,12 +18,6 @@ from core.errors import Refused
 from tests.console.live import Live, hear, say
 
 
-@pytest.fixture(autouse=True)
-def nobody_listens(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The robot's ears may take its motors for a STOP, on the safe side; what is tested here is other orders."""
-    monkeypatch.setattr(live.runtime.ears, "trouble", "Nobody listens here.")
-
-
 def order(live: Live, text: str, token: str | None = None) -> Any:
     return live.ask("POST", "/api/commands", {"text": text}, token=token or live.operator)
 

@@ -12,7 +12,7 @@ from core.sensors.microphones import Sound
 from core.speech.recognizer import at_16_khz
 from core.speech.settings import RATE, SpeechSettings
 from core.speech.stop_in_noise import LONGEST, StopInNoise
-from core.speech.stop_spotter import spotted
+from core.speech.stop_spotter import StopSpotter, fall, spotted
 from core.speech.voice import PERSONS_VOICE, VoiceSettings, can_speak, speak
 from tests.core.speech.ears import mono
 
@@ -55,6 +55,34 @@ def test_an_utterance_is_told_to_stop_once_and_long_talk_is_not_listened_to() ->
         assert not spotter.wants(SINCE, SINCE + 0.5)
         assert spotter.wants(SINCE + 5.0, SINCE + 5.5)
         assert spotter.wants(SINCE - 0.5, SINCE)  # another clock: the robot was started anew
+
+
+def test_a_hum_that_sets_in_is_no_word_however_willingly_one_is_spotted() -> None:
+    anything = StopInNoise(SpeechSettings(stop_in_noise=1e-200))
+    rng = np.random.default_rng(7)
+    samples = hum(rng, 2.0)
+    samples[: round(SINCE * RATE)] *= 10 ** (-15 / 20)
+    assert anything.find(mono(samples), SINCE) == ()
+    if can_speak():
+        assert anything.find(in_hum("stop moving", 3.0), SINCE)
+
+
+def test_the_spotter_of_all_sound_takes_no_hum_for_a_word() -> None:
+    anything = StopSpotter(SpeechSettings(stop_threshold=1e-200))
+    noise = hum(np.random.default_rng(8), 6.0)
+    noise[: 3 * RATE] *= 0.1
+    assert not any(anything.feed(mono(noise[k : k + 3200], k / RATE)) for k in range(0, len(noise), 3200))
+    if can_speak():
+        assert anything.feed(in_hum("stop moving", 25.0))
+
+
+def test_how_far_sound_falls_below_what_was_loudest_until_then() -> None:
+    tone = np.sin(np.arange(RATE) * 0.7)
+    assert fall(tone, RATE) < 0.5
+    rising = np.concatenate((0.1 * tone, tone))
+    assert fall(rising, RATE) < 0.5
+    assert fall(rising[::-1], RATE) == pytest.approx(20.0, abs=0.5)
+    assert fall(tone[:100], RATE) == 0.0
 
 
 @dataclass

@@ -1,0 +1,69 @@
+"""STOP that nobody spoke: `python -m tests.benchmarks.false_stops [--minutes 10]`.
+
+The robot drives about in `sim:lab` and in `sim:floor` to short commands that are typed, nobody is in the room, and
+its ears are open beside its own motors. Told: how much of the time it drove, how many utterances its own noise was
+taken for, and how often for a STOP or for another command, in an hour of driving.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from typing import Any
+
+from core.commands.stand import STOP_MOVING
+from core.experiments.side_by_side import side_by_side
+from core.experiments.spoken_room import SpokenRoom
+
+WORDS = ("turn left", "turn right", "continue 0.5 meters", "turn left", "turn left", "continue 0.5 meters")
+WORLDS = ("lab", "floor")
+PART = 120.0  # [s] that one robot drives before another takes its place
+
+
+def drive(number: int, seconds: float = PART) -> dict[str, Any]:
+    """One robot that hears only itself, for so long; `number` is its seed and chooses its world."""
+    world = WORLDS[number % len(WORLDS)]
+    room = SpokenRoom(world, number)
+    begun = before = room.robot.snapshot.stamp
+    given, order = 0, None
+    drove, stops, others = 0.0, list[float](), list[str]()
+    for snapshot, spoken in room.overheard(seconds):
+        if order is None or room.robot.ended(order) is not None:
+            order = room.robot.tell(WORDS[given % len(WORDS)])
+            given += 1
+        drove += (snapshot.stamp - before) * (snapshot.velocity.v != 0 or snapshot.velocity.w != 0)
+        before = snapshot.stamp
+        for one in spoken:
+            if one.command is None:
+                continue
+            stop = one.command.name == STOP_MOVING.name
+            stops.extend([round(snapshot.stamp - begun, 2)] if stop else [])
+            others.extend([] if stop else [one.echo])
+    return {"world": world, "number": number, "drove_s": drove, "commands": given, "stops": stops, "others": others}
+
+
+def main() -> None:
+    """Print the figures of both places, one JSON object a line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--minutes", type=float, default=10.0, help="in each of the two worlds")
+    parser.add_argument("--workers", type=int, default=2)
+    chosen = parser.parse_args()
+    count = max(round(chosen.minutes * 60 / PART), 1) * len(WORLDS)
+    rows = side_by_side(drive, count, chosen.workers, None)
+    for world in WORLDS:
+        these = [row for row in rows if row["world"] == world]
+        hours = sum(row["drove_s"] for row in these) / 3600
+        line = {
+            "world": world,
+            "drove_min": round(60 * hours, 2),
+            "commands": sum(row["commands"] for row in these),
+            "stops": {row["number"]: row["stops"] for row in these if row["stops"]},
+            "other_commands": [word for row in these for word in row["others"]],
+            "stops_per_hour": round(sum(len(row["stops"]) for row in these) / hours, 1),
+        }
+        sys.stdout.write(json.dumps(line) + "\n")
+
+
+if __name__ == "__main__":
+    main()
