@@ -19,6 +19,7 @@ from console.intent import Intent
 from console.latest import Closing
 from console.logins import Person
 from console.microphone import Turn
+from console.prattle import Prattle
 from console.problems import Problem
 from console.runtime import Runtime
 from console.sockets import TooMany
@@ -46,7 +47,7 @@ class AudioTalk:
         self._closing: Closing | None = None
         self._number = 0
         self._stopped = -np.inf  # [s] end of the sentence whose STOP was obeyed
-        self._prattle = False  # whether the newest words were no command, and stand in the history
+        self._prattle = Prattle(runtime.history)
 
     async def run(self) -> None:
         """From the handshake to the end."""
@@ -110,6 +111,8 @@ class AudioTalk:
         elif self._turn is not None and not (self._turn.mode == "open" and self._runtime.voice.muted):
             samples = np.frombuffer(raw, "<i2", offset=size).astype(float) / 32768
             self._turn.add(samples, clock / 1000)
+            if self._turn.mode == "held":
+                self._runtime.intents.hear()
 
     def _take_words(self, text: str) -> None:
         try:
@@ -144,16 +147,14 @@ class AudioTalk:
         stops = told["name"] == STOP_MOVING.name
         became: dict[str, Any] = {}
         if stops and told["end"] > self._stopped:
-            became = {"deed": self._obey(told["heard_as"]).get("deed")}
+            became = {"deed": self._obey(told).get("deed")}
             self._stopped = told["end"] + 1.0
         elif told["final"] and told["name"] is not None and not stops:
-            became = self._obey(told["heard_as"])
+            became = self._obey(told)
         elif told["final"] and told["name"] is None:
             became = {"deed": self._refuse(told)}
         reason: str = became.get("reason", told["reason"])
         accepted = told["name"] is not None and not reason
-        if accepted:
-            self._prattle = False
         self._number += 1
         self._tell(
             wire.Transcript(
@@ -171,19 +172,19 @@ class AudioTalk:
             )
         )
 
-    def _obey(self, words: str) -> dict[str, Any]:
+    def _obey(self, told: Told) -> dict[str, Any]:
         """What became of words: the deed, the order that waits, or the reason why there is neither."""
         try:
-            taken = self._runtime.intents.take(words, SOURCE, self._person)
+            taken = self._runtime.intents.take(told["heard_as"], SOURCE, self._person, unsure=told["unsure"])
             return {"intent" if isinstance(taken, Intent) else "deed": taken.id}
         except Problem as problem:
             return {"reason": problem.detail}
 
     def _refuse(self, told: Told) -> int | None:
-        """Into the history; talk that is no command at all stands there once, however long it goes on."""
-        nothing = not told["words"]
-        if nothing and self._prattle:
-            return None
-        self._prattle = nothing
-        given = {"source": SOURCE, "words": told["words"], "remark": told["reason"]}
-        return self._runtime.history.add("command", self._person, state="refused", **given).id
+        """Into the history."""
+        given = {"source": SOURCE, "remark": told["reason"]}
+        if not told["words"]:
+            deed = self._prattle.tell(self._person, **given)
+            return None if deed is None else deed.id
+        given |= {"words": told["words"], "state": "refused"}
+        return self._runtime.history.add("command", self._person, **given).id

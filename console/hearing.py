@@ -19,6 +19,7 @@ from console.door import Door
 from console.history import History
 from console.logins import Person
 from console.notice_board import NoticeBoard
+from console.prattle import Prattle
 from console.tasks import end
 from console.words_worker import Told, WordsWorker
 from console.workers import Lost
@@ -58,6 +59,7 @@ class Utterance:
     azimuth_rad: float | None  # robot frame, as the robot stood when it heard it
     sd_rad: float | None
     meant: str = ""  # the command that the words would be, had they been heard without a doubt
+    unsure: bool = False  # a number in it may have been another
 
 
 class Ears:
@@ -78,7 +80,7 @@ class Ears:
         self._stopped = -np.inf  # [s] end of the sentence whose STOP was obeyed
         self._newest = 0
         self._drove = (-np.inf, -np.inf)  # [s] from when to when the robot moved last
-        self._prattle = 0  # in the history: the newest utterance without words of a command
+        self._prattle = Prattle(history)
         self._losses = 0  # of the worker, one after the other
 
     def took(self, snapshot: Snapshot, sound: Sound | None, array: MicrophoneArray | None) -> None:
@@ -162,14 +164,16 @@ class Ears:
         self.utterances.append(one)
         if stops:
             return
-        if not one.words and not self._worth_telling(one):
+        if not one.words:
+            if not self._motors(one):
+                self._prattle.tell(ROOM, source="ears", remark=one.reason)
             return
         reason = NOT_OBEYED if one.accepted else one.reason
         if one.accepted and self.obey is not None:
             reason = self.obey(told["heard_as"], one, None if voice is None else voice.call)
             if not reason:
                 return
-        deed = self._history.add(
+        self._history.add(
             "command",
             ROOM,
             state="refused",
@@ -178,16 +182,11 @@ class Ears:
             heard_as=told["heard_as"],
             remark=reason,
         )
-        if not one.words:
-            self._prattle = deed.id
 
-    def _worth_telling(self, prattle: Utterance) -> bool:
-        """Not the robot's own motors; and talk, however long it goes on, stands in the history once."""
+    def _motors(self, prattle: Utterance) -> bool:
+        """Whether the robot moved while it heard that: then it is its own motors, most likely."""
         since, until = self._drove
-        if prattle.t0_s <= until and prattle.t1_s >= since:
-            return False
-        newest = self._history.newest_first(commands_only=True, limit=1)
-        return not newest or newest[0].id != self._prattle
+        return prattle.t0_s <= until and prattle.t1_s >= since
 
     def _voice(self, told: Told) -> VoiceDirection | None:
         """Whose words these are: the surest voice that was heard while they were spoken."""
@@ -207,4 +206,5 @@ class Ears:
             azimuth_rad=None if best is None else round(wrap(best.azimuth), 4),
             sd_rad=None if best is None else round(best.sd_heard, 4),
             meant=told["meant"],
+            unsure=told["unsure"],
         )

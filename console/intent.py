@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from console.logins import Person
+from core.commands.careful import Moment
 from core.commands.command import Command
 
 
@@ -18,4 +19,5 @@ class Intent:
     words: str
     command: Command
     moment: float  # [s] that it waits in all
-    begins: float  # [s] on the monotonic clock
+    when: Moment  # it begins, on the monotonic clock
+    unsure: bool = False  # a number in it may have been another

@@ -1,13 +1,13 @@
 """A spoken order that was understood and waits a moment, in which anybody may hold it back.
 
-What is exact and near begins at once. What goes far or to a person begins by itself after its moment, unless a stop,
-another order, a hand on the keys, another driver or a press of Cancel comes before.
+What is exact and near begins at once. What goes far or to a person, or has numbers that were not heard for sure,
+begins by itself after its moment, unless a stop, another order, a hand on the keys, another driver or a press of
+Cancel comes before. While somebody speaks it waits on: they may be about to say that it is wrong.
 """
 
 from __future__ import annotations
 
 import asyncio
-import math
 import time
 from dataclasses import replace
 
@@ -19,14 +19,12 @@ from console.logins import Person
 from console.notice_board import NoticeBoard
 from console.problems import Problem
 from console.store import Deed
+from core.commands.careful import MOMENT, Moment, is_careful
 from core.commands.command import Command
 from core.perception.people.call import Call
-from core.snapshot import Ending
+from core.snapshot import Ending, Snapshot
 from core.speech.grammar import Refusal, understand
 
-MOMENT = 2.0  # [s] in which an order may be held back before it begins
-CAREFUL = ("come_here", "follow_me", "stop_at")
-FAR = 2.0  # [m]
 GONE = "No such order waits: it has begun, or it was dropped."
 
 
@@ -46,22 +44,38 @@ class Intents:
         """What waits; from any thread."""
         return None if self.waiting is None else self.waiting.command
 
-    def take(self, words: str, source: str, who: Person, call: Call | None = None) -> Deed | Intent:
-        """Spoken words → the deed that is under way, or the order that waits; `call`: from where they were spoken.
-
-        Raises Problem 403 to 503.
+    def take(
+        self, words: str, source: str, who: Person, call: Call | None = None, *, unsure: bool = False
+    ) -> Deed | Intent:
+        """Spoken words → the deed that is under way, or the order that waits; `call`: from where they were spoken;
+        `unsure`: a number may have been another. Raises Problem 403 to 503.
         """
         heard = understand(words)
-        if isinstance(heard, Refusal) or not is_careful(heard):
+        if isinstance(heard, Refusal) or not (unsure or is_careful(heard)):
             return self._door.submit(words, source, who, call)
         self._door.admit(heard, words, source, who)
         self._end("pre-empted", f"“{heard.heard_as}” came after it.")
         self._newest += 1
-        begins = time.monotonic() + self.moment
-        intent = Intent(self._newest, who, source, words, replace(heard, call=call), self.moment, begins)
-        self.waiting = intent
-        self._alarm = asyncio.get_running_loop().call_later(self.moment, self._begin_by_itself)
+        moment = Moment.from_now(time.monotonic(), self.moment)
+        intent = Intent(self._newest, who, source, words, replace(heard, call=call), self.moment, moment, unsure)
+        self._wait(intent)
         return intent
+
+    def took(self, snapshot: Snapshot) -> None:
+        """What the robot's own ears hear."""
+        if snapshot.hearing is not None and snapshot.hearing.speaking:
+            self.hear()
+
+    def hear(self) -> None:
+        """Somebody speaks now: what waits is put off until they can have been understood."""
+        if self.waiting is not None:
+            self._wait(replace(self.waiting, when=self.waiting.when.while_speaking(time.monotonic())))
+
+    def _wait(self, intent: Intent) -> None:
+        self._clear()
+        self.waiting = intent
+        left = intent.when.begins - time.monotonic()
+        self._alarm = asyncio.get_running_loop().call_later(left, self._begin_by_itself)
 
     def begin(self, number: int, who: Person) -> Deed:
         """Begin at once instead of waiting on; the driver only. Raises Problem 403 to 503."""
@@ -113,8 +127,3 @@ class Intents:
         if self._alarm is not None:
             self._alarm.cancel()
             self._alarm = None
-
-
-def is_careful(command: Command) -> bool:
-    """Whether an order waits a moment when it was spoken."""
-    return command.name in CAREFUL or math.fabs(command.numbers.get("distance_m", 0.0)) > FAR

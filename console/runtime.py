@@ -225,6 +225,7 @@ class Runtime:
         self.maps.took(snapshot)
         self.people.took(snapshot)
         self.ears.took(snapshot, None if self.array.helped else sound, self.robot.profile.microphones)
+        self.intents.took(snapshot)
         self.array.took(snapshot, sound)
         self.board.adopt(snapshot.notices, snapshot.stamp)
         for told in snapshot.endings:

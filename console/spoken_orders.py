@@ -65,7 +65,7 @@ class SpokenOrders:
         if self._door.busy_above(SPOKEN):
             return HIGHER
         try:
-            self._intents.take(command.heard_as, SOURCE, who, call)
+            self._intents.take(command.heard_as, SOURCE, who, call, unsure=said.unsure)
         except Problem as problem:
             self._board.tell("warning", problem.detail)
         return ""

@@ -23,6 +23,7 @@ class IntentState(Order):
 
     begins_in_s: float
     moment_s: float  # that it waits in all
+    unsure: bool  # a number in it may have been another
     way: list[tuple[float, float]]  # in the world frame; a straight line or an arc, not a plan
     goal: tuple[float, float] | None  # in the world frame
     heading_rad: float | None  # to which it would turn; world

@@ -67,4 +67,5 @@ def told(said: Spoken) -> dict[str, Any]:
         "reason": said.reason,
         "suggestions": list(said.suggestions),
         "meant": said.meant,
+        "unsure": said.unsure,
     }

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from core.commands import kind_of
+from core.commands.careful import LONGEST, MOMENT, Moment, is_careful
 from core.commands.command import Command
 from core.commands.stand import STOP_MOVING
 from core.errors import BadInput, Refused
@@ -41,6 +42,8 @@ SIGHT = 0.05  # [m] between places of a line of sight
 LISTEN = 2.6  # [s] after a voice without words began
 READ = 8.0  # [s] in which a spoken command must be understood, or it is said again
 PIECE = 0.2  # [s] of sound that are read at once
+REST = 2.0  # [s] of the sentence that begins with STOP, and of silence behind it
+REACTION = 1.0  # [s] after which who is misunderstood says STOP
 BEFORE = 1.0  # [s] of sound before somebody speaks that are read with it
 CLOTHES = ("red", "blue", "green", "black", "white", "grey", "brown", "yellow")
 SPEEDS = (130, 140, 150)  # [words/min] at which people speak to a robot
@@ -59,6 +62,7 @@ class Heard:
     wrong: tuple[str, ...] = ()  # commands that were understood instead
     ended: float = 0.0  # [s] robot's clock: end of the words
     understood: float = 0.0  # [s] the same: when they were
+    begun: float = 0.0  # [s] the same: when it was begun; a careful order waits a moment
     read: float = 0.0  # [s] of processor time for listening until then
 
 
@@ -168,7 +172,7 @@ class SpokenRoom:
             self._say(pcm=voice.clip(-32768, 32767).astype("<i2").tobytes())
             call = self._hear(LISTEN)[1]
             now = self.robot.snapshot.stamp
-            return Heard(number=self.robot.tell(words), call=call, ended=now, understood=now)
+            return Heard(number=self.robot.tell(words), call=call, ended=now, understood=now, begun=now)
         meant = understand(words, spoken=True)
         if isinstance(meant, Refusal):
             raise Refused(meant.reason)
@@ -180,30 +184,47 @@ class SpokenRoom:
             if said is None or said.command is None:
                 why = "not understood"
                 continue
-            if (said.command.name, said.command.numbers) != (meant.name, meant.numbers):
+            right = (said.command.name, said.command.numbers) == (meant.name, meant.numbers)
+            heard = Heard(number=None, call=call, tries=attempt, ended=said.end, read=self._read)
+            heard = dataclasses.replace(heard, understood=self.robot.snapshot.stamp)
+            if not right:
                 why = f"heard “{said.echo}”"
                 if not kind_of(said.command.name).moves:
                     continue  # it stands: no wrong motion
+            if (said.unsure or is_careful(said.command)) and self._held_back(right, watch):
+                continue
+            if not right:
                 wrong.append(said.echo)
                 break
-            heard = Heard(
-                number=None,
-                call=call,
-                tries=attempt,
-                wrong=tuple(wrong),
-                ended=said.end,
-                understood=self.robot.snapshot.stamp,
-                read=self._read,
-            )
             return self._order(heard, said.command)
         return Heard(number=None, call=call, why=why, tries=tries, wrong=tuple(wrong))
 
     def _order(self, heard: Heard, command: Command) -> Heard:
+        heard = dataclasses.replace(heard, begun=self.robot.snapshot.stamp)
         try:
             number = self.robot.order(dataclasses.replace(command, call=heard.call), "ears")
         except Refused as refused:
             return dataclasses.replace(heard, why=str(refused))
         return dataclasses.replace(heard, number=number)
+
+    def _held_back(self, right: bool, watch: Callable[[Snapshot], None]) -> bool:
+        """The moment before an order begins → whether a STOP was heard: Ann says it when the order is not hers."""
+        now = self.robot.snapshot.stamp
+        objects, moment = now + REACTION, Moment.from_now(now)
+        for snapshot, spoken in self.overheard(MOMENT + LONGEST):
+            watch(snapshot)
+            if not right and snapshot.stamp >= objects:
+                self._say(text=STOP_MOVING.words[0], speed=int(self.chance.choice(SPEEDS)))
+                objects = math.inf
+            if any(one.command is not None and one.command.name == STOP_MOVING.name for one in spoken):
+                for _ in self.overheard(REST):
+                    pass
+                return True
+            if snapshot.hearing is not None and snapshot.hearing.speaking:
+                moment = moment.while_speaking(snapshot.stamp)
+            if snapshot.stamp >= moment.begins:
+                break
+        return False
 
     def _say(self, **what: Any) -> None:
         self.robot.robot.ask({"do": "say", "id": ANN, **what})

@@ -1,7 +1,8 @@
 """Table 2: every command many times, from random places, spoken in the simulated room and obeyed by the whole robot.
 
 A person stands somewhere near and says the command with a synthetic voice; the sound goes through the room to the
-robot's microphones, is located and read, and what was understood moves the robot. Who is not understood says it
+robot's microphones, is located and read, and what was understood moves the robot. What goes far, or to a place or a
+person, is said back and waits a moment, in which who meant something else says STOP. Who is not understood says it
 again, three times at the most.
 """
 
@@ -28,6 +29,7 @@ from core.speech.voice import NO_VOICE, can_speak
 from core.world import world_named
 
 RUNS = 50
+DELAYS = ("endpoint_s", "read_s", "moment_s", "wheels_s")  # from the end of the words to the wheels
 
 
 def trial(name: str, number: int, seed: int, *, words: bool = True) -> dict[str, Any]:
@@ -59,17 +61,18 @@ def trial(name: str, number: int, seed: int, *, words: bool = True) -> dict[str,
         "faults": robot.faults(),
         "endpoint_s": heard.understood - heard.ended if heard.number is not None else None,
         "read_s": heard.read if heard.number is not None else None,
+        "moment_s": heard.begun - heard.understood if heard.number is not None else None,
         "wheels_s": _first_motion(name, room, heard),
         "errors": room.errors,
     }
 
 
 def _first_motion(name: str, room: SpokenRoom, heard: Heard) -> float | None:
-    """From the moment when the words were understood until the wheels were told to turn [s]."""
+    """From the moment when the order was begun until the wheels were told to turn [s]."""
     if heard.number is None or name == STOP_MOVING.name:
         return None
     rows = [row.t_mono_ns / 1e9 for row in room.robot.trace if row.event == "" and (row.v or row.w)]
-    return next((stamp - heard.understood for stamp in rows if stamp >= heard.understood), None)
+    return next((stamp - heard.begun for stamp in rows if stamp >= heard.begun), None)
 
 
 @cache
@@ -129,7 +132,7 @@ def run(
         "wrong_motions": sum(len(row["wrong"]) for row in rows),
         "wrong": [word for row in rows for word in row["wrong"]],
         "faults": [fault for row in rows for fault in row["faults"]],
-        "delays": {name: _spread([row[name] for row in rows]) for name in ("endpoint_s", "read_s", "wheels_s")},
+        "delays": {name: _spread([row[name] for row in rows]) for name in DELAYS},
         "errors": {sense: _spread([abs(e) for row in rows for e in row["errors"][sense]]) for sense in SENSES},
         "text": table(commands),
         "files": {},

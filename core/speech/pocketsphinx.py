@@ -18,6 +18,7 @@ MISSING = (
 )
 MODEL = "en-us"
 FRAME = 0.01  # [s] in which it counts
+SEARCH = "heard"  # what a decoder with a grammar calls it
 ALSO = {"wall(2)": "W AA L", "turn(2)": "T AH N"}
 """Pronunciations that the dictionary lacks: of who says "caught" as "cot", and of who drops the R."""
 
@@ -40,8 +41,8 @@ def grammar_decoder(jsgf: str, **options: Any) -> Any:
         made.add_word(word, pronunciation, False)
     for phone in phones:
         made.add_word(PHONE_WORD.format(phone.lower()), phone, phone == phones[-1])
-    made.add_jsgf_string("heard", jsgf)
-    made.activate_search("heard")
+    made.add_jsgf_string(SEARCH, jsgf)
+    made.activate_search(SEARCH)
     return made
 
 

@@ -46,6 +46,7 @@ class Hypothesis:
     final: bool = True  # False: the sentence is not over; good for stopping only
     score: float | None = None  # how well the words fit, as the engine counts; compare with the same engine only
     doubt: str = ""  # a sentence: why these words must move nothing; "": none
+    unsure: bool = False  # a number in them may be another: they wait a moment in which they can be held back
 
 
 class Engine(Protocol):

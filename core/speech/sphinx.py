@@ -3,20 +3,23 @@
 The same sound is read twice, as a command and as anything else, and both scores are compared: a command may fit a
 little worse, because voices differ, but no word of it much worse. One grammar that holds both would not do: the
 decoder drops what is behind for a moment, and with it half of the commands of an unusual voice.
-What remains is read again from the sound with its noise and at other speeds: a number that changes with that was not
-heard well enough to drive by. A command of a single word, which a breath may resemble, has to fit better than
+What remains is read again from the sound with its noise and at other speeds. Another command, read there, is a doubt;
+other numbers are put to the vote. A command of a single word, which a breath may resemble, has to fit better than
 anything else every time.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
+from math import inf
 from typing import Any
 
 from scipy.signal import resample_poly
 
 from core.message import Array
 from core.perception.sound.wiener import without_noise
+from core.speech.ballot import Words, vote
 from core.speech.competing import grammar
 from core.speech.coverage import left_over
 from core.speech.endpointing import over_noise, voiced
@@ -55,49 +58,64 @@ class Sphinx:
         """A sentence of the grammar; no words where other speech fits better; a doubt where it is not sure."""
         views, offset = views_of(utterance, self._settings.clear_ratio)
         said = decoded(self._commands, views[0])
-        told = bool(said.words) and self._holds(said, views[0])
-        return Hypothesis(
-            words=" ".join(said.words) if told else "",
-            begin=utterance.begin,
-            end=utterance.end,
-            score=said.fit if said.words else None,
-            doubt=self._doubt(utterance, views, offset, said) if told else "",
-        )
+        heard = partial(Hypothesis, begin=utterance.begin, end=utterance.end)
+        if not said.words or not self._holds(said, views[0]):
+            return heard(words="", score=said.fit if said.words else None)
+        doubt = _doubt(utterance, offset, said)
+        best, lead = (said, inf) if doubt else self._settled(said, [*views, *self._faster_and_slower(views[0])])
+        if not doubt and lead < self._settings.least_lead:
+            doubt = "I am not sure that I heard every word right."
+        unsure = not doubt and lead < inf
+        return heard(words=" ".join(best.words), score=best.fit, doubt=doubt, unsure=unsure)
 
     def _holds(self, said: Path, samples: Array) -> bool:
         """Whether the command stands against anything else that the samples (N,) may be."""
         return holds(said, decoded(self._others, samples), self._settings)
 
-    def _doubt(self, utterance: Utterance, views: list[Array], offset: float, said: Path) -> str:
-        """Why the words must not be believed; "" for no reason."""
-        if utterance.cut:
-            return "That was longer than any command."
-        if left_over(utterance, said.spans, offset) > MOST_LEFT:
-            return "More was said than a command."
-        if said.longest_pause > LONGEST_PAUSE:
-            return "There was a long pause within the sentence."
-        if not all(self._agrees(said, view) for view in self._other_views(views)):
-            return "I am not sure that I heard every word right."
-        return ""
-
-    def _other_views(self, views: list[Array]) -> Iterator[Array]:
-        """What is read again: in noise the sound with it; and other speeds."""
-        yield from views[1:]
+    def _faster_and_slower(self, samples: Array) -> Iterator[Array]:
+        """The samples (N,) as deeper and higher voices would say them."""
         for up, down in SPEEDS[: self._settings.opinions]:
-            yield resample_poly(views[0], up, down)
+            yield resample_poly(samples, up, down)
 
-    def _agrees(self, said: Path, view: Array) -> bool:
-        """Whether the same is read from another view of the sound."""
-        if len(said.words) > 1:
-            return _meaning(decoded(self._quick, view)) == _meaning(said)
+    def _settled(self, said: Path, views: list[Array]) -> tuple[Path, float]:
+        """What was said, of what is read from all views, the first of them known, and how far [nats] it is ahead of
+        the same command with other numbers: ∞ where all agree, -∞ where not even the command is sure.
+        """
+        if len(said.words) == 1:
+            return said, inf if all(self._stands(said, view) for view in views[1:]) else -inf
+        readings = {_meaning(said.words): said.words}
+        for view in views[1:]:
+            read = decoded(self._quick, view).words
+            if _meaning(read)[0] != _meaning(said.words)[0]:
+                return said, -inf
+            readings.setdefault(_meaning(read), read)
+        if len(readings) == 1:
+            return said, inf
+        first, second, *_ = vote(self._quick, list(readings.values()), views)
+        chosen = said if first.path.words == said.words else first.path
+        return (chosen, first.fit - second.fit) if self._holds(chosen, views[0]) else (said, -inf)
+
+    def _stands(self, said: Path, view: Array) -> bool:
+        """Whether a single word is read from another view of the sound, and stands there."""
         again = decoded(self._commands, view)
         return again.words == said.words and self._holds(again, view)
 
 
-def _meaning(said: Path) -> object:
-    """What the words ask for, "meter" or "meters", "wall" or "the wall"; the words, where that is nothing."""
-    read = understand(" ".join(said.words))
-    return said.words if isinstance(read, Refusal) else (read.name, read.numbers)
+def _doubt(utterance: Utterance, offset: float, said: Path) -> str:
+    """Why what was said is no command, whichever numbers it has; "" for no reason."""
+    if utterance.cut:
+        return "That was longer than any command."
+    if left_over(utterance, said.spans, offset) > MOST_LEFT:
+        return "More was said than a command."
+    if said.longest_pause > LONGEST_PAUSE:
+        return "There was a long pause within the sentence."
+    return ""
+
+
+def _meaning(words: Words) -> tuple[str, tuple[object, ...]]:
+    """The command that the words are, and its numbers, "meter" or "meters"; the words, where they are none."""
+    read = understand(" ".join(words))
+    return (" ".join(words), ()) if isinstance(read, Refusal) else (read.name, tuple(read.numbers.items()))
 
 
 def options_of(settings: SpeechSettings) -> dict[str, Any]:

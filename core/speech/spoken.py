@@ -24,6 +24,7 @@ class Spoken:
     reason: str = ""  # a sentence: why it was refused
     suggestions: tuple[str, ...] = ()
     meant: str = ""  # the command that the words would be, had they been heard without a doubt
+    unsure: bool = False  # a number of the command may be another: it waits a moment, whatever it is
 
     @property
     def accepted(self) -> bool:
@@ -49,6 +50,7 @@ def judge(hypothesis: Hypothesis) -> Spoken:
         reason=reason,
         suggestions=(meant,) if meant else suggestions,
         meant=meant,
+        unsure=command is not None and hypothesis.unsure,
     )
 
 

@@ -10,6 +10,7 @@ import { degrees, fixed, headingBetween, metres, quantities, whereabouts } from 
 const TO_A_PERSON = ["come_here", "follow_me"];
 const SPOKEN = ["voice", "ears"];
 const AHEAD = 0.15; // [rad]
+const UNSURE = "Not heard for sure: check the numbers";
 
 /**
  * The order with its numbers and units: "Continue 3.00 m".
@@ -56,6 +57,14 @@ export const speaker = ({ source, who }) => (source === "ears" ? `A voice in the
 
 /** @param {IntentState} intent */
 export const countdown = ({ begins_in_s }) => `begins in ${fixed(Math.max(begins_in_s, 0), 1)} s`;
+
+/**
+ * What is to be known of it at a glance: a number that may be another, where it goes, who spoke.
+ * @param {IntentState} intent
+ * @param {Pose} pose
+ */
+export const facts = (intent, pose) =>
+  [intent.unsure ? UNSURE : "", whither(intent, pose), speaker(intent)].filter(Boolean).join(" · ");
 
 /**
  * How much of its moment is left, 1 to 0.

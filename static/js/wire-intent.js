@@ -11,6 +11,7 @@
  * @property {string} who
  * @property {number} begins_in_s
  * @property {number} moment_s
+ * @property {boolean} unsure
  * @property {[number, number][]} way
  * @property {[number, number] | null} goal
  * @property {number | null} heading_rad

@@ -30,7 +30,8 @@ class Reads:
         return True
 
     async def feed(self, samples: Any, rate: int, stamp: float) -> list[dict[str, Any]]:
-        return [self.utterances.pop(0) | {"begin": stamp, "end": stamp + 0.2, "final": True, "meant": ""}]
+        more = {"begin": stamp, "end": stamp + 0.2, "final": True, "meant": "", "unsure": False}
+        return [self.utterances.pop(0) | more]
 
 
 def hear(
@@ -42,11 +43,8 @@ def hear(
     async def listen() -> None:
         for number, stamp in enumerate(stamps):
             sound = Sound(stamp=stamp, rate=16_000, samples=np.zeros((3200, 4)))
-            ears.took(
-                SimpleNamespace(stamp=stamp, hearing=None, velocity=Twist(0.2 if moving else 0.0, 0.0)),
-                sound,
-                RESPEAKER_ODAS,
-            )  # type: ignore[arg-type]
+            snapshot: Any = SimpleNamespace(stamp=stamp, hearing=None, velocity=Twist(0.2 if moving else 0.0, 0.0))
+            ears.took(snapshot, sound, RESPEAKER_ODAS)
             while len(worker.utterances) > len(stamps) - 1 - number:
                 await asyncio.sleep(0)
             await asyncio.sleep(0.01)

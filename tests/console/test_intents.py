@@ -15,6 +15,7 @@ from console.logins import Person
 from console.problems import Problem
 from console.prospect import foresee
 from console.scene.intended import DASH, Intended, dashed, strokes_of
+from core.commands.careful import READING
 from core.commands.command import Command
 from core.perception.people.call import Call
 from core.speech.grammar import understand
@@ -73,6 +74,32 @@ def test_what_is_exact_and_near_begins_at_once(live: Live, intents: Intents) -> 
     who = person(live, live.operator)
     deed = live.on_loop(lambda: intents.take("continue 0.5 meters", "voice", who))
     assert newest(live)["id"] == deed.id and shown(live) is None
+
+
+def test_numbers_that_were_not_heard_for_sure_wait_too(live: Live, intents: Intents) -> None:
+    who = person(live, live.operator)
+    waiting = live.on_loop(lambda: intents.take("continue 0.5 meters", "voice", who, unsure=True))
+    assert shown(live)["id"] == waiting.id and shown(live)["unsure"]
+    speak(live, "stop at 1 and 0.5")
+    assert not shown(live)["unsure"]
+
+
+def test_an_order_waits_on_while_somebody_speaks(live: Live, intents: Intents) -> None:
+    intents.moment = 0.3
+    who = person(live, live.operator)
+
+    def spoken() -> float:
+        waiting = intents.take("stop at 1 and 0.5", "voice", who)
+        planned = waiting.when.begins
+        intents.hear()
+        assert intents.waiting is not None
+        return intents.waiting.when.begins - planned
+
+    assert live.on_loop(spoken) == pytest.approx(READING - 0.3, abs=0.1)
+    live.until(lambda: shown(live) is None)
+    assert newest(live)["name"] == "stop_at"
+    live.on_loop(intents.hear)  # nothing waits: nothing is put off
+    assert intents.waiting is None
 
 
 def test_the_driver_begins_it_at_once_and_nobody_else(live: Live, intents: Intents) -> None:

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { begun, countdown, left, mayBegin, speaker, title, whither } from "../../static/js/intent.js";
+import { begun, countdown, facts, left, mayBegin, speaker, title, whither } from "../../static/js/intent.js";
 import { intentionOf, takesEnter } from "../../static/js/keys.js";
 import { STATE, VIEW } from "./view.js";
 
@@ -16,6 +16,7 @@ const INTENT = {
   who: "Ada",
   begins_in_s: 1.44,
   moment_s: 2,
+  unsure: false,
   way: [
     [0, 0],
     [2.5, 0],
@@ -48,6 +49,11 @@ test("who is called is told with a bearing and its doubt, or that it is not know
   assert.match(whither({ ...come, bearing_rad: -3.1, bearing_sd_rad: 0.07 }, STATE.pose), /behind/);
   assert.match(whither(come, STATE.pose), /not known/);
   assert.match(speaker({ source: "ears", who: "Ada" }), /in the room, for Ada/);
+});
+
+test("a number that may be another is told first", () => {
+  assert.match(facts(INTENT, STATE.pose), /^Straight ahead.* · Spoken by Ada$/);
+  assert.match(facts({ ...INTENT, unsure: true }, STATE.pose), /^Not heard for sure: check the numbers · Straight/);
 });
 
 test("its moment runs out", () => {

@@ -1,7 +1,7 @@
 // What was understood, before the robot moves: the order with its numbers, where it goes, and the moment to hold it back.
 
 import { icon, make, mark, redraw, write } from "../element.js";
-import { begun, countdown, left, mayBegin, speaker, title, whither } from "../intent.js";
+import { begun, countdown, facts, left, mayBegin, speaker, title } from "../intent.js";
 import { Panel } from "../panel.js";
 
 /** @typedef {import("../session.js").View} View */
@@ -78,8 +78,8 @@ class IntentCard extends Panel {
   #wait(intent, view) {
     const { state } = view;
     if (!state) return;
-    const where = whither(intent, state.pose);
-    this.#draw(intent.name, title(intent), [where, speaker(intent)].filter(Boolean).join(" · "), "waiting");
+    const told = facts(intent, state.pose);
+    this.#draw(intent.name, title(intent), told, intent.unsure ? "unsure" : "waiting");
     write(this.#when, countdown(intent));
     this.#fill.style.width = `${(100 * left(intent)).toFixed(1)}%`;
     this.#go.hidden = mayBegin(view) === null;
@@ -87,14 +87,14 @@ class IntentCard extends Panel {
     this.#waiting = intent.id;
     this.#go.disabled = this.#cancel.disabled = false;
     const keys = this.#go.hidden ? "Escape stops it." : "Enter begins it now, Escape stops it.";
-    this.session.announce(`${title(intent)} ${countdown(intent)}. ${where}. ${keys}`);
+    this.session.announce(`${title(intent)} ${countdown(intent)}. ${told}. ${keys}`);
   }
 
   /**
    * @param {string} name
    * @param {string} words
    * @param {string} facts
-   * @param {"waiting" | "begun"} state
+   * @param {"waiting" | "unsure" | "begun"} state
    */
   #draw(name, words, facts, state) {
     redraw(this.#icon, name);

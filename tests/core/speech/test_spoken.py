@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from core.speech.recognizer import Hypothesis
@@ -45,6 +47,13 @@ def test_words_in_doubt_are_offered_when_they_are_a_command(words, meant):
     spoken = judge(heard(words, doubt=DOUBT))
     assert spoken.meant == meant and spoken.suggestions == ((meant,) if meant else ())
     assert judge(heard(words)).meant == "" and judge(heard(words, doubt=DOUBT, final=False)).meant == ""
+
+
+def test_a_number_that_may_be_another_is_told_with_the_command():
+    likely = Hypothesis(words="continue two meters", begin=1.0, end=2.0, unsure=True)
+    assert judge(likely).unsure and judge(likely).accepted
+    assert not judge(heard("continue two meters")).unsure
+    assert not judge(replace(likely, words="come over there")).unsure
 
 
 def test_a_place_in_doubt_still_stops():

@@ -1,0 +1,101 @@
+"""Numbers on which the views of a sound do not agree."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from core.experiments.practice_voice import practice_voice
+from core.message import Array
+from core.speech.ballot import likelihood, vote
+from core.speech.jsgf import FAR, FINE
+from core.speech.path import Path
+from core.speech.recognizer import Utterance
+from core.speech.settings import RATE
+from tests.core.speech.ears import engine, mono, padded
+from tests.core.speech.test_rivalry import path
+
+TEN, ONE = math.log(FAR), 0.0
+
+
+@pytest.mark.parametrize(
+    ("words", "nats"),
+    [
+        ("turn left", 0.0),
+        ("continue one point five meters", 0.0),
+        ("continue eleven meters", TEN),
+        ("stop at twenty one and minus one hundred two", 2 * TEN),
+        ("continue one point two five meters", math.log(FINE)),
+        ("stop at one point two five and two point one", math.log(FINE)),
+        ("stop at one point two and three", 0.0),
+    ],
+)
+def test_far_numbers_and_fine_ones_are_unlikely_before_anything_is_heard(words: str, nats: float) -> None:
+    assert likelihood(tuple(words.split())) == pytest.approx(nats)
+
+
+class Views:
+    """A decoder that fits each sentence differently to each view, and hears what it is told to without one."""
+
+    def __init__(self, fits: dict[str, tuple[float, ...]], heard: tuple[str, ...] = ()) -> None:
+        self.fits, self.heard, self.forced = fits, list(heard), ""
+        self.searches: list[str] = []
+        self.seen = 0
+
+    def add_jsgf_string(self, name: str, grammar: str) -> None:
+        self.forced = grammar.partition("<heard> = ")[2].partition(";")[0]
+        self.seen = 0
+
+    def activate_search(self, name: str) -> None:
+        self.searches.append(name)
+        if name == "heard":
+            self.forced = ""
+
+    def decoded(self, decoder: object, samples: Array) -> Path:
+        words = self.forced or self.heard.pop(0)
+        fit = self.fits[words][self.seen] if self.forced else -1.0
+        self.seen += 1
+        spans = [(word, 0.7 + n / 5, 0.9 + n / 5, 0.0) for n, word in enumerate(words.split())]
+        return path(*spans, ("", 3.0, 3.1, fit))
+
+
+def test_the_sentence_wins_that_fits_all_views_best_on_average(monkeypatch: pytest.MonkeyPatch) -> None:
+    views = Views({"stop at one": (-50.0, -10.0), "stop at nine": (-20.0, -60.0), "stop at ten": (-20.0, -20.0)})
+    monkeypatch.setattr("core.speech.ballot.decoded", views.decoded)
+    sentences = [tuple(words.split()) for words in views.fits]
+    told = vote(views, sentences, [np.zeros(3)] * 2)
+    assert [one.path.words[-1] for one in told] == ["one", "nine", "ten"]
+    assert [one.fit for one in told] == pytest.approx([-30.0, -40.0, -20.0 + TEN])
+    assert views.searches[-1] == "heard"  # the decoder hears its own grammar again
+
+
+@pytest.mark.parametrize(
+    ("fits", "words", "unsure"),
+    [
+        ((-30.0, -10.0), "continue three meters", True),
+        ((-30.0, -100.0), "continue two meters", True),
+        ((-30.0, -28.0), "", False),
+    ],
+)
+def test_numbers_that_a_view_reads_otherwise_are_put_to_the_vote(
+    monkeypatch: pytest.MonkeyPatch, fits: tuple[float, float], words: str, unsure: bool
+) -> None:
+    """Two meters were heard first, three meters at another speed; in doubt where they fit alike."""
+    two, three = "continue two meters", "continue three meters"
+    reader = engine()
+    views = Views({two: (fits[0],) * 9, three: (fits[1],) * 9}, heard=(two, three, two))
+    rival = path(("", 0.0, 3.0, -1000.0))
+    monkeypatch.setattr(reader, "_quick", views)
+    monkeypatch.setattr("core.speech.ballot.decoded", views.decoded)
+    monkeypatch.setattr(
+        "core.speech.sphinx.decoded", lambda who, view: rival if who is reader._others else views.decoded(who, view)
+    )
+    monkeypatch.setattr("core.speech.sphinx.left_over", lambda *_: 0.0)
+    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
+    read = reader.read(Utterance(sound=sound, begin=0.7, end=1.7))
+    if words:
+        assert (read.words, read.doubt, read.unsure) == (words, "", unsure)
+    else:
+        assert "not sure" in read.doubt and not read.unsure
