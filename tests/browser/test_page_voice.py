@@ -32,7 +32,7 @@ CANCEL_THE_FIRST = """() => {
   window.seen = { cards: [], box: [] };
   const card = document.querySelector("intent-card");
   new MutationObserver(() => {
-    if (card.hidden || card.dataset.state !== "waiting" || seen.cards.length) return;
+    if (card.hidden || card.dataset.state === "begun" || seen.cards.length) return;
     seen.cards.push(card.innerText);
     card.querySelector("[aria-label^=Cancel]").click();
   }).observe(card, { attributes: true, childList: true, characterData: true, subtree: true });

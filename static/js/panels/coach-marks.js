@@ -97,6 +97,7 @@ export class CoachMarks extends Panel {
     const hint = HINTS[this.#step];
     if (hint?.done(view)) this.#go(this.#step + 1);
     if (!this.#card.hidden) this.#place();
+    this.#card.style.visibility = state?.intent ? "hidden" : ""; // what is about to begin, and its Cancel, lie in sight
   }
 
   /** @param {number} step */
