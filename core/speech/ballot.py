@@ -40,6 +40,17 @@ def vote(decoder: Any, sentences: Sequence[Words], views: Sequence[Array]) -> li
     return sorted(votes, key=lambda one: one.fit, reverse=True)
 
 
+def nearest_other(decoder: Any, words: Words, view: Array) -> Words | None:
+    """The sentence with one digit changed that fits the samples (N,) best; None where it has no digit."""
+    others = []
+    for at, word in enumerate(words):
+        if word in DIGITS:
+            choice = f"({' | '.join(digit for digit in DIGITS if digit != word)})"
+            (path,) = forced(decoder, (*words[:at], choice, *words[at + 1 :]), [view])
+            others.extend([path] if path.spans else [])
+    return max(others, key=lambda path: path.fit).words if others else None
+
+
 def forced(decoder: Any, words: Words, views: Sequence[Array]) -> list[Path]:
     """The best ways in which these words fit each of the samples (N_i,); NOTHING where they do not."""
     decoder.add_jsgf_string("forced", written({}, " ".join(words)))

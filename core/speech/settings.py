@@ -36,6 +36,7 @@ class SpeechSettings:
     word_behind: float = 300.0  # [nats/s] the same within any one word of it
     clear_ratio: float = 27.0  # [dB] of voice over noise from which no noise is taken out: that costs consonants
     opinions: int = 2  # readings at other speeds that must agree on a command before the robot moves
+    sure_lead: float = 30.0  # [nats] by which numbers must be ahead of the nearest others, to be obeyed at once
     least_lead: float = 10.0  # [nats] by which numbers on which they do not agree must be ahead, to be said back
     stop_threshold: float = 1.0  # likelihood ratio from which a word is taken for STOP; less is more easily
     stop_in_noise: float = 1e-12  # the same in the beam towards a voice that noise covers; plateau 1e-10 to 1e-15

@@ -17,9 +17,10 @@ from typing import Any
 
 from scipy.signal import resample_poly
 
+from core.commands.careful import is_careful
 from core.message import Array
 from core.perception.sound.wiener import without_noise
-from core.speech.ballot import Words, vote
+from core.speech.ballot import Words, nearest_other, vote
 from core.speech.competing import grammar
 from core.speech.coverage import left_over
 from core.speech.endpointing import over_noise, voiced
@@ -90,10 +91,21 @@ class Sphinx:
                 return said, -inf
             readings.setdefault(_meaning(read), read)
         if len(readings) == 1:
-            return said, inf
+            return said, inf if self._is_sure(said, views) else self._settings.least_lead
         first, second, *_ = vote(self._quick, list(readings.values()), views)
         chosen = said if first.path.words == said.words else first.path
         return (chosen, first.fit - second.fit) if self._holds(chosen, views[0]) else (said, -inf)
+
+    def _is_sure(self, said: Path, views: list[Array]) -> bool:
+        """Whether no other digit fits nearly as well; not asked where the order waits a moment whatever it is."""
+        command = understand(" ".join(said.words))
+        if isinstance(command, Refusal) or is_careful(command):
+            return True
+        other = nearest_other(self._quick, said.words, views[0])
+        if other is None:
+            return True
+        first, second = vote(self._quick, [said.words, other], views)
+        return first.path.words == said.words and first.fit - second.fit > self._settings.sure_lead
 
     def _stands(self, said: Path, view: Array) -> bool:
         """Whether a single word is read from another view of the sound, and stands there."""

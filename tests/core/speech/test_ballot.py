@@ -9,7 +9,7 @@ import pytest
 
 from core.experiments.practice_voice import practice_voice
 from core.message import Array
-from core.speech.ballot import likelihood, vote
+from core.speech.ballot import likelihood, nearest_other, vote
 from core.speech.jsgf import FAR, FINE
 from core.speech.path import Path
 from core.speech.recognizer import Utterance
@@ -99,3 +99,63 @@ def test_numbers_that_a_view_reads_otherwise_are_put_to_the_vote(
         assert (read.words, read.doubt, read.unsure) == (words, "", unsure)
     else:
         assert "not sure" in read.doubt and not read.unsure
+
+
+class Confused:
+    """A decoder that takes every digit it may choose for another one, the earlier in a sentence the worse."""
+
+    def __init__(self) -> None:
+        self.choice: tuple[str, ...] = ()
+
+    def add_jsgf_string(self, name: str, grammar: str) -> None:
+        rule = grammar.partition("<heard> = ")[2].partition(";")[0]
+        before, _, rest = rule.partition("(")
+        choices, _, after = rest.partition(")")
+        self.choice = (before or rule, choices, after)
+
+    def activate_search(self, name: str) -> None:
+        pass
+
+    def decoded(self, decoder: object, samples: Array) -> Path:
+        before, choices, after = self.choice
+        words = f"{before} {choices.split(' | ')[0]} {after}".split()
+        return path(*((word, n / 5, n / 5 + 0.2, float(len(before))) for n, word in enumerate(words)))
+
+
+def test_the_nearest_other_sentence_has_one_digit_changed(monkeypatch: pytest.MonkeyPatch) -> None:
+    confused = Confused()
+    monkeypatch.setattr("core.speech.ballot.decoded", confused.decoded)
+    other = nearest_other(confused, ("continue", "one", "point", "five", "meters"), np.zeros(3))
+    assert other == ("continue", "one", "point", "zero", "meters")
+    other = nearest_other(confused, ("continue", "zero", "meters"), np.zeros(3))
+    assert other == ("continue", "one", "meters")
+    assert nearest_other(confused, ("turn", "left"), np.zeros(3)) is None
+    assert nearest_other(confused, ("continue", "eleven", "meters"), np.zeros(3)) is None
+
+
+@pytest.mark.parametrize(
+    ("words", "other", "fits", "unsure"),
+    [
+        ("continue two meters", "continue three meters", (-30.0, -50.0), True),
+        ("continue two meters", "continue three meters", (-30.0, -90.0), False),
+        ("continue two meters", "continue three meters", (-90.0, -30.0), True),
+        ("continue four meters", "continue three meters", (-30.0, -31.0), False),  # it waits whatever it is
+        ("turn left", "", (-30.0, 0.0), False),
+    ],
+)
+def test_a_number_that_begins_at_once_is_far_ahead_of_the_nearest_other(
+    monkeypatch: pytest.MonkeyPatch, words: str, other: str, fits: tuple[float, float], unsure: bool
+) -> None:
+    reader = engine()
+    views = Views({words: (fits[0],) * 9, other: (fits[1],) * 9}, heard=(words,) * 3)
+    rival = path(("", 0.0, 3.0, -1000.0))
+    monkeypatch.setattr(reader, "_quick", views)
+    monkeypatch.setattr("core.speech.ballot.decoded", views.decoded)
+    monkeypatch.setattr("core.speech.sphinx.nearest_other", lambda *_: tuple(other.split()) or None)
+    monkeypatch.setattr(
+        "core.speech.sphinx.decoded", lambda who, view: rival if who is reader._others else views.decoded(who, view)
+    )
+    monkeypatch.setattr("core.speech.sphinx.left_over", lambda *_: 0.0)
+    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
+    read = reader.read(Utterance(sound=sound, begin=0.7, end=1.7))
+    assert (read.words, read.doubt, read.unsure) == (words, "", unsure)
