@@ -6,7 +6,7 @@ import asyncio
 from collections import deque
 from dataclasses import dataclass
 
-OUTBOX = 64  # answers that may wait for one viewer; past that the viewer does not read
+OUTBOX = 256  # answers that may wait for one viewer, a second's worth of asking; past that the viewer does not read
 
 
 @dataclass(frozen=True)
