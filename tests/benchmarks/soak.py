@@ -65,9 +65,9 @@ class Soak:
         x, y = chance.uniform(-2.0, 2.0), chance.uniform(-2.0, 2.0)
         if how == "typed":
             text = chance.choice(TYPED).format(x=x, y=y, far=chance.uniform(5, 200))
-            self._post("/api/commands", {"text": text, "source": "typed"})
+            self._post("/api/commands", {"text": text})
         elif how == "click":
-            self._post("/api/commands", {"text": f"stop at {x:.2f} and {y:.2f}", "source": "click"})
+            self._post("/api/commands", {"text": f"stop at {x:.2f} and {y:.2f}"})
         elif how == "say":
             self._post("/api/sim/say", {"text": chance.choice(SPOKEN), "x_m": x, "y_m": y})
         elif how == "people":

@@ -17,7 +17,7 @@ from core.speech.settings import RATE
 from tests.core.speech.ears import engine, mono, padded
 from tests.core.speech.test_rivalry import path
 
-TEN, ONE = math.log(FAR), 0.0
+TEN = math.log(FAR)
 
 
 @pytest.mark.parametrize(

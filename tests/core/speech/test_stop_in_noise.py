@@ -9,7 +9,7 @@ import pytest
 
 from core.message import Array
 from core.sensors.microphones import Sound
-from core.speech.recognizer import at_16_khz
+from core.speech.recognizer import Hypothesis, at_16_khz
 from core.speech.settings import RATE, SpeechSettings
 from core.speech.stop_in_noise import LONGEST, StopInNoise
 from core.speech.stop_spotter import StopSpotter, fall, spotted
@@ -57,8 +57,10 @@ def test_an_utterance_is_told_to_stop_once_and_long_talk_is_not_listened_to() ->
         assert spotter.wants(SINCE - 0.5, SINCE)  # another clock: the robot was started anew
 
 
-def test_a_hum_that_sets_in_is_no_word_however_willingly_one_is_spotted() -> None:
-    anything = StopInNoise(SpeechSettings(stop_in_noise=1e-200))
+def test_a_hum_that_sets_in_is_no_word_however_willingly_one_is_spotted(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = Hypothesis(words="stop", begin=SINCE, end=SINCE + 0.5, final=False)
+    monkeypatch.setattr("core.speech.stop_in_noise.spotted", lambda *_: (told,))
+    anything = StopInNoise(SpeechSettings())
     rng = np.random.default_rng(7)
     samples = hum(rng, 2.0)
     samples[: round(SINCE * RATE)] *= 10 ** (-15 / 20)
