@@ -32,7 +32,10 @@ from core.speech.array_transcriber import ArrayTranscriber
 from core.speech.engines import open_engine
 from core.speech.grammar import Refusal, understand
 from core.speech.recognizer import Engine
+from core.speech.settings import RATE
 from core.speech.spoken import Spoken, judge
+from core.speech.voice import PERSONS_VOICE, VoiceSettings, speak
+from core.speech.voice import pcm as pcm_of
 from core.world import World, world_named
 
 BODY = np.array([[aside, up] for aside in (-0.12, 0.0, 0.12) for up in (0.5, 0.9, 1.3)])
@@ -45,9 +48,11 @@ PIECE = 0.2  # [s] of sound that are read at once
 REST = 2.0  # [s] of the sentence that begins with STOP, and of silence behind it
 REACTION = 1.0  # [s] after which who is misunderstood says STOP
 BEFORE = 1.0  # [s] of sound before somebody speaks that are read with it
+FAINT = 0.02  # of the loudest sample, below which a voice has ended
 CLOTHES = ("red", "blue", "green", "black", "white", "grey", "brown", "yellow")
 SPEEDS = (130, 140, 150)  # [words/min] at which people speak to a robot
 ANN = "Ann"
+Watch = Callable[[Snapshot], None]  # sees every frame
 SENSES = ("laser_m", "camera_rad", "sound_rad", "fused_m")
 
 
@@ -60,7 +65,7 @@ class Heard:
     why: str = ""  # a sentence where there is no undertaking
     tries: int = 1  # how often it was said
     wrong: tuple[str, ...] = ()  # commands that were understood instead
-    ended: float = 0.0  # [s] robot's clock: end of the words
+    ended: float = 0.0  # [s] robot's clock: when the voice truly had said its words
     understood: float = 0.0  # [s] the same: when they were
     begun: float = 0.0  # [s] the same: when it was begun; a careful order waits a moment
     read: float = 0.0  # [s] of processor time for listening until then
@@ -161,15 +166,15 @@ class SpokenRoom:
         return float(np.mean(seen)) < SEEN
 
     def command(
-        self, words: str, tries: int = 1, *, watch: Callable[[Snapshot], None] = lambda _: None, **mouth: Any
+        self, words: str, tries: int = 1, *, watch: Watch = lambda _: None, pcm: bytes | None = None
     ) -> Heard:
         """Ann says it, again while nothing is understood → what became of it; `watch` sees every frame meanwhile.
 
-        `mouth`: what the request `say` takes besides, such as another `voice`, or a recording of the words as `pcm`.
+        `pcm`: a recording of the words, 16-bit samples at 16 kHz, instead of a synthetic voice.
         """
         if self._transcriber is None:
-            voice = 8000 * practice_voice(self.chance, 1.2, 16_000)
-            self._say(pcm=voice.clip(-32768, 32767).astype("<i2").tobytes())
+            voice = 8000 * practice_voice(self.chance, 1.2, RATE)
+            self._utter(voice.clip(-32768, 32767).astype("<i2").tobytes())
             call = self._hear(LISTEN)[1]
             now = self.robot.snapshot.stamp
             return Heard(number=self.robot.tell(words), call=call, ended=now, understood=now, begun=now)
@@ -179,13 +184,13 @@ class SpokenRoom:
         wrong: list[str] = []
         why, call = "", None
         for attempt in range(1, tries + 1):
-            self._say(text=words, speed=int(self.chance.choice(SPEEDS)), **mouth)
+            ended = self._say(words) if pcm is None else self._utter(pcm)
             said, call = self._hear(READ, watch, early=meant.name == STOP_MOVING.name)
             if said is None or said.command is None:
                 why = "not understood"
                 continue
             right = (said.command.name, said.command.numbers) == (meant.name, meant.numbers)
-            heard = Heard(number=None, call=call, tries=attempt, ended=said.end, read=self._read)
+            heard = Heard(number=None, call=call, tries=attempt, ended=ended, read=self._read)
             heard = dataclasses.replace(heard, understood=self.robot.snapshot.stamp)
             if not right:
                 why = f"heard “{said.echo}”"
@@ -207,14 +212,14 @@ class SpokenRoom:
             return dataclasses.replace(heard, why=str(refused))
         return dataclasses.replace(heard, number=number)
 
-    def _held_back(self, right: bool, watch: Callable[[Snapshot], None]) -> bool:
+    def _held_back(self, right: bool, watch: Watch) -> bool:
         """The moment before an order begins → whether a STOP was heard: Ann says it when the order is not hers."""
         now = self.robot.snapshot.stamp
         objects, moment = now + REACTION, Moment.from_now(now)
         for snapshot, spoken in self.overheard(MOMENT + LONGEST):
             watch(snapshot)
             if not right and snapshot.stamp >= objects:
-                self._say(text=STOP_MOVING.words[0], speed=int(self.chance.choice(SPEEDS)))
+                self._say(STOP_MOVING.words[0])
                 objects = math.inf
             if any(one.command is not None and one.command.name == STOP_MOVING.name for one in spoken):
                 for _ in self.overheard(REST):
@@ -226,11 +231,19 @@ class SpokenRoom:
                 break
         return False
 
-    def _say(self, **what: Any) -> None:
-        self.robot.robot.ask({"do": "say", "id": ANN, **what})
+    def _say(self, words: str) -> float:
+        """Ann says it with a synthetic voice → when [s] she will have said it."""
+        sound = speak(words, VoiceSettings(voice=PERSONS_VOICE, speed=int(self.chance.choice(SPEEDS))))
+        return self._utter(pcm_of(sound), sound.rate)
+
+    def _utter(self, pcm: bytes, rate: int = RATE) -> float:
+        """Sound out of Ann's mouth, 16-bit samples → when [s] the last of it that is not faint will have left it."""
+        self.robot.robot.ask({"do": "say", "id": ANN, "pcm": pcm, "rate_hz": rate})
+        loud = np.abs(np.frombuffer(pcm, "<i2").astype(float))
+        return self.robot.snapshot.stamp + float(np.flatnonzero(loud > FAINT * loud.max())[-1] + 1) / rate
 
     def _hear(
-        self, seconds: float, watch: Callable[[Snapshot], None] = lambda _: None, *, early: bool = False
+        self, seconds: float, watch: Watch = lambda _: None, *, early: bool = False
     ) -> tuple[Spoken | None, Call | None]:
         """Listen for so long, or until a command was understood; what was heard just before is listened to, too.
 
@@ -259,7 +272,7 @@ class SpokenRoom:
             self._read += time.process_time() - begun
             yield snapshot, spoken
 
-    def measure(self, x: float, y: float) -> Callable[[Snapshot], None]:
+    def measure(self, x: float, y: float) -> Watch:
         """Who watches the errors of every sense against where the person truly is."""
 
         def watch(snapshot: Snapshot) -> None:
@@ -277,9 +290,7 @@ class SpokenRoom:
 
         return watch
 
-    def wait(
-        self, number: int, seconds: float, watch: Callable[[Snapshot], None] = lambda _: None
-    ) -> Undertaking | None:
+    def wait(self, number: int, seconds: float, watch: Watch = lambda _: None) -> Undertaking | None:
         """Until it has ended; None: it has not."""
         for snapshot in self.robot.frames(seconds):
             watch(snapshot)
