@@ -45,6 +45,14 @@ class BeliefSettings:
     veer_share: float = 0.1  # … and this share of the turn
     veer_way: float = math.radians(4)  # [rad/m] … and this for the way
 
+    def least_score(self, usual: float) -> float:
+        """That the views must reach on a map on which so much conflict is usual."""
+        return self.score - self.score_usual * usual
+
+    def most_conflict(self, usual: float) -> float:
+        """That a single view may have on such a map."""
+        return self.worst + self.worst_usual * usual
+
 
 @dataclass(frozen=True)
 class Hypothesis:
@@ -137,9 +145,9 @@ class Hypotheses:
         if not any(self._apart(one, self.views[-1], settings.confirmed) for one in self.views[:-1]):
             return "one view only" if len(self.views) == 1 else "I have seen the place from one side only"
         more = settings.of_two if len(best.fits) == 2 else 0.0
-        if best.score < settings.score - settings.score_usual * self._usual + more:
+        if best.score < settings.least_score(self._usual) + more:
             return "the walls fit badly"
-        most = settings.worst + settings.worst_usual * self._usual
+        most = settings.most_conflict(self._usual)
         unusual = max(0.0, best.conflict - settings.worst_usual * self._usual)
         against = unusual > settings.spotless or max(fit.conflict for fit in best.fits) > most
         if against or best.merit < settings.merit + more:

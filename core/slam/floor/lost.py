@@ -175,8 +175,8 @@ class Finding:
             fit is not None
             and former.distance_to(fit.pose.x, fit.pose.y) < self.settings.stayed
             and abs(wrap(fit.pose.heading - former.heading)) < self.settings.stayed_heading
-            and fit.score >= belief.score - belief.score_usual * usual
-            and fit.conflict <= belief.worst + belief.worst_usual * usual
+            and fit.score >= belief.least_score(usual)
+            and fit.conflict <= belief.most_conflict(usual)
         )
         self._fitting = self._fitting + 1 if fits else 0
         return (
