@@ -60,27 +60,28 @@ class Sphinx:
         views, offset = views_of(utterance, self._settings.clear_ratio)
         said = decoded(self._commands, views[0])
         heard = partial(Hypothesis, begin=utterance.begin, end=utterance.end)
-        if not said.words or not self._holds(said, views[0]):
-            return heard(words="", score=said.fit if said.words else None)
+        if not said.words:
+            return heard(words="")
+        other = decoded(self._others, views[0])
+        if not holds(said, other, self._settings):
+            return heard(words="", score=said.fit)
         doubt = _doubt(utterance, offset, said)
-        best, lead = (said, inf) if doubt else self._settled(said, [*views, *self._faster_and_slower(views[0])])
+        spoken = [*views, *self._faster_and_slower(views[0])]
+        best, lead = (said, inf) if doubt else self._settled(said, other, spoken)
         if not doubt and lead < self._settings.least_lead:
             doubt = "I am not sure that I heard every word right."
         unsure = not doubt and lead < inf
         return heard(words=" ".join(best.words), score=best.fit, doubt=doubt, unsure=unsure)
-
-    def _holds(self, said: Path, samples: Array) -> bool:
-        """Whether the command stands against anything else that the samples (N,) may be."""
-        return holds(said, decoded(self._others, samples), self._settings)
 
     def _faster_and_slower(self, samples: Array) -> Iterator[Array]:
         """The samples (N,) as deeper and higher voices would say them."""
         for up, down in SPEEDS[: self._settings.opinions]:
             yield resample_poly(samples, up, down)
 
-    def _settled(self, said: Path, views: list[Array]) -> tuple[Path, float]:
-        """What was said, of what is read from all views, the first of them known, and how far [nats] it is ahead of
-        the same command with other numbers: ∞ where all agree, -∞ where not even the command is sure.
+    def _settled(self, said: Path, other: Path, views: list[Array]) -> tuple[Path, float]:
+        """What was said, of what is read from all views, and how far [nats] it is ahead of the same command with
+        other numbers: ∞ where all agree, -∞ where not even the command is sure. The first view was read as a
+        command, `said`, and as anything else, `other`.
         """
         if len(said.words) == 1:
             return said, inf if all(self._stands(said, view) for view in views[1:]) else -inf
@@ -94,7 +95,7 @@ class Sphinx:
             return said, inf if self._is_sure(said, views) else self._settings.least_lead
         first, second, *_ = vote(self._quick, list(readings.values()), views)
         chosen = said if first.path.words == said.words else first.path
-        return (chosen, first.fit - second.fit) if self._holds(chosen, views[0]) else (said, -inf)
+        return (chosen, first.fit - second.fit) if holds(chosen, other, self._settings) else (said, -inf)
 
     def _is_sure(self, said: Path, views: list[Array]) -> bool:
         """Whether no other digit fits nearly as well; not asked where the order waits a moment whatever it is."""
@@ -110,7 +111,7 @@ class Sphinx:
     def _stands(self, said: Path, view: Array) -> bool:
         """Whether a single word is read from another view of the sound, and stands there."""
         again = decoded(self._commands, view)
-        return again.words == said.words and self._holds(again, view)
+        return again.words == said.words and holds(again, decoded(self._others, view), self._settings)
 
 
 def _doubt(utterance: Utterance, offset: float, said: Path) -> str:
