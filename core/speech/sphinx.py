@@ -66,8 +66,7 @@ class Sphinx:
         if not holds(said, other, self._settings):
             return heard(words="", score=said.fit)
         doubt = _doubt(utterance, offset, said)
-        spoken = [*views, *self._faster_and_slower(views[0])]
-        best, lead = (said, inf) if doubt else self._settled(said, other, spoken)
+        best, lead = (said, inf) if doubt else self._settled(said, other, views)
         if not doubt and lead < self._settings.least_lead:
             doubt = "I am not sure that I heard every word right."
         unsure = not doubt and lead < inf
@@ -79,10 +78,11 @@ class Sphinx:
             yield resample_poly(samples, up, down)
 
     def _settled(self, said: Path, other: Path, views: list[Array]) -> tuple[Path, float]:
-        """What was said, of what is read from all views, and how far [nats] it is ahead of the same command with
-        other numbers: ∞ where all agree, -∞ where not even the command is sure. The first view was read as a
-        command, `said`, and as anything else, `other`.
+        """What was said, of what is read from all views, at other speeds too, and how far [nats] it is ahead of the
+        same command with other numbers: ∞ where all agree, -∞ where not even the command is sure. The first view
+        was read as a command, `said`, and as anything else, `other`.
         """
+        views = [*views, *self._faster_and_slower(views[0])]
         if len(said.words) == 1:
             return said, inf if all(self._stands(said, view) for view in views[1:]) else -inf
         readings = {_meaning(said.words): said.words}
