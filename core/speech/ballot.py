@@ -17,7 +17,7 @@ from core.message import Array, message
 from core.speech.jsgf import FAR, FINE, RARE, written
 from core.speech.numbers import DIGITS
 from core.speech.path import Path, decoded
-from core.speech.pocketsphinx import SEARCH
+from core.speech.pocketsphinx import SEARCH, listen_for
 
 Words = tuple[str, ...]
 
@@ -53,8 +53,7 @@ def nearest_other(decoder: Any, words: Words, view: Array) -> Words | None:
 
 def forced(decoder: Any, words: Words, views: Sequence[Array]) -> list[Path]:
     """The best ways in which these words fit each of the samples (N_i,); NOTHING where they do not."""
-    decoder.add_jsgf_string("forced", written({}, " ".join(words)))
-    decoder.activate_search("forced")
+    listen_for(decoder, "forced", written({}, " ".join(words)))
     try:
         return [decoded(decoder, view) for view in views]
     finally:

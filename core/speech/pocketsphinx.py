@@ -5,12 +5,14 @@ The package is imported when it is first needed, never before: nothing else of B
 
 from __future__ import annotations
 
+import math
 from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from core.errors import Unavailable
+from core.speech.automaton import automaton
 from core.speech.competing import PHONE_WORD, choose, phones_of, read_dictionary
 
 MISSING = (
@@ -41,9 +43,16 @@ def grammar_decoder(jsgf: str, **options: Any) -> Any:
         made.add_word(word, pronunciation, False)
     for phone in phones:
         made.add_word(PHONE_WORD.format(phone.lower()), phone, phone == phones[-1])
-    made.add_jsgf_string(SEARCH, jsgf)
-    made.activate_search(SEARCH)
+    listen_for(made, SEARCH, jsgf)
     return made
+
+
+def listen_for(decoder: Any, search: str, jsgf: str) -> None:
+    """From now on a decoder hears sentences of the grammar; `search` is what it calls it, anew or not yet."""
+    chains = automaton(jsgf)
+    arcs = [(arc.source, arc.target, math.exp(arc.nats), *([arc.word] if arc.word else [])) for arc in chains.arcs]
+    decoder.add_fsg(search, decoder.create_fsg(search, chains.start, chains.final, arcs))
+    decoder.activate_search(search)
 
 
 @cache

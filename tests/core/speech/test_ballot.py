@@ -44,7 +44,8 @@ class Views:
         self.searches: list[str] = []
         self.seen = 0
 
-    def add_jsgf_string(self, name: str, grammar: str) -> None:
+    def listen_for(self, _: object, name: str, grammar: str) -> None:
+        self.searches.append(name)
         self.forced = grammar.partition("<heard> = ")[2].partition(";")[0]
         self.seen = 0
 
@@ -64,6 +65,7 @@ class Views:
 def test_the_sentence_wins_that_fits_all_views_best_on_average(monkeypatch: pytest.MonkeyPatch) -> None:
     views = Views({"stop at one": (-50.0, -10.0), "stop at nine": (-20.0, -60.0), "stop at ten": (-20.0, -20.0)})
     monkeypatch.setattr("core.speech.ballot.decoded", views.decoded)
+    monkeypatch.setattr("core.speech.ballot.listen_for", views.listen_for)
     sentences = [tuple(words.split()) for words in views.fits]
     told = vote(views, sentences, [np.zeros(3)] * 2)
     assert [one.path.words[-1] for one in told] == ["one", "nine", "ten"]
@@ -89,6 +91,7 @@ def test_numbers_that_a_view_reads_otherwise_are_put_to_the_vote(
     rival = path(("", 0.0, 3.0, -1000.0))
     monkeypatch.setattr(reader, "_quick", views)
     monkeypatch.setattr("core.speech.ballot.decoded", views.decoded)
+    monkeypatch.setattr("core.speech.ballot.listen_for", views.listen_for)
     monkeypatch.setattr(
         "core.speech.sphinx.decoded", lambda who, view: rival if who is reader._others else views.decoded(who, view)
     )
@@ -107,7 +110,7 @@ class Confused:
     def __init__(self) -> None:
         self.choice: tuple[str, ...] = ()
 
-    def add_jsgf_string(self, name: str, grammar: str) -> None:
+    def listen_for(self, _: object, name: str, grammar: str) -> None:
         rule = grammar.partition("<heard> = ")[2].partition(";")[0]
         before, _, rest = rule.partition("(")
         choices, _, after = rest.partition(")")
@@ -125,6 +128,7 @@ class Confused:
 def test_the_nearest_other_sentence_has_one_digit_changed(monkeypatch: pytest.MonkeyPatch) -> None:
     confused = Confused()
     monkeypatch.setattr("core.speech.ballot.decoded", confused.decoded)
+    monkeypatch.setattr("core.speech.ballot.listen_for", confused.listen_for)
     other = nearest_other(confused, ("continue", "one", "point", "five", "meters"), np.zeros(3))
     assert other == ("continue", "one", "point", "zero", "meters")
     other = nearest_other(confused, ("continue", "zero", "meters"), np.zeros(3))
@@ -151,6 +155,7 @@ def test_a_number_that_begins_at_once_is_far_ahead_of_the_nearest_other(
     rival = path(("", 0.0, 3.0, -1000.0))
     monkeypatch.setattr(reader, "_quick", views)
     monkeypatch.setattr("core.speech.ballot.decoded", views.decoded)
+    monkeypatch.setattr("core.speech.ballot.listen_for", views.listen_for)
     monkeypatch.setattr("core.speech.sphinx.nearest_other", lambda *_: tuple(other.split()) or None)
     monkeypatch.setattr(
         "core.speech.sphinx.decoded", lambda who, view: rival if who is reader._others else views.decoded(who, view)

@@ -10,8 +10,9 @@ import pytest
 from core.experiments.practice_voice import practice_voice
 from core.message import Array
 from core.speech.coverage import Span
+from core.speech.jsgf import written
 from core.speech.path import NOTHING, Path, Piece, decoded
-from core.speech.pocketsphinx import decoder
+from core.speech.pocketsphinx import decoder, listen_for
 from core.speech.recognizer import Utterance
 from core.speech.rivalry import compare, holds
 from core.speech.settings import RATE, SpeechSettings
@@ -115,10 +116,8 @@ def test_the_longest_pause_lies_between_words():
 
 def test_the_pieces_of_a_decoded_path_cover_the_sound_and_sum_up_to_its_score():
     pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
-    grammar = "#JSGF V1.0;\ngrammar two;\npublic <two> = (turn | come) (left | here);\n"
     reader = decoder(bestpath=False)
-    reader.add_jsgf_string("two", grammar)
-    reader.activate_search("two")
+    listen_for(reader, "two", written({}, "(turn | come) (left | here)"))
     samples = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE))
     said = decoded(reader, samples)
     assert len(said.spans) == 2
