@@ -15,13 +15,13 @@ from console.lease import Lease
 from console.logins import Person
 from console.notice_board import NoticeBoard
 from console.problems import Problem
+from core.commands.careful import OBEYED_WITHIN
 from core.errors import Refused
 from core.perception.people.call import Call
 from core.speech.grammar import Refusal, understand
 
 SOURCE = "ears"
 SPOKEN = (SOURCE, "voice")  # what a voice may interrupt
-OBEYED_WITHIN = 2.0  # [s] after their end that words are still obeyed
 NOT_YOURS = "Whoever took the words on drives no more; voices in the room are shown again."
 HIGHER = "Somebody drives by hand or by the page; a voice does not interrupt that. Only stop does."
 

@@ -1,4 +1,4 @@
-"""Spoken orders that wait a moment before they begin: who hears another one said back says STOP."""
+"""When spoken orders begin: soon after the words or not at all; some wait a moment, in which STOP holds them back."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from core.commands.command import Command
 
+OBEYED_WITHIN = 2.0  # [s] after their end that words are still obeyed
 CAREFUL = ("come_here", "follow_me", "stop_at")
 FAR = 2.0  # [m]
 MOMENT = 2.0  # [s]

@@ -1,31 +1,29 @@
 """A robot and people in one simulated place: what they say goes through the air, the microphones and the recognizer.
 
 Sound leaves a mouth, comes with its echoes to the robot's array, is located and read from the beam towards it, and
-what is understood goes to the pilot, as in the console. Nothing keeps real time.
+what is understood goes to the pilot, as in the console. Nothing keeps real time, but reading takes the robot's time.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import math
-import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from core.commands import kind_of
-from core.commands.careful import LONGEST, MOMENT, Moment, is_careful
+from core.commands.careful import LONGEST, MOMENT, OBEYED_WITHIN, Moment, is_careful
 from core.commands.command import Command
 from core.commands.stand import STOP_MOVING
 from core.errors import BadInput, Refused
+from core.experiments.listening import Listening
 from core.experiments.practice_voice import practice_voice
 from core.experiments.rehearsal import Rehearsal
 from core.geometry import Pose, wrap
 from core.message import Array, message
 from core.perception.people.call import Call
-from core.sensors import SensorFrame
-from core.sensors.microphones import Sound, joined
 from core.settings import Settings
 from core.snapshot import Snapshot, Undertaking
 from core.speech.array_transcriber import ArrayTranscriber
@@ -33,7 +31,7 @@ from core.speech.engines import open_engine
 from core.speech.grammar import Refusal, understand
 from core.speech.recognizer import Engine
 from core.speech.settings import RATE
-from core.speech.spoken import Spoken, judge
+from core.speech.spoken import Spoken
 from core.speech.voice import PERSONS_VOICE, VoiceSettings, speak
 from core.speech.voice import pcm as pcm_of
 from core.world import World, world_named
@@ -44,10 +42,8 @@ SEEN = 2 / 3  # of them, at least
 SIGHT = 0.05  # [m] between places of a line of sight
 LISTEN = 2.6  # [s] after a voice without words began
 READ = 8.0  # [s] in which a spoken command must be understood, or it is said again
-PIECE = 0.2  # [s] of sound that are read at once
 REST = 2.0  # [s] of the sentence that begins with STOP, and of silence behind it
 REACTION = 1.0  # [s] after which who is misunderstood says STOP
-BEFORE = 1.0  # [s] of sound before somebody speaks that are read with it
 FAINT = 0.02  # of the loudest sample, below which a voice has ended
 CLOTHES = ("red", "blue", "green", "black", "white", "grey", "brown", "yellow")
 SPEEDS = (130, 140, 150)  # [words/min] at which people speak to a robot
@@ -68,30 +64,7 @@ class Heard:
     ended: float = 0.0  # [s] robot's clock: when the voice truly had said its words
     understood: float = 0.0  # [s] the same: when they were
     begun: float = 0.0  # [s] the same: when it was begun; a careful order waits a moment
-    read: float = 0.0  # [s] of processor time for listening until then
-
-
-class _Waiting:
-    """Sound that was not read yet. Ears are never shut: the noise before the words is known.
-
-    Neither the robot nor the room is known here: a room that is left goes at once, with all that it heard.
-    """
-
-    def __init__(self) -> None:
-        self._sound: Sound | None = None
-
-    def keep(self, frame: SensorFrame) -> None:
-        """One frame further."""
-        if frame.sound is not None:
-            self._sound = joined(self._sound, frame.sound, BEFORE)
-
-    def taken(self) -> Sound | None:
-        """What waits, once it is worth reading."""
-        sound = self._sound
-        if sound is None or sound.duration < PIECE:
-            return None
-        self._sound = None
-        return sound
+    read: float = 0.0  # [s] of the time until it was understood, in which sound was being read
 
 
 class SpokenRoom:
@@ -112,16 +85,13 @@ class SpokenRoom:
         self.robot = Rehearsal(f"sim:{world}", seed=seed, start=start, settings=settings)
         self.errors: dict[str, list[float]] = {sense: [] for sense in SENSES}
         self.world: World = world_named(world)
-        self._transcriber: ArrayTranscriber | None = None
-        self._read = 0.0
+        self._ears: Listening | None = None
         array = self.robot.robot.profile.microphones
         if words and array is not None:
             chosen = self.robot.settings
-            self._transcriber = ArrayTranscriber(
-                array, chosen.speech, chosen.hearing, engine=engine or open_engine(chosen.speech)
-            )
-        self._waiting = _Waiting()
-        self.robot.when_stepped.append(self._waiting.keep)
+            reads = engine or open_engine(chosen.speech)
+            self._ears = Listening(ArrayTranscriber(array, chosen.speech, chosen.hearing, engine=reads))
+            self.robot.when_stepped.append(self._ears.keep)
         self.robot.robot.ask({"do": "listen", "on": True})
         self.robot.run(2.0)
 
@@ -172,7 +142,7 @@ class SpokenRoom:
 
         `pcm`: a recording of the words, 16-bit samples at 16 kHz, instead of a synthetic voice.
         """
-        if self._transcriber is None:
+        if self._ears is None:
             voice = 8000 * practice_voice(self.chance, 1.2, RATE)
             self._utter(voice.clip(-32768, 32767).astype("<i2").tobytes())
             call = self._hear(LISTEN)[1]
@@ -189,9 +159,13 @@ class SpokenRoom:
             if said is None or said.command is None:
                 why = "not understood"
                 continue
+            now = self.robot.snapshot.stamp
+            if now - said.end > OBEYED_WITHIN:
+                why = f"understood {now - said.end:.1f} s after it was said"
+                continue
             right = (said.command.name, said.command.numbers) == (meant.name, meant.numbers)
-            heard = Heard(number=None, call=call, tries=attempt, ended=ended, read=self._read)
-            heard = dataclasses.replace(heard, understood=self.robot.snapshot.stamp)
+            read = self._ears.reading(ended, now)
+            heard = Heard(number=None, call=call, tries=attempt, ended=ended, understood=now, read=read)
             if not right:
                 why = f"heard “{said.echo}”"
                 if not kind_of(said.command.name).moves:
@@ -250,7 +224,8 @@ class SpokenRoom:
         `early`: a STOP before the end of the sentence is enough. Else it stops what stands, and listening goes on.
         """
         call: Call | None = None
-        self._read = 0.0
+        if self._ears is not None:
+            self._ears.begin()
         for snapshot, spoken in self.overheard(seconds):
             watch(snapshot)
             for voice in snapshot.hearing.voices[:1] if snapshot.hearing else ():
@@ -263,14 +238,7 @@ class SpokenRoom:
     def overheard(self, seconds: float) -> Iterator[tuple[Snapshot, tuple[Spoken, ...]]]:
         """The frames of the next so many seconds, each with what became of words that were understood in it."""
         for snapshot in self.robot.frames(seconds):
-            sound = None if self._transcriber is None else self._waiting.taken()
-            if self._transcriber is None or sound is None:
-                yield snapshot, ()
-                continue
-            begun = time.process_time()
-            spoken = tuple(judge(one) for one in self._transcriber.feed(sound))
-            self._read += time.process_time() - begun
-            yield snapshot, spoken
+            yield snapshot, () if self._ears is None else self._ears.heard(snapshot.stamp)
 
     def measure(self, x: float, y: float) -> Watch:
         """Who watches the errors of every sense against where the person truly is."""

@@ -1,0 +1,56 @@
+"""Ears in an experiment: reading takes the time that it takes on this machine, and the room goes on meanwhile.
+
+As in the console, sound that comes while a piece is being read waits, and is read with the next one.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+from core.sensors import SensorFrame
+from core.sensors.microphones import Sound, joined
+from core.speech.recognizer import Recognizer
+from core.speech.spoken import Spoken, judge
+
+PIECE = 0.2  # [s] of sound, at least, that are read at once
+BEFORE = 1.0  # [s] of sound before somebody listens that are read too: the noise before the words is known
+MOST_WAITING = 8.0  # [s] of sound that may wait
+
+
+class Listening:
+    """Neither the robot nor the room is known here: a room that is left goes at once, with all that it heard."""
+
+    def __init__(self, recognizer: Recognizer) -> None:
+        self._recognizer = recognizer
+        self._waiting: Sound | None = None
+        self._told: Sequence[Spoken] = ()  # what will be known at the end of the newest reading
+        self._readings: list[tuple[float, float]] = []  # [s] robot's clock, from when to when
+
+    def keep(self, frame: SensorFrame) -> None:
+        """The sound of one frame; ears are never shut."""
+        if frame.sound is not None:
+            self._waiting = joined(self._waiting, frame.sound, MOST_WAITING)
+
+    def begin(self) -> None:
+        """Listen from now on; what was heard long before is forgotten."""
+        sound, self._readings, self._told = self._waiting, [], ()
+        if sound is not None:
+            now = sound.stamp + sound.duration
+            self._waiting = sound.part(now - BEFORE, now)
+
+    def heard(self, now: float) -> tuple[Spoken, ...]:
+        """What is known by `now` [s] of words that were said; once for every frame."""
+        if self._readings and now < self._readings[-1][1]:
+            return ()
+        told, self._told = self._told, ()
+        sound = self._waiting
+        if sound is not None and sound.duration >= PIECE:
+            self._waiting, begun = None, time.process_time()
+            self._told = [judge(one) for one in self._recognizer.feed(sound)]
+            self._readings.append((now, now + time.process_time() - begun))
+        return tuple(told)
+
+    def reading(self, begin: float, end: float) -> float:
+        """How long [s] something was being read between two moments [s] since `begin`."""
+        return sum(max(min(end, until) - max(begin, since), 0.0) for since, until in self._readings)
