@@ -14,7 +14,8 @@ def aside(truth: Pose, faces: Array, posts: Array, distance: float = 0.5, alone:
     """How far off `distance` [m] a straight wall on the right is, None where there is more than that one wall.
 
     `faces` (F, 4) x0 y0 x1 y1 [m] with the open side on the left, `posts` (P, 3) x y radius. It counts where nothing
-    else that turns its open side to the robot lies within `alone` [m], and the wall lies to the robot's right.
+    else that turns its open side to the robot lies within `alone` [m], the wall lies to the robot's right, and both
+    its ends are farther along it than `distance`: nearer to them the way already turns.
     """
     start, edge = faces[:, :2], faces[:, 2:] - faces[:, :2]
     length = np.hypot(*edge.T)
@@ -26,7 +27,7 @@ def aside(truth: Pose, faces: Array, posts: Array, distance: float = 0.5, alone:
     if len(posts) and (np.hypot(*(posts[:, :2] - (truth.x, truth.y)).T) - posts[:, 2] < alone).any():
         return None
     near = np.flatnonzero(gap < alone)
-    if len(near) != 1 or not 0.0 < foot[near[0]] < length[near[0]]:
+    if len(near) != 1 or not distance < foot[near[0]] < length[near[0]] - distance:
         return None
     turned = wrap(math.atan2(along[near[0], 1], along[near[0], 0]) - truth.heading)
     return float(gap[near[0]] - distance) if abs(turned) < math.radians(45) else None

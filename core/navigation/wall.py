@@ -40,7 +40,7 @@ class WallSettings:
     horizon: float = 1.0  # [m] of line ahead
     stride: float = 0.02  # [m] between its points
     memory: float = 30.0  # [s] that counts what is out of sight
-    least: float = 0.3  # [m] of extent from which something is a wall to begin with
+    least: float = 0.5  # [m] of extent from which something is a wall to begin with: legs of a person are none
     seek: float = 5.0  # [m] from which it drives to a wall
     near: float = 0.3  # [m] beyond its distance within which it follows without driving there first
     lost_after: float = 2.0  # [s] without a wall until it gives up
@@ -132,10 +132,10 @@ class RightWall:
             return None
         away = np.hypot(*(cells - (pose.x, pose.y)).T)
         if self._contact is None:
-            right = _on_the_right(pose, cells)
-            if not right.any():
+            begins = _on_the_right(pose, cells) & _wide(cells, self._settings.least)
+            if not begins.any():
                 return None
-            start = int(np.where(right, away, np.inf).argmin())
+            start = int(np.where(begins, away, np.inf).argmin())
         else:
             start = int(np.hypot(*(cells - self._contact).T).argmin())
             if math.dist(cells[start], self._contact) > self._settings.link:
@@ -151,9 +151,7 @@ def walls_on_the_right(pose: Pose, points: Array, settings: WallSettings) -> Arr
     cells = _averaged(pose.apply(points[np.hypot(*points.T) < settings.seek]), settings.cell)
     if not len(cells):
         return NOTHING
-    count, part = connected_components(_graph(cells, 0.15), directed=False)
-    wide = np.array([float(np.hypot(*np.ptp(cells[part == one], axis=0))) for one in range(count)])
-    rest = cells[_on_the_right(pose, cells) & (wide[part] >= settings.least)]
+    rest = cells[_on_the_right(pose, cells) & _wide(cells, settings.least)]
     rest = rest[np.hypot(*(rest - (pose.x, pose.y)).T).argsort(kind="stable")]
     told = []
     while len(rest):
@@ -166,6 +164,13 @@ def _on_the_right(pose: Pose, cells: Array) -> Array:
     local = pose.inverse().apply(cells)
     bearing = np.arctan2(local[:, 1], local[:, 0])
     return (bearing > RIGHT[0]) & (bearing < RIGHT[1])
+
+
+def _wide(cells: Array, least: float) -> Array:
+    """(C,) whether each cell belongs to something of at least that extent [m]: a table's leg is no wall."""
+    count, part = connected_components(_graph(cells, 0.15), directed=False)
+    wide = np.array([float(np.hypot(*np.ptp(cells[part == one], axis=0))) for one in range(count)])
+    return wide[part] >= least
 
 
 def _averaged(points: Array, cell: float) -> Array:

@@ -13,6 +13,7 @@ from stage import Stage
 from core.errors import Refused
 from core.geometry import Pose
 from core.navigation.surroundings import Surroundings
+from core.navigation.wall import RightWall, WallSettings
 
 
 class SightedStage(Stage):
@@ -102,6 +103,27 @@ def test_where_something_stands_at_the_wall_it_goes_to_another_place_of_it() -> 
     track = follow(stage, 45.0)
     assert track[-1, 1] == pytest.approx(-1.5, abs=0.02)
     assert np.hypot(*(track[:, None] - post).transpose(2, 0, 1)).min() > 0.15
+
+
+def test_a_table_leg_at_hand_is_not_what_is_followed() -> None:
+    """It stands nearer than the wall does, too far from it to belong to it."""
+    leg = 0.03 * np.array([(math.cos(a), math.sin(a)) for a in np.linspace(0.0, 6.0, 20)]) + np.array([0.1, -0.4])
+    here = Pose(0.0, 0.0, 0.0)
+    follower = RightWall(WallSettings())
+    follower.see(here, np.vstack((wall((-2.0, -1.3), (2.0, -1.3)), leg)), 0.0)
+    line = follower.line(here, 0.5)
+    assert line is not None
+    assert line.contact[1] == pytest.approx(-1.3, abs=0.02)
+    alone = RightWall(WallSettings())
+    alone.see(here, leg, 0.0)
+    assert alone.line(here, 0.5) is None
+
+
+def test_somebody_who_stands_there_is_no_wall_to_go_to() -> None:
+    stage = SightedStage(Pose(0.0, 0.0, 0.0))
+    stage.walls = np.vstack((wall((0.0, -1.0), (0.12, -1.0)), wall((0.2, -1.0), (0.32, -1.0))))  # two shins
+    with pytest.raises(Refused, match="no wall on my right"):
+        stage.begin("follow wall")
 
 
 def test_without_room_at_the_wall_it_says_so() -> None:
