@@ -212,9 +212,9 @@ class SpokenRoom:
 
     def _utter(self, pcm: bytes, rate: int = RATE) -> float:
         """Sound out of Ann's mouth, 16-bit samples → when [s] the last of it that is not faint will have left it."""
+        length = length_of_words(pcm, rate)
         self.robot.robot.ask({"do": "say", "id": ANN, "pcm": pcm, "rate_hz": rate})
-        loud = np.abs(np.frombuffer(pcm, "<i2").astype(float))
-        return self.robot.snapshot.stamp + float(np.flatnonzero(loud > FAINT * loud.max())[-1] + 1) / rate
+        return self.robot.snapshot.stamp + length
 
     def _hear(
         self, seconds: float, watch: Watch = lambda _: None, *, early: bool = False
@@ -265,3 +265,11 @@ class SpokenRoom:
             if (ended := self.robot.ended(number)) is not None:
                 return ended
         return None
+
+
+def length_of_words(pcm: bytes, rate: int) -> float:
+    """16-bit samples → how long [s] until the last of them that is not faint. Raises BadInput for silence."""
+    loud = np.abs(np.frombuffer(pcm, "<i2").astype(float))
+    if not loud.any():
+        raise BadInput("There is nothing to be heard in this sound; record the words again.")
+    return float(np.flatnonzero(loud > FAINT * loud.max())[-1] + 1) / rate

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 from playwright.sync_api import expect
@@ -103,6 +104,20 @@ def test_the_first_hints_notice_what_was_done(visit: Open, console: Running) -> 
     expect(here.find("link-chip")).to_contain_text("Hz", timeout=10000)
     here.wait(0.5)
     assert not hint.is_visible()
+
+
+def test_the_first_hints_wait_while_somebody_else_drives(visit: Open, console: Running) -> None:
+    here = visit(hints=True)
+    hint = here.find(".coach")
+    expect(hint).to_be_visible()
+    other = visit()
+    other.find("lease-chip button").first.click()
+    other.page.get_by_role("button", name=re.compile("^Take")).click()
+    expect(here.button("turn left")).to_be_disabled()
+    expect(hint).to_be_hidden()
+    other.find("lease-chip button").first.click()
+    other.page.get_by_role("button", name="Give the wheel back").click()
+    expect(hint).to_be_visible()
 
 
 def test_a_refused_microphone_is_told_in_words(visit: Open) -> None:

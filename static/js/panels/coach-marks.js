@@ -97,7 +97,8 @@ export class CoachMarks extends Panel {
     const hint = HINTS[this.#step];
     if (hint?.done(view)) this.#go(this.#step + 1);
     if (!this.#card.hidden) this.#place();
-    this.#card.style.visibility = state?.intent ? "hidden" : ""; // what is about to begin, and its Cancel, lie in sight
+    // What is about to begin, and its Cancel, lie in sight; and nobody is told to press what is another driver's.
+    this.#card.style.visibility = state?.intent || permission.may === "no" ? "hidden" : "";
   }
 
   /** @param {number} step */
