@@ -3,12 +3,13 @@
 Typed, clicked, spoken in the simulated room and driven by hand, some contradicting each other within a moment, some
 nonsense, with people who come and go, while a browser's socket looks on. Told: the trace checker's complaints, every
 notice with how often it came, how orders ended and with which remarks, answers that are a server's error, and the
-memory of all processes after the first minute and at the end.
+memory of every process, each minute.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import random
 import re
@@ -29,7 +30,7 @@ from tests.benchmarks.running_console import Console, console
 TYPED = ("turn left", "turn right", "continue {x:.1f} meters", "stop at {x:.1f} and {y:.1f}", "stop moving", "fly",
          "follow wall", "come here", "follow me", "continue {far:.0f} meters", "")  # fmt: skip
 SPOKEN = ("turn left", "turn right", "come here", "follow me", "stop moving", "the weather is fine today")
-WARM = 60.0  # [s] after which the memory is compared
+EVERY = 60.0  # [s] the memory is read
 CONTRADICTION = 0.3  # share of orders that another one follows at once
 PAUSES = (0.2, 6.0)  # [s] between two orders
 
@@ -100,10 +101,17 @@ def plain(text: str) -> str:
     return re.sub(r"-?\d+(\.\d+)?", "#", text)
 
 
-def memory(running: Console) -> float:
-    """[MB] of all processes that stay."""
-    processes = [psutil.Process(running.process.pid), *running.children]
-    return sum(one.memory_info().rss for one in processes if one.is_running()) / 1e6
+def memory(running: Console) -> dict[str, float]:
+    """[MB] of every process, by what it is."""
+    console = psutil.Process(running.process.pid)
+    told: Counter[str] = Counter()
+    for one in (console, *console.children(recursive=True)):
+        with contextlib.suppress(psutil.NoSuchProcess):
+            words = one.cmdline()
+            desk = next((word.partition("=")[2] for word in words if word.startswith("--desk=")), "")
+            module = words[words.index("-m") + 1] if "-m" in words else "other"
+            told[desk or module] += one.memory_info().rss / 1e6
+    return dict(told)
 
 
 def main() -> None:
@@ -118,10 +126,10 @@ def main() -> None:
         soak = Soak(running, chosen.seed)
         looking = threading.Thread(target=soak.look_on)
         looking.start()
-        soak.run(min(WARM, chosen.seconds / 2))
-        before = memory(running)
-        soak.run(chosen.seconds - min(WARM, chosen.seconds / 2))
-        after = memory(running)
+        minutes = []
+        for _ in range(max(round(chosen.seconds / EVERY), 1)):
+            soak.run(min(EVERY, chosen.seconds))
+            minutes.append(memory(running))
         soak.over.set()
         looking.join()
         rows = running.get("/api/commands/history")["commands"]
@@ -135,7 +143,11 @@ def main() -> None:
             "notices": dict(soak.notices.most_common()),
             "ends": dict(Counter(f"{row['source']} {row['state']}" for row in rows)),
             "remarks": dict(Counter(plain(f"{row['state']}: {row['remark']}") for row in rows).most_common()),
-            "memory_mb": [round(before, 1), round(after, 1)],
+            "memory_mb": {
+                name: [round(minute.get(name, 0.0), 1) for minute in minutes]
+                for name in sorted(set().union(*minutes))
+            },
+            "memory_of_all_mb": [round(sum(minute.values()), 1) for minute in minutes],
             "alive": running.process.poll() is None,
         }
     sys.stdout.write(json.dumps(figures, indent=1) + "\n")
