@@ -34,7 +34,7 @@ class Listening:
 
     def begin(self) -> None:
         """Listen from now on; what was heard long before is forgotten."""
-        sound, self._readings, self._told = self._waiting, [], ()
+        sound, self._readings, self._told = self._waiting, self._readings[-1:], ()
         if sound is not None:
             now = sound.stamp + sound.duration
             self._waiting = sound.part(now - BEFORE, now)

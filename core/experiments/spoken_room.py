@@ -160,7 +160,7 @@ class SpokenRoom:
                 why = "not understood"
                 continue
             now = self.robot.snapshot.stamp
-            if now - said.end > OBEYED_WITHIN:
+            if said.command.name != STOP_MOVING.name and now - said.end > OBEYED_WITHIN:
                 why = f"understood {now - said.end:.1f} s after it was said"
                 continue
             right = (said.command.name, said.command.numbers) == (meant.name, meant.numbers)

@@ -1,8 +1,8 @@
 """A grammar as an automaton with few states, for pocketsphinx: it looks at all of them for every frame.
 
-Its own reading of JSGF writes every mention of a rule out anew, thousands of states for the commands. The same
-sentences, as likely, need a fortieth: states are one where the same words lead to them, or from them (Mohri,
-"Finite-state transducers in language and speech processing", 1997). A reading takes half the time, or a third.
+Its own reading of JSGF writes every mention of a rule out anew: 3141 states for the commands, 1860 for what competes
+with them. The same sentences, as likely, need 163 and 4: states are one where the same words lead to them, or from
+them (Mohri, "Finite-state transducers in language and speech processing", 1997). That halves the time of a reading.
 """
 
 from __future__ import annotations
