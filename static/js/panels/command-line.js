@@ -13,6 +13,8 @@ const HEARD_MS = 6000; // that words which are obeyed stand in the box
 
 /** @typedef {import("../hear/talk.js").Transcript} Transcript */
 
+const ASK = "Tell it what to do"; // fits a phone
+
 export class CommandLine extends Panel {
   #box = make("input", {
     id: "words",
@@ -23,7 +25,7 @@ export class CommandLine extends Panel {
     autocapitalize: "off",
     spellcheck: "false",
     enterkeyhint: "send",
-    placeholder: "Tell the robot what to do",
+    placeholder: ASK,
     "aria-label": "Tell the robot what to do",
     role: "combobox",
     "aria-autocomplete": "list",
@@ -90,7 +92,7 @@ export class CommandLine extends Panel {
     const off = !up || permission.may === "no";
     mark(this.#box, "aria-disabled", up ? null : "true");
     this.#send.disabled = !up; // who may not drive may still say "stop"; anything else is refused with the reason
-    const hint = off ? permission.why : "Tell the robot what to do";
+    const hint = off ? permission.why : ASK;
     if (this.#box.placeholder !== hint) this.#box.placeholder = hint;
   }
 
