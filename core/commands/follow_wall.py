@@ -20,6 +20,7 @@ from core.navigation.wall import APART, RightWall, WallLine, walls_on_the_right
 NO_WALL = "I see no wall on my right within {:g} m. Turn me so that one is on my right, or send me nearer to one."
 NO_ROOM = "There is no room for me at the wall on my right. Send me to another one."
 PLACES = 6  # at the wall that are tried
+AT_THE_WALL = "Following the wall on the right"
 LOST = "The wall on my right is gone; I stopped. Send me to another one."
 
 
@@ -149,8 +150,8 @@ class Following:
 
     def _words(self, line: WallLine) -> str:
         if line.gap is not None:
-            return f"Following the wall on the right, past an opening of {line.gap:.1f} m."
-        return "Following the wall on the right."
+            return f"{AT_THE_WALL}, past an opening of {line.gap:.1f} m."
+        return f"{AT_THE_WALL}."
 
 
 FOLLOW_WALL = FollowWall()

@@ -12,6 +12,7 @@ from functools import partial
 
 import numpy as np
 
+from core.commands.follow_wall import AT_THE_WALL
 from core.experiments.beside_wall import aside
 from core.experiments.spoken_room import ANN, Heard, SpokenRoom
 from core.geometry import Pose, wrap
@@ -30,7 +31,7 @@ STILL = 1.0  # [s] after the end of "stop moving" by which the wheels stand
 NEAR = (0.4, 0.6)  # [m] of COME HERE
 FOLLOWED = 1.8  # [m] of FOLLOW ME
 MINUTE = 60.0  # [s]
-SETTLING, FOLLOWING = 25.0, 75.0  # [s] of FOLLOW WALL: until it is beside the wall, and altogether
+SETTLING, FOLLOWING = 10.0, 75.0  # [s] of FOLLOW WALL: after it has come to the wall, and altogether
 STRAIGHT = 0.03  # [m] RMS
 LENGTHS = (0.5, 0.8, 1.0, 1.2, 1.5, 2.0)  # [m] of CONTINUE
 WALK = ((1.5, 1.0), (2.6, 1.2), (2.4, 0.2), (1.0, -0.6), (0.0, -1.2), (-1.2, -0.4), (-0.6, 0.8))  # [m] in sim:lab
@@ -174,9 +175,12 @@ def _follow_wall(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
     heard = room.command(words, TRIES)
     if heard.number is None:
         return heard, Outcome(success=False, why=heard.why)
-    surfaces, off, since = room.world.surfaces(0.12), list[float](), room.robot.snapshot.stamp
+    surfaces, off, since = room.world.surfaces(0.12), list[float](), math.inf
 
     def watch(snapshot: Snapshot) -> None:
+        nonlocal since
+        if snapshot.undertaking is not None and snapshot.undertaking.remark.startswith(AT_THE_WALL):
+            since = min(since, snapshot.stamp)
         if snapshot.stamp - since < SETTLING or snapshot.truth is None:
             return
         error = aside(snapshot.truth, surfaces.faces, surfaces.posts)

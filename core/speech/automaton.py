@@ -179,19 +179,41 @@ def _reduced(arcs: list[Arc]) -> list[Arc]:
 
 
 def _merged(arcs: list[Arc], *, leaving: bool) -> list[Arc]:
-    """States whose arcs on one side are the same, put together; START and FINAL stay what they are."""
+    """States whose arcs on one side are the same, put together; START and FINAL stay what they are.
+
+    Where the same arcs leave, the same words must have led there: of several words before a state, pocketsphinx takes
+    the end of one only for what the next word's beginning is coloured by.
+    """
+    before = _words_before(arcs) if leaving else {}
     sides: dict[int, set[tuple[int, float, str]]] = defaultdict(set)
     for arc in arcs:
         own, other = (arc.source, arc.target) if leaving else (arc.target, arc.source)
         sides[own].add((other, round(arc.nats, SAME), arc.word))
-    alike: dict[frozenset[tuple[int, float, str]], int] = {}
-    same = {state: alike.setdefault(frozenset(side), state) for state, side in sides.items() if state > FINAL}
+    alike: dict[tuple[frozenset[str], frozenset[tuple[int, float, str]]], int] = {}
+    same = {
+        state: alike.setdefault((before.get(state, frozenset()), frozenset(side)), state)
+        for state, side in sides.items()
+        if state > FINAL
+    }
     merged = {}
     for arc in arcs:
         source, target = same.get(arc.source, arc.source), same.get(arc.target, arc.target)
         one = Arc(source=source, target=target, nats=arc.nats, word=arc.word)
         merged[source, target, round(arc.nats, SAME), arc.word] = one
     return list(merged.values())
+
+
+def _words_before(arcs: list[Arc]) -> dict[int, frozenset[str]]:
+    """State → the words that may have been said last before it."""
+    last: dict[int, set[str]] = defaultdict(set)
+    for arc in arcs:
+        if arc.word:
+            last[arc.target].add(arc.word)
+    through = {(arc.source, arc.target) for arc in arcs if not arc.word}
+    found = {state: set(words) for state, words in last.items()}
+    for source, target in through:
+        found.setdefault(target, set()).update(last[source])
+    return {state: frozenset(words) for state, words in found.items()}
 
 
 def _numbered(arcs: list[Arc]) -> Automaton:

@@ -21,8 +21,10 @@ MISSING = (
 MODEL = "en-us"
 FRAME = 0.01  # [s] in which it counts
 SEARCH = "heard"  # what a decoder with a grammar calls it
-ALSO = {"wall(2)": "W AA L", "turn(2)": "T AH N"}
-"""Pronunciations that the dictionary lacks: of who says "caught" as "cot", and of who drops the R."""
+ALSO = {"wall(2)": "W AA L", "follow(2)": "TH AA L OW", "turn(2)": "T AH N"}
+"""Pronunciations that the dictionary lacks: of who says "caught" as "cot", of an F that a room has blurred, taken for
+a TH before anything else (Miller and Nicely 1955), and of who drops the R.
+"""
 
 
 def decoder(**options: Any) -> Any:

@@ -7,18 +7,17 @@ import math
 import re
 from collections import defaultdict
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.experiments.practice_voice import practice_voice
 from core.speech.automaton import Automaton, automaton
 from core.speech.competing import grammar
 from core.speech.jsgf import plain_grammar, written
 from core.speech.path import decoded
 from core.speech.pocketsphinx import SEARCH, grammar_decoder
-from core.speech.settings import RATE
+from core.speech.recognizer import for_words
+from core.speech.voice import NO_VOICE, PERSONS_VOICE, VoiceSettings, can_speak, speak
 from tests.core.speech.ears import padded
 
 WIDE = {"bestpath": False, "compallsen": True, "cmn": "batch", "maxhmmpf": -1} | dict.fromkeys(
@@ -106,18 +105,20 @@ def test_the_grammars_have_few_states() -> None:
     assert automaton(grammar([f"word{n}" for n in range(900)], 30_000.0)).states < 8
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_sound_fits_as_it_fits_what_sphinx_makes_of_the_grammar(seed: int) -> None:
+@pytest.mark.parametrize("words", ["follow wall", "follow the wall", "stop at minus 3 and 0.5", "continue 2 meters"])
+def test_every_word_fits_the_sound_as_well_as_in_what_sphinx_makes_of_the_grammar(words: str) -> None:
+    """What a state follows colours the word behind it: states are not put together where that would differ."""
     pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
-    samples = padded(0.1 * practice_voice(np.random.default_rng(seed), 1.5, RATE))
+    if not can_speak():
+        pytest.skip(NO_VOICE)
+    samples = padded(0.3 * for_words(speak(words, VoiceSettings(voice=PERSONS_VOICE))).samples[:, 0])
     fits = []
     for own in (True, False):
         reader = grammar_decoder(plain_grammar(), **WIDE)
         if not own:
             reader.add_jsgf_string("theirs", plain_grammar())
             reader.activate_search("theirs")
-        said = decoded(reader, samples)
-        fits.append((said.words, reader.hyp().score))
+        decoded(reader, samples)
         assert (reader.current_search() == SEARCH) == own
-    assert fits[0][0] == fits[1][0]
-    assert 1024 * math.log(fits[0][1]) == pytest.approx(1024 * math.log(fits[1][1]), abs=5.0)
+        fits.append([(one.word, one.start_frame, one.ascore) for one in reader.seg() if one.word != "(NULL)"])
+    assert fits[0] == fits[1]
