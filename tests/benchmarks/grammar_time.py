@@ -1,0 +1,76 @@
+"""Reading with the grammar as an automaton beside pocketsphinx's own reading of the same JSGF:
+`python -m tests.benchmarks.grammar_time [--rounds 5]`.
+
+The same decoder reads the same synthetic sentences with one and the other in turn. Told: states, the median ratio of
+processor time, and whether the words were the same.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from typing import Any
+
+import numpy as np
+
+from core.message import Array
+from core.speech.automaton import automaton
+from core.speech.competing import grammar
+from core.speech.jsgf import plain_grammar
+from core.speech.path import decoded
+from core.speech.pocketsphinx import SEARCH, competing_words, grammar_decoder
+from core.speech.recognizer import for_words
+from core.speech.settings import SpeechSettings
+from core.speech.sphinx import options_of
+from core.speech.voice import PERSONS_VOICE, VoiceSettings, speak
+from tests.core.speech.ears import padded
+
+SENTENCES = ("turn left", "come here", "continue 0.8 meters", "stop at 1.2 and minus 0.6")
+THEIRS = "theirs"
+
+
+def beside(jsgf: str, sounds: list[Array], rounds: int, **options: Any) -> dict[str, Any]:
+    """One grammar, read in both ways."""
+    reader = grammar_decoder(jsgf, **options)
+    reader.add_jsgf_string(THEIRS, jsgf)
+    ratios, same = [], 0
+    for samples in sounds * rounds:
+        spent, words = {}, {}
+        for search in (SEARCH, THEIRS):
+            reader.activate_search(search)
+            decoded(reader, samples)  # what went before would count
+            begun = time.process_time()
+            words[search] = decoded(reader, samples).words
+            spent[search] = time.process_time() - begun
+        ratios.append(spent[SEARCH] / spent[THEIRS])
+        same += words[SEARCH] == words[THEIRS]
+    return {
+        "states": automaton(jsgf).states,
+        "time_ratio": round(float(np.median(ratios)), 3),
+        "same_words": f"{same}/{len(ratios)}",
+    }
+
+
+def main() -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--rounds", type=int, default=5)
+    rounds = parser.parse_args().rounds
+    chosen = SpeechSettings()
+    options = options_of(chosen)
+    voice = VoiceSettings(voice=PERSONS_VOICE)
+    sounds = [padded(0.3 * for_words(speak(words, voice)).samples[:, 0], 0.3, 0.3) for words in SENTENCES]
+    words = competing_words(chosen.competing_words, chosen.resembling_words)
+    competing = grammar(words, chosen.competing_price)
+    figures = {
+        "commands, words only": beside(plain_grammar(), sounds, rounds, **options),
+        "commands, to be compared": beside(plain_grammar(), sounds, rounds, compallsen=True, **options),
+        "anything else": beside(competing, sounds, rounds, compallsen=True, **options),
+    }
+    sys.stdout.write(json.dumps(figures, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
