@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from core.commands.stand import STOP_MOVING
 from core.sensors.microphones import Sound
 from core.speech.endpointing import Endpointer, Held
 from core.speech.engines import open_engine
 from core.speech.recognizer import Engine, Hypothesis, Utterance
 from core.speech.settings import SpeechSettings
+from core.speech.spoken import judge
 from core.speech.stop_spotter import StopSpotter
 
 LONGEST_EARLY = 5.0  # [s] of an utterance that is read in a pause; longer ones are no commands but talk
@@ -36,11 +40,13 @@ class Transcriber:
         """The next piece of sound → STOP at once, and the sentences that ended in it, as they were spoken: a long
         piece may hold a sentence and a STOP after it, which must not be overtaken. Raises BadInput.
         """
-        stops = self._spotter.feed(sound)
+        stops = list(self._spotter.feed(sound))
         ended = self._read(self._cutter.feed(sound))
         so_far = self._cutter.so_far
         if so_far is not None and not self._is_early(so_far) and so_far.end - so_far.begin < LONGEST_EARLY:
             self._early = self._engine.read(so_far)
+            if _stops(self._early):
+                stops.append(replace(self._early, final=False))
         return tuple(sorted((*stops, *ended), key=lambda heard: heard.end))
 
     def finish(self) -> tuple[Hypothesis, ...]:
@@ -57,3 +63,9 @@ class Transcriber:
     def _is_early(self, utterance: Utterance) -> bool:
         """Whether the utterance has been read in its last pause, and nothing was said since."""
         return self._early is not None and (self._early.begin, self._early.end) == (utterance.begin, utterance.end)
+
+
+def _stops(heard: Hypothesis) -> bool:
+    """Whether what was read in a pause stops the robot: it need not wait until the sentence is over."""
+    command = judge(heard).command
+    return command is not None and command.name == STOP_MOVING.name

@@ -11,8 +11,9 @@ from core.speech.competing import choose, command_words, fixed_words, grammar, o
 from core.speech.jsgf import NUMBER_RULES, words_of
 from core.speech.recognizer import Hypothesis, Utterance
 from core.speech.settings import RATE, SpeechSettings
+from core.speech.spoken import judge
 from core.speech.transcriber import Transcriber
-from tests.core.speech.ears import engine, listened, mono, padded
+from tests.core.speech.ears import engine, listened, mono, padded, pieces
 
 DICTIONARY = {
     "turn": (("T", "ER", "N"),),
@@ -104,3 +105,41 @@ def test_a_stop_does_not_overtake_what_was_said_before_it(monkeypatch):
     sentence = 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)
     told = Transcriber(engine=HearsCommand()).feed(mono(padded(sentence, tail=3.0)))
     assert [one.words for one in told] == ["turn left", "stop"]
+
+
+class HearsNothing:
+    """Spots no STOP."""
+
+    def __init__(self, _: SpeechSettings) -> None:
+        pass
+
+    def feed(self, sound: Sound) -> tuple[Hypothesis, ...]:
+        return ()
+
+
+@pytest.mark.parametrize(
+    ("words", "doubt", "early"),
+    [
+        ("stop moving", "", True),
+        ("stop", "More was said than a command.", True),
+        ("stop at one and two", "", False),
+        ("turn left", "", False),
+        ("", "", False),
+    ],
+)
+def test_a_stop_that_is_read_in_a_pause_is_told_at_once(monkeypatch, words, doubt, early):
+    """Not only when the sentence is over; what else was read waits for that."""
+    monkeypatch.setattr("core.speech.transcriber.StopSpotter", HearsNothing)
+    reader = HearsCommand()
+    monkeypatch.setattr(
+        reader, "read", lambda one: Hypothesis(words=words, begin=one.begin, end=one.end, doubt=doubt)
+    )
+    transcriber = Transcriber(engine=reader)
+    told, spoken = [], 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)
+    for piece in pieces(padded(spoken)):
+        told += [(one, piece.stamp) for one in transcriber.feed(piece)]
+    assert [one.final for one, _ in told] == ([False, True] if early else [True])
+    if early:
+        (stop, when), (_, over) = told
+        assert judge(stop).command.name == "stop_moving"
+        assert when - stop.end < 0.35 < over - stop.end
