@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from core.experiments.spoken_room import length_of_words
 from core.speech.recognizer import for_words, pcm
 from core.speech.settings import RATE
 from core.speech.voice import PERSONS_VOICE, VoiceSettings, speak
@@ -25,7 +26,6 @@ from tests.benchmarks.running_console import Console, console
 SENTENCES = ("turn left", "continue {near:.1f} meters", "stop at {x:.1f} and {y:.1f}", "turn right", "come here")
 MOUTH = (1.2, 0.9)  # [m] where the person stands
 MOVES = 0.01  # [m/s], [rad/s]
-FAINT = 0.01  # of the loudest sample, that is no word
 PATIENCE = 8.0  # [s] after the words
 EVERY = 0.02  # [s] between two looks
 QUIET = 2.0  # [s] between two sentences
@@ -41,12 +41,10 @@ def sentences(rounds: int, seed: int) -> Iterator[str]:
 
 def said(running: Console, text: str, voice: str) -> dict[str, Any]:
     """One sentence → what became of it, times [s] from the end of its words."""
-    sound = for_words(speak(text, VoiceSettings(voice=voice)))
-    loud = np.flatnonzero(np.abs(sound.samples[:, 0]) > FAINT * np.abs(sound.samples).max())
+    samples = pcm(for_words(speak(text, VoiceSettings(voice=voice))).samples[:, 0])
     known = {one["id"] for one in running.get("/api/hearing")["utterances"]}
-    told = {"pcm": base64.b64encode(pcm(sound.samples[:, 0])).decode(), "id": "Ann"}
-    running.post("/api/sim/say", told)
-    end = time.monotonic() + loud[-1] / RATE
+    running.post("/api/sim/say", {"pcm": base64.b64encode(samples).decode(), "id": "Ann"})
+    end = time.monotonic() + length_of_words(samples, RATE)
     outcome: dict[str, Any] = {"said": text, "read": "", "known": None, "moves": None, "refused": ""}
     while time.monotonic() < end + PATIENCE and outcome["moves"] is None and not outcome["refused"]:
         time.sleep(EVERY)
