@@ -21,7 +21,7 @@ from core.geometry import Pose
 PICTURE_BUDGET = 2.0  # [s] of processor time for one picture
 BUDGET = 10.0  # [s] for anything else at the desk
 SOLVE_BUDGET = 60.0  # [s]
-SOLVE_PATIENCE = 30.0  # [s] by the clock that accepting waits for a solution that a restart has cost
+SOLVE_PATIENCE = 30.0  # [s] by the clock that accepting waits for a solution
 DWELL = 1.0  # [s] that "counted" stays before the live picture's "same as …" may replace it
 MOST_WAITING = 3  # requests that may wait for the desk
 COVERED = "The solution is of all these views already. Show more of them, or leave one out; then it is solved anew."
@@ -104,15 +104,16 @@ class Sitting:
     async def accept(self, *, anyway: bool) -> dict[str, Any]:
         """The document and the report of the solution. Raises Refused with the reason, Problem 503.
 
-        A restart costs the solution all but what is shown of it; then it is solved anew first, of the same views.
+        What is being solved is waited for. A restart costs the solution all but what is shown of it; then it is
+        solved anew first, of the same views.
         """
         if self._calibration is None and self.session.solution is not None:
             await self.act("refresh", {})
-            try:
-                async with asyncio.timeout(SOLVE_PATIENCE):
-                    await self._settled.wait()
-            except TimeoutError:
-                raise Problem(503, "It is still being solved; try again when the solution is there.") from None
+        try:
+            async with asyncio.timeout(SOLVE_PATIENCE):
+                await self._settled.wait()
+        except TimeoutError:
+            raise Problem(503, "It is still being solved; try again when the solution is there.") from None
         return await self.act("accept", {"anyway": anyway})
 
     def trouble(self, words: str, kind: wire.VerdictKind = "trouble") -> None:

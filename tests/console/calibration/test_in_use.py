@@ -8,6 +8,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 import pytest
@@ -84,6 +85,20 @@ def test_what_is_accepted_is_used_at_once_and_after_a_restart_and_can_be_taken_b
     assert undo(live) == 200 and seen_with(live) == TABLE_3.fx
     assert in_use(live)["camera"] is None
     assert len(list(home(live).glob("camera-taken-back-*.json"))) == 2
+
+
+def test_who_accepts_while_it_is_solved_anew_gets_the_new_solution(bench: Live) -> None:
+    wizard = Wizard(bench)
+    wizard.show(14)
+    first = wizard.solved()
+    worst = quote(first["views"][0]["name"])
+    for what, fewer in (("drop", 1), ("restore", 0)):
+        assert wizard.post(f"views/{worst}/{what}").status == 200
+        report = wizard.post("accept", {"anyway": True})
+        assert report.status == 200, report.body
+        assert report.json["views_used"] == first["solution"]["views_used"] - fewer
+    assert report.json["fx"] == pytest.approx(first["solution"]["fx"])
+    assert undo(bench) == 200 and undo(bench) == 200
 
 
 def test_a_camera_of_another_size_is_kept_but_not_used_and_the_person_is_told(bench: Live) -> None:
