@@ -7,6 +7,7 @@ apart; `tests.benchmarks.words` shows by how much.
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import replace
 
 import numpy as np
 
@@ -96,7 +97,7 @@ class _Beamed:
         beam = self.beam(begin, end, utterance.begin - BEFORE)
         if beam is None:
             return self._engine.read(utterance)
-        return self._engine.read(Utterance(sound=beam, begin=utterance.begin, end=utterance.end, cut=utterance.cut))
+        return self._engine.read(replace(utterance, sound=beam))
 
     def beam(self, begin: float, end: float, since: float) -> Sound | None:
         """What comes from the voice's direction between two moments [s]; noise alone precedes `since` [s]."""

@@ -8,7 +8,7 @@ post-processing system to yield reduced word error rates: ROVER", 1997). What wi
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,8 @@ from core.speech.jsgf import FAR, FINE, RARE, written
 from core.speech.numbers import DIGITS
 from core.speech.path import Path, decoded
 from core.speech.pocketsphinx import SEARCH, listen_for
+
+HELD_BACK = 50.0  # [nats] by which a sentence is less likely that was held back: more than the wrong ones lead by
 
 Words = tuple[str, ...]
 
@@ -30,25 +32,49 @@ class Vote:
     fit: float  # [nats] mean over all views, with how likely its numbers are
 
 
-def vote(decoder: Any, sentences: Sequence[Words], views: Sequence[Array]) -> list[Vote]:
-    """Different sentences, weighed by a grammar's decoder in all views (N_i,) of one sound → the best first."""
+def vote(
+    decoder: Any, sentences: Sequence[Words], views: Sequence[Array], unlikely: Collection[Words] = ()
+) -> list[Vote]:
+    """Different sentences, weighed by a grammar's decoder in all views (N_i,) of one sound → the best first.
+
+    `unlikely`: those of them that were held back when they were heard just before.
+    """
     votes = []
     for words in sentences:
         paths = forced(decoder, words, views)
         fits = [path.fit if path.spans else -math.inf for path in paths]
-        votes.append(Vote(path=paths[0], fit=float(np.mean(fits)) + likelihood(words)))
+        before = likelihood(words) - HELD_BACK * (words in unlikely)
+        votes.append(Vote(path=paths[0], fit=float(np.mean(fits)) + before))
     return sorted(votes, key=lambda one: one.fit, reverse=True)
 
 
-def nearest_other(decoder: Any, words: Words, view: Array) -> Words | None:
-    """The sentence with one digit changed that fits the samples (N,) best; None where it has no digit."""
-    others = []
+def nearest_others(decoder: Any, words: Words, view: Array, count: int = 1) -> list[Words]:
+    """The `count` sentences with one digit changed, or one for two decimals, that fit the samples (N,) best, the best
+    first; fewer where no more fit.
+    """
+    known = [words]
+    while len(known) <= count:
+        others = list(_others(words, known))
+        found = forced(decoder, (" | ".join(others),), [view])[0].words if others else ()
+        if not found:
+            break
+        known.append(found)
+    return known[1:]
+
+
+def _others(words: Words, known: Sequence[Words]) -> Iterator[str]:
+    """As JSGF, each as likely as its numbers: the sentences with one digit changed, or one for two decimals, but for
+    those that are known.
+    """
     for at, word in enumerate(words):
-        if word in DIGITS:
-            choice = f"({' | '.join(digit for digit in DIGITS if digit != word)})"
-            (path,) = forced(decoder, (*words[:at], choice, *words[at + 1 :]), [view])
-            others.extend([path] if path.spans else [])
-    return max(others, key=lambda path: path.fit).words if others else None
+        if word not in DIGITS:
+            continue
+        shorter = at >= 2 and words[at - 2] == "point"
+        for before in (words[:at], *([words[: at - 1]] if shorter else [])):
+            left = [digit for digit in DIGITS if (*before, digit, *words[at + 1 :]) not in known]
+            if left:
+                weight = math.exp(likelihood((*before, left[0], *words[at + 1 :])))
+                yield " ".join((f"/{weight:g}/", *before, f"({' | '.join(left)})", *words[at + 1 :]))
 
 
 def forced(decoder: Any, words: Words, views: Sequence[Array]) -> list[Path]:

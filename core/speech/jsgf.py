@@ -15,7 +15,7 @@ from core.speech.numbers import DIGITS, TEENS, TENS
 SLOT = re.compile(r"\{\w+\}")
 UNITS = ("meters", "meter")  # spoken; other spellings sound the same
 
-FAR = 1e-18  # how likely a number from ten is beside a digit: voices send no robot as far, and "one" sounds like it
+FAR = 1e-22  # how likely a number from ten is beside a digit: voices send no robot as far, and "one" sounds like it
 FINE = 1e-18  # how likely a second decimal is: the end of "nine" sounds like an "eight"
 
 RARE = frozenset((*TEENS, *TENS, "hundred"))  # words of numbers from ten

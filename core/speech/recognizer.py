@@ -24,6 +24,7 @@ class Utterance:
     begin: float  # [s] of the speech, on the sound's clock
     end: float  # [s]
     cut: bool = False  # whether it was still going on when it became too long
+    held_back: tuple[str, ...] = ()  # words of orders that were held back just before: these are less likely
 
     @property
     def samples(self) -> Array:

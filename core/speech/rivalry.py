@@ -9,6 +9,7 @@ from core.speech.path import Path
 from core.speech.settings import SpeechSettings
 
 SHORTEST = 0.1  # [s] of a word, as which shorter ones count: a moment tells little
+LONG, FURTHER = 5, 1.25  # so many words are resembled by little else: they may be so many times further behind
 
 
 @message
@@ -39,4 +40,5 @@ def holds(command: Path, other: Path, settings: SpeechSettings) -> bool:
     rivalry = compare(command, other)
     if len(command.spans) == 1:
         return rivalry.lead > 0
-    return rivalry.lead > -settings.most_behind and rivalry.weakest > -settings.word_behind
+    share = FURTHER if len(command.spans) >= LONG else 1.0
+    return rivalry.lead > -share * settings.most_behind and rivalry.weakest > -share * settings.word_behind

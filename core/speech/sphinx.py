@@ -4,8 +4,8 @@ The same sound is read twice, as a command and as anything else, and both scores
 little worse, because voices differ, but no word of it much worse. One grammar that holds both would not do: the
 decoder drops what is behind for a moment, and with it half of the commands of an unusual voice.
 What remains is read again from the sound with its noise and at other speeds. Another command, read there, is a doubt;
-other numbers are put to the vote. A command of a single word, which a breath may resemble, has to fit better than
-anything else every time.
+other numbers are put to the vote, and so is what was held back when it was heard just before. A command of a single
+word, which a breath may resemble, has to fit better than anything else every time.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from scipy.signal import resample_poly
 from core.commands.careful import is_careful
 from core.message import Array
 from core.perception.sound.wiener import without_noise
-from core.speech.ballot import Words, nearest_other, vote
+from core.speech.ballot import Words, forced, nearest_others, vote
 from core.speech.competing import grammar
 from core.speech.coverage import left_over
 from core.speech.endpointing import over_noise, voiced
@@ -36,8 +36,11 @@ LEAST_BEFORE = 0.15  # [s] of noise before the speech that are left out of learn
 MOST_LEFT = 0.12  # [s] of speech beside the words, that may be the end of a consonant
 BESIDE = 0.25  # [s] before and behind the voice, that are read with it
 LONGEST_PAUSE = 0.7  # [s] within a sentence
+INSTEAD = 2  # other sentences that are weighed against one that was held back
 SPEEDS = ((20, 19), (10, 9), (18, 19))
 """At how much slower or faster speeds it is read again: like a deeper or a higher voice."""
+
+Meaning = tuple[str, tuple[object, ...]]  # a command and its numbers
 
 
 class Sphinx:
@@ -66,7 +69,7 @@ class Sphinx:
         if not holds(said, other, self._settings):
             return heard(words="", score=said.fit)
         doubt = _doubt(utterance, offset, said)
-        best, lead = (said, inf) if doubt else self._settled(said, other, views)
+        best, lead = (said, inf) if doubt else self._settled(said, other, views, utterance.held_back)
         if not doubt and lead < self._settings.least_lead:
             doubt = "I am not sure that I heard every word right."
         unsure = not doubt and lead < inf
@@ -77,14 +80,18 @@ class Sphinx:
         for up, down in SPEEDS[: self._settings.opinions]:
             yield resample_poly(samples, up, down)
 
-    def _settled(self, said: Path, other: Path, views: list[Array]) -> tuple[Path, float]:
+    def _settled(self, said: Path, other: Path, views: list[Array], held_back: tuple[str, ...]) -> tuple[Path, float]:
         """What was said, of what is read from all views, at other speeds too, and how far [nats] it is ahead of the
         same command with other numbers: ∞ where all agree, -∞ where not even the command is sure. The first view
-        was read as a command, `said`, and as anything else, `other`.
+        was read as a command, `said`, and as anything else, `other`; sentences `held_back` are less likely.
         """
         views = [*views, *self._faster_and_slower(views[0])]
         if len(said.words) == 1:
             return said, inf if all(self._stands(said, view) for view in views[1:]) else -inf
+        before = {_meaning(tuple(sentence.split())) for sentence in held_back}
+        if _meaning(said.words) in before:
+            others = nearest_others(self._quick, said.words, views[0], INSTEAD)
+            return self._elected([said.words, *others], said, other, views[:2], before)
         readings = {_meaning(said.words): said.words}
         for view in views[1:]:
             read = decoded(self._quick, view).words
@@ -93,19 +100,29 @@ class Sphinx:
             readings.setdefault(_meaning(read), read)
         if len(readings) == 1:
             return said, inf if self._is_sure(said, views) else self._settings.least_lead
-        first, second, *_ = vote(self._quick, list(readings.values()), views)
-        chosen = said if first.path.words == said.words else first.path
-        return (chosen, first.fit - second.fit) if holds(chosen, other, self._settings) else (said, -inf)
+        return self._elected(list(readings.values()), said, other, views, before)
+
+    def _elected(
+        self, sentences: list[Words], said: Path, other: Path, views: list[Array], before: set[Meaning]
+    ) -> tuple[Path, float]:
+        """The sentence that all views together take for what was said, and how far [nats] it is ahead."""
+        unlikely = [words for words in sentences if _meaning(words) in before]
+        first, *more = vote(self._quick, sentences, views, unlikely)
+        chosen = said
+        if first.path.words != said.words:
+            (chosen,) = forced(self._commands, first.path.words, views[:1])
+        lead = first.fit - more[0].fit if more else self._settings.least_lead
+        return (chosen, lead) if holds(chosen, other, self._settings) else (said, -inf)
 
     def _is_sure(self, said: Path, views: list[Array]) -> bool:
         """Whether no other digit fits nearly as well; not asked where the order waits a moment whatever it is."""
         command = understand(" ".join(said.words))
         if isinstance(command, Refusal) or is_careful(command):
             return True
-        other = nearest_other(self._quick, said.words, views[0])
-        if other is None:
+        others = nearest_others(self._quick, said.words, views[0])
+        if not others:
             return True
-        first, second = vote(self._quick, [said.words, other], views)
+        first, second = vote(self._quick, [said.words, *others], views)
         return first.path.words == said.words and first.fit - second.fit > self._settings.sure_lead
 
     def _stands(self, said: Path, view: Array) -> bool:
@@ -125,7 +142,7 @@ def _doubt(utterance: Utterance, offset: float, said: Path) -> str:
     return ""
 
 
-def _meaning(words: Words) -> tuple[str, tuple[object, ...]]:
+def _meaning(words: Words) -> Meaning:
     """The command that the words are, and its numbers, "meter" or "meters"; the words, where they are none."""
     read = understand(" ".join(words))
     return (" ".join(words), ()) if isinstance(read, Refusal) else (read.name, tuple(read.numbers.items()))

@@ -8,6 +8,7 @@ from core.commands.stand import STOP_MOVING
 from core.sensors.microphones import Sound
 from core.speech.endpointing import Endpointer, Held
 from core.speech.engines import open_engine
+from core.speech.held_back import HeldBack
 from core.speech.recognizer import Engine, Hypothesis, Utterance
 from core.speech.settings import SpeechSettings
 from core.speech.spoken import judge
@@ -30,6 +31,7 @@ class Transcriber:
         self._spotter = StopSpotter(chosen)
         self._cutter = Held(chosen) if held else Endpointer(chosen)
         self._early: Hypothesis | None = None
+        self._held_back = HeldBack()
 
     @property
     def speaking_since(self) -> float | None:
@@ -44,10 +46,13 @@ class Transcriber:
         ended = self._read(self._cutter.feed(sound))
         so_far = self._cutter.so_far
         if so_far is not None and not self._is_early(so_far) and so_far.end - so_far.begin < LONGEST_EARLY:
-            self._early = self._engine.read(so_far)
+            self._early = self._words(so_far)
             if _stops(self._early):
                 stops.append(replace(self._early, final=False))
-        return tuple(sorted((*stops, *ended), key=lambda heard: heard.end))
+        told = tuple(sorted((*stops, *ended), key=lambda heard: heard.end))
+        for heard in told:
+            self._held_back.hear(heard)
+        return told
 
     def finish(self) -> tuple[Hypothesis, ...]:
         """The sound ends here → the sentence that was under way."""
@@ -56,9 +61,11 @@ class Transcriber:
     def _read(self, utterances: tuple[Utterance, ...]) -> tuple[Hypothesis, ...]:
         """Utterances that ended → what was said in them, as read in their last pause where that was the end."""
         return tuple(
-            self._early if self._early is not None and self._is_early(one) else self._engine.read(one)
-            for one in utterances
+            self._early if self._early is not None and self._is_early(one) else self._words(one) for one in utterances
         )
+
+    def _words(self, utterance: Utterance) -> Hypothesis:
+        return self._engine.read(replace(utterance, held_back=self._held_back.words(utterance.begin)))
 
     def _is_early(self, utterance: Utterance) -> bool:
         """Whether the utterance has been read in its last pause, and nothing was said since."""

@@ -9,11 +9,12 @@ import pytest
 
 from core.experiments.practice_voice import practice_voice
 from core.message import Array
-from core.speech.ballot import likelihood, nearest_other, vote
+from core.speech.ballot import HELD_BACK, forced, likelihood, nearest_others, vote
 from core.speech.jsgf import FAR, FINE
 from core.speech.path import Path
-from core.speech.recognizer import Utterance
+from core.speech.recognizer import Utterance, for_words
 from core.speech.settings import RATE
+from core.speech.voice import PERSONS_VOICE, VoiceSettings, can_speak, speak
 from tests.core.speech.ears import engine, mono, padded
 from tests.core.speech.test_rivalry import path
 
@@ -104,37 +105,31 @@ def test_numbers_that_a_view_reads_otherwise_are_put_to_the_vote(
         assert "not sure" in read.doubt and not read.unsure
 
 
-class Confused:
-    """A decoder that takes every digit it may choose for another one, the earlier in a sentence the worse."""
-
-    def __init__(self) -> None:
-        self.choice: tuple[str, ...] = ()
-
-    def listen_for(self, _: object, name: str, grammar: str) -> None:
-        rule = grammar.partition("<heard> = ")[2].partition(";")[0]
-        before, _, rest = rule.partition("(")
-        choices, _, after = rest.partition(")")
-        self.choice = (before or rule, choices, after)
-
-    def activate_search(self, name: str) -> None:
-        pass
-
-    def decoded(self, decoder: object, samples: Array) -> Path:
-        before, choices, after = self.choice
-        words = f"{before} {choices.split(' | ')[0]} {after}".split()
-        return path(*((word, n / 5, n / 5 + 0.2, float(len(before))) for n, word in enumerate(words)))
+def spoken(words: str) -> Array:
+    """(N,) of a synthetic voice."""
+    if not can_speak():
+        pytest.skip("nothing here speaks: pip install espeakng-loader")
+    return padded(0.3 * for_words(speak(words, VoiceSettings(voice=PERSONS_VOICE))).samples[:, 0])
 
 
-def test_the_nearest_other_sentence_has_one_digit_changed(monkeypatch: pytest.MonkeyPatch) -> None:
-    confused = Confused()
-    monkeypatch.setattr("core.speech.ballot.decoded", confused.decoded)
-    monkeypatch.setattr("core.speech.ballot.listen_for", confused.listen_for)
-    other = nearest_other(confused, ("continue", "one", "point", "five", "meters"), np.zeros(3))
-    assert other == ("continue", "one", "point", "zero", "meters")
-    other = nearest_other(confused, ("continue", "zero", "meters"), np.zeros(3))
-    assert other == ("continue", "one", "meters")
-    assert nearest_other(confused, ("turn", "left"), np.zeros(3)) is None
-    assert nearest_other(confused, ("continue", "eleven", "meters"), np.zeros(3)) is None
+def test_the_nearest_other_sentences_differ_in_one_digit_and_come_best_first():
+    quick, view = engine()._quick, spoken("continue one point five meters")
+    words = ("continue", "one", "point", "five", "meters")
+    others = nearest_others(quick, words, view, 3)
+    assert len(set(others)) == 3
+    assert all(sum(a != b for a, b in zip(words, other, strict=True)) == 1 for other in others)
+    fits = [forced(quick, other, [view])[0].fit for other in others]
+    assert fits == sorted(fits, reverse=True)
+    all_others = nearest_others(quick, words, view, 99)
+    assert 3 < len(all_others) == len(set(all_others)) <= 18 and all_others[:3] == others
+
+
+def test_one_digit_may_stand_for_two_decimals_and_where_there_is_none_there_is_no_other():
+    quick, view = engine()._quick, spoken("continue zero point nine meters")
+    (other,) = nearest_others(quick, ("continue", "zero", "point", "five", "eight", "meters"), view)
+    assert other == ("continue", "zero", "point", "nine", "meters")
+    assert nearest_others(quick, ("continue", "eleven", "meters"), view) == []
+    assert nearest_others(quick, ("turn", "left"), view) == []
 
 
 @pytest.mark.parametrize(
@@ -156,7 +151,7 @@ def test_a_number_that_begins_at_once_is_far_ahead_of_the_nearest_other(
     monkeypatch.setattr(reader, "_quick", views)
     monkeypatch.setattr("core.speech.ballot.decoded", views.decoded)
     monkeypatch.setattr("core.speech.ballot.listen_for", views.listen_for)
-    monkeypatch.setattr("core.speech.sphinx.nearest_other", lambda *_: tuple(other.split()) or None)
+    monkeypatch.setattr("core.speech.sphinx.nearest_others", lambda *_: [tuple(other.split())] if other else [])
     monkeypatch.setattr(
         "core.speech.sphinx.decoded", lambda who, view: rival if who is reader._others else views.decoded(who, view)
     )
@@ -164,3 +159,35 @@ def test_a_number_that_begins_at_once_is_far_ahead_of_the_nearest_other(
     sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
     read = reader.read(Utterance(sound=sound, begin=0.7, end=1.7))
     assert (read.words, read.doubt, read.unsure) == (words, "", unsure)
+
+
+@pytest.mark.parametrize(
+    ("fits", "words"),
+    [
+        ((-30.0, -30.0 - HELD_BACK + 20.0), "continue three meters"),
+        ((-30.0, -30.0 - HELD_BACK - 20.0), "continue two meters"),
+        ((-30.0, -30.0 - HELD_BACK + 5.0), ""),
+    ],
+)
+def test_what_was_held_back_is_heard_again_only_where_it_fits_far_better(
+    monkeypatch: pytest.MonkeyPatch, fits: tuple[float, float], words: str
+) -> None:
+    """All views hear two meters; three meters are put to the vote with it, and whatever wins is said back."""
+    two, three = "continue two meters", "continue three meters"
+    reader = engine()
+    views = Views({two: (fits[0],) * 9, three: (fits[1],) * 9}, heard=(two,) * 3)
+    rival = path(("", 0.0, 3.0, -1000.0))
+    monkeypatch.setattr(reader, "_quick", views)
+    monkeypatch.setattr("core.speech.ballot.decoded", views.decoded)
+    monkeypatch.setattr("core.speech.ballot.listen_for", views.listen_for)
+    monkeypatch.setattr("core.speech.sphinx.nearest_others", lambda *_: [tuple(three.split())])
+    monkeypatch.setattr(
+        "core.speech.sphinx.decoded", lambda who, view: rival if who is reader._others else views.decoded(who, view)
+    )
+    monkeypatch.setattr("core.speech.sphinx.left_over", lambda *_: 0.0)
+    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
+    read = reader.read(Utterance(sound=sound, begin=0.7, end=1.7, held_back=(two,)))
+    if words:
+        assert (read.words, read.doubt, read.unsure) == (words, "", True)
+    else:
+        assert "not sure" in read.doubt

@@ -73,6 +73,24 @@ def test_a_command_may_be_a_little_behind_but_no_word_of_it_far():
     assert holds(COMMAND, shifted(34.0), settings) and not holds(COMMAND, shifted(36.0), settings)
 
 
+@pytest.mark.parametrize(
+    ("words", "behind", "stands"),
+    [
+        ("stop at one and two", 10.1, True),
+        ("stop at one and two", 12.4, True),
+        ("stop at one and two", 12.6, False),
+        ("continue one point five", 10.1, False),
+    ],
+)
+def test_a_sentence_of_many_words_may_be_further_behind(words: str, behind: float, stands: bool):
+    """10 nats a second are allowed, and a quarter more from five words."""
+    command = said(words)
+    begin, end = command.spans[0].begin, command.spans[-1].end
+    other = path(("", begin, end, command.fit + behind * (end - begin)))
+    assert holds(command, other, SpeechSettings(most_behind=10.0, word_behind=1000.0)) is stands
+    assert holds(command, other, SpeechSettings(most_behind=1000.0, word_behind=10.0)) is stands
+
+
 def test_a_command_of_a_single_word_must_be_ahead():
     come = path(("come", 0.5, 1.0, -50.0))
     assert holds(come, path(("", 0.5, 1.0, -51.0)), SpeechSettings())

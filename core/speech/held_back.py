@@ -1,0 +1,39 @@
+"""Orders that a STOP held back: who says hers again most likely did not mean what was heard the first time.
+
+A sentence that a recognizer mishears it often mishears again, from the same place by the same voice. The STOP that
+follows it tells what the sound does not: such a negative confirmation makes the same reading less likely.
+"""
+
+from __future__ import annotations
+
+from core.commands.stand import STOP_MOVING
+from core.speech.recognizer import Hypothesis
+from core.speech.spoken import judge
+
+OBJECTED = 5.0  # [s] after a sentence in which a STOP means it: it is read, said back, and waits a moment meanwhile
+REMEMBERED = 30.0  # [s] after that STOP
+
+
+class HeldBack:
+    """Listens to all that is understood."""
+
+    def __init__(self) -> None:
+        self._newest: Hypothesis | None = None  # the newest sentence that may move the robot
+        self._stopped: dict[str, float] = {}  # words that were held back, and when [s]
+
+    def hear(self, heard: Hypothesis) -> None:
+        """What was understood."""
+        command = judge(heard).command
+        if command is None:
+            return
+        if command.name != STOP_MOVING.name:
+            self._newest = heard
+        elif self._newest is not None:
+            if 0 <= heard.end - self._newest.end < OBJECTED:
+                self._stopped[self._newest.words] = heard.end
+            self._newest = None
+
+    def words(self, now: float) -> tuple[str, ...]:
+        """The sentences that were held back lately."""
+        self._stopped = {words: then for words, then in self._stopped.items() if 0 <= now - then < REMEMBERED}
+        return tuple(self._stopped)
