@@ -1,4 +1,4 @@
-// Where a hint stands: beside what it speaks of, inside the window, never over STOP.
+// Where a hint stands: beside what it speaks of, inside the window, never over STOP, rather not over the words.
 
 /** @typedef {{left: number, top: number, right: number, bottom: number}} Box */
 /** @typedef {"above" | "below" | "left" | "right"} Side */
@@ -10,10 +10,11 @@ const EDGE = 8;
  * @param {Box} target
  * @param {{width: number, height: number}} size of the hint
  * @param {{width: number, height: number}} space of the window
- * @param {Box} keepFree
+ * @param {Box} never what it may not cover
+ * @param {Box | undefined} rather what else it had better not cover
  * @returns {{left: number, top: number, side: Side}}
  */
-export function placed(target, size, space, keepFree) {
+export function placed(target, size, space, never, rather = undefined) {
   const [x, y] = [(target.left + target.right) / 2, (target.top + target.bottom) / 2];
   /** @type {Array<{left: number, top: number, side: Side}>} */
   const ways = [
@@ -22,11 +23,13 @@ export function placed(target, size, space, keepFree) {
     { side: "right", left: target.right + GAP, top: y - size.height / 2 },
     { side: "left", left: target.left - GAP - size.width, top: y - size.height / 2 },
   ];
-  const aside = ways.flatMap((way) => [
-    { ...way, left: keepFree.left - GAP - size.width },
-    { ...way, top: keepFree.top - GAP - size.height },
-    { ...way, top: keepFree.bottom + GAP },
-  ]);
+  const aside = ways.flatMap((way) =>
+    (rather ? [never, rather] : [never]).flatMap((free) => [
+      { ...way, left: free.left - GAP - size.width },
+      { ...way, top: free.top - GAP - size.height },
+      { ...way, top: free.bottom + GAP },
+    ])
+  );
   const inside = [...ways, ...aside].map((way) => ({
     ...way,
     left: clamp(way.left, EDGE, space.width - size.width - EDGE),
@@ -34,9 +37,11 @@ export function placed(target, size, space, keepFree) {
   }));
   /** @param {{left: number, top: number}} at */
   const box = (at) => ({ left: at.left, top: at.top, right: at.left + size.width, bottom: at.top + size.height });
-  const clear = inside.filter((way) => overlap(box(way), keepFree) === 0);
+  /** @param {{left: number, top: number}} at */
+  const covered = (at) => overlap(box(at), target) + (rather ? overlap(box(at), rather) : 0);
+  const clear = inside.filter((way) => overlap(box(way), never) === 0);
   const candidates = clear.length ? clear : inside;
-  return candidates.reduce((best, way) => (overlap(box(way), target) < overlap(box(best), target) ? way : best));
+  return candidates.reduce((best, way) => (covered(way) < covered(best) ? way : best));
 }
 
 /**
@@ -45,6 +50,14 @@ export function placed(target, size, space, keepFree) {
  * @param {number} high
  */
 const clamp = (value, low, high) => Math.max(low, Math.min(value, high));
+
+/**
+ * How far two boxes are apart [px], across or down; 0 or less: they touch.
+ * @param {Box} a
+ * @param {Box} b
+ */
+export const apart = (a, b) =>
+  Math.max(a.left - b.right, b.left - a.right, a.top - b.bottom, b.top - a.bottom);
 
 /**
  * Shared area [px²].

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { overlap, placed } from "../../static/js/placement.js";
+import { apart, overlap, placed } from "../../static/js/placement.js";
 import { FARTHEST, rangeColour } from "../../static/js/ramp.js";
 
 const HINT = { width: 296, height: 132 };
@@ -29,6 +29,25 @@ test("a hint stands beside its target where there is room", () => {
   const target = { left: 600, top: 400, right: 700, bottom: 440 };
   const at = placed(target, HINT, { width: 1440, height: 900 }, { left: 0, top: 0, right: 0, bottom: 0 });
   assert.equal(overlap(box(at), target), 0);
+});
+
+test("boxes are apart by the wider of the gaps across and down, and touch where there is none", () => {
+  const one = { left: 0, top: 0, right: 10, bottom: 10 };
+  assert.equal(apart(one, { left: 14, top: 2, right: 20, bottom: 8 }), 4);
+  assert.equal(apart({ left: 14, top: 30, right: 20, bottom: 40 }, one), 20);
+  assert.ok(apart(one, { left: 5, top: 5, right: 20, bottom: 20 }) <= 0);
+});
+
+test("a hint stands off the line of words where there is room, and off STOP first", () => {
+  const space = { width: 390, height: 844 };
+  const stop = { left: 261, top: 687, right: 373, bottom: 827 };
+  const words = { left: 16, top: 600, right: 374, bottom: 656 };
+  const target = { left: 16, top: 664, right: 110, bottom: 700 };
+  assert.ok(overlap(box(placed(target, HINT, space, stop)), words) > 0);
+  const at = placed(target, HINT, space, stop, words);
+  assert.equal(overlap(box(at), words) + overlap(box(at), stop) + overlap(box(at), target), 0);
+  const everything = { left: 0, top: 0, right: 390, bottom: 844 };
+  assert.equal(overlap(box(placed(target, HINT, space, stop, everything)), stop), 0);
 });
 
 test("near is bright, far is dark, and the ramp ends where it ends", () => {

@@ -3,7 +3,7 @@
 import { icon, make, write } from "../element.js";
 import { remember, remembered } from "../memory.js";
 import { Panel } from "../panel.js";
-import { overlap, placed } from "../placement.js";
+import { apart, placed } from "../placement.js";
 
 /** @typedef {import("../session.js").View} View */
 /**
@@ -15,6 +15,7 @@ import { overlap, placed } from "../placement.js";
  */
 
 const EDGE = 12; // [px] from the map's upper edge
+const POINTS = 20; // [px] up to which a hint points to its target; farther on, something lies between
 const touch = matchMedia("(pointer: coarse)").matches;
 
 /** @type {readonly Hint[]} */
@@ -140,13 +141,15 @@ export class CoachMarks extends Panel {
     const inMap = at.classList.contains("stage");
     const { width, height } = this.#card.getBoundingClientRect();
     const space = { width: innerWidth, height: innerHeight };
-    const beside = placed(target, { width, height }, space, stop.getBoundingClientRect());
+    const words = document.querySelector("command-line .line")?.getBoundingClientRect();
+    const beside = placed(target, { width, height }, space, stop.getBoundingClientRect(), words);
     const { left, top, side } = inMap
       ? { left: (target.left + target.right - width) / 2, top: target.top + EDGE, side: "" }
       : beside;
     this.#card.style.left = `${left}px`;
     this.#card.style.top = `${top}px`;
-    this.#card.dataset["side"] = overlap(this.#card.getBoundingClientRect(), target) > 0 ? "" : side;
+    const between = apart(this.#card.getBoundingClientRect(), target);
+    this.#card.dataset["side"] = between > 0 && between < POINTS ? side : "";
     const along =
       side === "above" || side === "below"
         ? (target.left + target.right) / 2 - left
