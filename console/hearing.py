@@ -30,12 +30,10 @@ from core.perception.people.call import Call
 from core.sensors import Sound
 from core.sensors.microphones import MicrophoneArray, joined
 from core.snapshot import Snapshot, VoiceDirection
-from core.speech.settings import SpeechSettings
+from core.speech.settings import MOST_WAITING, PIECE, SpeechSettings
 
 log = logging.getLogger(__name__)
 
-PIECE = 0.2  # [s] of sound that go to the worker at once
-MOST_WAITING = 8.0  # [s] of sound that may wait for it; older sound is not heard
 MOST_LOSSES = 3  # of the worker, one after the other
 REMEMBERED = 50  # utterances
 OFFERED = 15.0  # [s] that a command is offered whose words were heard with a doubt

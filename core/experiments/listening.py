@@ -11,11 +11,10 @@ from collections.abc import Sequence
 from core.sensors import SensorFrame
 from core.sensors.microphones import Sound, joined
 from core.speech.recognizer import Recognizer
+from core.speech.settings import MOST_WAITING, PIECE
 from core.speech.spoken import Spoken, judge
 
-PIECE = 0.2  # [s] of sound, at least, that are read at once
 BEFORE = 1.0  # [s] of sound before somebody listens that are read too: the noise before the words is known
-MOST_WAITING = 8.0  # [s] of sound that may wait
 
 
 class Listening:

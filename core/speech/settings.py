@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 RATE = 16_000  # [Hz] of all sound that goes into a recognizer
+PIECE = 0.2  # [s] of a room's sound, at least, that are read at once
+MOST_WAITING = 8.0  # [s] of it that may wait while words are read; older sound is not heard
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from scipy.signal import resample_poly
 from core.commands.careful import is_careful
 from core.message import Array
 from core.perception.sound.wiener import without_noise
-from core.speech.ballot import Words, forced, nearest_others, vote
+from core.speech.ballot import Words, nearest_others, vote
 from core.speech.competing import grammar
 from core.speech.coverage import left_over
 from core.speech.endpointing import over_noise, voiced
@@ -36,6 +36,7 @@ LEAST_BEFORE = 0.15  # [s] of noise before the speech that are left out of learn
 MOST_LEFT = 0.12  # [s] of speech beside the words, that may be the end of a consonant
 BESIDE = 0.25  # [s] before and behind the voice, that are read with it
 LONGEST_PAUSE = 0.7  # [s] within a sentence
+VOTERS = 2  # views in which sentences are weighed: a third costs time and changes little
 INSTEAD = 2  # other sentences that are weighed against one that was held back
 SPEEDS = ((20, 19), (10, 9), (18, 19))
 """At how much slower or faster speeds it is read again: like a deeper or a higher voice."""
@@ -69,7 +70,7 @@ class Sphinx:
         if not holds(said, other, self._settings):
             return heard(words="", score=said.fit)
         doubt = _doubt(utterance, offset, said)
-        best, lead = (said, inf) if doubt else self._settled(said, other, views, utterance.held_back)
+        best, lead = (said, inf) if doubt else self._settled(said, views, utterance.held_back)
         if not doubt and lead < self._settings.least_lead:
             doubt = "I am not sure that I heard every word right."
         unsure = not doubt and lead < inf
@@ -80,10 +81,10 @@ class Sphinx:
         for up, down in SPEEDS[: self._settings.opinions]:
             yield resample_poly(samples, up, down)
 
-    def _settled(self, said: Path, other: Path, views: list[Array], held_back: tuple[str, ...]) -> tuple[Path, float]:
+    def _settled(self, said: Path, views: list[Array], held_back: tuple[str, ...]) -> tuple[Path, float]:
         """What was said, of what is read from all views, at other speeds too, and how far [nats] it is ahead of the
-        same command with other numbers: ∞ where all agree, -∞ where not even the command is sure. The first view
-        was read as a command, `said`, and as anything else, `other`; sentences `held_back` are less likely.
+        same command with other numbers: ∞ where all agree, -∞ where not even the command is sure. In the first view
+        `said` was read; sentences `held_back` are less likely.
         """
         views = [*views, *self._faster_and_slower(views[0])]
         if len(said.words) == 1:
@@ -91,28 +92,23 @@ class Sphinx:
         before = {_meaning(tuple(sentence.split())) for sentence in held_back}
         if _meaning(said.words) in before:
             others = nearest_others(self._quick, said.words, views[0], INSTEAD)
-            return self._elected([said.words, *others], said, other, views[:2], before)
-        readings = {_meaning(said.words): said.words}
+            return self._elected(said, [said.words, *others], views, before)
         for view in views[1:]:
             read = decoded(self._quick, view).words
             if _meaning(read)[0] != _meaning(said.words)[0]:
                 return said, -inf
-            readings.setdefault(_meaning(read), read)
-        if len(readings) == 1:
-            return said, inf if self._is_sure(said, views) else self._settings.least_lead
-        return self._elected(list(readings.values()), said, other, views, before)
+            if _meaning(read) != _meaning(said.words):
+                return self._elected(said, [said.words, read], views, before)
+        return said, inf if self._is_sure(said, views) else self._settings.least_lead
 
     def _elected(
-        self, sentences: list[Words], said: Path, other: Path, views: list[Array], before: set[Meaning]
+        self, said: Path, sentences: list[Words], views: list[Array], before: set[Meaning]
     ) -> tuple[Path, float]:
-        """The sentence that all views together take for what was said, and how far [nats] it is ahead."""
+        """The sentence that the first views together take for what was said, and how far [nats] it is ahead."""
         unlikely = [words for words in sentences if _meaning(words) in before]
-        first, *more = vote(self._quick, sentences, views, unlikely)
-        chosen = said
-        if first.path.words != said.words:
-            (chosen,) = forced(self._commands, first.path.words, views[:1])
+        first, *more = vote(self._quick, sentences, views[:VOTERS], unlikely)
         lead = first.fit - more[0].fit if more else self._settings.least_lead
-        return (chosen, lead) if holds(chosen, other, self._settings) else (said, -inf)
+        return said if first.path.words == said.words else first.path, lead
 
     def _is_sure(self, said: Path, views: list[Array]) -> bool:
         """Whether no other digit fits nearly as well; not asked where the order waits a moment whatever it is."""

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from core.errors import BadInput
-from core.experiments.listening import BEFORE, MOST_WAITING, Listening
+from core.experiments.listening import BEFORE, Listening
 from core.experiments.spoken_room import length_of_words
 from core.sensors import SensorFrame
 from core.sensors.microphones import Sound
 from core.speech.recognizer import Hypothesis
+from core.speech.settings import MOST_WAITING
 
 RATE = 16_000
 
