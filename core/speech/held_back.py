@@ -6,11 +6,12 @@ follows it tells what the sound does not: such a negative confirmation makes the
 
 from __future__ import annotations
 
+from core.commands.careful import is_careful
 from core.commands.stand import STOP_MOVING
 from core.speech.recognizer import Hypothesis
 from core.speech.spoken import judge
 
-OBJECTED = 5.0  # [s] after a sentence in which a STOP means it: it is read, said back, and waits a moment meanwhile
+OBJECTED = 5.0  # [s] after a sentence in which a STOP holds it back: it is read, said back, and waits meanwhile
 REMEMBERED = 30.0  # [s] after that STOP
 
 
@@ -18,16 +19,16 @@ class HeldBack:
     """Listens to all that is understood."""
 
     def __init__(self) -> None:
-        self._newest: Hypothesis | None = None  # the newest sentence that may move the robot
+        self._newest: Hypothesis | None = None  # the newest order, where it waits a moment
         self._stopped: dict[str, float] = {}  # words that were held back, and when [s]
 
     def hear(self, heard: Hypothesis) -> None:
         """What was understood."""
-        command = judge(heard).command
-        if command is None:
+        spoken = judge(heard)
+        if spoken.command is None:
             return
-        if command.name != STOP_MOVING.name:
-            self._newest = heard
+        if spoken.command.name != STOP_MOVING.name:
+            self._newest = heard if spoken.unsure or is_careful(spoken.command) else None
         elif self._newest is not None:
             if 0 <= heard.end - self._newest.end < OBJECTED:
                 self._stopped[self._newest.words] = heard.end

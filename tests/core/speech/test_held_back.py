@@ -12,11 +12,11 @@ from core.speech.settings import RATE
 from core.speech.transcriber import Transcriber
 from tests.core.speech.ears import listened, padded
 
-GO = "continue two meters"
+GO = "stop at two and one"  # waits a moment, however surely it was heard
 
 
-def heard(words: str, end: float, *, final: bool = True, doubt: str = "") -> Hypothesis:
-    return Hypothesis(words=words, begin=end - 1.0, end=end, final=final, doubt=doubt)
+def heard(words: str, end: float, *, final: bool = True, doubt: str = "", unsure: bool = False) -> Hypothesis:
+    return Hypothesis(words=words, begin=end - 1.0, end=end, final=final, doubt=doubt, unsure=unsure)
 
 
 def after(*told: Hypothesis) -> HeldBack:
@@ -35,7 +35,7 @@ def test_a_stop_soon_after_an_order_holds_it_back_for_a_while():
 
 def test_what_is_held_back_twice_is_remembered_with_what_was_heard_instead():
     other = "continue three meters"
-    memory = after(heard(GO, 10.0), heard("stop", 12.0), heard(other, 15.0), heard("stop", 17.0))
+    memory = after(heard(GO, 10.0), heard("stop", 12.0), heard(other, 15.0, unsure=True), heard("stop", 17.0))
     assert set(memory.words(20.0)) == {GO, other}
 
 
@@ -44,6 +44,8 @@ def test_what_is_held_back_twice_is_remembered_with_what_was_heard_instead():
     [
         (heard(GO, 10.0), heard("stop", 10.0 + OBJECTED)),  # it was under way already
         (heard(GO, 10.0, doubt="I am not sure."), heard("stop", 12.0)),  # it was not obeyed
+        (heard("continue one meters", 10.0), heard("stop", 12.0)),  # it began at once: that ended it
+        (heard(GO, 8.0), heard("turn left", 10.0), heard("stop", 12.0)),
         (heard(GO, 10.0), heard("nonsense", 11.0)),
         (heard("stop", 10.0), heard("stop", 11.0)),
         (heard("stop", 9.0), heard(GO, 10.0)),
