@@ -90,8 +90,8 @@ class Sphinx:
         if len(said.words) == 1:
             return said, inf if all(self._stands(said, view) for view in views[1:]) else -inf
         before = {_meaning(tuple(sentence.split())) for sentence in held_back}
-        if _meaning(said.words) in before:
-            others = nearest_others(self._quick, said.words, views[0], INSTEAD)
+        held = _meaning(said.words) in before
+        if held and (others := nearest_others(self._quick, said.words, views[0], INSTEAD)):
             return self._elected(said, [said.words, *others], views, before)
         for view in views[1:]:
             read = decoded(self._quick, view).words

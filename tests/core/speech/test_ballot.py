@@ -74,6 +74,18 @@ def test_the_sentence_wins_that_fits_all_views_best_on_average(monkeypatch: pyte
     assert views.searches[-1] == "heard"  # the decoder hears its own grammar again
 
 
+def hear_by(monkeypatch: pytest.MonkeyPatch, views: Views) -> None:
+    """The engine of these tests hears what the views hear, and nothing that competes."""
+    reader, rival = engine(), path(("", 0.0, 3.0, -1000.0))
+    monkeypatch.setattr(reader, "_quick", views)
+    monkeypatch.setattr("core.speech.ballot.decoded", views.decoded)
+    monkeypatch.setattr("core.speech.ballot.listen_for", views.listen_for)
+    monkeypatch.setattr(
+        "core.speech.sphinx.decoded", lambda who, view: rival if who is reader._others else views.decoded(who, view)
+    )
+    monkeypatch.setattr("core.speech.sphinx.left_over", lambda *_: 0.0)
+
+
 @pytest.mark.parametrize(
     ("fits", "words", "unsure"),
     [
@@ -89,14 +101,7 @@ def test_numbers_that_a_view_reads_otherwise_are_put_to_the_vote(
     two, three = "continue two meters", "continue three meters"
     reader = engine()
     views = Views({two: (fits[0],) * 9, three: (fits[1],) * 9}, heard=(two, three, two))
-    rival = path(("", 0.0, 3.0, -1000.0))
-    monkeypatch.setattr(reader, "_quick", views)
-    monkeypatch.setattr("core.speech.ballot.decoded", views.decoded)
-    monkeypatch.setattr("core.speech.ballot.listen_for", views.listen_for)
-    monkeypatch.setattr(
-        "core.speech.sphinx.decoded", lambda who, view: rival if who is reader._others else views.decoded(who, view)
-    )
-    monkeypatch.setattr("core.speech.sphinx.left_over", lambda *_: 0.0)
+    hear_by(monkeypatch, views)
     sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
     read = reader.read(Utterance(sound=sound, begin=0.7, end=1.7))
     if words:
@@ -146,15 +151,8 @@ def test_a_number_that_begins_at_once_is_far_ahead_of_the_nearest_other(
 ) -> None:
     reader = engine()
     views = Views({words: (fits[0],) * 9, other: (fits[1],) * 9}, heard=(words,) * 3)
-    rival = path(("", 0.0, 3.0, -1000.0))
-    monkeypatch.setattr(reader, "_quick", views)
-    monkeypatch.setattr("core.speech.ballot.decoded", views.decoded)
-    monkeypatch.setattr("core.speech.ballot.listen_for", views.listen_for)
+    hear_by(monkeypatch, views)
     monkeypatch.setattr("core.speech.sphinx.nearest_others", lambda *_: [tuple(other.split())] if other else [])
-    monkeypatch.setattr(
-        "core.speech.sphinx.decoded", lambda who, view: rival if who is reader._others else views.decoded(who, view)
-    )
-    monkeypatch.setattr("core.speech.sphinx.left_over", lambda *_: 0.0)
     sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
     read = reader.read(Utterance(sound=sound, begin=0.7, end=1.7))
     assert (read.words, read.doubt, read.unsure) == (words, "", unsure)
@@ -175,18 +173,21 @@ def test_what_was_held_back_is_heard_again_only_where_it_fits_far_better(
     two, three = "continue two meters", "continue three meters"
     reader = engine()
     views = Views({two: (fits[0],) * 9, three: (fits[1],) * 9}, heard=(two,) * 3)
-    rival = path(("", 0.0, 3.0, -1000.0))
-    monkeypatch.setattr(reader, "_quick", views)
-    monkeypatch.setattr("core.speech.ballot.decoded", views.decoded)
-    monkeypatch.setattr("core.speech.ballot.listen_for", views.listen_for)
+    hear_by(monkeypatch, views)
     monkeypatch.setattr("core.speech.sphinx.nearest_others", lambda *_: [tuple(three.split())])
-    monkeypatch.setattr(
-        "core.speech.sphinx.decoded", lambda who, view: rival if who is reader._others else views.decoded(who, view)
-    )
-    monkeypatch.setattr("core.speech.sphinx.left_over", lambda *_: 0.0)
     sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
     read = reader.read(Utterance(sound=sound, begin=0.7, end=1.7, held_back=(two,)))
     if words:
         assert (read.words, read.doubt, read.unsure) == (words, "", True)
     else:
         assert "not sure" in read.doubt
+
+
+def test_an_order_without_numbers_that_was_held_back_is_read_at_other_speeds_as_ever(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    hear_by(monkeypatch, Views({}, heard=("come here", "turn left")))
+    monkeypatch.setattr("core.speech.sphinx.nearest_others", lambda *_: [])
+    sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
+    read = engine().read(Utterance(sound=sound, begin=0.7, end=1.7, held_back=("come here",)))
+    assert "not sure" in read.doubt
