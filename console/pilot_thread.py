@@ -106,7 +106,8 @@ class Pace:
     def late_ms(self, part: float) -> float | None:
         """How much later than the quickest of them `part` (0..1) of the newest frames came, at most [ms]."""
         delays = tuple(self._delays)
-        return quantile_ms([delay - min(delays) for delay in delays], part)
+        least = min(delays, default=0.0)
+        return quantile_ms([delay - least for delay in delays], part)
 
 
 def quantile_ms(spans: Sequence[float], part: float) -> float | None:

@@ -29,6 +29,7 @@ from console.security import HOST_NAME, Access
 from console.text_files import TextFiles
 from console.text_orders import TextOrders
 from core.errors import BadInput, Unavailable
+from core.gate.precedence import PILOT, come_first, stand_back
 from core.pilot import Pilot
 from core.settings import load
 
@@ -81,6 +82,7 @@ def serve(options: Options) -> None:
     """Run the console until it is told to end. Raises BadInput and Unavailable with a sentence."""
     check(options)
     settings = load(options.settings)
+    come_first(PILOT)  # all threads: each may hold what the pilot needs next
     sys.setswitchinterval(SWITCH)
     home = home_folder(options.data)
     start_logging(options.log or home / "console.log")
@@ -164,7 +166,13 @@ def announce(options: Options, port: int, access: Access) -> None:
     if options.open_browser:
         here = f"{scheme}://127.0.0.1:{port}/" if everywhere else address
         once = "" if access.no_auth else f"#t={access.logins.issue('operator', 'operator', once=True)}"
-        threading.Thread(target=webbrowser.open, args=(here + once,), name="browser", daemon=True).start()
+        threading.Thread(target=browse, args=(here + once,), name="browser", daemon=True).start()
+
+
+def browse(address: str) -> None:
+    """Open a browser, which has time."""
+    stand_back()
+    webbrowser.open(address)
 
 
 def check(options: Options) -> None:

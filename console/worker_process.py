@@ -21,6 +21,8 @@ from typing import Any
 
 import msgspec
 
+from core.gate.precedence import stand_back
+
 LENGTH = struct.Struct("<I")
 MOST_BYTES = 2**30  # of address space
 MOST_PIXELS = 2**25  # that OpenCV's own readers may announce
@@ -57,6 +59,7 @@ def main() -> None:
 def restrain() -> None:
     """Modest towards everybody else; before OpenCV is imported, for it reads its limit once."""
     os.environ["OPENCV_IO_MAX_IMAGE_PIXELS"] = str(MOST_PIXELS)
+    stand_back()
     os.nice(NICE)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     with contextlib.suppress(OSError):

@@ -7,6 +7,7 @@ import re
 import shutil
 import socket
 import sys
+import threading
 import tomllib
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import Any
 
 from console.cli.answer import add_json, tell, write, write_json
 from console.home import home_folder
+from core.gate.precedence import PILOT, come_first
 from core.message import message
 
 PORT = 8420
@@ -96,7 +98,7 @@ def run(chosen: argparse.Namespace) -> int:
 
 def examine() -> list[Finding]:
     """Look at everything once."""
-    return [python(), *map(package, needed()), words(), voice(), pipe(), port(), home(), browser()]
+    return [python(), *map(package, needed()), words(), voice(), pipe(), precedence(), port(), home(), browser()]
 
 
 def declared() -> list[str]:
@@ -169,6 +171,21 @@ def pipe() -> Finding:
         needed=False,
         found="SOCK_SEQPACKET" if good else "datagrams: a dead console is noticed by its silence only",
         remedy="run the robot's side on Linux",
+    )
+
+
+def precedence() -> Finding:
+    """Whether a machine that is busy with something else still steers in time."""
+    found: list[bool] = []
+    asking = threading.Thread(target=lambda: found.append(come_first(PILOT)))  # no other thread keeps it
+    asking.start()
+    asking.join()
+    return Finding(
+        name="precedence",
+        good=found == [True],
+        needed=False,
+        found="before other programs" if found == [True] else "like other programs: while they take all, it stops",
+        remedy="Linux: allow real-time priority, in /etc/security/limits.conf: YOU - rtprio 5",
     )
 
 

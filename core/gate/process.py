@@ -7,7 +7,6 @@ newest ticket, every tick. When the console is gone it sends zeros for two secon
 from __future__ import annotations
 
 import argparse
-import contextlib
 import json
 import math
 import os
@@ -25,6 +24,7 @@ from core.gate.gate import TICK, Gate
 from core.gate.latch import Latch
 from core.gate.limits import Limits, is_count, is_number
 from core.gate.packets import packet_socket, send_packet, take_packets
+from core.gate.precedence import GATE, come_first
 from core.gate.setpoint import Setpoint
 from core.gate.status import GateStatus
 from core.gate.trace import TraceWriter, open_trace
@@ -184,12 +184,6 @@ def _spent(text: str) -> list[tuple[str, int]]:
     return [(str(source), press) for source, press in json.loads(text) if is_count(press)]
 
 
-def _come_first() -> None:
-    """Run before everything else where this is permitted (Linux, as root or with `rtprio`); elsewhere go without."""
-    with contextlib.suppress(OSError, AttributeError):
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
-
-
 def _end(number: int, frame: object) -> NoReturn:
     """A polite request to end: through zero."""
     del number, frame
@@ -209,7 +203,7 @@ def main(arguments: list[str] | None = None) -> None:
     given = parser.parse_args(arguments)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _end)
-    _come_first()
+    come_first(GATE)
     latch = Latch(given.home)
     try:
         limits = Limits.of(json.loads(given.limits))

@@ -29,6 +29,16 @@ OTHER_WORDS = {
 """Words of the paper (Table 2, Fig. 17) that do not move this robot: why, and what does."""
 
 
+def _compiled(pattern: str) -> re.Pattern[str]:
+    """A pattern of the vocabulary as a regular expression; "meters" may be spelt as people spell it."""
+    source = re.escape(pattern).replace(r"\ ", " ").replace(" meters", UNIT)
+    return re.compile(re.sub(r"\\\{(\w+)\\\}", lambda slot: f"(?P<{slot[1]}>{NUMBER})", source))
+
+
+READ = {pattern: _compiled(pattern) for kind in VOCABULARY for pattern in kind.words}
+"""At once, not with the first command: that takes longer than a robot under way waits for the console."""
+
+
 @dataclass(frozen=True)
 class Refusal:
     """Words that move nothing."""
@@ -75,7 +85,7 @@ def _unreadable(words: str) -> Refusal:
 def _read(text: str, spoken: bool) -> Command | Refusal:
     for kind in VOCABULARY:
         for pattern in kind.words:
-            match = _compiled(pattern).fullmatch(text)
+            match = READ[pattern].fullmatch(text)
             if match:
                 heard = {name: read_number(value) for name, value in match.groupdict().items()}
                 return _bounded(kind, heard, spoken)
@@ -144,13 +154,6 @@ def _badly_ended(kind: Kind, opening: str, text: str) -> Refusal:
     )
     fits = filled if filled and isinstance(_read(filled, False), Command) else kind.example
     return Refusal(f"Say it whole and with nothing else, like “{kind.example}”; distances are in metres.", (fits,))
-
-
-@cache
-def _compiled(pattern: str) -> re.Pattern[str]:
-    """A pattern of the vocabulary as a regular expression; "meters" may be spelt as people spell it."""
-    source = re.escape(pattern).replace(r"\ ", " ").replace(" meters", UNIT)
-    return re.compile(re.sub(r"\\\{(\w+)\\\}", lambda slot: f"(?P<{slot[1]}>{NUMBER})", source))
 
 
 @cache

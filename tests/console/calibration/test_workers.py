@@ -16,6 +16,7 @@ import pytest
 from console.child import Child
 from console.workers import Lost, Worker
 from core.errors import BadInput
+from core.gate.precedence import PILOT, come_first, stand_back
 from tests.console.calibration.wizard import boards, png
 
 
@@ -45,6 +46,18 @@ def test_a_worker_is_modest_and_does_what_it_is_asked() -> None:
         assert int(Path(f"/proc/{worker.pid}/oom_score_adj").read_text()) > 0
 
     working(work)
+
+
+def test_a_worker_of_a_console_that_comes_first_stands_back() -> None:
+    async def work(worker: Worker) -> None:
+        await worker.ready()
+        assert os.sched_getscheduler(worker.pid or 0) == os.SCHED_OTHER
+
+    come_first(PILOT)
+    try:
+        working(work)
+    finally:
+        stand_back()
 
 
 def test_a_worker_that_hangs_or_was_killed_is_given_up_and_started_anew() -> None:
