@@ -56,7 +56,11 @@ class AudioTalk:
             with self._runtime.sockets.room_for(self._person, client.host if client else "", self._close):
                 await self._socket.accept()
                 self._runtime.microphone.warm()
-                await self._converse()
+                self._runtime.intents.when_held_back.append(self._held_back)
+                try:
+                    await self._converse()
+                finally:
+                    self._runtime.intents.when_held_back.remove(self._held_back)
         except TooMany as crowded:
             await self._socket.accept()
             self._close(1013, str(crowded))
@@ -179,6 +183,11 @@ class AudioTalk:
             return {"intent" if isinstance(taken, Intent) else "deed": taken.id}
         except Problem as problem:
             return {"reason": problem.detail}
+
+    def _held_back(self, intent: Intent) -> None:
+        """An order of this person's waited and was held back."""
+        if intent.source == SOURCE and intent.person.id == self._person.id:
+            self._runtime.microphone.hold_back(intent.words)
 
     def _refuse(self, told: Told) -> int | None:
         """Into the history."""

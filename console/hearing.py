@@ -17,6 +17,7 @@ import numpy as np
 
 from console.door import Door
 from console.history import History
+from console.intent import Intent
 from console.logins import Person
 from console.notice_board import NoticeBoard
 from console.prattle import Prattle
@@ -103,6 +104,11 @@ class Ears:
         self._waiting = joined(self._waiting, one, MOST_WAITING)
         if self._task is None and self._waiting is not None and self._waiting.duration >= PIECE:
             self._task = asyncio.get_running_loop().create_task(self._read())
+
+    def hold_back(self, intent: Intent) -> None:
+        """An order from here waited and was held back."""
+        if intent.source == "ears":
+            self._worker.hold_back(intent.words)
 
     async def close(self) -> None:
         """Read no more."""

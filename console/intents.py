@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import time
+from collections.abc import Callable
 from dataclasses import replace
 
 from console.door import Door
@@ -37,7 +38,8 @@ class Intents:
         self._door, self._lease, self._history, self._board = door, lease, history, board
         self._newest = 0
         self._alarm: asyncio.TimerHandle | None = None
-        door.when_cancelled.append(self._end)
+        self.when_held_back: list[Callable[[Intent], None]] = []  # told of what was cancelled while it waited
+        door.when_cancelled.append(self._cancelled)
 
     @property
     def command(self) -> Command | None:
@@ -89,7 +91,7 @@ class Intents:
     def drop(self, number: int, who: Person) -> None:
         """It does not begin; whoever may stop the robot may do this. Raises Problem 404."""
         self._find(number)
-        self._end("cancelled", f"Dropped by {who.name}.")
+        self._cancelled("cancelled", f"Dropped by {who.name}.")
 
     def forget(self, source: str, why: str) -> None:
         """Nothing that came by this way begins any more."""
@@ -113,6 +115,14 @@ class Intents:
         self._clear()
         command = intent.command
         return self._door.submit(command.heard_as, intent.source, intent.person, command.call)
+
+    def _cancelled(self, state: Ending, why: str) -> None:
+        """Somebody ended it, or what is under way."""
+        intent = self.waiting
+        self._end(state, why)
+        if intent is not None and state == "cancelled":
+            for tell in self.when_held_back:
+                tell(intent)
 
     def _end(self, state: Ending, why: str) -> None:
         """What waits does not begin, and the history says why."""

@@ -108,6 +108,10 @@ class Microphone:
         self._turn = turn
         self._task = asyncio.get_running_loop().create_task(self._read(turn))
 
+    def hold_back(self, words: str) -> None:
+        """An order that was spoken here waited and was held back."""
+        self._worker.hold_back(words)
+
     def tick(self, now: float) -> None:
         """Now and then: a worker that nobody needs is ended."""
         if self._turn is None and self._worker.alive and now - self._used > IDLE:

@@ -31,6 +31,7 @@ class SpokenOrders:
 
     def __init__(self, ears: Ears, door: Door, lease: Lease, intents: Intents, board: NoticeBoard) -> None:
         self.driver: Person | None = None  # who has taken the words on
+        intents.when_held_back.append(ears.hold_back)
         self._ears, self._door, self._lease, self._intents, self._board = ears, door, lease, intents, board
 
     def take_on(self, who: Person) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from console.array_desk import array_in
 from core.sensors.microphones import Sound
 from core.speech.array_transcriber import ArrayTranscriber
 from core.speech.engines import open_engine
+from core.speech.held_back import HeldBack
 from core.speech.recognizer import Engine, at_16_khz
 from core.speech.settings import SpeechSettings
 from core.speech.spoken import Spoken, judge
@@ -22,6 +24,7 @@ class WordsDesk:
     def __init__(self) -> None:
         self._transcriber: Transcriber | ArrayTranscriber | None = None
         self._engine: tuple[SpeechSettings, Engine] | None = None
+        self._held_back = HeldBack()  # by whichever transcriber heard it
 
     def begin(self, settings: dict[str, Any], held: bool = False, array: dict[str, Any] | None = None) -> bool:
         """Listen anew with the engine that the settings name; `held`: everything up to `finish` is one utterance.
@@ -34,15 +37,24 @@ class WordsDesk:
             self._engine = chosen, open_engine(chosen)
         engine = self._engine[1]
         if array is None:
-            self._transcriber = Transcriber(chosen, held=held, engine=engine)
+            self._transcriber = Transcriber(chosen, held=held, engine=engine, held_back=self._held_back)
         else:
             in_order = array_in(array | {"channels": range(len(array["positions"])), "rate": None})
-            self._transcriber = ArrayTranscriber(in_order, chosen, held=held, engine=engine)
+            self._transcriber = ArrayTranscriber(
+                in_order, chosen, held=held, engine=engine, held_back=self._held_back
+            )
         return True
 
-    def feed(self, samples: bytes, rate: int, stamp: float, channels: int = 1) -> list[dict[str, Any]]:
-        """32-bit numbers, channel by channel of each moment, first at `stamp` [s] → what became known with them."""
+    def feed(
+        self, samples: bytes, rate: int, stamp: float, channels: int = 1, held_back: Sequence[str] = ()
+    ) -> list[dict[str, Any]]:
+        """32-bit numbers, channel by channel of each moment, first at `stamp` [s] → what became known with them.
+
+        `held_back`: orders that were understood and then held back before that.
+        """
         assert self._transcriber is not None
+        for words in held_back:
+            self._held_back.hold_back(words, stamp)
         numbers = np.frombuffer(samples, np.float32).astype(float).reshape(-1, channels)
         sound = at_16_khz(Sound(stamp=stamp, rate=rate, samples=numbers))
         return [told(judge(heard)) for heard in self._transcriber.feed(sound)]

@@ -23,6 +23,7 @@ class WordsWorker:
 
     def __init__(self) -> None:
         self._worker = Worker("words")
+        self._held_back: list[str] = []  # orders of which it is told with the next piece of sound
         self._begun = 0  # the process's start at which it was told how to listen
 
     @property
@@ -49,7 +50,12 @@ class WordsWorker:
         """
         raw = np.ascontiguousarray(samples, np.float32).tobytes()
         given = {"samples": raw, "rate": rate, "stamp": stamp, "channels": samples[0].size if len(samples) else 1}
+        given["held_back"], self._held_back = self._held_back, []
         return await self._worker.ask("feed", given, budget=BUDGET)
+
+    def hold_back(self, words: str) -> None:
+        """These words, as an order, were held back: said again, they most likely are others."""
+        self._held_back.append(words)
 
     async def finish(self) -> list[Told]:
         """The sound ends here → what became known with that."""

@@ -17,6 +17,7 @@ from core.perception.sound.locate import locate
 from core.perception.sound.settings import HearingSettings
 from core.sensors.microphones import MicrophoneArray, Sound
 from core.speech.engines import open_engine
+from core.speech.held_back import HeldBack
 from core.speech.recognizer import Engine, Hypothesis, Utterance
 from core.speech.settings import RATE, SpeechSettings
 from core.speech.stop_in_noise import StopInNoise
@@ -38,6 +39,7 @@ class ArrayTranscriber:
         held: bool = False,
         engine: Engine | None = None,
         how: How = "mvdr",
+        held_back: HeldBack | None = None,
     ) -> None:
         """Raises Unavailable when the engine is not there."""
         chosen = settings or SpeechSettings()
@@ -45,7 +47,7 @@ class ArrayTranscriber:
         inner = engine or open_engine(chosen)
         self._beamed = _Beamed(inner, array, hearing or HearingSettings(), how, remembered)
         self._array, self._pre_roll = array, chosen.pre_roll
-        self._one = Transcriber(chosen, held=held, engine=self._beamed)
+        self._one = Transcriber(chosen, held=held, engine=self._beamed, held_back=held_back)
         self._stop_in_noise = StopInNoise(chosen)
 
     def feed(self, sound: Sound) -> tuple[Hypothesis, ...]:

@@ -1,7 +1,7 @@
-"""Orders that a STOP held back: who says hers again most likely did not mean what was heard the first time.
+"""Orders that were held back: who says hers again most likely did not mean what was heard the first time.
 
 A sentence that a recognizer mishears it often mishears again, from the same place by the same voice. The STOP that
-follows it tells what the sound does not: such a negative confirmation makes the same reading less likely.
+follows it, or Cancel, tells what the sound does not: such a negative confirmation makes the same reading less likely.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from core.speech.recognizer import Hypothesis
 from core.speech.spoken import judge
 
 OBJECTED = 5.0  # [s] after a sentence in which a STOP holds it back: it is read, said back, and waits meanwhile
-REMEMBERED = 30.0  # [s] after that STOP
+REMEMBERED = 30.0  # [s] after that
 
 
 class HeldBack:
@@ -33,6 +33,10 @@ class HeldBack:
             if 0 <= heard.end - self._newest.end < OBJECTED:
                 self._stopped[self._newest.words] = heard.end
             self._newest = None
+
+    def hold_back(self, words: str, now: float) -> None:
+        """An order that waited was held back otherwise, by Cancel or by a button."""
+        self._stopped[words] = now
 
     def words(self, now: float) -> tuple[str, ...]:
         """The sentences that were held back lately."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 from core.commands.stand import STOP_MOVING
@@ -21,17 +22,23 @@ class Transcriber:
     """The recognizer of the house, whatever the engine."""
 
     def __init__(
-        self, settings: SpeechSettings | None = None, *, held: bool = False, engine: Engine | None = None
+        self,
+        settings: SpeechSettings | None = None,
+        *,
+        held: bool = False,
+        engine: Engine | None = None,
+        held_back: HeldBack | None = None,
     ) -> None:
         """`held`: hold-to-talk, so the sound between two calls of `finish` is one utterance; else endpoints are
-        sought. One engine may serve several transcribers in turn. Raises Unavailable with a sentence.
+        sought. One engine may serve several transcribers in turn, and what one heard `held_back` the next may know.
+        Raises Unavailable with a sentence.
         """
         chosen = settings or SpeechSettings()
         self._engine = engine or open_engine(chosen)
         self._spotter = StopSpotter(chosen)
         self._cutter = Held(chosen) if held else Endpointer(chosen)
         self._early: Hypothesis | None = None
-        self._held_back = HeldBack()
+        self._held_back = HeldBack() if held_back is None else held_back
 
     @property
     def speaking_since(self) -> float | None:
@@ -49,14 +56,18 @@ class Transcriber:
             self._early = self._words(so_far)
             if _stops(self._early):
                 stops.append(replace(self._early, final=False))
-        told = tuple(sorted((*stops, *ended), key=lambda heard: heard.end))
-        for heard in told:
-            self._held_back.hear(heard)
-        return told
+        return self._told(sorted((*stops, *ended), key=lambda heard: heard.end))
 
     def finish(self) -> tuple[Hypothesis, ...]:
         """The sound ends here → the sentence that was under way."""
-        return self._read(self._cutter.finish())
+        return self._told(self._read(self._cutter.finish()))
+
+    def _told(self, heard: Iterable[Hypothesis]) -> tuple[Hypothesis, ...]:
+        """What becomes known, remembered."""
+        told = tuple(heard)
+        for one in told:
+            self._held_back.hear(one)
+        return told
 
     def _read(self, utterances: tuple[Utterance, ...]) -> tuple[Hypothesis, ...]:
         """Utterances that ended → what was said in them, as read in their last pause where that was the end."""

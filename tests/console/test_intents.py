@@ -70,6 +70,43 @@ def test_a_far_order_waits_for_all_to_see_and_begins_by_itself(live: Live, inten
     assert (row["source"], row["words"]) == ("voice", "continue 3 meters")
 
 
+@pytest.mark.parametrize("how", ["dropped", "stopped"])
+def test_who_reads_words_is_told_of_an_order_that_was_held_back(
+    live: Live, intents: Intents, monkeypatch: pytest.MonkeyPatch, how: str
+) -> None:
+    held_back: list[str] = []
+    monkeypatch.setattr(intents, "when_held_back", [lambda intent: held_back.append(intent.words)])
+    number = speak(live, "continue 3 meters")
+    ask(live, "drop", number) if how == "dropped" else live.ask("POST", "/api/stop", token=live.operator)
+    live.until(lambda: held_back == ["continue 3 meters"])
+
+
+@pytest.mark.parametrize("source", ["ears", "voice"])
+def test_whose_words_were_held_back_reads_them_with_that_in_mind(
+    live: Live, intents: Intents, monkeypatch: pytest.MonkeyPatch, source: str
+) -> None:
+    told: list[tuple[str, str]] = []
+    worker = {"ears": live.runtime.ears, "voice": live.runtime.microphone}
+    for name, listener in worker.items():
+        monkeypatch.setattr(listener._worker, "hold_back", lambda words, name=name: told.append((name, words)))
+    with live.open("/ws/audio"), live.open("/ws/audio", token=live.viewer):  # the operator's own, and another one's
+        live.until(lambda: len(intents.when_held_back) == 3)
+        ask(live, "drop", speak(live, "continue 3 meters", source))
+        live.until(lambda: told == [(source, "continue 3 meters")])
+    live.until(lambda: len(intents.when_held_back) == 1)
+
+
+def test_an_order_that_another_one_replaced_was_not_held_back(
+    live: Live, intents: Intents, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    held_back: list[str] = []
+    monkeypatch.setattr(intents, "when_held_back", [lambda intent: held_back.append(intent.words)])
+    speak(live, "continue 3 meters")
+    speak(live, "continue 2 meters")
+    live.on_loop(lambda: intents.forget("voice", "Nobody listens any more."))
+    assert not held_back and intents.waiting is None
+
+
 def test_what_is_exact_and_near_begins_at_once(live: Live, intents: Intents) -> None:
     who = person(live, live.operator)
     deed = live.on_loop(lambda: intents.take("continue 0.5 meters", "voice", who))

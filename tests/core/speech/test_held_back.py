@@ -77,3 +77,19 @@ def test_who_reads_words_is_told_what_was_held_back_just_before():
     told = listened(Transcriber(engine=reader), np.concatenate((said, said, said)))
     assert [one.words for one in told if one.final] == [GO, "stop moving", GO]
     assert reader.told == [(), (), (GO,)]
+
+
+def test_what_is_held_back_otherwise_is_remembered_too():
+    memory = after(heard(GO, 10.0))
+    memory.hold_back(GO, 11.0)
+    assert memory.words(11.0 + REMEMBERED - 0.1) == (GO,)
+    assert memory.words(11.0 + REMEMBERED) == ()
+
+
+def test_from_one_press_of_the_button_to_the_next_it_is_not_forgotten():
+    said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE))
+    reader, memory = Reader(GO, "stop moving", GO), HeldBack()
+    for press in range(3):
+        turn = Transcriber(held=True, engine=reader, held_back=memory)
+        listened(turn, said, stamp=press * len(said) / RATE)
+    assert reader.told[-1] == (GO,)
