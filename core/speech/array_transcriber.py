@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from core.errors import BadInput
+from core.message import Array
 from core.perception.sound.beam import How, towards_voice
 from core.perception.sound.locate import locate
 from core.perception.sound.settings import HearingSettings
@@ -24,6 +25,7 @@ from core.speech.stop_in_noise import StopInNoise
 from core.speech.transcriber import Transcriber
 
 GAP = 0.02  # [s] missing between two pieces of sound, beyond which what was before is forgotten
+SHORT = 1.5  # [s] of a sentence of two or three words
 BEFORE = 0.1  # [s] before an utterance's first voiced frame, that may already belong to it
 
 
@@ -94,17 +96,32 @@ class _Beamed:
             self._pieces.popleft()
 
     def read(self, utterance: Utterance) -> Hypothesis:
-        """What was said, from the beam towards the voice; from one microphone where no direction is found."""
+        """What was said, from the beam towards the voice; from one microphone where no direction is found.
+
+        A short sentence that is not understood is read again from the plain beam: against noise the other one is
+        better, but it errs elsewhere in the echoes of a wall.
+        """
         begin, end = utterance.sound.stamp, utterance.sound.stamp + utterance.sound.duration
-        beam = self.beam(begin, end, utterance.begin - BEFORE)
-        if beam is None:
+        whole, towards = self._located(begin, end, utterance.begin - BEFORE)
+        if towards is None:
             return self._engine.read(utterance)
-        return self._engine.read(replace(utterance, sound=beam))
+        since = utterance.begin - BEFORE
+        beam = towards_voice(whole, self._array, towards, since, self._how)
+        heard = self._engine.read(replace(utterance, sound=beam))
+        if heard.words or self._how != "mvdr" or utterance.end - utterance.begin > SHORT:
+            return heard
+        plain = towards_voice(whole, self._array, towards, since, "delay-and-sum")
+        return self._engine.read(replace(utterance, sound=plain))
 
     def beam(self, begin: float, end: float, since: float) -> Sound | None:
         """What comes from the voice's direction between two moments [s]; noise alone precedes `since` [s]."""
+        whole, towards = self._located(begin, end, since)
+        return None if towards is None else towards_voice(whole, self._array, towards, since, self._how)
+
+    def _located(self, begin: float, end: float, since: float) -> tuple[Sound, Array | None]:
+        """All channels between two moments [s], and whence the voice comes (3,); None: nobody knows."""
         within = [one for one in self._pieces if one.stamp < end and one.stamp + one.duration > begin]
         samples = np.concatenate([one.samples for one in within])
         whole = Sound(stamp=within[0].stamp, rate=RATE, samples=samples).part(begin, end)
         direction = locate(whole, self._array, speech_from=since, settings=self._hearing)
-        return None if direction is None else towards_voice(whole, self._array, direction.towards, since, self._how)
+        return whole, None if direction is None else direction.towards

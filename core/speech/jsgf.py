@@ -18,6 +18,7 @@ UNITS = ("meters", "meter")  # spoken; other spellings sound the same
 FAR = 1e-22  # how likely a number from ten is beside a digit: voices send no robot as far, and "one" sounds like it
 FINE = 1e-18  # how likely a second decimal is: the end of "nine" sounds like an "eight"
 
+ARTICLE = 1e-10  # how likely "the" is where the command does without it: an echo sounds like it
 RARE = frozenset((*TEENS, *TENS, "hundred"))  # words of numbers from ten
 
 NUMBER_RULES = {
@@ -45,7 +46,8 @@ def phrases() -> tuple[str, ...]:
 
 def command_rules() -> dict[str, str]:
     """Rule name → JSGF, from <command> down."""
-    return {"command": " | ".join(phrases())} | NUMBER_RULES
+    weighed = (f"/{ARTICLE if ' the ' in phrase else 1:g}/ {phrase}" for phrase in phrases())
+    return {"command": " | ".join(weighed)} | NUMBER_RULES
 
 
 def written(rules: dict[str, str], heard: str) -> str:

@@ -16,23 +16,26 @@ LONG, FURTHER = 5, 1.25  # so many words are resembled by little else: they may 
 class Rivalry:
     """By how much a command fits better than anything else; below 0: worse."""
 
-    lead: float  # [nats] a second, over all of its words
+    lead: float  # [nats] a second of its words, over all of the sound
+    within: float  # [nats] a second of its words, within them
+    beside: float  # [nats] beside its words: below 0 where something else was said there, or they echo
     weakest: float  # [nats] a second, within the word that fits worst
 
 
 def compare(command: Path, other: Path) -> Rivalry:
     """Two paths through the same sound → how they compare. Without words it fits infinitely worse."""
     if not command.spans:
-        return Rivalry(lead=-math.inf, weakest=-math.inf)
+        return Rivalry(lead=-math.inf, within=-math.inf, beside=-math.inf, weakest=-math.inf)
     if not other.pieces:
-        return Rivalry(lead=math.inf, weakest=math.inf)
+        return Rivalry(lead=math.inf, within=math.inf, beside=math.inf, weakest=math.inf)
     spoken = command.spans[-1].end - command.spans[0].begin
-    words = (
-        (command.fit_within(span.begin, span.end) - other.fit_within(span.begin, span.end))
-        / max(span.end - span.begin, SHORTEST)
-        for span in command.spans
-    )
-    return Rivalry(lead=(command.fit - other.fit) / spoken, weakest=min(words))
+    better = command.fit - other.fit
+    leads = [
+        command.fit_within(span.begin, span.end) - other.fit_within(span.begin, span.end) for span in command.spans
+    ]
+    by_word = (lead / max(span.end - span.begin, SHORTEST) for lead, span in zip(leads, command.spans, strict=True))
+    within = sum(leads)
+    return Rivalry(lead=better / spoken, within=within / spoken, beside=better - within, weakest=min(by_word))
 
 
 def holds(command: Path, other: Path, settings: SpeechSettings) -> bool:
@@ -41,4 +44,6 @@ def holds(command: Path, other: Path, settings: SpeechSettings) -> bool:
     if len(command.spans) == 1:
         return rivalry.lead > 0
     share = FURTHER if len(command.spans) >= LONG else 1.0
-    return rivalry.lead > -share * settings.most_behind and rivalry.weakest > -share * settings.word_behind
+    near = rivalry.lead > -share * settings.most_behind
+    echoes = rivalry.within > -share * settings.echoing_behind and rivalry.beside > -settings.echo
+    return (near or echoes) and rivalry.weakest > -share * settings.word_behind

@@ -36,6 +36,8 @@ class SpeechSettings:
     competing_price: float = 30_000.0  # one over the probability of each competing word
     most_behind: float = 70.0  # [nats/s] by which anything but a command may fit better
     word_behind: float = 300.0  # [nats/s] the same within any one word of it
+    echoing_behind: float = 40.0  # [nats/s] the same within all of its words, where more is missing beside them …
+    echo: float = 100.0  # [nats] … but only so much, as walls make that are near; a word that is none is worth more
     clear_ratio: float = 27.0  # [dB] of voice over noise from which no noise is taken out: that costs consonants
     opinions: int = 2  # readings at other speeds that must agree on a command before the robot moves
     sure_lead: float = 30.0  # [nats] by which numbers must be ahead of the nearest others, to be obeyed at once

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -25,9 +27,9 @@ class Scribe:
         return Hypothesis(words="", begin=utterance.begin, end=utterance.end)
 
 
-def spoken(ratio: float) -> Sound:
+def spoken(ratio: float, seconds: float = 1.2) -> Sound:
     """A voice from 1.0 rad, with half a second of noise before and a second behind."""
-    voice = far_voice(RESPEAKER_ODAS, 1.0, 0.2, ratio=ratio, duration=1.2, stamp=20.0)
+    voice = far_voice(RESPEAKER_ODAS, 1.0, 0.2, ratio=ratio, duration=seconds, stamp=20.0)
     noise = far_voice(RESPEAKER_ODAS, 1.0, ratio=ratio, duration=1.5, seed=5).samples[: RATE // 2]
     return Sound(stamp=20.0, rate=RATE, samples=np.concatenate((noise, voice.samples, noise[::-1], noise)))
 
@@ -44,7 +46,7 @@ def test_the_beam_has_less_noise_than_one_microphone_and_the_same_bounds():
     for piece in pieces(spoken(15.0)):
         single.feed(Sound(stamp=piece.stamp, rate=RATE, samples=piece.samples[:, :1]))
         whole.feed(piece)
-    alone, beamed = one.given[-1], many.given[-1]
+    alone, beamed = one.given[-1], many.given[-2]  # the last is in the plain beam
     assert (alone.begin, alone.end) == (beamed.begin, beamed.end)
     assert len(alone.samples) == pytest.approx(len(beamed.samples), abs=2)
 
@@ -52,6 +54,23 @@ def test_the_beam_has_less_noise_than_one_microphone_and_the_same_bounds():
         return float(utterance.samples.std() / utterance.before[: RATE // 4].std())
 
     assert clarity(beamed) > 1.3 * clarity(alone)
+
+
+@pytest.mark.parametrize(("words", "seconds", "times"), [("", 1.2, 2), ("come here", 1.2, 1), ("", 2.4, 1)])
+def test_a_short_sentence_that_is_not_understood_is_read_in_another_beam(words, seconds, times):
+    class Reader(Scribe):
+        def read(self, utterance: Utterance) -> Hypothesis:
+            return replace(super().read(utterance), words=words)
+
+    pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
+    reader = Reader()
+    ears = ArrayTranscriber(RESPEAKER_ODAS, engine=reader)
+    for piece in pieces(spoken(15.0, seconds)):
+        ears.feed(piece)
+    ears.finish()
+    last = [one.samples for one in reader.given if one.end == reader.given[-1].end]
+    assert len(last) == times
+    assert times == 1 or not np.allclose(*last, atol=0.05 * np.abs(last[0]).max())
 
 
 def test_sound_that_does_not_fit_the_array_is_refused():

@@ -74,6 +74,19 @@ def test_a_command_may_be_a_little_behind_but_no_word_of_it_far():
 
 
 @pytest.mark.parametrize(
+    ("within", "beside", "stands"),
+    [(35.0, 90.0, True), (45.0, 90.0, False), (35.0, 110.0, False), (60.0, 1.0, True), (75.0, 1.0, False)],
+)
+def test_what_fits_within_its_words_may_echo_beside_them(within: float, beside: float, stands: bool):
+    """COMMAND is a second of words: [nats] that something else fits better there, and behind them."""
+    first, last = -60.0 + 0.3 * within, -80.0 + 0.7 * within
+    other = path(("", 0.0, 0.5, -10.0), ("", 0.5, 0.8, first), ("", 0.8, 1.5, last), ("", 1.5, 2.0, beside - 5.0))
+    rivalry = compare(COMMAND, other)
+    assert (rivalry.within, rivalry.beside) == pytest.approx((-within, -beside))
+    assert holds(COMMAND, other, SpeechSettings()) is stands
+
+
+@pytest.mark.parametrize(
     ("words", "behind", "stands"),
     [
         ("stop at one and two", 10.1, True),
@@ -87,7 +100,7 @@ def test_a_sentence_of_many_words_may_be_further_behind(words: str, behind: floa
     command = said(words)
     begin, end = command.spans[0].begin, command.spans[-1].end
     other = path(("", begin, end, command.fit + behind * (end - begin)))
-    assert holds(command, other, SpeechSettings(most_behind=10.0, word_behind=1000.0)) is stands
+    assert holds(command, other, SpeechSettings(most_behind=10.0, word_behind=1000.0, echo=0.0)) is stands
     assert holds(command, other, SpeechSettings(most_behind=1000.0, word_behind=10.0)) is stands
 
 
