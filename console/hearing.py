@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from console.door import Door
+from console.hearing_portrait import Words
 from console.history import History
 from console.intent import Intent
 from console.logins import Person
@@ -117,11 +118,12 @@ class Ears:
         await self._worker.gone()
 
     @property
-    def meant(self) -> str:
-        """The command that the newest words may have been, as long as it is offered; else ""."""
+    def words(self) -> Words:
+        """How it is with them."""
         newest = self.utterances[-1] if self.utterances else None
         fresh = newest is not None and 0 <= self.stamp - newest.t1_s < OFFERED
-        return newest.meant if newest is not None and fresh else ""
+        offered = newest.meant if newest is not None and fresh else ""
+        return Words(waking=not self.trouble and not self._worker.ready, meant=offered)
 
     def shown(self) -> list[dict[str, Any]]:
         """The newest utterances, newest first."""

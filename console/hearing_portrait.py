@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +15,17 @@ FAR = 3.0  # [m] at which a voice is put into the picture: the camera sits besid
 DIGITS = 4
 
 
+@dataclass(frozen=True)
+class Words:
+    """How it is with the words of the room."""
+
+    waking: bool = False  # they are not read yet: what reads them must be started first
+    meant: str = ""  # the command that the newest may have been, as long as it is offered
+
+
+NONE = Words()
+
+
 def direction(heard: Hearing | None, camera: Camera | None) -> wire.VoiceHeard | None:
     """The voice that was heard last."""
     voices = heard.voices if heard is not None else ()
@@ -21,14 +33,19 @@ def direction(heard: Hearing | None, camera: Camera | None) -> wire.VoiceHeard |
 
 
 def ears(
-    heard: Hearing | None, camera: Camera | None, *, muted: bool = False, obeyed: bool = False, meant: str = ""
+    heard: Hearing | None,
+    camera: Camera | None,
+    *,
+    muted: bool = False,
+    obeyed: bool = False,
+    words: Words = NONE,
 ) -> wire.Ears | None:
     """What the robot's ears make of the sound; None without microphones."""
     if heard is None:
         return None
     level = None if heard.level_db is None else round(heard.level_db, 1)
     voices = [voice(one, camera) for one in heard.voices]
-    return wire.Ears(heard.listening, muted, obeyed, meant, heard.speaking, level, voices)
+    return wire.Ears(heard.listening, muted, obeyed, words.waking, words.meant, heard.speaking, level, voices)
 
 
 def voice(told: VoiceDirection, camera: Camera | None) -> wire.VoiceHeard:

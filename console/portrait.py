@@ -40,9 +40,9 @@ class Circumstances:
     notices: Sequence[Notice]
     history_revision: int
     map: wire.MapState
+    words: hearing_portrait.Words  # of the room
     muted: bool = False  # the robot speaks: nobody is listened to
     obeyed: bool = False  # a driver has taken the words of the room on
-    meant: str = ""  # the command that the newest words in the room may have been
     intent: Intent | None = None  # a spoken order that waits
     now: float = 0.0  # [s] on the monotonic clock
 
@@ -62,7 +62,11 @@ def draw(snapshot: Snapshot, around: Circumstances, seq: int) -> wire.State:
         map=around.map,
         direction=hearing_portrait.direction(snapshot.hearing, around.profile.camera),
         ears=hearing_portrait.ears(
-            snapshot.hearing, around.profile.camera, muted=around.muted, obeyed=around.obeyed, meant=around.meant
+            snapshot.hearing,
+            around.profile.camera,
+            muted=around.muted,
+            obeyed=around.obeyed,
+            words=around.words,
         ),
         person=people_portrait.person(snapshot.person, snapshot.stamp),
         goal=None if goal is None else wire.Place(near(goal[0]), near(goal[1])),

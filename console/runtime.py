@@ -166,7 +166,7 @@ class Runtime:
             map=self.maps.shown,
             muted=self.voice.muted,
             obeyed=self.spoken.driver is not None,
-            meant=self.ears.meant,
+            words=self.ears.words,
             intent=self.intents.waiting,
             now=now,
         )

@@ -32,6 +32,7 @@ class Ears(Struct):
     listening: bool
     muted: bool  # the robot itself speaks, so that nothing is listened to
     obeyed: bool  # what voices in the room say is done: the driver has taken their words on
+    waking: bool  # words are not read yet: what reads them is started first
     meant: str  # the command that the newest words may have been, heard with a doubt and refused; "": none
     speaking: bool
     level_dbfs: float | None

@@ -31,6 +31,11 @@ class WordsWorker:
         """Whether there is a process."""
         return self._worker.alive
 
+    @property
+    def ready(self) -> bool:
+        """Whether words are read of the sound that comes next, rather than a process started first."""
+        return self._worker.alive and self._worker.starts == self._begun
+
     async def begun(self) -> bool:
         """Whether the process, started where there was none, knows how to listen."""
         await self._worker.ready()

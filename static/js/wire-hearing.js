@@ -6,6 +6,7 @@
  * @property {boolean} listening
  * @property {boolean} muted
  * @property {boolean} obeyed
+ * @property {boolean} waking
  * @property {string} meant
  * @property {boolean} speaking
  * @property {number | null} level_dbfs

@@ -109,6 +109,19 @@ def test_a_command_heard_with_a_doubt_is_offered_as_long_as_it_is_fresh(live: Li
         assert live.ask("GET", "/api/state", token=live.viewer).json["ears"]["meant"] == offered
 
 
+def test_until_words_are_read_the_state_says_so(live: Live, spoken: SpokenOrders) -> None:
+    pytest.importorskip("pocketsphinx", reason="Reading words needs pocketsphinx: pip install pocketsphinx")
+
+    def waking() -> bool:
+        return live.ask("GET", "/api/state", token=live.viewer).json["ears"]["waking"]
+
+    worker = live.runtime.ears._worker
+    live.on_loop(worker.kill)
+    assert waking()
+    assert listen(live, True).status == 200
+    live.until(lambda: not waking(), seconds=30.0)
+
+
 def test_what_the_pilot_does_not_do_now_is_told_and_the_ears_go_on(
     live: Live, spoken: SpokenOrders, monkeypatch: pytest.MonkeyPatch
 ) -> None:

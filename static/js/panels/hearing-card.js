@@ -71,7 +71,7 @@ class HearingCard extends Panel {
     this.#rose.show(ears);
     const [voice] = ears?.voices ?? [];
     const on = this.#listen.getAttribute("aria-pressed") === "true";
-    const quiet = on && ears?.muted ? "Not listening while the robot speaks." : on ? "Listening; nobody speaks." : "";
+    const quiet = on ? silence(ears) : "";
     write(this.#where, voice ? told(voice) : quiet);
     this.#where.hidden = this.#where.textContent === "";
   }
@@ -144,6 +144,15 @@ class HearingCard extends Panel {
  * @param {"warning" | "info" | "done"} kind
  */
 const fault = (sentence, kind) => make("li", { class: "fault", "data-kind": kind }, icon(kind), make("span", {}, sentence));
+
+/**
+ * What is said while it listens and hears nobody.
+ * @param {import("../wire.js").Ears | null} ears
+ */
+function silence(ears) {
+  if (ears?.muted) return "Not listening while the robot speaks.";
+  return ears?.waking ? "Hears from where somebody speaks; words in a moment." : "Listening; nobody speaks.";
+}
 
 /**
  * A voice's direction as people say it.
