@@ -42,6 +42,11 @@ class Running:
             self._process.kill()
             self._process.wait()
 
+    @property
+    def pid(self) -> int:
+        """Its process."""
+        return self._process.pid
+
     def ask(self, path: str, body: dict[str, Any] | None = None) -> Any:
         """GET, or POST when there is a body; as the operator whose token was printed."""
         token = self.driving.partition("#t=")[2]
