@@ -20,7 +20,7 @@ import numpy as np
 
 from core.speech.array_transcriber import ArrayTranscriber
 from core.speech.dictation import Dictation
-from core.speech.jsgf import plain_grammar
+from core.speech.jsgf import plain_grammar, written
 from core.speech.pocketsphinx import grammar_decoder
 from core.speech.recognizer import Engine, Recognizer, pcm
 from core.speech.settings import RATE, SpeechSettings
@@ -200,7 +200,7 @@ def stop(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> di
 
 def end_of_stop(clip: Clip) -> float:
     """[s] from the clip's begin to the end of its word STOP, by aligning its own text."""
-    decoder = grammar_decoder(f"#JSGF V1.0;\ngrammar one;\npublic <one> = {clip.text};\n", bestpath=False)
+    decoder = grammar_decoder(written({}, clip.text), bestpath=False)
     decoder.start_utt()
     decoder.process_raw(pcm(clip.samples), full_utt=True)
     decoder.end_utt()

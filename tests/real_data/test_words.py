@@ -11,8 +11,12 @@ import pytest
 from core.log.sound_file import read_sound
 from core.message import Array
 from core.speech.recognizer import Hypothesis, for_words
+from core.speech.settings import RATE
 from core.speech.spoken import judge
 from core.speech.transcriber import Transcriber
+from core.speech.voice import PERSONS_VOICE
+from tests.benchmarks.spoken_stop import clips
+from tests.benchmarks.words import end_of_stop
 from tests.core.speech.ears import engine, listened, padded
 
 pytestmark = pytest.mark.real_data
@@ -75,3 +79,10 @@ def test_a_sentence_cut_off_by_the_button_is_not_obeyed(shared_data):
     cut = samples[: int(0.62 * len(samples))]
     told = listened(Transcriber(engine=engine(), held=True), np.concatenate((np.zeros(8000), cut)))
     assert all(not judge(one).accepted for one in told)
+
+
+@pytest.mark.parametrize("voice", ["slt", "kal16", PERSONS_VOICE])
+def test_the_benchmark_of_stop_knows_when_its_word_is_over(shared_data, voice):
+    pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
+    spoken = clips(shared_data)[voice]
+    assert 0.2 < end_of_stop(spoken) < 0.7 * len(spoken.samples) / RATE
