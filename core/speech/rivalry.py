@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 
+from core.commands.stand import STOP_MOVING
 from core.message import message
 from core.speech.path import Path
 from core.speech.settings import SpeechSettings
 
 SHORTEST = 0.1  # [s] of a word, as which shorter ones count: a moment tells little
 LONG, FURTHER = 5, 1.25  # so many words are resembled by little else: they may be so many times further behind
+STOPPING = 1.5  # the same where the words stop the robot: to miss them is worse than to stop for others
+STOPS = frozenset(tuple(words.split()) for words in STOP_MOVING.words)
 
 
 @message
@@ -43,7 +46,7 @@ def holds(command: Path, other: Path, settings: SpeechSettings) -> bool:
     rivalry = compare(command, other)
     if len(command.spans) == 1:
         return rivalry.lead > 0
-    share = FURTHER if len(command.spans) >= LONG else 1.0
+    share = STOPPING if command.words in STOPS else FURTHER if len(command.spans) >= LONG else 1.0
     near = rivalry.lead > -share * settings.most_behind
     echoes = rivalry.within > -share * settings.echoing_behind and rivalry.beside > -settings.echo
     return (near or echoes) and rivalry.weakest > -share * settings.word_behind

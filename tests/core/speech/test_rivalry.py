@@ -93,10 +93,13 @@ def test_what_fits_within_its_words_may_echo_beside_them(within: float, beside: 
         ("stop at one and two", 12.4, True),
         ("stop at one and two", 12.6, False),
         ("continue one point five", 10.1, False),
+        ("stop moving", 14.9, True),
+        ("stop moving", 15.1, False),
+        ("turn left", 10.1, False),
     ],
 )
-def test_a_sentence_of_many_words_may_be_further_behind(words: str, behind: float, stands: bool):
-    """10 nats a second are allowed, and a quarter more from five words."""
+def test_a_sentence_of_many_words_may_be_further_behind_and_a_stop_most(words: str, behind: float, stands: bool):
+    """10 nats a second are allowed, a quarter more from five words, and half as much again where they stop it."""
     command = said(words)
     begin, end = command.spans[0].begin, command.spans[-1].end
     other = path(("", begin, end, command.fit + behind * (end - begin)))
