@@ -51,6 +51,8 @@ class CommandStatus extends Panel {
   #known = null;
   /** @type {Shown} */
   #last = READY;
+  /** @type {Shown} the newest refusal that came as an answer: the history tells of it too, but not what was meant */
+  #refusal = READY;
 
   /** @override */
   build() {
@@ -98,25 +100,34 @@ class CommandStatus extends Panel {
   /** @param {Transcript} transcript what our own microphone heard; if it was refused, what may have been meant */
   #heard({ final, accepted, words, reason, suggestions }) {
     if (!final || accepted || !words) return;
-    this.#last = { icon: "refused", words, remark: reason, state: "refused", meant: suggestions };
+    this.#refuse(words, reason, suggestions);
   }
 
   /** @param {Said} said */
   #answered({ text, answer }) {
     const remark = answer.detail ?? "";
     if (answer.ok) this.#last = { icon: "running", words: text, remark: "", state: "sent", meant: [] };
-    else this.#last = { icon: "refused", words: text, remark, state: "refused", meant: answer.suggestions ?? [] };
+    else this.#refuse(text, remark, answer.suggestions ?? []);
     if (!answer.ok) this.session.announce(`${text}: refused. ${remark}`);
   }
 
-  /** @param {HistoryRow[]} rows newest first */
+  /**
+   * @param {string} words
+   * @param {string} remark why
+   * @param {readonly string[]} meant what would have been understood
+   */
+  #refuse(words, remark, meant) {
+    this.#last = this.#refusal = { icon: "refused", words, remark, state: "refused", meant };
+  }
+
+  /** @param {HistoryRow[]} rows newest first; they may come late, after the answer to what was said since */
   #ended([row]) {
     this.#known ??= row?.id ?? 0;
     if (!row || row.id <= this.#known || row.state === "running") return;
     const refused = row.state === "refused";
-    const same = refused && row.words === this.#last.words;
-    const remark = row.remark || (same ? this.#last.remark : "");
-    const meant = same ? this.#last.meant : [];
+    const same = refused && row.words === this.#refusal.words;
+    const remark = row.remark || (same ? this.#refusal.remark : "");
+    const meant = same ? this.#refusal.meant : [];
     const room = refused && row.source === "ears";
     this.#last = { icon: row.state, words: wordsOf(row), remark, state: row.state, meant, room };
     this.session.announce(`${wordsOf(row)}: ${row.state}. ${remark}`);
