@@ -12,13 +12,12 @@ from core.message import Array, message
 LEG = 0.055  # [m] radius of a leg: its front is that much nearer than its middle
 BREAK, BREAK_SHARE = 0.10, 0.03  # [m], and of the range: a wider gap between neighbours divides two things
 WIDEST = 0.50  # [m] across of what may be legs
+THINNEST = 0.065  # [m] across of a leg: a table's or a chair's, where it is seen whole, is thinner
 STANCE = 0.46  # [m] between the two legs of somebody who walks
 FEWEST = 2  # points
 RADIAL_SD, ACROSS_SD = 0.05, 0.05  # [m] of where somebody stands whose legs were measured
 SINGLE_SD = 0.07  # [m] the same where only one leg was seen
-BEHIND = (
-    0.08  # [m] that somebody's middle is behind the one leg that is seen: it hides the other, they stand sideways
-)
+BEHIND = 0.08  # [m] that somebody's middle is behind the one leg that is seen: it hides the other
 ONE_LEG = 0.20  # [m] across: what is wider is both
 FARTHEST = 6.0  # [m]
 
@@ -44,10 +43,9 @@ class Stander:
 
 def find_standers(points: Array) -> tuple[Stander, ...]:
     """Scan points (M, 2) [m] in the robot frame → what may be legs, nearest first: pairs, and single ones."""
-    near = points[np.hypot(points[:, 0], points[:, 1]) < FARTHEST]
-    if len(near) < FEWEST:
+    if len(points) < FEWEST:
         return ()
-    pieces = _free_pieces(near[np.argsort(np.arctan2(near[:, 1], near[:, 0]))])
+    pieces = _free_pieces(points)
     found: list[Stander] = []
     paired: set[int] = set()
     for first in range(len(pieces)):
@@ -72,19 +70,26 @@ def nearest_to(standers: Sequence[Stander], place: Array, covariance: Array, gat
 
 
 def _free_pieces(points: Array) -> list[Array]:
-    """Points in the order of their bearings → pieces before whose ends and behind which there is room."""
+    """Points → pieces before whose ends and behind which there is room, in the order of their bearings."""
+    bearings = np.arctan2(points[:, 1], points[:, 0])
+    order = np.argsort(bearings)
+    points, bearings = points[order], bearings[order]
     ranges = np.hypot(points[:, 0], points[:, 1])
     gaps = np.hypot(*np.diff(points, axis=0).T)
     cuts = np.flatnonzero(gaps > BREAK + BREAK_SHARE * np.minimum(ranges[1:], ranges[:-1])) + 1
     begins, ends = [0, *cuts.tolist()], [*cuts.tolist(), len(points)]
     pieces: list[Array] = []
     for begin, end in zip(begins, ends, strict=True):
-        piece = points[begin:end]
-        if len(piece) < FEWEST or _width(piece) > WIDEST:
+        piece, far = points[begin:end], float(np.median(ranges[begin:end]))
+        if len(piece) < FEWEST or far > FARTHEST or _width(piece) > WIDEST:
             continue
         before = ranges[begin - 1] if begin > 0 else math.inf
         behind = ranges[end] if end < len(points) else math.inf
-        if ranges[begin] < before or ranges[end - 1] < behind:  # at one side at least it is not hidden itself
+        free = ranges[begin] < before, ranges[end - 1] < behind  # whether that side is not hidden itself
+        inside = 0 < begin and end < len(points)
+        if all(free) and inside and far * (bearings[end] - bearings[begin - 1]) < THINNEST:
+            continue  # from the ray that passes it at one side to the one at the other
+        if any(free):
             pieces.append(piece)
     return pieces
 

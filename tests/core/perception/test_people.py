@@ -35,6 +35,18 @@ def person(x: float, y: float, *, look: str = "", gesture: str = "", heading: fl
     return Thing(id="p", what="person", pose=pose, length=0.4, depth=0.4, height=1.75, look=look, gesture=gesture)
 
 
+def post(x: float, y: float) -> Thing:
+    """A table's leg."""
+    return Thing(id="leg", what="pillar", pose=Pose(x, y, 0.0), length=0.05, depth=0.05, height=0.75)
+
+
+def off(x: float, y: float, world: World) -> list[float]:
+    """How far [m] from (x, y) stands what a scan from the origin takes for legs."""
+    scan = SimulatedLaser(Laser(), np.random.default_rng(5)).scan(world, 0.0, np.zeros(1), np.zeros((1, 3)))
+    ends = np.column_stack((np.cos(scan.angles), np.sin(scan.angles))) * scan.ranges[:, None]
+    return [math.hypot(*(one.place - (x, y))) for one in find_standers(ends[scan.valid])]
+
+
 @pytest.fixture(scope="module")
 def webcam() -> SimulatedCamera:
     return SimulatedCamera(WEBCAM, HALL, np.random.default_rng(0))
@@ -157,10 +169,18 @@ def test_edges_are_counted_in_the_direction_in_which_they_change() -> None:
 @pytest.mark.parametrize("heading", [0.0, 0.8, math.pi / 2, 2.5])
 def test_the_laser_finds_legs_within_a_decimetre_from_every_side(heading: float) -> None:
     world = HALL.with_thing(person(1.8, 0.5, heading=heading))
-    scan = SimulatedLaser(Laser(), np.random.default_rng(5)).scan(world, 0.0, np.zeros(1), np.zeros((1, 3)))
-    ends = np.column_stack((np.cos(scan.angles), np.sin(scan.angles))) * scan.ranges[:, None]
-    near = min(find_standers(ends[scan.valid]), key=lambda one: float(np.hypot(*(one.place - (1.8, 0.5)))))
-    assert np.hypot(*(near.place - (1.8, 0.5))) < 0.12
+    assert min(off(1.8, 0.5, world)) < 0.12
+
+
+@pytest.mark.parametrize("far", [0.6, 1.0, 1.4])
+def test_a_tables_leg_that_is_seen_whole_is_nobodys(far: float) -> None:
+    assert min(off(0.0, far, HALL.with_thing(post(0.0, far))), default=math.inf) > 0.5
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.8, math.pi / 2, 2.5])
+def test_a_tables_leg_is_not_paired_with_somebodys(heading: float) -> None:
+    world = HALL.with_thing(person(0.3, 1.3, heading=heading)).with_thing(post(-0.05, 1.2))
+    assert max(one for one in off(0.3, 1.3, world) if one < 0.5) < 0.12
 
 
 def test_fusing_is_surer_than_each_sense_and_leaves_out_what_contradicts() -> None:
