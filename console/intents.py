@@ -39,7 +39,7 @@ class Intents:
         self._newest = 0
         self._alarm: asyncio.TimerHandle | None = None
         self.when_held_back: list[Callable[[Intent], None]] = []  # told of what was cancelled while it waited
-        door.when_cancelled.append(self._cancelled)
+        door.when_cancelled.append(self._ended)
 
     @property
     def command(self) -> Command | None:
@@ -91,7 +91,7 @@ class Intents:
     def drop(self, number: int, who: Person) -> None:
         """It does not begin; whoever may stop the robot may do this. Raises Problem 404."""
         self._find(number)
-        self._cancelled("cancelled", f"Dropped by {who.name}.")
+        self._ended("cancelled", f"Dropped by {who.name}.")
 
     def forget(self, source: str, why: str) -> None:
         """Nothing that came by this way begins any more."""
@@ -116,7 +116,7 @@ class Intents:
         command = intent.command
         return self._door.submit(command.heard_as, intent.source, intent.person, command.call)
 
-    def _cancelled(self, state: Ending, why: str) -> None:
+    def _ended(self, state: Ending, why: str) -> None:
         """Somebody ended it, or what is under way."""
         intent = self.waiting
         self._end(state, why)

@@ -17,6 +17,8 @@ from core.speech.settings import SpeechSettings
 from core.speech.spoken import Spoken, judge
 from core.speech.transcriber import Transcriber
 
+Order = tuple[str, float]  # its words, and how long ago [s] it was held back
+
 
 class WordsDesk:
     """Remembers the sound so far: pieces come in the order in which they were heard."""
@@ -46,15 +48,15 @@ class WordsDesk:
         return True
 
     def feed(
-        self, samples: bytes, rate: int, stamp: float, channels: int = 1, held_back: Sequence[str] = ()
+        self, samples: bytes, rate: int, stamp: float, channels: int = 1, held_back: Sequence[Order] = ()
     ) -> list[dict[str, Any]]:
         """32-bit numbers, channel by channel of each moment, first at `stamp` [s] → what became known with them.
 
         `held_back`: orders that were understood and then held back before that.
         """
         assert self._transcriber is not None
-        for words in held_back:
-            self._held_back.hold_back(words, stamp)
+        for words, ago in held_back:
+            self._held_back.hold_back(words, stamp - ago)
         numbers = np.frombuffer(samples, np.float32).astype(float).reshape(-1, channels)
         sound = at_16_khz(Sound(stamp=stamp, rate=rate, samples=numbers))
         return [told(judge(heard)) for heard in self._transcriber.feed(sound)]

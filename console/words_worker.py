@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from collections import deque
 from dataclasses import asdict
 from typing import Any
 
@@ -14,6 +16,7 @@ from core.sensors.microphones import MicrophoneArray
 from core.speech.settings import SpeechSettings
 
 BUDGET = 20.0  # [s] of processor time for a piece of sound
+FEW = 8  # orders held back while nobody listens: of more than these only the newest count
 
 Told = dict[str, Any]  # an utterance as console.words_desk tells it
 
@@ -23,7 +26,7 @@ class WordsWorker:
 
     def __init__(self) -> None:
         self._worker = Worker("words")
-        self._held_back: list[str] = []  # orders of which it is told with the next piece of sound
+        self._held_back: deque[tuple[str, float]] = deque(maxlen=FEW)  # of which it is told with the next sound
         self._begun = 0  # the process's start at which it was told how to listen
 
     @property
@@ -55,12 +58,14 @@ class WordsWorker:
         """
         raw = np.ascontiguousarray(samples, np.float32).tobytes()
         given = {"samples": raw, "rate": rate, "stamp": stamp, "channels": samples[0].size if len(samples) else 1}
-        given["held_back"], self._held_back = self._held_back, []
+        now = time.monotonic()
+        given["held_back"] = [(words, now - then) for words, then in self._held_back]
+        self._held_back.clear()
         return await self._worker.ask("feed", given, budget=BUDGET)
 
     def hold_back(self, words: str) -> None:
         """These words, as an order, were held back: said again, they most likely are others."""
-        self._held_back.append(words)
+        self._held_back.append((words, time.monotonic()))
 
     async def finish(self) -> list[Told]:
         """The sound ends here → what became known with that."""

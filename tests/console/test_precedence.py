@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import threading
-from collections.abc import Callable
 from pathlib import Path
 
 import psutil
@@ -14,17 +12,9 @@ import pytest
 from console.serve import browse
 from core.gate.precedence import GATE, PILOT, come_first
 from tests.browser.running_console import Running
+from tests.core.gate.ranks import apart
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="Only Linux has these priorities.")
-
-
-def apart(do: Callable[[], object]) -> object:
-    """In a thread of its own, whose rank ends with it."""
-    told: list[object] = []
-    asked = threading.Thread(target=lambda: told.append(do()))
-    asked.start()
-    asked.join()
-    return told[0]
 
 
 def test_the_gate_runs_before_the_pilot_and_both_before_others_where_that_is_permitted(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import pytest
 from console import words_desk
 from console.words_desk import WordsDesk
 from core.experiments.practice_voice import practice_voice
+from core.speech.held_back import REMEMBERED
 from core.speech.recognizer import Hypothesis, Utterance
 from core.speech.settings import RATE, SpeechSettings
 from tests.core.speech.ears import padded
@@ -33,7 +34,7 @@ def test_an_order_that_was_held_back_is_known_in_the_next_turn(monkeypatch: pyte
     monkeypatch.setattr(words_desk, "open_engine", lambda _: reader)
     desk, settings = WordsDesk(), asdict(SpeechSettings())
     said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)).astype(np.float32).tobytes()
-    for turn, held_back in enumerate(((), (GO,), ())):
+    for turn, held_back in enumerate(((), ((GO, 1.0),), (("turn left", REMEMBERED),))):
         desk.begin(settings, held=True)
         desk.feed(said, RATE, 10.0 * turn, held_back=held_back)
         desk.finish()

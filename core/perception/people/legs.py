@@ -86,7 +86,7 @@ def _free_pieces(points: Array) -> list[Array]:
         before = ranges[begin - 1] if begin > 0 else math.inf
         behind = ranges[end] if end < len(points) else math.inf
         free = ranges[begin] < before, ranges[end - 1] < behind  # whether that side is not hidden itself
-        inside = 0 < begin and end < len(points)
+        inside = begin > 0 and end < len(points)
         if all(free) and inside and far * (bearings[end] - bearings[begin - 1]) < THINNEST:
             continue  # from the ray that passes it at one side to the one at the other
         if any(free):

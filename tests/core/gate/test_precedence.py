@@ -4,23 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
-import threading
-from collections.abc import Callable
 
 import pytest
 
 from core.gate.precedence import GATE, PILOT, come_first, stand_back
+from tests.core.gate.ranks import apart
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="Only Linux has these priorities.")
-
-
-def in_a_thread(ask: Callable[[], object]) -> object:
-    """What it says in a thread of its own, whose rank ends with it."""
-    told: list[object] = []
-    asked = threading.Thread(target=lambda: told.append(ask()))
-    asked.start()
-    asked.join()
-    return told[0]
 
 
 def rank() -> int:
@@ -31,7 +21,7 @@ def test_it_tells_whether_it_runs_first() -> None:
     def ask() -> bool:
         return come_first(PILOT) == (rank() == PILOT)
 
-    assert in_a_thread(ask)
+    assert apart(ask)
 
 
 def test_who_stands_back_runs_like_every_other_program() -> None:
@@ -40,7 +30,7 @@ def test_who_stands_back_runs_like_every_other_program() -> None:
         stand_back()
         return rank(), os.sched_getscheduler(0)
 
-    assert in_a_thread(ask) == (0, os.SCHED_OTHER)
+    assert apart(ask) == (0, os.SCHED_OTHER)
 
 
 def test_the_gate_comes_before_the_pilot() -> None:
@@ -50,9 +40,9 @@ def test_the_gate_comes_before_the_pilot() -> None:
 def test_threads_that_it_starts_come_first_too() -> None:
     def ask() -> bool:
         first = come_first(PILOT)
-        return (in_a_thread(rank) == PILOT) == first
+        return (apart(rank) == PILOT) == first
 
-    assert in_a_thread(ask)
+    assert apart(ask)
 
 
 def test_where_it_is_forbidden_nothing_changes(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -63,17 +63,6 @@ class Views:
         return path(*spans, ("", 3.0, 3.1, fit))
 
 
-def test_the_sentence_wins_that_fits_all_views_best_on_average(monkeypatch: pytest.MonkeyPatch) -> None:
-    views = Views({"stop at one": (-50.0, -10.0), "stop at nine": (-20.0, -60.0), "stop at ten": (-20.0, -20.0)})
-    monkeypatch.setattr("core.speech.ballot.decoded", views.decoded)
-    monkeypatch.setattr("core.speech.ballot.listen_for", views.listen_for)
-    sentences = [tuple(words.split()) for words in views.fits]
-    told = vote(views, sentences, [np.zeros(3)] * 2)
-    assert [one.path.words[-1] for one in told] == ["one", "nine", "ten"]
-    assert [one.fit for one in told] == pytest.approx([-30.0, -40.0, -20.0 + TEN])
-    assert views.searches[-1] == "heard"  # the decoder hears its own grammar again
-
-
 def hear_by(monkeypatch: pytest.MonkeyPatch, views: Views) -> None:
     """The engine of these tests hears what the views hear, and nothing that competes."""
     reader, rival = engine(), path(("", 0.0, 3.0, -1000.0))
@@ -84,6 +73,17 @@ def hear_by(monkeypatch: pytest.MonkeyPatch, views: Views) -> None:
         "core.speech.sphinx.decoded", lambda who, view: rival if who is reader._others else views.decoded(who, view)
     )
     monkeypatch.setattr("core.speech.sphinx.left_over", lambda *_: 0.0)
+
+
+def test_the_sentence_wins_that_fits_all_views_best_on_average(monkeypatch: pytest.MonkeyPatch) -> None:
+    views = Views({"stop at one": (-50.0, -10.0), "stop at nine": (-20.0, -60.0), "stop at ten": (-20.0, -20.0)})
+    monkeypatch.setattr("core.speech.ballot.decoded", views.decoded)
+    monkeypatch.setattr("core.speech.ballot.listen_for", views.listen_for)
+    sentences = [tuple(words.split()) for words in views.fits]
+    told = vote(views, sentences, [np.zeros(3)] * 2)
+    assert [one.path.words[-1] for one in told] == ["one", "nine", "ten"]
+    assert [one.fit for one in told] == pytest.approx([-30.0, -40.0, -20.0 + TEN])
+    assert views.searches[-1] == "heard"  # the decoder hears its own grammar again
 
 
 @pytest.mark.parametrize(
