@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
 
-from playwright.sync_api import expect
+from playwright.sync_api import Page, Route, WebSocketRoute, expect
 
 from tests.browser.running_console import Running
 from tests.browser.visit import Visit
@@ -64,6 +65,54 @@ def test_what_is_refused_says_why_and_offers_what_was_meant(visit: Open, console
     chip.click()
     here.until(lambda: console.newest()["source"] == "chip", "what was meant is told")
     here.told(lambda: here.say("turn left"), "cancelled", then=lambda: here.button("Cancel").click(timeout=3000))
+
+
+class LateHistory:
+    """The newest rows of the history come to the page when a test wants them to."""
+
+    def __init__(self) -> None:
+        self.hidden = 0  # newest rows that the page does not have yet
+        self.known = False  # the page has had rows
+        self._revision = 0
+
+    def lie_between(self, page: Page) -> None:
+        """From before the page opens."""
+
+        def link(line: WebSocketRoute) -> None:
+            line.connect_to_server().on_message(lambda told: line.send(self._renumbered(told)))
+
+        def rows(route: Route) -> None:
+            answer = route.fetch()
+            told = answer.json()
+            route.fulfill(response=answer, json=told | {"commands": told["commands"][self.hidden :]})
+            self.known = True
+
+        page.route_web_socket("**/ws", link)
+        page.route("**/api/commands/history*", rows)
+
+    def hide(self, rows: int) -> None:
+        """The page asks anew and gets all but these."""
+        self.hidden, self._revision = rows, self._revision + 1
+
+    def _renumbered(self, told: str | bytes) -> str | bytes:
+        message = json.loads(told) if isinstance(told, str) else {}
+        return json.dumps(message | {"history_revision": self._revision}) if "history_revision" in message else told
+
+
+def test_what_was_meant_stays_offered_when_the_history_tells_of_an_earlier_refusal_late(visit: Open) -> None:
+    history = LateHistory()
+    here = visit(before=history.lie_between)
+    status, meant = here.find("command-status"), here.find("command-status .meant button")
+    here.until(lambda: history.known, "the page knows what was before")
+    here.say("continue 99 meters")
+    expect(status).to_contain_text("continue 99")
+    here.say("turn lift")
+    expect(meant).to_have_text(["turn left", "turn right"])
+    history.hide(1)
+    expect(status).to_contain_text("continue 99")
+    history.hide(0)
+    expect(status).to_contain_text("turn lift")
+    expect(meant).to_have_text(["turn left", "turn right"])
 
 
 def test_there_is_a_button_for_every_command_that_moves_or_stops_and_numbers_are_asked_for_in_place(
