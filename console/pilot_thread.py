@@ -13,6 +13,7 @@ from typing import Protocol
 from console.helm import Helm
 from console.robot_link import RobotLink
 from core.commands.command import Command
+from core.gate.precedence import PILOT, come_first
 from core.perception.people.colours import Enrolled
 from core.robots import Profile
 from core.sensors import SensorFrame
@@ -161,6 +162,7 @@ class PilotThread:
             self._thread.join(2.0)
 
     def _run(self) -> None:
+        come_first(PILOT)
         try:
             while not self._over.is_set():
                 self._turned = time.monotonic()

@@ -29,7 +29,7 @@ from console.security import HOST_NAME, Access
 from console.text_files import TextFiles
 from console.text_orders import TextOrders
 from core.errors import BadInput, Unavailable
-from core.gate.precedence import PILOT, come_first, stand_back
+from core.gate.precedence import CONSOLE, come_first, stand_back
 from core.pilot import Pilot
 from core.settings import load
 
@@ -82,7 +82,7 @@ def serve(options: Options) -> None:
     """Run the console until it is told to end. Raises BadInput and Unavailable with a sentence."""
     check(options)
     settings = load(options.settings)
-    come_first(PILOT)  # all threads: each may hold what the pilot needs next
+    come_first(CONSOLE)  # all threads: each may hold what the pilot needs next
     sys.setswitchinterval(SWITCH)
     home = home_folder(options.data)
     start_logging(options.log or home / "console.log")

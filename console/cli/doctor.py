@@ -15,7 +15,7 @@ from typing import Any
 
 from console.cli.answer import add_json, tell, write, write_json
 from console.home import home_folder
-from core.gate.precedence import PILOT, come_first
+from core.gate.precedence import CONSOLE, come_first
 from core.message import message
 
 PORT = 8420
@@ -177,7 +177,7 @@ def pipe() -> Finding:
 def precedence() -> Finding:
     """Whether a machine that is busy with something else still steers in time."""
     found: list[bool] = []
-    asking = threading.Thread(target=lambda: found.append(come_first(PILOT)))  # no other thread keeps it
+    asking = threading.Thread(target=lambda: found.append(come_first(CONSOLE)))  # no other thread keeps it
     asking.start()
     asking.join()
     return Finding(

@@ -23,6 +23,7 @@ from core.errors import BadInput, BeckonError
 from core.gate import ZERO, Twist
 from core.gate.limits import is_number
 from core.gate.packets import LARGEST, packet_socket, parse_packet, send_packet, take_packets
+from core.gate.precedence import stand_back
 from core.robots import Robot
 from core.robots.connect import connect
 from core.robots.letters import Answer, Hello, Opening, Trouble
@@ -194,6 +195,8 @@ def main(arguments: list[str] | None = None) -> None:
         control.setblocking(True)
         opening: Opening = pickle.loads(control.recv(LARGEST))
         control.setblocking(False)
+        if opening.url.startswith("log:"):
+            stand_back()  # nothing moves, and reading a long recording takes a whole processor
         robot = connect(opening.url, seed=opening.seed, settings=opening.settings)
         try:
             outbox.put(Hello(robot.profile))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import re
 import subprocess
 import sys
@@ -89,3 +90,20 @@ class Running:
                     return
             time.sleep(0.2)
         raise AssertionError(f"The robot did not wake up:\n{self._said.read_text()}")
+
+
+def write_log(path: Path) -> Path:
+    """Thirty seconds through a room of 6 by 4 m, in the CARMEN form."""
+    lines: list[str] = []
+    for step in range(300):
+        t, x = 0.1 * step, 0.1 * 0.1 * step
+        ranges: list[float] = []
+        for beam in range(181):
+            angle = math.radians(beam - 90)
+            reach = [(3 - x) / math.cos(angle)] if math.cos(angle) > 1e-6 else []
+            reach += [2 / abs(math.sin(angle))] if abs(math.sin(angle)) > 1e-6 else []
+            ranges.append(min(reach))
+        told = " ".join(f"{value:.3f}" for value in ranges)
+        lines.append(f"FLASER 181 {told} {x:.4f} 0 0 {x:.4f} 0 0 {t:.3f} robot {t:.3f}")
+    path.write_text("\n".join(lines) + "\n")
+    return path

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.browser.running_console import Running
+from tests.browser.running_console import Running, write_log
 from tests.browser.visit import DESK, PHONE, Visit
 
 Open = Callable[..., Visit]
@@ -159,20 +157,3 @@ def test_a_recording_is_played_and_cannot_be_driven(
         here.button("Play").click()
         expect(here.button("Pause")).to_be_visible()
         assert stop_is_free(here)
-
-
-def write_log(path: Path) -> Path:
-    """Thirty seconds through a room of 6 by 4 m, in the CARMEN form."""
-    lines: list[str] = []
-    for step in range(300):
-        t, x = 0.1 * step, 0.1 * 0.1 * step
-        ranges: list[float] = []
-        for beam in range(181):
-            angle = math.radians(beam - 90)
-            reach = [(3 - x) / math.cos(angle)] if math.cos(angle) > 1e-6 else []
-            reach += [2 / abs(math.sin(angle))] if abs(math.sin(angle)) > 1e-6 else []
-            ranges.append(min(reach))
-        told = " ".join(f"{value:.3f}" for value in ranges)
-        lines.append(f"FLASER 181 {told} {x:.4f} 0 0 {x:.4f} 0 0 {t:.3f} robot {t:.3f}")
-    path.write_text("\n".join(lines) + "\n")
-    return path

@@ -2,31 +2,52 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
+from collections import Counter
 from pathlib import Path
 
 import psutil
 import pytest
 
 from console.serve import browse
-from core.gate.precedence import GATE, PILOT, come_first
-from tests.browser.running_console import Running
-from tests.core.gate.ranks import apart
+from core.gate.precedence import CONSOLE, GATE, PILOT, come_first
+from tests.browser.running_console import Running, write_log
+from tests.core.gate.ranks import apart, permitted
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="Only Linux has these priorities.")
 
 
+def ranks_of(process: int) -> Counter[int]:
+    """How many of its threads have which rank."""
+    ranks: Counter[int] = Counter()
+    for thread in os.listdir(f"/proc/{process}/task"):
+        with contextlib.suppress(ProcessLookupError):  # it ended meanwhile
+            ranks[os.sched_getparam(int(thread)).sched_priority] += 1
+    return ranks
+
+
 def test_the_gate_runs_before_the_pilot_and_both_before_others_where_that_is_permitted(tmp_path: Path) -> None:
-    permitted = apart(lambda: come_first(PILOT))
     with Running(tmp_path) as console:
         children = psutil.Process(console.pid).children(recursive=True)
-        gates = [one.pid for one in children if "core.gate.process" in one.cmdline()]
-        threads = [int(one) for one in os.listdir(f"/proc/{console.pid}/task")]
-        ranks = {os.sched_getparam(one).sched_priority for one in threads}
-        assert len(gates) == 1 and len(threads) > 3
-        assert ranks == ({PILOT} if permitted else {0})
-        assert os.sched_getparam(gates[0]).sched_priority == (GATE if permitted else 0)
+        ours = {
+            name: [os.sched_getparam(one.pid).sched_priority for one in children if module in one.cmdline()]
+            for name, module in (("gate", "core.gate.process"), ("driver", "core.robots.process"))
+        }
+        threads = ranks_of(console.pid)
+    if permitted():
+        assert ours == {"gate": [GATE], "driver": [CONSOLE]}
+        assert 0 < threads[PILOT] < threads[CONSOLE] and set(threads) == {PILOT, CONSOLE}
+    else:
+        assert ours == {"gate": [0], "driver": [0]} and set(threads) == {0}
+
+
+def test_who_only_plays_a_recording_back_comes_before_nobody(tmp_path: Path) -> None:
+    with Running(tmp_path, "--robot", f"log:{write_log(tmp_path / 'corridor.log')}") as console:
+        children = psutil.Process(console.pid).children(recursive=True)
+        (driver,) = [one.pid for one in children if "core.robots.process" in one.cmdline()]
+        assert os.sched_getscheduler(driver) == os.SCHED_OTHER
 
 
 def test_the_browser_is_opened_like_any_other_program(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -34,7 +55,7 @@ def test_the_browser_is_opened_like_any_other_program(monkeypatch: pytest.Monkey
     monkeypatch.setattr("console.serve.webbrowser.open", lambda _: policies.append(os.sched_getscheduler(0)))
 
     def opened() -> None:
-        come_first(PILOT)
+        come_first(CONSOLE)
         browse("http://127.0.0.1:8420/")
 
     apart(opened)

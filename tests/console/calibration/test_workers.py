@@ -16,9 +16,9 @@ import pytest
 from console.child import Child
 from console.workers import Lost, Worker
 from core.errors import BadInput
-from core.gate.precedence import PILOT, come_first
+from core.gate.precedence import CONSOLE, come_first
 from tests.console.calibration.wizard import boards, png
-from tests.core.gate.ranks import apart
+from tests.core.gate.ranks import apart, permitted
 
 
 def working(work: Callable[[Worker], Awaitable[None]]) -> None:
@@ -54,13 +54,13 @@ def test_a_worker_of_a_console_that_comes_first_stands_back() -> None:
         await worker.ready()
         assert os.sched_getscheduler(worker.pid or 0) == os.SCHED_OTHER
 
-    def first() -> bool:
-        permitted = come_first(PILOT)
+    def first() -> None:
+        assert come_first(CONSOLE)
         working(work)
-        return permitted
 
-    if not apart(first):
-        pytest.skip("Nothing may run before other programs here: that takes Linux and root, or a limit rtprio.")
+    if not permitted():
+        pytest.skip("Nothing may run before other programs here: that takes Linux and root, or a limit rtprio of 3.")
+    apart(first)
 
 
 def test_a_worker_that_hangs_or_was_killed_is_given_up_and_started_anew() -> None:

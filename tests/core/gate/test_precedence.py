@@ -7,23 +7,27 @@ import sys
 
 import pytest
 
-from core.gate.precedence import GATE, PILOT, come_first, stand_back
-from tests.core.gate.ranks import apart
+from core.gate.precedence import CONSOLE, GATE, PILOT, come_first, stand_back
+from tests.core.gate.ranks import apart, permitted, rank
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="Only Linux has these priorities.")
+where_permitted = pytest.mark.skipif(
+    not permitted(), reason="Nothing may run before other programs here: that takes root, or a limit rtprio of 3."
+)
 
 
-def rank() -> int:
-    return os.sched_getparam(0).sched_priority
+@where_permitted
+@pytest.mark.parametrize("wanted", [GATE, PILOT, CONSOLE])
+def test_it_runs_first_and_tells_so(wanted: int) -> None:
+    assert apart(lambda: (come_first(wanted), rank(), os.sched_getscheduler(0))) == (True, wanted, os.SCHED_RR)
 
 
-def test_it_tells_whether_it_runs_first() -> None:
-    def ask() -> bool:
-        return come_first(PILOT) == (rank() == PILOT)
-
-    assert apart(ask)
+@where_permitted
+def test_threads_that_it_starts_come_first_too() -> None:
+    assert apart(lambda: (come_first(CONSOLE), apart(rank))) == (True, CONSOLE)
 
 
+@where_permitted
 def test_who_stands_back_runs_like_every_other_program() -> None:
     def ask() -> tuple[int, int]:
         come_first(PILOT)
@@ -33,22 +37,20 @@ def test_who_stands_back_runs_like_every_other_program() -> None:
     assert apart(ask) == (0, os.SCHED_OTHER)
 
 
-def test_the_gate_comes_before_the_pilot() -> None:
-    assert GATE > PILOT
+def test_the_gate_comes_before_the_pilot_and_that_before_the_rest() -> None:
+    assert GATE > PILOT > CONSOLE
 
 
-def test_threads_that_it_starts_come_first_too() -> None:
-    def ask() -> bool:
-        first = come_first(PILOT)
-        return (apart(rank) == PILOT) == first
+@pytest.mark.parametrize("highest", [0, CONSOLE, PILOT])
+def test_where_not_even_the_gate_may_nothing_comes_first(monkeypatch: pytest.MonkeyPatch, highest: int) -> None:
+    given: list[int] = []
 
-    assert apart(ask)
+    def limited(_: int, policy: int, parameters: os.sched_param) -> None:
+        if parameters.sched_priority > highest:
+            raise PermissionError
+        given.append(parameters.sched_priority)
 
-
-def test_where_it_is_forbidden_nothing_changes(monkeypatch: pytest.MonkeyPatch) -> None:
-    def forbidden(*_: object) -> None:
-        raise PermissionError
-
-    monkeypatch.setattr(os, "sched_setscheduler", forbidden)
-    assert not come_first(PILOT)
+    monkeypatch.setattr(os, "sched_setscheduler", limited)
+    assert not any(come_first(wanted) for wanted in (GATE, PILOT, CONSOLE)) and not given
     stand_back()
+    assert given == [0]
