@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import itertools
 import time
 from typing import Any
 
@@ -33,6 +34,7 @@ from core.errors import BadInput, Refused
 MOST_PER_SECOND = 250  # messages; pieces of 20 ms are 50, and what a stalled network held back comes at once
 MOST_WAITING = 50  # messages down that may wait for a browser that does not read them
 SOURCE = "voice"
+PAGES = itertools.count(1)
 GONE = Closing(1000, "The browser left.")
 
 
@@ -41,6 +43,7 @@ class AudioTalk:
 
     def __init__(self, runtime: Runtime, socket: WebSocket, person: Person) -> None:
         self._runtime, self._socket, self._person = runtime, socket, person
+        self._page = next(PAGES)
         self._turn: Turn | None = None
         self._tally = Tally()
         self._down: asyncio.Queue[wire.AudioDown] = asyncio.Queue(MOST_WAITING)
@@ -135,7 +138,7 @@ class AudioTalk:
     def _listen(self, wish: wire.Listen) -> None:
         if self._turn is not None:
             self._turn.rest()
-        turn = Turn(wish.mode, self._hear, lambda why, on: self._tell(wire.Listening(on, why)))
+        turn = Turn(wish.mode, self._hear, lambda why, on: self._tell(wire.Listening(on, why)), self._page)
         try:
             self._runtime.microphone.begin(turn)
         except Refused as busy:
@@ -187,7 +190,7 @@ class AudioTalk:
     def _held_back(self, intent: Intent) -> None:
         """An order of this person's waited and was held back."""
         if intent.source == SOURCE and intent.person.id == self._person.id:
-            self._runtime.microphone.hold_back(intent.words)
+            self._runtime.microphone.hold_back(intent.words, self._page)
 
     def _refuse(self, told: Told) -> int | None:
         """Into the history."""

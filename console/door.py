@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Container
 from dataclasses import dataclass, replace
+from functools import partial
 
 from console import wire
 from console.brakes import Brakes
@@ -60,9 +61,9 @@ class Door:
 
     def __init__(self, robot: RobotLink, lease: Lease, history: History, board: NoticeBoard) -> None:
         self.helm = Helm(robot)
-        self._brakes = Brakes(robot, self.helm, lease, history, board, self.cancel)
+        self._brakes = Brakes(robot, self.helm, lease, history, board, partial(self.cancel, objected=True))
         self.pilot: PilotLike | None = None  # None: it failed
-        self.when_cancelled: list[Callable[[Ending, str], None]] = []  # told of all that ends what is under way
+        self.when_cancelled: list[Callable[[Ending, str, bool], None]] = []  # told of all that ends what is under way
         self._robot = robot
         self._lease = lease
         self._history = history
@@ -85,7 +86,7 @@ class Door:
         heard = replace(heard, call=call)
         if heard.name == STOP_MOVING.name:
             self.helm.stop()
-            self._tell("cancelled", f"Stopped by {who.name}.")
+            self._tell("cancelled", f"Stopped by {who.name}.", objected=True)
         else:
             self.admit(heard, text, source, who)
             self._tell("pre-empted", f"“{heard.heard_as}” came after it.")
@@ -207,9 +208,9 @@ class Door:
         if self.pilot is not None:
             self.pilot.cancel("failed", why)
 
-    def cancel(self, state: Ending, why: str) -> None:
-        """End what is under way; nothing of it drives from now on."""
-        self._tell(state, why)
+    def cancel(self, state: Ending, why: str, *, objected: bool = False) -> None:
+        """End what is under way; nothing of it drives from now on. `objected`: somebody did not want it."""
+        self._tell(state, why, objected=objected)
         for number in self._orders:
             self.helm.dismiss(number)
         if self.pilot is not None:
@@ -217,9 +218,9 @@ class Door:
 
     # steps of the above
 
-    def _tell(self, state: Ending, why: str) -> None:
+    def _tell(self, state: Ending, why: str, *, objected: bool = False) -> None:
         for tell in self.when_cancelled:
-            tell(state, why)
+            tell(state, why, objected)
 
     def _hand_to_pilot(self, deed: Deed, heard: Command, who: Person) -> None:
         if not self._robot.profile.drives:

@@ -38,7 +38,7 @@ class Intents:
         self._door, self._lease, self._history, self._board = door, lease, history, board
         self._newest = 0
         self._alarm: asyncio.TimerHandle | None = None
-        self.when_held_back: list[Callable[[Intent], None]] = []  # told of what was cancelled while it waited
+        self.when_held_back: list[Callable[[Intent], None]] = []  # told of what somebody did not want while it waited
         door.when_cancelled.append(self._ended)
 
     @property
@@ -91,7 +91,7 @@ class Intents:
     def drop(self, number: int, who: Person) -> None:
         """It does not begin; whoever may stop the robot may do this. Raises Problem 404."""
         self._find(number)
-        self._ended("cancelled", f"Dropped by {who.name}.")
+        self._ended("cancelled", f"Dropped by {who.name}.", objected=True)
 
     def forget(self, source: str, why: str) -> None:
         """Nothing that came by this way begins any more."""
@@ -116,11 +116,11 @@ class Intents:
         command = intent.command
         return self._door.submit(command.heard_as, intent.source, intent.person, command.call)
 
-    def _ended(self, state: Ending, why: str) -> None:
-        """Somebody ended it, or what is under way."""
+    def _ended(self, state: Ending, why: str, objected: bool) -> None:
+        """It ended with what is under way, or alone; `objected`: somebody did not want it."""
         intent = self.waiting
         self._end(state, why)
-        if intent is not None and state == "cancelled":
+        if intent is not None and objected:
             for tell in self.when_held_back:
                 tell(intent)
 

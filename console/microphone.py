@@ -33,10 +33,13 @@ class Turn:
     """One person's turn to speak, from the press to the words."""
 
     def __init__(
-        self, mode: ListenMode, hear: Callable[[Told, float], None], say: Callable[[str, bool], None]
+        self, mode: ListenMode, hear: Callable[[Told, float], None], say: Callable[[str, bool], None], page: int = 0
     ) -> None:
-        """`hear`: words, and how long after their sound they came [s]; `say`: a sentence, and whether it goes on."""
+        """`hear`: words, and how long after their sound they came [s]; `say`: a sentence, and whether it goes on;
+        `page`: one number for all turns at the same browser's page.
+        """
         self.mode: ListenMode = mode
+        self.page = page
         self.hear, self.say = hear, say
         self.over = False  # nothing more will be said
         self.news = asyncio.Event()
@@ -91,6 +94,7 @@ class Microphone:
         self.settings = settings or SpeechSettings()
         self._worker = WordsWorker()
         self._turn: Turn | None = None
+        self._page = 0  # of the newest turn
         self._task: asyncio.Task[None] | None = None
         self._warming: asyncio.Task[None] | None = None
         self._used = 0.0  # [s]
@@ -105,12 +109,13 @@ class Microphone:
         """Listen to this one from now on, until it rests. Raises Refused while another one speaks."""
         if self._turn is not None and self._turn is not turn:
             raise Refused(BUSY)
-        self._turn = turn
+        self._turn, self._page = turn, turn.page
         self._task = asyncio.get_running_loop().create_task(self._read(turn))
 
-    def hold_back(self, words: str) -> None:
-        """An order that was spoken here waited and was held back."""
-        self._worker.hold_back(words)
+    def hold_back(self, words: str, page: int) -> None:
+        """An order that was spoken at this page waited and was held back."""
+        if page == self._page:
+            self._worker.hold_back(words)
 
     def tick(self, now: float) -> None:
         """Now and then: a worker that nobody needs is ended."""
@@ -136,7 +141,7 @@ class Microphone:
         try:
             if self._warming is not None:
                 await asyncio.gather(self._warming, return_exceptions=True)
-            await self._worker.begin(self.settings, held=turn.mode == "held")
+            await self._worker.begin(self.settings, held=turn.mode == "held", speaker=turn.page)
             while True:
                 await turn.news.wait()
                 over = turn.over

@@ -26,14 +26,20 @@ class WordsDesk:
     def __init__(self) -> None:
         self._transcriber: Transcriber | ArrayTranscriber | None = None
         self._engine: tuple[SpeechSettings, Engine] | None = None
-        self._held_back = HeldBack()  # by whichever transcriber heard it
+        self._speaker = 0
+        self._held_back = HeldBack()  # of this speaker's, by whichever transcriber heard it
 
-    def begin(self, settings: dict[str, Any], held: bool = False, array: dict[str, Any] | None = None) -> bool:
+    def begin(
+        self, settings: dict[str, Any], held: bool = False, array: dict[str, Any] | None = None, speaker: int = 0
+    ) -> bool:
         """Listen anew with the engine that the settings name; `held`: everything up to `finish` is one utterance.
 
         With an array the sound has a channel for each of its microphones, and the beam towards the voice is read.
+        What was held back is forgotten when another `speaker` begins.
         Raises Unavailable and BadInput with a sentence.
         """
+        if speaker != self._speaker:
+            self._speaker, self._held_back = speaker, HeldBack()
         chosen = SpeechSettings(**settings)
         if self._engine is None or self._engine[0] != chosen:
             self._engine = chosen, open_engine(chosen)
@@ -52,13 +58,13 @@ class WordsDesk:
     ) -> list[dict[str, Any]]:
         """32-bit numbers, channel by channel of each moment, first at `stamp` [s] → what became known with them.
 
-        `held_back`: orders that were understood and then held back before that.
+        `held_back`: orders that were understood and then held back, before the sound's end.
         """
         assert self._transcriber is not None
-        for words, ago in held_back:
-            self._held_back.hold_back(words, stamp - ago)
         numbers = np.frombuffer(samples, np.float32).astype(float).reshape(-1, channels)
         sound = at_16_khz(Sound(stamp=stamp, rate=rate, samples=numbers))
+        for words, ago in held_back:
+            self._held_back.hold_back(words, stamp + sound.duration - ago)
         return [told(judge(heard)) for heard in self._transcriber.feed(sound)]
 
     def finish(self) -> list[dict[str, Any]]:

@@ -27,6 +27,7 @@ class WordsWorker:
     def __init__(self) -> None:
         self._worker = Worker("words")
         self._held_back: deque[tuple[str, float]] = deque(maxlen=FEW)  # of which it is told with the next sound
+        self._speaker = 0
         self._begun = 0  # the process's start at which it was told how to listen
 
     @property
@@ -45,11 +46,27 @@ class WordsWorker:
         return self._worker.starts == self._begun
 
     async def begin(
-        self, settings: SpeechSettings, *, held: bool = False, array: MicrophoneArray | None = None
+        self,
+        settings: SpeechSettings,
+        *,
+        held: bool = False,
+        array: MicrophoneArray | None = None,
+        speaker: int = 0,
     ) -> None:
-        """Listen anew; `held`: everything up to `finish` is one utterance; `array`: to the beam towards the voice."""
-        told = None if array is None else told_array(array)
-        await self._worker.ask("begin", {"settings": asdict(settings), "held": held, "array": told}, budget=BUDGET)
+        """Listen anew; `held`: everything up to `finish` is one utterance; `array`: to the beam towards the voice.
+
+        Another `speaker` has another clock, and what was held back before was not theirs.
+        """
+        if speaker != self._speaker:
+            self._held_back.clear()
+        self._speaker = speaker
+        told = {
+            "settings": asdict(settings),
+            "held": held,
+            "array": None if array is None else told_array(array),
+            "speaker": speaker,
+        }
+        await self._worker.ask("begin", told, budget=BUDGET)
         self._begun = self._worker.starts
 
     async def feed(self, samples: Array, rate: int, stamp: float) -> list[Told]:

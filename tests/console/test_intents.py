@@ -88,12 +88,31 @@ def test_whose_words_were_held_back_reads_them_with_that_in_mind(
     told: list[tuple[str, str]] = []
     worker = {"ears": live.runtime.ears, "voice": live.runtime.microphone}
     for name, listener in worker.items():
-        monkeypatch.setattr(listener._worker, "hold_back", lambda words, name=name: told.append((name, words)))
-    with live.open("/ws/audio"), live.open("/ws/audio", token=live.viewer):  # the operator's own, and another one's
-        live.until(lambda: len(intents.when_held_back) == 3)
+        monkeypatch.setattr(listener._worker, "hold_back", lambda words, *_, name=name: told.append((name, words)))
+    with live.open("/ws/audio") as own, live.open("/ws/audio") as other, live.open("/ws/audio", token=live.viewer):
+        for page in (other, own):  # spoken at the second
+            say(page, kind="listen", mode="held")
+            hear(page, "listening")
+            say(page, kind="rest")
+            live.until(lambda: live.runtime.microphone._turn is None, seconds=30.0)
         ask(live, "drop", speak(live, "continue 3 meters", source))
         live.until(lambda: told == [(source, "continue 3 meters")])
     live.until(lambda: len(intents.when_held_back) == 1)
+
+
+@pytest.mark.parametrize("how", ["the wheel was given away", "another map came"])
+def test_an_order_that_ended_with_what_it_was_told_for_was_not_held_back(
+    live: Live, intents: Intents, monkeypatch: pytest.MonkeyPatch, how: str
+) -> None:
+    held_back: list[str] = []
+    monkeypatch.setattr(intents, "when_held_back", [lambda intent: held_back.append(intent.words)])
+    speak(live, "continue 3 meters")
+    if how == "another map came":
+        live.on_loop(lambda: live.runtime.door.cancel("cancelled", "Another map was loaded."))
+    else:
+        assert live.ask("POST", "/api/lease", {"do": "release"}, token=live.operator).status == 200
+    live.until(lambda: intents.waiting is None)
+    assert not held_back
 
 
 def test_an_order_that_another_one_replaced_was_not_held_back(

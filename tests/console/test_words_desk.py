@@ -29,13 +29,24 @@ class Reader:
         return Hypothesis(words="", begin=utterance.begin, end=utterance.end)
 
 
-def test_an_order_that_was_held_back_is_known_in_the_next_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("speakers", "known"),
+    [((1, 1, 1), [(), (GO,), (GO,)]), ((1, 1, 2), [(), (GO,), ()]), ((1, 2, 1), [(), (GO,), ()])],
+)
+def test_an_order_that_was_held_back_is_known_in_the_next_turn_of_who_spoke(
+    monkeypatch: pytest.MonkeyPatch, speakers: tuple[int, ...], known: list[tuple[str, ...]]
+) -> None:
+    pytest.importorskip("pocketsphinx", reason="Reading words needs pocketsphinx: pip install pocketsphinx")
     reader = Reader()
     monkeypatch.setattr(words_desk, "open_engine", lambda _: reader)
     desk, settings = WordsDesk(), asdict(SpeechSettings())
-    said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)).astype(np.float32).tobytes()
-    for turn, held_back in enumerate(((), ((GO, 1.0),), (("turn left", REMEMBERED),))):
-        desk.begin(settings, held=True)
-        desk.feed(said, RATE, 10.0 * turn, held_back=held_back)
+    said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)).astype(np.float32)
+    before, long_before = (GO, len(said) / RATE + 1.0), ("turn left", REMEMBERED + len(said) / RATE)
+    held_back = ((), (before, long_before), ())
+    told = []
+    for turn, speaker in enumerate(speakers):
+        desk.begin(settings, held=True, speaker=speaker)
+        desk.feed(said.tobytes(), RATE, 10.0 * turn, held_back=held_back[turn])
         desk.finish()
-    assert reader.told[0] == () and reader.told[-2:] == [(GO,), (GO,)]
+        told.append(reader.told[-1])
+    assert told == known

@@ -72,6 +72,7 @@ class Reader:
 
 
 def test_who_reads_words_is_told_what_was_held_back_just_before():
+    pytest.importorskip("pocketsphinx", reason="Reading words needs pocketsphinx: pip install pocketsphinx")
     reader = Reader(GO, "stop moving", GO)
     said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE))
     told = listened(Transcriber(engine=reader), np.concatenate((said, said, said)))
@@ -87,6 +88,7 @@ def test_what_is_held_back_otherwise_is_remembered_too():
 
 
 def test_from_one_press_of_the_button_to_the_next_it_is_not_forgotten():
+    pytest.importorskip("pocketsphinx", reason="Reading words needs pocketsphinx: pip install pocketsphinx")
     said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE))
     reader, memory = Reader(GO, "stop moving", GO), HeldBack()
     for press in range(3):
