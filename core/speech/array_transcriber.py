@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from core.commands.stand import STOP_MOVING
 from core.errors import BadInput
 from core.message import Array
 from core.perception.sound.beam import How, towards_voice
@@ -99,19 +100,23 @@ class _Beamed:
         """What was said, from the beam towards the voice; from one microphone where no direction is found.
 
         A short sentence that is not understood is read again from the plain beam: against noise the other one is
-        better, but it errs elsewhere in the echoes of a wall.
+        better, but it errs elsewhere in the echoes of a wall. Of single words only STOP is read there: another one
+        has to be understood every time.
         """
         begin, end = utterance.sound.stamp, utterance.sound.stamp + utterance.sound.duration
-        whole, towards = self._located(begin, end, utterance.begin - BEFORE)
+        since = utterance.begin - BEFORE
+        whole, towards = self._located(begin, end, since)
         if towards is None:
             return self._engine.read(utterance)
-        since = utterance.begin - BEFORE
         beam = towards_voice(whole, self._array, towards, since, self._how)
         heard = self._engine.read(replace(utterance, sound=beam))
         if heard.words or self._how != "mvdr" or utterance.end - utterance.begin > SHORT:
             return heard
         plain = towards_voice(whole, self._array, towards, since, "delay-and-sum")
-        return self._engine.read(replace(utterance, sound=plain))
+        if np.array_equal(plain.samples, beam.samples):  # too little noise was known to beam against
+            return heard
+        again = self._engine.read(replace(utterance, sound=plain))
+        return heard if " " not in again.words and again.words not in STOP_MOVING.words else again
 
     def beam(self, begin: float, end: float, since: float) -> Sound | None:
         """What comes from the voice's direction between two moments [s]; noise alone precedes `since` [s]."""

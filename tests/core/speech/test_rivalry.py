@@ -103,7 +103,7 @@ def test_a_sentence_of_many_words_may_be_further_behind_and_a_stop_most(words: s
     command = said(words)
     begin, end = command.spans[0].begin, command.spans[-1].end
     other = path(("", begin, end, command.fit + behind * (end - begin)))
-    assert holds(command, other, SpeechSettings(most_behind=10.0, word_behind=1000.0, echo=0.0)) is stands
+    assert holds(command, other, SpeechSettings(most_behind=10.0, word_behind=1000.0, echoing_behind=0.0)) is stands
     assert holds(command, other, SpeechSettings(most_behind=1000.0, word_behind=10.0)) is stands
 
 
