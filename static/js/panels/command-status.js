@@ -99,16 +99,21 @@ class CommandStatus extends Panel {
 
   /** @param {Transcript} transcript what our own microphone heard; if it was refused, what may have been meant */
   #heard({ final, accepted, words, reason, suggestions }) {
-    if (!final || accepted || !words) return;
-    this.#refuse(words, reason, suggestions);
+    if (!final || !words) return;
+    if (accepted) this.#refusal = READY;
+    else this.#refuse(words, reason, suggestions);
   }
 
   /** @param {Said} said */
   #answered({ text, answer }) {
+    if (answer.ok) {
+      this.#refusal = READY;
+      this.#last = { icon: "running", words: text, remark: "", state: "sent", meant: [] };
+      return;
+    }
     const remark = answer.detail ?? "";
-    if (answer.ok) this.#last = { icon: "running", words: text, remark: "", state: "sent", meant: [] };
-    else this.#refuse(text, remark, answer.suggestions ?? []);
-    if (!answer.ok) this.session.announce(`${text}: refused. ${remark}`);
+    this.#refuse(text, remark, answer.suggestions ?? []);
+    this.session.announce(`${text}: refused. ${remark}`);
   }
 
   /**
@@ -125,10 +130,10 @@ class CommandStatus extends Panel {
     this.#known ??= row?.id ?? 0;
     if (!row || row.id <= this.#known || row.state === "running") return;
     const refused = row.state === "refused";
-    const same = refused && row.words === this.#refusal.words;
+    const room = refused && row.source === "ears";
+    const same = refused && !room && row.words === this.#refusal.words;
     const remark = row.remark || (same ? this.#refusal.remark : "");
     const meant = same ? this.#refusal.meant : [];
-    const room = refused && row.source === "ears";
     this.#last = { icon: row.state, words: wordsOf(row), remark, state: row.state, meant, room };
     this.session.announce(`${wordsOf(row)}: ${row.state}. ${remark}`);
   }
