@@ -70,7 +70,7 @@ class Door:
         self._board = board
         self._orders: dict[int, Order] = {}  # by undertaking
         self._jog: Jog | None = None
-        self._trips = 0
+        self._trips, self._tripped = 0, 0.0  # how often the gate stopped by itself, and when [s] it last did
         self._closed = False  # the console is ending
         self._obeyed = 0.0  # [s] when the gate last had nothing against what is under way
 
@@ -242,12 +242,14 @@ class Door:
     def _watch_gate(self, status: GateStatus, now: float) -> None:
         """What the gate stopped, or does not let through, has failed."""
         tripped, self._trips = status.trips > self._trips, status.trips
-        older = [order for order in self._orders.values() if now - order.given > SETTLED]
+        self._tripped = now if tripped else self._tripped
+        older = [order.given for order in self._orders.values() if now - order.given > SETTLED]
         if not older or not status.refused:
             self._obeyed = now
-        if tripped and older:
+        refuses = now - self._obeyed > SETTLED
+        if (older and tripped) or (refuses and self._tripped > min(older)):
             self.cancel("failed", f"The robot stopped by itself: {status.reason or 'the gate tripped'}.")
-        elif now - self._obeyed > SETTLED:
+        elif refuses:
             self.cancel("failed", f"The gate refuses: {status.refused}")
 
     def close(self) -> None:

@@ -34,7 +34,8 @@ class WordsDesk:
     ) -> bool:
         """Listen anew with the engine that the settings name; `held`: everything up to `finish` is one utterance.
 
-        With an array the sound has a channel for each of its microphones, and the beam towards the voice is read.
+        With an array the sound has a channel for each of its microphones, and the beam towards the voice is read; it
+        listens all the time, so `held` says nothing there.
         What was held back is forgotten when another `speaker` begins.
         Raises Unavailable and BadInput with a sentence.
         """
@@ -48,9 +49,7 @@ class WordsDesk:
             self._transcriber = Transcriber(chosen, held=held, engine=engine, held_back=self._held_back)
         else:
             in_order = array_in(array | {"channels": range(len(array["positions"])), "rate": None})
-            self._transcriber = ArrayTranscriber(
-                in_order, chosen, held=held, engine=engine, held_back=self._held_back
-            )
+            self._transcriber = ArrayTranscriber(in_order, chosen, engine=engine, held_back=self._held_back)
         return True
 
     def feed(

@@ -39,7 +39,6 @@ class ArrayTranscriber:
         settings: SpeechSettings | None = None,
         hearing: HearingSettings | None = None,
         *,
-        held: bool = False,
         engine: Engine | None = None,
         how: How = "mvdr",
         held_back: HeldBack | None = None,
@@ -50,7 +49,7 @@ class ArrayTranscriber:
         inner = engine or open_engine(chosen)
         self._beamed = _Beamed(inner, array, hearing or HearingSettings(), how, remembered)
         self._array, self._pre_roll = array, chosen.pre_roll
-        self._one = Transcriber(chosen, held=held, engine=self._beamed, held_back=held_back)
+        self._one = Transcriber(chosen, engine=self._beamed, held_back=held_back)
         self._stop_in_noise = StopInNoise(chosen)
 
     def feed(self, sound: Sound) -> tuple[Hypothesis, ...]:

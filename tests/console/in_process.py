@@ -26,6 +26,7 @@ from core.sensors import SensorFrame
 from core.settings import Settings
 
 PATIENCE = 1.0  # [s] that the robot waits for its last frame to be taken
+HEARTBEAT = 0.6  # [s] that the gate waits for the console: here one interpreter does the work of three processes
 
 
 class InProcessRobot:
@@ -38,7 +39,7 @@ class InProcessRobot:
         self.settings = settings or Settings()
         self.robot = connect(url, seed=seed, settings=self.settings)
         self.writer = TraceWriter()
-        self.gate = Gate(Limits(), trace=self.writer)
+        self.gate = Gate(Limits(heartbeat=HEARTBEAT), trace=self.writer)
         self.cut = False  # the link is lost
         self.trouble = ""
         self.alarm: Callable[[str], None] = print

@@ -57,6 +57,14 @@ def intents(live: Live, monkeypatch: pytest.MonkeyPatch) -> Iterator[Intents]:
     live.ask("POST", "/api/stop", token=live.operator)
 
 
+@pytest.fixture
+def held_back(intents: Intents, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The words of which it was told that somebody did not want them."""
+    told: list[str] = []
+    monkeypatch.setattr(intents, "when_held_back", [lambda intent: told.append(intent.words)])
+    return told
+
+
 def test_a_far_order_waits_for_all_to_see_and_begins_by_itself(live: Live, intents: Intents) -> None:
     intents.moment = SHORT
     with live.open(token=live.viewer) as line:
@@ -71,11 +79,7 @@ def test_a_far_order_waits_for_all_to_see_and_begins_by_itself(live: Live, inten
 
 
 @pytest.mark.parametrize("how", ["dropped", "stopped"])
-def test_who_reads_words_is_told_of_an_order_that_was_held_back(
-    live: Live, intents: Intents, monkeypatch: pytest.MonkeyPatch, how: str
-) -> None:
-    held_back: list[str] = []
-    monkeypatch.setattr(intents, "when_held_back", [lambda intent: held_back.append(intent.words)])
+def test_who_reads_words_is_told_of_an_order_that_was_held_back(live: Live, held_back: list[str], how: str) -> None:
     number = speak(live, "continue 3 meters")
     ask(live, "drop", number) if how == "dropped" else live.ask("POST", "/api/stop", token=live.operator)
     live.until(lambda: held_back == ["continue 3 meters"])
@@ -102,10 +106,8 @@ def test_whose_words_were_held_back_reads_them_with_that_in_mind(
 
 @pytest.mark.parametrize("how", ["the wheel was given away", "another map came"])
 def test_an_order_that_ended_with_what_it_was_told_for_was_not_held_back(
-    live: Live, intents: Intents, monkeypatch: pytest.MonkeyPatch, how: str
+    live: Live, intents: Intents, held_back: list[str], how: str
 ) -> None:
-    held_back: list[str] = []
-    monkeypatch.setattr(intents, "when_held_back", [lambda intent: held_back.append(intent.words)])
     speak(live, "continue 3 meters")
     if how == "another map came":
         live.on_loop(lambda: live.runtime.door.cancel("cancelled", "Another map was loaded."))
@@ -116,10 +118,8 @@ def test_an_order_that_ended_with_what_it_was_told_for_was_not_held_back(
 
 
 def test_an_order_that_another_one_replaced_was_not_held_back(
-    live: Live, intents: Intents, monkeypatch: pytest.MonkeyPatch
+    live: Live, intents: Intents, held_back: list[str]
 ) -> None:
-    held_back: list[str] = []
-    monkeypatch.setattr(intents, "when_held_back", [lambda intent: held_back.append(intent.words)])
     speak(live, "continue 3 meters")
     speak(live, "continue 2 meters")
     live.on_loop(lambda: intents.forget("voice", "Nobody listens any more."))

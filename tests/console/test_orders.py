@@ -249,11 +249,12 @@ def test_an_order_by_rest_keeps_its_lease_while_it_runs(live: Live, monkeypatch:
     assert told["state"] == "running", told["remark"]
 
 
-def test_a_trip_of_the_gate_fails_what_is_under_way(live: Live) -> None:
+@pytest.mark.parametrize("after", [0.0, 0.4])
+def test_a_trip_of_the_gate_fails_what_is_under_way(live: Live, after: float) -> None:
     settled(live)
     number = order(live, "turn left").json["id"]
     live.until(lambda: live.robot.status().w)
-    time.sleep(0.4)
+    time.sleep(after)
     with live.robot._lock:
         live.robot.gate._trip("a test pulled the plug", live.robot._now)
     told = ended(live, number)
