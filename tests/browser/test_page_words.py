@@ -115,6 +115,17 @@ def test_what_was_meant_stays_offered_when_the_history_tells_of_an_earlier_refus
     expect(meant).to_have_text(["turn left", "turn right"])
 
 
+def test_what_to_say_where_stands_beside_what_is_heard(visit: Open, console: Running) -> None:
+    here = visit()
+    hint = here.find("hearing-card .note")
+    here.say("stop moving")  # who drives may let voices give orders
+    for name, says in (("Listen", "press Obey"), ("Obey", "Say a command in the room")):
+        here.find("hearing-card").get_by_role("button", name=name).click()
+        expect(hint).to_contain_text(says)
+    here.find("hearing-card").get_by_role("button", name="Listen").click()
+    expect(hint).to_contain_text("let the robot listen")
+
+
 def test_there_is_a_button_for_every_command_that_moves_or_stops_and_numbers_are_asked_for_in_place(
     visit: Open, console: Running
 ) -> None:

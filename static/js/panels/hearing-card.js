@@ -26,7 +26,7 @@ class HearingCard extends Panel {
   #measure = make("a", { href: "hearing" }, "How well do I hear you here?");
   #lines = make("ol", { class: "transcripts", "aria-label": "What was heard", role: "log" });
   #checking = false;
-  #none = make("p", { class: "note" }, "Hold V and speak, or let the robot listen.");
+  #none = make("p", { class: "note" });
 
   /** @override */
   build() {
@@ -74,6 +74,7 @@ class HearingCard extends Panel {
     const quiet = on ? silence(ears) : "";
     write(this.#where, voice ? told(voice) : quiet);
     this.#where.hidden = this.#where.textContent === "";
+    write(this.#none, hint(on, ears?.obeyed ?? false));
   }
 
   /** Three seconds of sound, looked at for faults of the wiring. */
@@ -152,6 +153,17 @@ const fault = (sentence, kind) => make("li", { class: "fault", "data-kind": kind
 function silence(ears) {
   if (ears?.muted) return "Not listening while the robot speaks.";
   return ears?.waking ? "Hears from where somebody speaks; words in a moment." : "Listening; nobody speaks.";
+}
+
+/**
+ * What to do while nothing was said yet.
+ * @param {boolean} listening
+ * @param {boolean} obeyed voices in the room give orders
+ */
+function hint(listening, obeyed) {
+  if (!listening) return "Hold the microphone (V) and speak, or let the robot listen.";
+  if (!obeyed) return "Hold the microphone (V) and speak, or press Obey and say it in the room.";
+  return "Say a command in the room, or hold the microphone (V) and speak.";
 }
 
 /**
