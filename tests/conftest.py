@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -59,6 +60,14 @@ def file_of(item: pytest.Item) -> str:
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--require-browser", action="store_true", help="fail where browser tests would skip")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_pilot_comes_first() -> Iterator[None]:
+    """One in the tests' own process would run before the console and the gate that are there with it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("console.pilot_thread.come_first", lambda _: False)
+        yield
 
 
 @pytest.fixture(scope="session")
