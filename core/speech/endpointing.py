@@ -2,7 +2,8 @@
 
 An utterance is over when what follows is much fainter than its loudest moment, be it other people's talk.
 A frame holds a voice where clearly more bins of its spectrum stand out of the noise than the noise itself lifts
-there; the noise, and how unquiet it is, are learnt in silence.
+there; the noise, and how unquiet it is, are learnt in silence, and from what sets in and then stays as loud as it is:
+a motor, a fan. Nobody speaks as steadily.
 """
 
 from __future__ import annotations
@@ -27,6 +28,10 @@ GAP = 0.02  # [s] missing between two pieces of sound, beyond which listening be
 SILENT = 1e-7  # power of a bin that counts as silence whatever the noise: about -75 dB of full scale
 QUIET_SHARE = 0.3  # of the frames, that are taken for noise where nothing is known of it
 SMOOTHING = 15  # bins over which that noise is averaged
+BLOCK = 6  # frames of which one loudness is told: 48 ms
+STEADY = 31 * BLOCK  # frames: 1.5 s
+MOST_UNSTEADY = 1.5  # [dB] standard deviation of a noise's loudness in that time: motors 0.2 to 1.1, voices 2.3 up
+MOST_ABOVE = 4.5  # [dB] above its mean that such a noise reaches; what was louder before was a voice
 WITHIN, ABOVE = 16.0, 6.0  # [dB] below the loudest and above the quietest frames, between which a voice begins
 ENOUGH = 12  # frames with a voice, that make an utterance
 
@@ -46,6 +51,7 @@ class Endpointer:
         self._noise: Array | None = None  # (K,) power
         self._unquiet = self._unrest = 0.0  # share of bins that the noise itself lifts, and its variance
         self._recent: deque[tuple[float, bool]] = deque(maxlen=6)
+        self._levels: deque[float] = deque(maxlen=STEADY)  # [dB] of the utterance under way
         self._begin: float | None = None
         self._last_voice = now
         self._loudest = 0.0  # [dB] of the utterance under way
@@ -113,7 +119,11 @@ class Endpointer:
             voices = [when for when, was in self._recent if was]
             if len(voices) >= settings.onset:
                 self._begin = voices[0]
+                self._levels.clear()
             return None
+        self._levels.append(level)
+        if len(self._levels) == STEADY and is_steady(np.array(self._levels)):
+            return self._cut_before_noise(time)
         if time - self._last_voice > settings.hangover:
             return self._cut(False)
         if time - self._begin > settings.longest:
@@ -121,6 +131,15 @@ class Endpointer:
             self._learn(_powers(self._samples))
             return told
         return None
+
+    def _cut_before_noise(self, time: float) -> Utterance | None:
+        """What was said before the noise that is heard until now [s], and is silence from now on."""
+        voice = self._loudest > np.mean(self._levels) + MOST_ABOVE
+        self._last_voice = time - STEADY * STEP
+        told = self._cut(False)
+        end = round((time - self._start) * RATE) + SIZE // 2
+        self._learn(_powers(self._samples[end - STEADY * HOP : end]))
+        return told if voice else None
 
     def _learn(self, power: Array) -> None:
         """Frames (T, K) of what is there now: all of them are noise, unless somebody already speaks among them."""
@@ -175,6 +194,12 @@ def _powers(samples: Array) -> Array:
     window = np.sin(np.pi * (np.arange(SIZE) + 0.5) / SIZE) ** 2
     frames = sliding_window_view(samples, SIZE)[::HOP]
     return np.abs(np.fft.rfft(frames * window)[:, BAND]) ** 2 / (window @ window)
+
+
+def is_steady(level: Array) -> bool:
+    """Levels [dB] of frames (T,) → whether they are those of a noise, which no voice is part of."""
+    blocks = level[: len(level) // BLOCK * BLOCK].reshape(-1, BLOCK).mean(axis=1)
+    return float(blocks.std()) < MOST_UNSTEADY
 
 
 def quietest(power: Array) -> Array:

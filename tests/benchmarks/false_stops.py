@@ -1,8 +1,8 @@
 """STOP that nobody spoke: `python -m tests.benchmarks.false_stops [--minutes 10]`.
 
-The robot drives about in `sim:lab` and in `sim:floor` to short commands that are typed, nobody is in the room, and
-its ears are open beside its own motors. Told: how much of the time it drove, how many utterances its own noise was
-taken for, and how often for a STOP or for another command, in an hour of driving.
+The robot drives about in `sim:lab` and in `sim:floor`, for a moment and for ten seconds at a time, to commands that
+are typed, nobody is in the room, and its ears are open beside its own motors. Told: how much of the time it drove,
+how many utterances its own noise was taken for, and how often for a STOP or for another command, in an hour of it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from core.commands.stand import STOP_MOVING
 from core.experiments.side_by_side import side_by_side
 from core.experiments.spoken_room import SpokenRoom
 
-WORDS = ("turn left", "turn right", "continue 0.5 meters", "turn left", "turn left", "continue 0.5 meters")
+SHORT = ("turn left", "turn right", "continue 0.5 meters", "turn left", "turn left", "continue 0.5 meters")
+WORDS = (*SHORT, "continue 2 meters", "turn right", "continue 1.5 meters")
 WORLDS = ("lab", "floor")
 PART = 120.0  # [s] that one robot drives before another takes its place
 
@@ -27,7 +28,7 @@ def drive(number: int, seconds: float = PART) -> dict[str, Any]:
     room = SpokenRoom(world, number)
     begun = before = room.robot.snapshot.stamp
     given, order = 0, None
-    drove, stops, others = 0.0, list[float](), list[str]()
+    drove, heard, stops, others = 0.0, 0, list[float](), list[str]()
     for snapshot, spoken in room.overheard(seconds):
         if order is None or room.robot.ended(order) is not None:
             order = room.robot.tell(WORDS[given % len(WORDS)])
@@ -35,12 +36,14 @@ def drive(number: int, seconds: float = PART) -> dict[str, Any]:
         drove += (snapshot.stamp - before) * (snapshot.velocity.v != 0 or snapshot.velocity.w != 0)
         before = snapshot.stamp
         for one in spoken:
+            heard += 1
             if one.command is None:
                 continue
             stop = one.command.name == STOP_MOVING.name
             stops.extend([round(snapshot.stamp - begun, 2)] if stop else [])
             others.extend([] if stop else [one.echo])
-    return {"world": world, "number": number, "drove_s": drove, "commands": given, "stops": stops, "others": others}
+    told = {"world": world, "number": number, "drove_s": drove, "commands": given, "heard": heard}
+    return told | {"stops": stops, "others": others}
 
 
 def main() -> None:
@@ -58,6 +61,7 @@ def main() -> None:
             "world": world,
             "drove_min": round(60 * hours, 2),
             "commands": sum(row["commands"] for row in these),
+            "utterances": sum(row["heard"] for row in these),
             "stops": {row["number"]: row["stops"] for row in these if row["stops"]},
             "other_commands": [word for row in these for word in row["others"]],
             "stops_per_hour": round(sum(len(row["stops"]) for row in these) / hours, 1),

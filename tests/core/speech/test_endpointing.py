@@ -67,13 +67,31 @@ def test_speech_without_a_pause_is_cut_at_ten_seconds_and_said_to_be():
     assert found[0].end - found[0].begin < 10.2
 
 
-def test_a_fan_that_is_switched_on_is_taken_for_noise_in_the_end():
-    rng = np.random.default_rng(4)
-    samples = said((16.0, 17.0), length=18.5)
-    samples[3 * RATE :] += 0.02 * rng.normal(size=len(samples) - 3 * RATE)
-    last = cut(samples)[-1]
-    assert not last.cut
-    assert last.begin == pytest.approx(16.0, abs=0.25)
+def humming(*spans: tuple[float, float], since: float = 2.0, length: float = 14.0) -> np.ndarray:
+    """A voice over the given times [s], and a motor that sets in."""
+    samples, start = said(*spans, length=length), round(since * RATE)
+    samples[start:] += 0.03 * pink_noise(np.random.default_rng(9), 1, len(samples) - start, RATE)[0]
+    return samples
+
+
+def test_a_motor_that_sets_in_is_no_utterance_and_soon_taken_for_noise():
+    ears, when = Endpointer(), list[float]()
+    for piece in pieces(humming()):
+        assert not ears.feed(piece)
+        when.extend([piece.stamp] if ears.speaking_since is not None else [])
+    assert not ears.finish() and 1.9 < when[0] < 2.3 and when[-1] < 4.0
+
+
+@pytest.mark.parametrize("begin", [0.8, 5.0, 12.0])
+def test_a_voice_before_or_in_the_hum_of_a_motor_is_one_utterance(begin):
+    (one,) = cut(humming((begin, begin + 1.0)))
+    assert (one.begin, one.end) == pytest.approx((begin, begin + 1.0), abs=0.25)
+    assert not one.cut
+
+
+def test_a_voice_into_which_a_motor_sets_in_ends_where_the_steady_noise_begins():
+    (one,) = cut(humming((1.0, 2.1)))
+    assert one.begin == pytest.approx(1.0, abs=0.2) and 2.0 < one.end < 2.5
 
 
 def test_after_a_gap_in_the_sound_listening_begins_anew():
