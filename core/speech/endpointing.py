@@ -122,7 +122,7 @@ class Endpointer:
                 self._levels.clear()
             return None
         self._levels.append(level)
-        if len(self._levels) == STEADY and is_steady(np.array(self._levels)):
+        if len(self._levels) == STEADY and _is_steady(np.array(self._levels)):
             return self._cut_before_noise(time)
         if time - self._last_voice > settings.hangover:
             return self._cut(False)
@@ -196,10 +196,9 @@ def _powers(samples: Array) -> Array:
     return np.abs(np.fft.rfft(frames * window)[:, BAND]) ** 2 / (window @ window)
 
 
-def is_steady(level: Array) -> bool:
-    """Levels [dB] of frames (T,) → whether they are those of a noise, which no voice is part of."""
-    blocks = level[: len(level) // BLOCK * BLOCK].reshape(-1, BLOCK).mean(axis=1)
-    return float(blocks.std()) < MOST_UNSTEADY
+def _is_steady(level: Array) -> bool:
+    """Levels [dB] of STEADY frames → whether they are those of a noise, which no voice is part of."""
+    return float(level.reshape(-1, BLOCK).mean(axis=1).std()) < MOST_UNSTEADY
 
 
 def quietest(power: Array) -> Array:
