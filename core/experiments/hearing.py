@@ -88,11 +88,8 @@ class Hearer:
             one = for_words(sound, channel or 0)
             ears = Transcriber(self._settings.speech, engine=self._engine)
         heard: list[Spoken] = []
-        begin, end = one.stamp, one.stamp + one.duration
-        while begin < end:
-            part = one.part(begin, begin + PIECE)
-            heard += map(judge, ears.feed(part))
-            begin = part.stamp + max(part.duration, 1 / part.rate)
+        for piece in one.pieces(PIECE):
+            heard += map(judge, ears.feed(piece))
         heard += map(judge, ears.finish())
         return [said for said in heard if said.final], [said for said in heard if not said.final]
 

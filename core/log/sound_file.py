@@ -10,7 +10,7 @@ import numpy as np
 from core.errors import BadInput, Unavailable
 from core.log.source import open_file
 from core.message import Array
-from core.sensors.microphones import Sound
+from core.sensors.microphones import Sound, usable
 
 LARGEST = 2_000_000_000  # [bytes] of a file
 LONGEST = 4 * 3600.0  # [s] of one sound
@@ -34,8 +34,8 @@ def read_sound(path: str | Path, stamp: float = 0.0) -> Sound:
         raise BadInput(f"{place.name} is a WAV file of an unusual kind ({head[:4].decode()}); save it as plain WAV.")
     else:
         raise BadInput(f"{place.name} is neither WAV nor FLAC; convert it to one of them.")
-    if not np.isfinite(samples).all():
-        raise BadInput(f"{place.name} holds samples that are no numbers; it is damaged.")
+    if not usable(samples):
+        raise BadInput(f"{place.name} holds samples that are no numbers, or far beyond full scale; it is damaged.")
     return Sound(stamp=stamp, rate=rate, samples=samples)
 
 

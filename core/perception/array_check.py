@@ -15,7 +15,15 @@ from core.perception.channel_order import better_order
 from core.perception.sound.lags import pair_lags
 from core.perception.sound.locate import DEFAULT, whitened
 from core.perception.sound.settings import HearingSettings
-from core.perception.sound.spectra import cross_spectra, freshness, noise_of, quiet_frames, spectra, strangeness
+from core.perception.sound.spectra import (
+    Spectra,
+    cross_spectra,
+    freshness,
+    noise_of,
+    quiet_frames,
+    spectra,
+    strangeness,
+)
 from core.perception.sound.steered import FINER, Correlation
 from core.sensors.microphones import MicrophoneArray, Sound
 
@@ -39,10 +47,15 @@ class Fault:
 def check(sound: Sound, array: MicrophoneArray, settings: HearingSettings = DEFAULT) -> tuple[Fault, ...]:
     """A sound with some speech in it → everything that looks wrong. Raises BadInput where they do not fit."""
     samples = array.heard(sound)
+    try:
+        seen = spectra(samples, sound.rate, settings)
+    except BadInput as trouble:
+        short = Fault(kind="short", channels=array.channels, sentence=str(trouble), serious=False)
+        return (*_geometry(array), short)
     faults = [*_geometry(array), *_levels(samples, array), *_clipped(samples, array), *_identical(samples, array)]
     if any(fault.serious for fault in faults) or array.dimensions < 2:
         return tuple(faults)
-    return (*faults, *_together(samples, sound.rate, array, settings))
+    return (*faults, *_together(seen, array, settings))
 
 
 def _named(channels: Sequence[int]) -> str:
@@ -119,12 +132,8 @@ def _identical(samples: Array, array: MicrophoneArray) -> list[Fault]:
     return faults
 
 
-def _together(samples: Array, rate: int, array: MicrophoneArray, settings: HearingSettings) -> list[Fault]:
+def _together(seen: Spectra, array: MicrophoneArray, settings: HearingSettings) -> list[Fault]:
     """What only the channels together show: a foreign one, one with its wires crossed, two exchanged."""
-    try:
-        seen = spectra(samples, rate, settings)
-    except BadInput as trouble:
-        return [Fault(kind="short", channels=array.channels, sentence=str(trouble), serious=False)]
     noise = noise_of(seen, quiet_frames(seen, settings), settings)
     cross = cross_spectra(seen, freshness(strangeness(seen, noise), seen, settings), noise)
     foreign = _foreign(cross, array)

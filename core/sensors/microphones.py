@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,12 @@ LARGEST = 100_000  # bytes of an array profile
 KEYS = ("name", "positions_m", "channels", "sample_rate_hz", "speed_of_sound_m_s", "position_sd_m")
 FEWEST, MOST = 2, 256  # microphones
 FARTHEST = 5.0  # [m] of a microphone from the frame's origin
+LOUDEST = 1e6  # times full scale: files of floats in whole-number units have 3e4; the square of more says nothing
 FLAT = 0.02  # thickness of the array, of its width, below which it is held to be flat
+
+NO_NUMBERS = (
+    "The sound holds samples that are no numbers, or far beyond full scale; the microphone's driver is at fault."
+)
 
 
 @message
@@ -49,6 +55,18 @@ class Sound:
         first = min(max(round((begin - self.stamp) * self.rate), 0), len(self.samples))
         last = min(max(round((end - self.stamp) * self.rate), first), len(self.samples))
         return Sound(stamp=self.stamp + first / self.rate, rate=self.rate, samples=self.samples[first:last])
+
+    def pieces(self, longest: float) -> Iterator[Sound]:
+        """The sound in pieces of `longest` [s], the last as long as is left; none of them is empty."""
+        size = max(round(longest * self.rate), 1)
+        for first in range(0, len(self.samples), size):
+            stamp = self.stamp + first / self.rate
+            yield Sound(stamp=stamp, rate=self.rate, samples=self.samples[first : first + size])
+
+
+def usable(samples: Array) -> bool:
+    """Whether samples of any shape are all numbers, and none is absurdly far beyond full scale."""
+    return bool(np.abs(samples).max(initial=0.0) <= LOUDEST)
 
 
 def joined(older: Sound | None, newer: Sound | None, longest: float) -> Sound | None:
@@ -123,7 +141,9 @@ class MicrophoneArray:
         return normal * math.copysign(1.0, normal @ np.array([1e-6, 1e-3, 1.0]))
 
     def heard(self, sound: Sound) -> Array:
-        """The sound's samples (N, M) in the order of `positions`. Raises BadInput where they do not fit."""
+        """The sound's samples (N, M) in the order of `positions`. Raises BadInput where they do not fit, or are no
+        numbers.
+        """
         if max(self.channels) >= sound.channels:
             raise BadInput(
                 f"The sound has {sound.channels} channel{'s' * (sound.channels > 1)}, but the array {self.name} "
@@ -133,7 +153,10 @@ class MicrophoneArray:
             raise BadInput(
                 f"The sound has {sound.rate} Hz, but the array {self.name} delivers {self.rate} Hz; is it its sound?"
             )
-        return sound.samples[:, list(self.channels)]
+        samples = sound.samples[:, list(self.channels)]
+        if not usable(samples):
+            raise BadInput(NO_NUMBERS)
+        return samples
 
 
 def lags_of(array: MicrophoneArray, towards: Array) -> Array:

@@ -9,8 +9,7 @@ from typing import Any
 
 from core.message import Array, message
 from core.speech.coverage import Span
-from core.speech.pocketsphinx import FRAME
-from core.speech.recognizer import pcm
+from core.speech.pocketsphinx import FRAME, take_in
 
 NATS = 1024.0
 """pocketsphinx counts in steps of 1024 times its smallest; its figures are exponentials of what is left then."""
@@ -64,7 +63,7 @@ NOTHING = Path(spans=(), pieces=())
 def decoded(decoder: Any, samples: Array) -> Path:
     """Samples (N,) → the best path of a decoder's grammar; NOTHING where none fits."""
     decoder.start_utt()
-    decoder.process_raw(pcm(samples), full_utt=True)
+    take_in(decoder, samples, whole=True)
     decoder.end_utt()
     best = decoder.hyp()
     if best is None or not best.hypstr:

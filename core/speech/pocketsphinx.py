@@ -12,8 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from core.errors import Unavailable
+from core.message import Array
 from core.speech.automaton import automaton
 from core.speech.competing import PHONE_WORD, choose, phones_of, read_dictionary
+from core.speech.recognizer import pcm
 
 MISSING = (
     "Recognising words needs the package pocketsphinx, which brings its model: pip install 'pocketsphinx>=5.1.1'"
@@ -55,6 +57,12 @@ def listen_for(decoder: Any, search: str, jsgf: str) -> None:
     arcs = [(arc.source, arc.target, math.exp(arc.nats), *([arc.word] if arc.word else [])) for arc in chains.arcs]
     decoder.add_fsg(search, decoder.create_fsg(search, chains.start, chains.final, arcs))
     decoder.activate_search(search)
+
+
+def take_in(decoder: Any, samples: Array, *, whole: bool = False) -> None:
+    """Samples (N,) into a decoder's utterance; `whole`: they are all of it. The package itself breaks at N = 0."""
+    if len(samples):
+        decoder.process_raw(pcm(samples), full_utt=whole)
 
 
 @cache

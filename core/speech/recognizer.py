@@ -10,7 +10,7 @@ from scipy.signal import resample_poly
 
 from core.errors import BadInput
 from core.message import Array, message
-from core.sensors.microphones import Sound
+from core.sensors.microphones import NO_NUMBERS, Sound, usable
 from core.speech.settings import RATE
 
 LOWEST_RATE = 8_000  # [Hz]: a telephone; below, consonants are gone
@@ -94,8 +94,8 @@ def checked(sound: Sound) -> Array:
     """Sound for a recognizer → its samples (N,). Raises BadInput where it is not one channel at 16 kHz."""
     if sound.channels != 1 or sound.rate != RATE:
         raise BadInput(f"A recognizer wants one channel at {RATE} Hz, not {sound.channels} at {sound.rate} Hz.")
-    if not np.isfinite(sound.samples).all():
-        raise BadInput("The sound holds samples that are no numbers; the microphone's driver is at fault.")
+    if not usable(sound.samples):
+        raise BadInput(NO_NUMBERS)
     return sound.samples[:, 0]
 
 

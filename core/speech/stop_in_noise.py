@@ -9,8 +9,8 @@ from __future__ import annotations
 from core.perception.sound.wiener import without_noise
 from core.sensors.microphones import Sound
 from core.speech.endpointing import over_noise
-from core.speech.pocketsphinx import decoder
-from core.speech.recognizer import Hypothesis, pcm
+from core.speech.pocketsphinx import decoder, take_in
+from core.speech.recognizer import Hypothesis
 from core.speech.settings import SpeechSettings
 from core.speech.stop_spotter import WORD, hums, spotted
 
@@ -37,7 +37,7 @@ class StopInNoise:
         if before <= 0 or over_noise(samples[before:], samples[:before]) > self._ratio:
             return ()
         self._decoder.start_utt()
-        self._decoder.process_raw(pcm(without_noise(samples, beam.rate, before)), full_utt=True)
+        take_in(self._decoder, without_noise(samples, beam.rate, before), whole=True)
         self._decoder.end_utt()
         found = spotted(self._decoder, beam.stamp)
         if not found or hums(found[0], beam):

@@ -13,8 +13,8 @@ import numpy as np
 from core.message import Array
 from core.sensors.microphones import Sound, joined
 from core.speech.endpointing import SILENT
-from core.speech.pocketsphinx import FRAME, decoder
-from core.speech.recognizer import Hypothesis, checked, pcm
+from core.speech.pocketsphinx import FRAME, decoder, take_in
+from core.speech.recognizer import Hypothesis, checked
 from core.speech.settings import RATE, SpeechSettings
 
 WORD = "stop"
@@ -43,7 +43,7 @@ class StopSpotter:
         samples = checked(sound)
         if abs(sound.stamp - self._now) > GAP:
             self._renew(sound.stamp)
-        self._decoder.process_raw(pcm(samples))
+        take_in(self._decoder, samples)
         self._heard += len(samples)
         self._newest = newest = joined(self._newest, sound, LONGEST + AFTER) or sound
         words = spotted(self._decoder, self._start)

@@ -1,0 +1,252 @@
+"""Sounds at random through every entrance of the ears: `python -m tests.benchmarks.random_sounds [--count 10000]`.
+
+Lengths around the blocks of everything that cuts sound (0, 1, a block less or more a sample), sample rates of sound
+cards and odd ones, 1 to 16 channels, silence, noise, voices, clipping, offsets, and numbers that are none; files of
+all forms, and live pieces of any size. A refusal is a sentence (BeckonError); anything else that is raised, numpy's
+warnings included, is a crash. Told: how many sounds each entrance took, and how many it refused.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+import traceback
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import asdict
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from console.microphone import Turn
+from console.wire_audio import AUDIO_RATE, MOST_BYTES
+from console.words_desk import WordsDesk
+from core.errors import BeckonError
+from core.experiments.hearing import Hearer
+from core.experiments.practice_voice import practice_voice
+from core.experiments.side_by_side import side_by_side
+from core.message import Array
+from core.perception.array_check import check
+from core.perception.array_orientation import heard_from
+from core.perception.sound.listener import Listener
+from core.sensors.microphones import ARRAYS, MicrophoneArray, Sound
+from core.settings import Settings
+from core.speech.settings import SpeechSettings
+from tests.sound_files import FORMS, write_sound
+
+RATES = (16_000, 8_000, 11_025, 22_050, 44_100, 48_000, 96_000, 12_345, 4_000, 192_000)
+BLOCKS = (0.5, 0.2, 0.1, 0.05, 0.032, 0.02, 0.008)  # [s] in which some entrance or its filters cut sound
+PART = 100  # sounds of one process before another takes its place
+CLOCKS = (0.0, 1e-3, 12.345678, 86_400.5, 1.7e9)  # [s] at which live sound begins
+"""The last is a clock of the day: its steps are coarse."""
+
+Entrance = Callable[[np.random.Generator], None]
+
+
+def line_of(count: int) -> MicrophoneArray:
+    """Microphones in a line, 4 cm apart."""
+    return MicrophoneArray(positions=np.column_stack((0.04 * np.arange(count), np.zeros((count, 2)))), name="line")
+
+
+def cloud_of(count: int) -> MicrophoneArray:
+    """Microphones at random places within a hand's width."""
+    return MicrophoneArray(positions=np.random.default_rng(count).uniform(-0.05, 0.05, (count, 3)), name="cloud")
+
+
+PROFILES = (*ARRAYS.values(), line_of(2), cloud_of(3), cloud_of(5), cloud_of(16))
+
+
+def length(chance: np.random.Generator, rate: int) -> int:
+    """Samples: mostly around a whole number of blocks, mostly short."""
+    if chance.random() < 0.1:
+        return int(chance.integers(0, 3))
+    block = round(chance.choice(BLOCKS) * rate)
+    if chance.random() < 0.25:
+        block = 2 ** int(chance.integers(4, 12))
+    seconds = float(np.exp(chance.uniform(np.log(0.005), np.log(3.0))))
+    return max(max(1, round(seconds * rate / block)) * block + int(chance.integers(-1, 2)), 0)
+
+
+def samples(chance: np.random.Generator, count: int, channels: int, rate: int, *, broken: bool) -> Array:
+    """Samples (`count`, `channels`); `broken`: perhaps with numbers that are none or absurd."""
+    kind = chance.choice(("silence", "noise", "voice", "voice", "click", "constant", "tone"))
+    time = np.arange(count)[:, None] / rate
+    level = 10 ** chance.uniform(-4, 0)
+    made = np.zeros((count, channels))
+    if kind == "noise":
+        made = level * chance.normal(size=(count, channels))
+    elif kind == "voice" and count:
+        begin = min(round(0.6 * rate), count // 2)
+        voice = practice_voice(chance, (count - begin) / rate, rate) if count - begin > rate // 10 else np.zeros(0)
+        for channel in range(channels):
+            part = voice[: count - begin - channel]
+            made[begin + channel :][: len(part), channel] = level / 10 * part
+        made += 1e-4 * chance.normal(size=(count, channels))
+    elif kind == "click" and count:
+        made[chance.integers(count)] = level
+    elif kind == "constant":
+        made += level
+    elif kind == "tone":
+        made = level * np.sin(2 * np.pi * chance.uniform(20, rate / 2) * time + np.arange(channels))
+    if broken and count and chance.random() < 0.2:
+        made[chance.integers(count), chance.integers(channels)] = chance.choice(
+            (np.nan, np.inf, -np.inf, 1e30, 1e300)
+        )
+    return made
+
+
+@cache
+def hearer(profile: int) -> Hearer:
+    """The ears of `beckon hear` with one of PROFILES; -1: with none."""
+    return Hearer(Settings(), None if profile < 0 else PROFILES[profile])
+
+
+@cache
+def desk() -> WordsDesk:
+    """One for all, as in the console."""
+    return WordsDesk()
+
+
+def recording(chance: np.random.Generator) -> None:
+    """A file through `beckon hear`."""
+    form = str(chance.choice(FORMS))
+    rate, channels = int(chance.choice(RATES)), int(chance.integers(1, 9 if form == "flac" else 17))
+    made = samples(chance, length(chance, rate), channels, rate, broken=form in ("float32", "float64"))
+    ears = hearer(int(chance.integers(-1, len(PROFILES))))
+    channel = int(chance.integers(-1, channels + 1)) if chance.random() < 0.5 else None
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "random.sound"
+        write_sound(path, made, rate, form)
+        json.dumps(ears.hear(path, channel), allow_nan=False)
+
+
+def pieces(chance: np.random.Generator, whole: Array, rate: int, usual: float) -> Iterator[tuple[Array, float]]:
+    """Samples (N, M) as they come live: in pieces about `usual` [s] long or of any length, sometimes with a gap."""
+    clock = float(chance.choice(CLOCKS))
+    at = 0
+    regular = chance.random() < 0.5
+    while at < len(whole):
+        count = round(usual * rate) if regular else int(chance.integers(0, round(2 * usual * rate) + 1))
+        if chance.random() < 0.03:
+            clock += chance.uniform(-1, 1)
+        yield whole[at : at + count], clock + at / rate
+        at += count
+    if chance.random() < 0.3:
+        yield whole[:0], clock + at / rate
+
+
+def spoken(chance: np.random.Generator, *, held: bool) -> None:
+    """A browser's microphone: its pieces wait for the worker, which reads them."""
+    told: list[str] = []
+    turn = Turn("held" if held else "open", lambda _told, _delay: None, lambda why, _on: told.append(why))
+    work = desk()
+    work.begin(asdict(SpeechSettings()), held=held, speaker=int(chance.integers(3)))
+    whole = samples(chance, length(chance, AUDIO_RATE), 1, AUDIO_RATE, broken=False)
+    sixteen = np.clip(np.round(whole[:, 0] * 32767), -32768, 32767).astype("<i2")
+    longest = (MOST_BYTES - 16) // 2
+    for piece, stamp in pieces(chance, sixteen, AUDIO_RATE, 0.02):
+        turn.add(piece[:longest].astype(float) / 32768, stamp)
+        if chance.random() < 0.3:
+            feed_waiting(work, turn)
+    feed_waiting(work, turn, empty=chance.random() < 0.3)
+    json.dumps(work.finish(), allow_nan=False)
+
+
+def feed_waiting(work: WordsDesk, turn: Turn, *, empty: bool = False) -> None:
+    """What waits goes to the worker, as `console.microphone` sends it; `empty`: even where nothing waits."""
+    waiting, start = turn.take()
+    if len(waiting) or empty:
+        json.dumps(work.feed(waiting.astype(np.float32).tobytes(), AUDIO_RATE, start), allow_nan=False)
+
+
+def array_words(chance: np.random.Generator) -> None:
+    """The robot's own sound to the worker that reads words from the beam, or from one microphone."""
+    array = PROFILES[int(chance.integers(len(PROFILES)))]
+    beam = array.dimensions >= 2 and chance.random() < 0.8
+    count = len(array.positions) if beam else 1
+    rate = int(chance.choice(RATES))
+    told = {"positions": array.positions.tolist(), "name": array.name, "speed": 343.0, "position_sd": 0.0005}
+    work = desk()
+    work.begin(asdict(SpeechSettings()), array=told if beam else None)
+    whole = samples(chance, length(chance, rate), count, rate, broken=True)
+    for piece, stamp in pieces(chance, whole, rate, 0.2):
+        with np.errstate(over="ignore"):
+            raw = piece.astype(np.float32).tobytes()
+        json.dumps(work.feed(raw, rate, stamp, channels=count), allow_nan=False)
+    json.dumps(work.finish(), allow_nan=False)
+
+
+def directions_live(chance: np.random.Generator) -> None:
+    """The pilot's ears: frame by frame."""
+    array = PROFILES[int(chance.integers(len(PROFILES)))]
+    rate, channels = int(chance.choice(RATES)), int(chance.integers(1, 17))
+    listener = Listener(array)
+    whole = samples(chance, length(chance, rate), channels, rate, broken=True)
+    for piece, stamp in pieces(chance, whole, rate, 0.05):
+        listener.feed(Sound(stamp=stamp, rate=rate, samples=piece))
+
+
+def bench(chance: np.random.Generator) -> None:
+    """The self-check of an array and its claps."""
+    array = PROFILES[int(chance.integers(len(PROFILES)))]
+    rate = int(chance.choice(RATES))
+    whole = samples(chance, length(chance, rate), 16, rate, broken=True)
+    sound = Sound(stamp=float(chance.choice(CLOCKS)), rate=rate, samples=whole)
+    work: Callable[..., Any] = check if chance.random() < 0.5 else heard_from
+    work(sound, array)
+
+
+ENTRANCES: dict[str, Entrance] = {
+    "hear": recording,
+    "push-to-talk": lambda chance: spoken(chance, held=True),
+    "open microphone": lambda chance: spoken(chance, held=False),
+    "words of the room": array_words,
+    "directions, live": directions_live,
+    "array's bench": bench,
+}
+
+
+def one_sound(number: int, seed: int) -> tuple[str, str, str]:
+    """The sound of that number → its entrance, the sentence of a refusal or "", and the trace of a crash or ""."""
+    name = tuple(ENTRANCES)[number % len(ENTRANCES)]
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            ENTRANCES[name](np.random.default_rng((seed, number)))
+    except BeckonError as refusal:
+        return name, str(refusal), ""
+    except Exception:
+        return name, "", traceback.format_exc()
+    return name, "", ""
+
+
+def part(number: int, seed: int = 0) -> list[tuple[str, str, str]]:
+    """PART sounds."""
+    return [one_sound(one, seed) for one in range(number * PART, (number + 1) * PART)]
+
+
+def main() -> int:
+    """Print the counts of every entrance, one JSON object a line; exit code 1 for any crash."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=10_000)
+    parser.add_argument("--workers", type=int, default=2)
+    chosen = parser.parse_args()
+    rows = [row for rows in side_by_side(part, -(-chosen.count // PART), chosen.workers, None) for row in rows]
+    for name in ENTRANCES:
+        these = [row for row in rows if row[0] == name]
+        refusals = Counter(why for _, why, _ in these if why)
+        crashes = [trace for _, _, trace in these if trace]
+        line = {"entrance": name, "sounds": len(these), "refused": refusals.total(), "crashes": len(crashes)}
+        sys.stdout.write(json.dumps(line) + "\n")
+        for trace, count in Counter(crashes).most_common(5):
+            sys.stderr.write(f"{count} times:\n{trace}\n")
+    return 1 if any(trace for _, _, trace in rows) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
