@@ -2,6 +2,10 @@
 
 Only a whole utterance that matches moves the robot. Whatever contains the word STOP and is no complete, bounded
 "stop at x and y" stops it. Nothing is guessed: a near miss is refused with suggestions.
+
+Recognizers and people punctuate. A comma or a colon may end a word or a whole number, and a sentence may end with any
+mark and stand in quotes. Within a number a comma says two things ("1,5"), behind STOP any mark ends the sentence,
+and where the marks say that it is a question or breaks off, it moves nothing.
 """
 
 from __future__ import annotations
@@ -19,7 +23,17 @@ from core.speech.numbers import NUMBER, read_number, write_number
 
 LONGEST = 120  # characters of an utterance that is read at all; the word stop is looked for in all of it
 
-UNIT = r"(?:(?<=[0-9]) ?| )(?:meters?|metres?|m)"
+PAUSE = "(?: ?[,:])?"  # between the words of a sentence
+UNIT = rf"(?:{PAUSE} |(?<=[0-9]))(?:meters?|metres?|m)"
+ENDS = " .,;:!"  # what may stand behind a sentence
+NOT_MEANT = {
+    "?": "That is a question. Say it as a command.",
+    "..": "The sentence breaks off. Say all of it.",
+}
+"""Ends of a sentence that is no command, and why."""
+QUOTED = re.compile(r"""(["'])(.*)\1""")
+TYPESET = str.maketrans("\u00a0\u2009\u202f\u2010\u2011\u2212‘’“”", "   ---''\"\"") | {ord("…"): "..."}
+"""Spaces, hyphens, the minus sign, and quotes as printers write them → as keyboards do. A dash may be neither."""
 STOP_WORD = re.compile(r"(?<![^\W\d_])stop(?![^\W\d_])")
 
 OTHER_WORDS = {
@@ -31,7 +45,8 @@ OTHER_WORDS = {
 
 def _compiled(pattern: str) -> re.Pattern[str]:
     """A pattern of the vocabulary as a regular expression; "meters" may be spelt as people spell it."""
-    source = re.escape(pattern).replace(r"\ ", " ").replace(" meters", UNIT)
+    plain = re.escape(pattern).replace(r"\ ", " ")
+    source = re.sub("(?<!stop) (?!meters)", f"{PAUSE} ", plain).replace(" meters", UNIT)
     return re.compile(re.sub(r"\\\{(\w+)\\\}", lambda slot: f"(?P<{slot[1]}>{NUMBER})", source))
 
 
@@ -49,10 +64,12 @@ class Refusal:
 
 def understand(words: str, *, spoken: bool = False) -> Command | Refusal:
     """What the words ask for, whoever said them; `spoken`: heard rather than typed, so tighter bounds hold."""
-    text = _tidy(words)
-    verdict = _read(text, spoken) if text is not None else _unreadable(words)
+    text, why_not = _tidy(words)
+    verdict = _unreadable(words) if text is None else _read(text, spoken)
+    if why_not:
+        verdict = Refusal(why_not, (verdict.heard_as,) if isinstance(verdict, Command) else verdict.suggestions)
     if isinstance(verdict, Refusal) and STOP_WORD.search(_folded(words)):
-        remark = verdict.reason if text is not None and text.startswith("stop at ") else ""
+        remark = verdict.reason if text is not None and _begins(_unpunctuated(text), "stop at") else ""
         return Command(name=STOP_MOVING.name, numbers={}, heard_as=STOP_MOVING.words[0], remark=remark)
     return verdict
 
@@ -68,12 +85,33 @@ def _folded(words: str) -> str:
     return plain if plain.isascii() else "".join(c for c in plain if unicodedata.category(c) != "Cf")
 
 
-def _tidy(words: str) -> str | None:
-    """Lower case, single spaces, no full stop or exclamation mark at the end; None for what is no plain utterance."""
+def _tidy(words: str) -> tuple[str | None, str]:
+    """Lower case, single spaces, no marks around the sentence; None for what is no plain utterance. And why it is no
+    command by its end; "" for no reason.
+    """
     text = words.strip(" \t\r\n") if len(words) <= 10 * LONGEST else words
-    if len(text) > LONGEST or not text.isascii() or not text.isprintable():
-        return None
-    return " ".join(text.lower().rstrip(".!").split())
+    if len(text) > LONGEST:
+        return None, ""
+    text = text.translate(TYPESET)
+    if not text.isascii() or not text.isprintable():
+        return None, ""
+    text, end = _ended(text.lower())
+    quoted = QUOTED.fullmatch(text)
+    if quoted:
+        text, within = _ended(quoted[2])
+        end = within + end
+    return " ".join(text.split()), next((why for mark, why in NOT_MEANT.items() if mark in end), "")
+
+
+def _ended(text: str) -> tuple[str, str]:
+    """A sentence without the marks behind it, and those marks."""
+    whole = text.rstrip(ENDS + "?")
+    return whole.lstrip(" "), text[len(whole) :].replace(" ", "")
+
+
+def _unpunctuated(text: str) -> str:
+    """A tidy text without the marks at the ends of its words."""
+    return re.sub(" ?[,:](?= )", "", text)
 
 
 def _unreadable(words: str) -> Refusal:
@@ -91,7 +129,7 @@ def _read(text: str, spoken: bool) -> Command | Refusal:
                 return _bounded(kind, heard, spoken)
     if text in OTHER_WORDS:
         return Refusal(*OTHER_WORDS[text])
-    return _near_miss(text)
+    return _near_miss(_unpunctuated(text))
 
 
 def _bounded(kind: Kind, heard: dict[str, float], spoken: bool) -> Command | Refusal:
@@ -147,13 +185,13 @@ def _badly_ended(kind: Kind, opening: str, text: str) -> Refusal:
     """The right beginning with something missing or something too much."""
     if not kind.numbers or all(number.default is not None for number in kind.numbers):
         return Refusal(f"“{opening}” stands alone, with nothing before or behind it.", (kind.example,))
-    numbers = re.findall(rf"(?<![a-z0-9.]){NUMBER}(?![a-z0-9.])", text)
-    complete = len(kind.numbers) == len(numbers) and text.endswith(numbers[-1])
+    numbers = re.findall(rf"(?<![a-z0-9.,]){NUMBER}(?![a-z0-9.,])", text)
+    complete = len(kind.numbers) == len(numbers) and text.rstrip(")").endswith(numbers[-1])
     filled = (
         say(kind, {n.name: read_number(v) for n, v in zip(kind.numbers, numbers, strict=True)}) if complete else ""
     )
     fits = filled if filled and isinstance(_read(filled, False), Command) else kind.example
-    return Refusal(f"Say it whole and with nothing else, like “{kind.example}”; distances are in metres.", (fits,))
+    return Refusal(f"Say it whole and with nothing else, like “{fits}”; distances are in metres.", (fits,))
 
 
 @cache

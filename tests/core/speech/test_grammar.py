@@ -15,7 +15,7 @@ from spelling import spell
 
 from core.commands import VOCABULARY, kind_of, particulars
 from core.commands.command import Command
-from core.speech.grammar import OTHER_WORDS, Refusal, bounds, say, understand
+from core.speech.grammar import ENDS, OTHER_WORDS, TYPESET, Refusal, bounds, say, understand
 
 MOVING = {"turn_left", "turn_right", "continue", "stop_at", "come_here", "follow_me"}
 
@@ -60,8 +60,8 @@ def test_anything_added_to_a_command_keeps_the_robot_from_moving(
     name, numbers, pattern = order
     words = say(kind_of(name), numbers, pattern)
     spoilt = f"{more} {words}" if before else f"{words} {more}"
-    unit_completes_it = " ".join(spoilt.lower().rstrip(".!").split()).endswith((" m", "meters", "metres"))
-    if more.strip(" \t\r\n.!") and not unit_completes_it:
+    unit_completes_it = " ".join(spoilt.lower().rstrip(ENDS).split()).endswith((" m", "meters", "metres"))
+    if more.translate(TYPESET).strip(f"{ENDS}\t\r\n") and not unit_completes_it:
         assert not moves(spoilt)
 
 
@@ -210,7 +210,7 @@ def test_the_phrases_of_figure_17_are_all_answered() -> None:
         "turn\nleft",
         "turn left\nturn right",
         "turn left; turn right",
-        "turn\u00a0left",
+        "turn\u2003left",
         "turn ｌｅｆｔ",
         "\u202eturn left",
         "\ud800",
@@ -240,6 +240,175 @@ def test_hostile_text_is_refused_at_once(words: str) -> None:
 def test_case_spaces_and_a_full_stop_do_not_matter() -> None:
     assert moves("  TURN   Left. \r\n")
     assert moves("Continue 1.5m!")
+
+
+@pytest.mark.parametrize(
+    ("words", "plain"),
+    [
+        ("stop at 3, and 2", "stop at 3 and 2"),
+        ("Stop at 3, and 2.", "stop at 3 and 2"),
+        ("stop at 3 , and 2 .", "stop at 3 and 2"),
+        ("Stop at: three, and two!", "stop at 3 and 2"),
+        ("stop at, 3 and 2", "stop at 3 and 2"),
+        ("stop at 3, and, 2", "stop at 3 and 2"),
+        ("stop at 3m, and 2m;", "stop at 3 and 2"),
+        ("stop at 3 metres, and 2 metres.", "stop at 3 and 2"),
+        ("stop at 1.5, and .5.", "stop at 1.5 and 0.5"),
+        ("stop at \u22121 and \u20110.5", "stop at -1 and -0.5"),
+        ("go to, minus one, and 2", "stop at -1 and 2"),
+        ("continue 1.5 meters.", "continue 1.5 meters"),
+        ("continue 2, meters", "continue 2 meters"),
+        ("Continue, 2 meters:", "continue 2 meters"),
+        ("continue 1.5\u00a0m", "continue 1.5 meters"),
+        ("continue\u2009two\u202fmeters", "continue 2 meters"),
+        ("Turn, left,", "turn left"),
+        ('"turn left"', "turn left"),
+        ("“Turn left.”", "turn left"),
+        ("‘Turn left’!", "turn left"),
+        ("stop!", "stop moving"),
+        ("stop, moving.", "stop moving"),
+    ],
+)
+def test_marks_at_the_ends_of_words_and_numbers_do_not_matter(words: str, plain: str) -> None:
+    heard, meant = understand(words), understand(plain)
+    assert isinstance(heard, Command) and isinstance(meant, Command)
+    assert (heard.name, heard.numbers) == (meant.name, meant.numbers)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "stop at 3,2",
+        "stop at 3, 2",
+        "stop at (3, 2)",
+        "stop at (3 and 2)",
+        "stop at 3;2",
+        "stop at 1,5 and 2",
+        "stop at 1, 5 and 2",
+        "stop at 3. and 2",
+        "stop at 3; and 2",
+        "stop at 3,, and 2",
+        "stop at 3 and minus, 2",
+        "stop at two point five, six and 1",
+        "stop at \u20131 and 2",
+        "stop at 1\u20142",
+        "stop, at 3 and 2",
+        "stop: at 3 and 2",
+        "Stop. At 3 and 2.",
+        "Stop! Go to 3 and 2.",
+        "Go to 3 and 2. Stop.",
+        "stop at 3 and 2?",
+        "stop at 3 and 2...",
+        "stop at 3 and 2…",
+        "“stop” at 3 and 2",
+        "stop at '3' and '2'",
+        "stop,",
+        "“stop”",
+        "(stop)",
+        "stop?",
+        "stop…",
+        "—stop—",
+        "turn left, stop",
+    ],
+)
+def test_stop_with_marks_that_leave_a_doubt_stops(words: str) -> None:
+    heard = understand(words)
+    assert isinstance(heard, Command)
+    assert heard.name == "stop_moving"
+
+
+@pytest.mark.parametrize(
+    ("words", "suggestion"),
+    [
+        ("continue 1,5 meters", "continue 1.5 meters"),
+        ("continue 1, 5 meters", "continue 1.5 meters"),
+        ("continue two point five, six meters", "continue 1.5 meters"),
+        ("continue 2. meters", "continue 1.5 meters"),
+        ("continue 1,000 meters", "continue 1.5 meters"),
+        ("continue \u22122 meters", "continue 1.5 meters"),
+        ("continue \u20132 meters", "turn left"),
+        ("go to 3, 2", "stop at 3 and 2"),
+        ("go to (3, 2)", "stop at 3 and 2"),
+        ("go to 3,2", "stop at 1 and 0.5"),
+        ("go to 3. and 2", "stop at 1 and 0.5"),
+        ("turn left?", "turn left"),
+        ("turn left...", "turn left"),
+        ("“turn left…”", "turn left"),
+        ("continue 2 meters …", "continue 2 meters"),
+        ("turn left; turn right", "turn left"),
+        ("turn. left", "turn left"),
+        ("turn left, please", "turn left"),
+        (", turn left", "turn left"),
+        ("“turn left", "turn left"),
+        ("(turn left)", "turn left"),
+        ("'turn left' or 'turn right'", "turn left"),
+    ],
+)
+def test_marks_that_leave_a_doubt_move_nothing(words: str, suggestion: str) -> None:
+    heard = understand(words)
+    assert isinstance(heard, Refusal)
+    assert suggestion in heard.suggestions
+
+
+@given(orders(), st.booleans(), st.lists(st.sampled_from(["", ",", ":", " ,", " :"]), min_size=8, max_size=8))
+def test_a_pause_at_the_end_of_a_word_never_changes_a_command(
+    order: tuple[str, dict[str, float], str], in_words: bool, pauses: list[str]
+) -> None:
+    name, numbers, pattern = order
+    written = {key: spell(value) if in_words else str(value) for key, value in numbers.items()}
+    words = pattern.split()
+    marked = " ".join(
+        word + ("" if word == "stop" else pause) for word, pause in zip(words, pauses, strict=False)
+    ).format(**written)
+    heard, plain = understand(marked), understand(pattern.format(**written))
+    assert isinstance(heard, Command) and isinstance(plain, Command)
+    assert (heard.numbers, heard.heard_as) == (plain.numbers, plain.heard_as)
+    assert heard.name == name
+
+
+MARKS = [
+    ",",
+    ".",
+    ";",
+    ":",
+    "!",
+    "?",
+    "...",
+    "…",
+    "'",
+    '"',
+    "“",
+    "”",
+    "(",
+    ")",
+    "-",
+    "−",
+    "–",
+    "—",
+    "\u00a0",
+    "\u2009",
+]
+
+
+@given(
+    st.one_of(
+        orders().map(lambda order: say(kind_of(order[0]), order[1], order[2])),
+        st.lists(st.sampled_from(RIGHT_WORDS.split("|")), min_size=1, max_size=6).map(" ".join),
+    ),
+    st.lists(st.tuples(st.integers(0, 8), st.booleans(), st.sampled_from(MARKS)), min_size=1, max_size=3),
+)
+def test_no_mark_ever_makes_another_motion(words: str, marks: list[tuple[int, bool, str]]) -> None:
+    """Around words, marks let a motion be as it is, stop it or refuse it; none makes one, and STOP stays in force."""
+    marked = words.split(" ")
+    for at, before, mark in marks:
+        place = at % len(marked)
+        marked[place] = mark + marked[place] if before and mark not in "-−" else marked[place] + mark
+    heard, plain = understand(" ".join(marked)), understand(words)
+    if isinstance(heard, Command) and heard.name in MOVING:
+        assert isinstance(plain, Command)
+        assert (heard.name, heard.numbers) == (plain.name, plain.numbers)
+    if "stop" in words.split(" "):
+        assert isinstance(heard, Command)
 
 
 def test_bounds_are_those_of_the_table() -> None:
