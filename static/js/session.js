@@ -1,6 +1,7 @@
 // One visit: what is known, and every door through which the page acts on the robot.
 
 import * as api from "./api.js";
+import { unlessStopped } from "./hear/answers.js";
 import { Link } from "./link.js";
 import { permission } from "./permission.js";
 
@@ -10,7 +11,7 @@ import { permission } from "./permission.js";
 /** @typedef {import("./link.js").LinkHealth} LinkHealth */
 /** @typedef {import("./drive.js").Permission} Permission */
 /** @typedef {import("./drive.js").DriveFrame} DriveFrame */
-/** @typedef {{text: string, answer: Answer, source: "typed" | "chip" | "click"}} Said */
+/** @typedef {{text: string, answer: Answer, source: "typed" | "chip" | "click", at: number}} Said `at` [ms]: when it was sent */
 /** @typedef {{seq: number, stamp: number, jpeg: Uint8Array<ArrayBuffer>}} Picture */
 /** @typedef {import("./calibration/shape.js").Calibration} Calibration */
 /**
@@ -24,6 +25,7 @@ import { permission } from "./permission.js";
  */
 
 const ANSWER_MS = 5000;
+const STOPS = "stop moving";
 
 /**
  * What happens once and is told to whoever listens.
@@ -40,6 +42,7 @@ const ANSWER_MS = 5000;
  * @property {null} stopped
  * @property {string} trouble a sentence
  * @property {import("./hear/talk.js").Transcript} transcript what was heard in our own microphone
+ * @property {null} reading what was said while the button was held is read now
  * @property {boolean} speaking whether the robot's voice is heard in this browser
  * @property {null} interrupt the robot is to fall silent: somebody speaks to it
  * @property {string} told a sentence for those who do not see the page
@@ -54,11 +57,13 @@ export class Session {
   kinds = [];
   /** @type {api.HistoryRow[]} */
   history = [];
+  historyAt = 0; // [ms] when the page learned that there was news in it
   #events = new EventTarget();
   /** @type {Map<number, (answer: Answer) => void>} */
   #waiting = new Map();
   #ref = 0;
   #revision = -1;
+  #stoppedAt = -Infinity; // [ms] the newest STOP of this page, by whatever way
   #wantsCamera = true;
   /** @type {string | null} */
   #wantsCalibration = null;
@@ -96,13 +101,16 @@ export class Session {
    * @param {"typed" | "chip" | "click"} source
    */
   async say(text, source) {
+    const at = performance.now();
     const answer = await this.#ask((ref) => this.link.send({ kind: "command", text, source, ref }));
-    this.#tell("said", { text, answer, source });
+    if (answer.ok && answer.detail === STOPS) this.#stoppedAt = Math.max(this.#stoppedAt, at);
+    this.#tell("said", { text, answer, source, at });
     return answer;
   }
 
   /** STOP, by both ways at once: whichever is quicker. */
   stop() {
+    this.#stoppedAt = performance.now();
     const press = Math.floor(Math.random() * 2 ** 53); // one press, two ways: what comes second does nothing
     const left = this.link.send({ kind: "stop", press });
     const { robot, you } = this.hello ?? {};
@@ -169,7 +177,14 @@ export class Session {
 
   /** @param {import("./hear/talk.js").Transcript} transcript */
   transcribe(transcript) {
-    this.#tell("transcript", transcript);
+    const now = performance.now();
+    if (transcript.accepted && transcript.heard_as === STOPS) this.#stoppedAt = now;
+    this.#tell("transcript", unlessStopped(transcript, now, this.#stoppedAt));
+  }
+
+  /** The button to talk was let go: what was said is read now. */
+  awaitWords() {
+    this.#tell("reading", null);
   }
 
   /** @param {boolean} speaking whether the robot's voice is heard here now */
@@ -251,10 +266,11 @@ export class Session {
 
   /** @param {number} revision */
   async #fetchHistory(revision) {
+    const at = performance.now();
     this.#revision = revision;
     const rows = await api.history().catch(() => null);
     if (!rows || revision !== this.#revision) return;
-    this.history = rows;
+    [this.history, this.historyAt] = [rows, at];
     this.#tell("history", rows);
   }
 

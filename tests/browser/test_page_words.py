@@ -109,10 +109,31 @@ def test_what_was_meant_stays_offered_when_the_history_tells_of_an_earlier_refus
     here.say("turn lift")
     expect(meant).to_have_text(["turn left", "turn right"])
     history.hide(1)
-    expect(status).to_contain_text("continue 99")
+    expect(here.find(".record").first).to_contain_text("continue 99")
+    expect(status).to_contain_text("turn lift")  # the newer of the two, though its row is not there yet
     history.hide(0)
+    expect(here.find(".record").first).to_contain_text("turn lift")
     expect(status).to_contain_text("turn lift")
     expect(meant).to_have_text(["turn left", "turn right"])
+
+
+def test_the_status_line_tells_the_newest_fact(visit: Open, console: Running) -> None:
+    here = visit()
+    status = here.find("command-status")
+    here.told(lambda: here.say("turn left"), "done")
+    here.page.keyboard.press("Escape")
+    expect(status).to_contain_text("Stopped")
+    assert "done" not in status.inner_text()
+    console.ask("api/halt", {})
+    expect(status).to_contain_text("Halted")
+    here.find("#words").focus()
+    here.say("turn left")
+    expect(status).to_contain_text("refused")
+    here.button("Reset the halt").click()
+    expect(status).to_contain_text("Reset, ready")
+    here.hold("s", lambda: "Driving by hand" in status.inner_text(), "the hand is told")
+    here.page.keyboard.up("s")
+    expect(status).to_contain_text("Ready")
 
 
 def test_what_to_say_where_stands_beside_what_is_heard(visit: Open, console: Running) -> None:

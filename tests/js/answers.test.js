@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { accepted, answer, ended, sentence } from "../../static/js/hear/answers.js";
+import { accepted, answer, ended, sentence, unlessStopped } from "../../static/js/hear/answers.js";
 
 const row = { id: 1, at_s: 0, duration_s: 1, source: "typed", words: "", heard_as: "", numbers: {}, who: "me" };
 const heard = { kind: /** @type {const} */ ("transcript"), id: 1, suggestions: [], seconds: 1, delay_s: 0 };
@@ -33,4 +33,14 @@ test("talk that was meant for nobody is not answered, a held button is", () => {
   assert.equal(answer({ ...nothing, held: true }), "No command.");
   assert.equal(answer({ ...nothing, words: "turn", held: false }), "No command.");
   assert.equal(answer({ ...nothing, words: "stop", accepted: true, final: false, heard_as: "stop moving" }), "Stopping.");
+});
+
+test("the rest of a sentence that said stop offers nothing and is not answered", () => {
+  const rest = { ...heard, words: "start", final: true, accepted: false, heard_as: "", reason: "Not sure." };
+  const told = { ...rest, suggestions: ["start"] }; // begun 1 s before it came
+  assert.deepEqual(unlessStopped(told, 5000, 4500), { ...told, suggestions: [], overtaken: true });
+  assert.equal(answer({ ...unlessStopped(told, 5000, 4500), held: true }), "");
+  assert.deepEqual(unlessStopped(told, 5000, 3500), told); // said after the stop
+  const order = { ...told, accepted: true, heard_as: "turn left" };
+  assert.deepEqual(unlessStopped(order, 5000, 4500), order); // what was obeyed is told whatever else
 });

@@ -38,7 +38,22 @@ export function ended({ state, name, remark }) {
  * What is answered to words that were heard; "" where talk was meant for nobody here.
  * @param {Transcript} transcript
  */
-export function answer({ final, accepted: taken, heard_as, words, reason, held }) {
+export function answer({ final, accepted: taken, heard_as, words, reason, held, overtaken }) {
   if (taken) return accepted(heard_as);
+  if (overtaken) return "";
   return final && (held || words) ? refused(reason) : "";
+}
+
+/**
+ * Words that were refused, and that a STOP came after, or that are the rest of the very sentence that said it: nothing
+ * of them is offered any more.
+ * @param {Transcript} transcript
+ * @param {number} now [ms]
+ * @param {number} stoppedAt [ms]
+ * @returns {Transcript}
+ */
+export function unlessStopped(transcript, now, stoppedAt) {
+  const { accepted, delay_s, seconds } = transcript;
+  if (accepted || now - (delay_s + seconds) * 1000 > stoppedAt) return transcript;
+  return { ...transcript, suggestions: [], overtaken: true };
 }

@@ -18,6 +18,7 @@ import { socketAddress } from "../api.js";
  * @property {number | null} [deed]
  * @property {number | null} [intent] the order that waits
  * @property {boolean} [held] the button was held: it was surely meant for the robot
+ * @property {boolean} [overtaken] a STOP came after these words began: nothing of them is offered
  */
 /** @typedef {{kind: "listening", on: boolean, why: string}} Listening */
 
@@ -82,10 +83,13 @@ export class Talk {
     return true;
   }
 
+  /** @returns {boolean} whether there is anything to be read */
   rest() {
-    if (!this.#speaking) return;
+    if (!this.#speaking) return false;
     this.#speaking = false;
-    if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(JSON.stringify({ kind: "rest" }));
+    if (this.#socket?.readyState !== WebSocket.OPEN) return false;
+    this.#socket.send(JSON.stringify({ kind: "rest" }));
+    return true;
   }
 
   /** What was kept from before the press is not to be heard: the robot itself was speaking. */

@@ -100,9 +100,9 @@ export class CommandLine extends Panel {
    * What was heard stands where typed words stand, unless somebody is typing; refused words can be put right there.
    * @param {Transcript} transcript
    */
-  #hear({ words, heard_as, accepted }) {
+  #hear({ words, heard_as, accepted, overtaken }) {
     const text = accepted ? heard_as : words;
-    if (!text || (this.#box.value && this.#box.value !== this.#heard)) return;
+    if (!text || overtaken || (this.#box.value && this.#box.value !== this.#heard)) return;
     this.#box.value = text;
     this.#note(text);
     this.#shut();

@@ -50,6 +50,7 @@ export class VoiceButton extends Panel {
   /** @type {"held" | "open"} */
   #mode = "held";
   #listening = false;
+  #stopped = false; // STOP was pressed since the button was
   #why = "";
   #until = 0; // [ms] when an open microphone closes
   #used = 0; // [ms]
@@ -91,7 +92,10 @@ export class VoiceButton extends Panel {
     document.addEventListener("visibilitychange", () => {
       if (document.visibilityState === "hidden") this.#close();
     });
-    this.session.on("stopped", () => this.hold(false));
+    this.session.on("stopped", () => {
+      this.#stopped = true;
+      this.hold(false);
+    });
     this.session.on("speaking", (speaking) => {
       this.#muted = speaking;
       this.#draw();
@@ -105,8 +109,13 @@ export class VoiceButton extends Panel {
     if (down === this.#held || this.#open.checked || this.hidden) return;
     this.#held = down;
     if (down) void this.#begin("held");
-    else setTimeout(() => !this.#held && this.#talk.rest(), AFTER_MS);
+    else setTimeout(() => !this.#held && this.#read(), AFTER_MS);
     this.#draw();
+  }
+
+  /** What was said while the button was held goes to the reader; nobody waits for it after a STOP. */
+  #read() {
+    if (this.#talk.rest() && !this.#stopped) this.session.awaitWords();
   }
 
   /**
@@ -122,6 +131,7 @@ export class VoiceButton extends Panel {
   /** @param {"held" | "open"} mode */
   async #begin(mode) {
     this.#why = "";
+    this.#stopped = false;
     this.#mode = mode;
     this.#used = performance.now();
     this.session.interrupt();
