@@ -248,7 +248,7 @@ class Door:
             self._obeyed = now
         refuses = now - self._obeyed > SETTLED
         if (older and tripped) or (refuses and self._tripped > min(older)):
-            self.cancel("failed", f"The robot stopped by itself: {status.reason or 'the gate tripped'}.")
+            self.cancel("failed", status.stopped_because)
         elif refuses:
             self.cancel("failed", f"The gate refuses: {status.refused}")
 

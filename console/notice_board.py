@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterable
 from dataclasses import replace
 
@@ -12,32 +11,44 @@ SHOWN = 20
 
 
 class NoticeBoard:
-    """The newest notices, newest last."""
+    """The newest notices, newest last: one of a cause, and no sentence twice."""
 
     def __init__(self) -> None:
-        self.shown: deque[Notice] = deque(maxlen=SHOWN)
+        self.shown: tuple[Notice, ...] = ()
         self._newest = 0
-        self._adopted = 0  # the pilot's own number of its newest notice that hangs here
+        self._adopted: dict[int, int] = {}  # the pilot's own numbers of its notices → those here
         self._stamp = 0.0
 
-    def tell(self, level: Level, text: str) -> None:
+    def tell(self, level: Level, text: str, cause: str = "") -> None:
         """Hang a notice; what hangs there as the newest already is not repeated."""
         if self.shown and self.shown[-1].text == text:
             return
-        self._hang(Notice(id=0, stamp=self._stamp, level=level, text=text))
+        self._hang(Notice(id=0, stamp=self._stamp, level=level, text=text, cause=cause))
 
     def adopt(self, notices: Iterable[Notice], stamp: float) -> None:
-        """Hang what is new of the pilot's notices; `stamp` is the robot's clock."""
+        """Hang what is new of the pilot's notices, and change what changed; `stamp` is the robot's clock."""
         self._stamp = stamp
+        newest = max(self._adopted, default=0)
         for notice in notices:
-            if notice.id > self._adopted:
-                self._adopted = notice.id
-                self._hang(notice)
+            if notice.id > newest:
+                self._adopted[notice.id] = self._hang(notice)
+            elif (number := self._adopted.get(notice.id)) is not None:
+                self._change(replace(notice, id=number))
 
     def another_pilot(self) -> None:
-        """A new pilot counts its notices from the beginning."""
-        self._adopted = 0
+        """A new pilot counts its notices from the beginning, and finds what is wrong by itself."""
+        old = set(self._adopted.values())
+        self.shown = tuple(notice for notice in self.shown if not notice.cause or notice.id not in old)
+        self._adopted.clear()
 
-    def _hang(self, notice: Notice) -> None:
+    def _hang(self, notice: Notice) -> int:
         self._newest += 1
-        self.shown.append(replace(notice, id=self._newest))
+        others = [old for old in self.shown if old.text != notice.text]
+        kept = [old for old in others if not notice.cause or old.cause != notice.cause]
+        self.shown = (*kept, replace(notice, id=self._newest))[-SHOWN:]
+        self._adopted = dict([*self._adopted.items()][-SHOWN:])
+        return self._newest
+
+    def _change(self, notice: Notice) -> None:
+        if any(old.id == notice.id and old != notice for old in self.shown):
+            self.shown = tuple(notice if old.id == notice.id else old for old in self.shown)

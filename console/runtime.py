@@ -248,10 +248,10 @@ class Runtime:
         self._failures.append(now)
         if len(self._failures) > RESTARTS and now - self._failures[0] < RESTART_WINDOW:
             self.failure = f"The pilot failed {RESTARTS + 1} times in a minute and stays off. Restart the console."
-            self.board.tell("error", self.failure)
+            self.board.tell("error", self.failure, "pilot")
             return
         self.failure = f"The pilot failed ({fault}); the robot was stopped and the pilot starts anew."
-        self.board.tell("error", f"{self.failure} The map begins again.")
+        self.board.tell("error", f"{self.failure} The map begins again.", "pilot")
         self.keep(asyncio.get_running_loop().create_task(self._restart_pilot()))
 
     async def _restart_pilot(self) -> None:

@@ -28,16 +28,17 @@ class Watch:
         if hangs and not before:
             self._door.helm.stop()
             self._door.ended_without_pilot("The pilot did not go on; the robot was stopped.")
-            self._board.tell("error", HANGS)
+            self._board.tell("error", HANGS, "pilot")
         elif before and not hangs:
-            self._board.tell("info", "The pilot goes on. The robot moves only on a new order.")
+            self._board.tell("info", "The pilot goes on. The robot moves only on a new order.", "pilot")
         return hangs
 
     def _look_at_link(self) -> bool:
         before, (self._link, _) = self._link, self._robot.link()
         if self._link == "lost" != before:
             self._door.ended_without_pilot("The robot's link was lost.")
-            self._board.tell("error", self._robot.trouble or "The robot's link is lost; the robot stops by itself.")
+            why = self._robot.trouble or "The robot's link is lost; the robot stops by itself."
+            self._board.tell("error", why, "link")
         elif self._link == "live" and before == "lost":
-            self._board.tell("info", "The robot is back. It moves only on a new order.")
+            self._board.tell("info", "The robot is back. It moves only on a new order.", "link")
         return self._link == "lost"

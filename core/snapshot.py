@@ -28,6 +28,7 @@ class Notice:
     stamp: float  # [s]
     level: Level
     text: str
+    cause: str = ""  # what it is about, where it can change and end; the newest replaces the older of one cause
 
 
 @message

@@ -15,7 +15,7 @@ from core.gate.guard import Guard, Permitted
 from core.gate.limits import Limits, is_count, is_number, speed_cap
 from core.gate.presses import Presses
 from core.gate.setpoint import Order, Setpoint, Source
-from core.gate.status import GateStatus, State
+from core.gate.status import CONSOLE_SILENT, GATE_LATE, SILENCE, GateStatus, State
 from core.gate.tickets import Tickets
 from core.gate.trace import Event, TraceWriter
 from core.gate.twist import ZERO, Twist
@@ -172,11 +172,11 @@ class Gate:
     def _trouble(self, order: Order, now: float) -> str:
         """Why an order that is in force must end, "" if it need not."""
         if self._ticked is not None and not 0.0 <= now - self._ticked <= LATE:
-            return "the gate was late"
+            return GATE_LATE
         if now >= order.arrived + self.limits.deadman:
-            return "silence: no order came for too long"
+            return SILENCE
         if now >= self._beat + self.limits.heartbeat:
-            return "the console is silent"
+            return CONSOLE_SILENT
         if now - self._last_sign > BLIND and math.isfinite(self._last_sign):
             return "no scan comes" if self.limits.guard else "the robot is silent"
         return ""

@@ -7,6 +7,15 @@ from typing import Any, Literal
 
 State = Literal["disarmed", "armed", "halted"]
 
+SILENCE = "silence: no order came for too long"
+CONSOLE_SILENT = "the console is silent"
+GATE_LATE = "the gate was late"
+BUSY = (SILENCE, CONSOLE_SILENT, GATE_LATE)  # what a computer that does not come to its work does to a command
+TOO_BUSY = (
+    "The computer that runs Beckon was too busy to steer, so the robot stopped by itself. "
+    "Close other programs; “beckon doctor” tells how Beckon may run before them."
+)
+
 
 @dataclass(frozen=True)
 class GateStatus:
@@ -25,6 +34,13 @@ class GateStatus:
     need_neutral: bool = False  # jogging begins with a zero order
     trips: int = 0  # how often it stopped by itself
     refused: str = ""  # why the last order was refused; "" when it was accepted
+
+    @property
+    def stopped_because(self) -> str:
+        """Why a command ended when the robot stopped by itself, and what can be done about it."""
+        if self.reason in BUSY:
+            return TOO_BUSY
+        return f"The robot stopped by itself: {self.reason or 'the gate tripped'}."
 
     def to_json(self) -> dict[str, Any]:
         """Plain values by name."""

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from core.snapshot import Level, Notice
+
+SLOW = (
+    "This computer is too slow for the robot's driver: its time runs at {:.0%} of real time, and commands may fail. "
+    "Close other programs; beckon doctor tells how Beckon may run before them."
+)
+KEEPS_UP = "This computer keeps up with the robot's driver again."
 
 
 class Notices:
-    """The newest notices; a trouble is told once when it begins and once when it ends."""
+    """The newest notices; a trouble is one notice: it begins, changes in place, and ends as its relief."""
 
     def __init__(self, most: int = 20) -> None:
         self._most = most
@@ -14,17 +22,26 @@ class Notices:
         self._troubles: dict[str, str] = {}
         self.newest: tuple[Notice, ...] = ()
 
-    def add(self, stamp: float, level: Level, text: str) -> None:
-        """Tell something once."""
+    def add(self, stamp: float, level: Level, text: str, cause: str = "") -> None:
+        """Tell something once; of one cause, the older is gone."""
         self._count += 1
-        notice = Notice(id=self._count, stamp=stamp, level=level, text=text)
-        self.newest = (*self.newest, notice)[-self._most :]
+        notice = Notice(id=self._count, stamp=stamp, level=level, text=text, cause=cause)
+        kept = tuple(each for each in self.newest if not cause or each.cause != cause)
+        self.newest = (*kept, notice)[-self._most :]
 
-    def watch(self, stamp: float, source: str, trouble: str, level: Level, relief: str = "") -> None:
-        """What is wrong with a source in this frame ("" = nothing): told when it begins; `relief` when it is over."""
-        before = self._troubles.get(source, "")
-        self._troubles[source] = trouble
-        if trouble and trouble != before:
-            self.add(stamp, level, trouble)
-        elif before and not trouble and relief:
-            self.add(stamp, "info", relief)
+    def watch(self, stamp: float, cause: str, trouble: str, level: Level, relief: str) -> None:
+        """What is wrong with something in this frame ("" = nothing); `relief` is told when it is over."""
+        before = self._troubles.get(cause, "")
+        self._troubles[cause] = trouble
+        if trouble == before:
+            return
+        told = Notice(id=0, stamp=stamp, level=level if trouble else "info", text=trouble or relief, cause=cause)
+        hangs = before and any(each.cause == cause for each in self.newest)
+        if hangs:
+            self.newest = tuple(replace(told, id=each.id) if each.cause == cause else each for each in self.newest)
+        else:
+            self.add(stamp, told.level, told.text, cause)
+
+    def watch_pace(self, stamp: float, pace: float) -> None:
+        """The share of real time at which the robot's clock runs."""
+        self.watch(stamp, "pace", SLOW.format(pace) if pace < 1 else "", "warning", KEEPS_UP)

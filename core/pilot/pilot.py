@@ -220,10 +220,12 @@ class Pilot:
         overdue = frame.stamp - self._scan_stamp > SCAN_LOST_AFTER
         blind = overdue and self._profile.drives and self._profile.laser is not None
         self._notices.watch(frame.stamp, "laser", NO_SCAN if blind else "", "error", "The laser is back.")
-        self._notices.watch(frame.stamp, "camera", self._eyes.trouble, "warning")
-        self._notices.watch(frame.stamp, "microphones", self._ears.trouble, "warning")
+        self._notices.watch(frame.stamp, "camera", self._eyes.trouble, "warning", "The pictures can be used again.")
+        sound = self._ears.trouble
+        self._notices.watch(frame.stamp, "microphones", sound, "warning", "The sound can be used again.")
         self._notices.watch(frame.stamp, "picture", self._eyes.poor, "warning", "The camera sees well enough again.")
         self._notices.watch(frame.stamp, "mount", self._mount.alarm, "warning", "The camera sits as calibrated.")
+        self._notices.watch_pace(frame.stamp, frame.pace)
         if frame.note:
             self._notices.add(frame.stamp, "info", frame.note)
 

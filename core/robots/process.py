@@ -33,7 +33,8 @@ from core.sensors import SensorFrame
 
 TIMEOUT = 0.5  # [s] without a twist, then the base stops
 BEHIND = 0.1  # [s] that may be caught up; more is given up, and said when it goes on
-TELL_AGAIN = 10.0  # [s] between two remarks on slowness
+PACE_WINDOW = 10.0  # [s] over which the pace is measured
+CALM = 6  # windows without a delay after which the computer keeps up again: a busy one is quick now and then
 
 
 class Driver:
@@ -73,9 +74,8 @@ class Driver:
         nonce = self._nonce
         frame = self._robot.read()
         self._tell_gate(frame)
-        remark = self._pace.step(time.monotonic())
-        note = " ".join(filter(None, (frame.note, remark)))
-        self._outbox.put_frame(replace(frame, nonce=nonce, note=note))
+        self._pace.step(time.monotonic())
+        self._outbox.put_frame(replace(frame, nonce=nonce, pace=self._pace.share))
         if self._outbox.gone or os.getppid() != self._parent:
             self._has_console = False
         self._over = self._over or not (self._has_gate or self._has_console)
@@ -151,33 +151,36 @@ class Driver:
 
 
 class Pace:
-    """Real time: when the next frame is due, and what to say when the robot cannot keep up."""
+    """Real time: when the next frame is due, and whether the robot keeps up."""
 
     def __init__(self, period: float) -> None:
-        self._period = period  # [s]
         self.due = 0.0
-        self._given_up = 0.0  # [s] since the last remark
-        self._told_at = 0.0
+        self.share = 1.0  # of real time at which the robot's clock ran when it was last too slow; 1: it keeps up
+        self._period = period  # [s]
+        self._given_up = 0.0  # [s] in this window
+        self._since = 0.0  # [s] begin of this window
+        self._calm = 0  # windows without a delay
 
     def start(self, now: float) -> None:
         """The first frame is due now."""
-        self.due = self._told_at = now
+        self.due = self._since = now
 
-    def step(self, now: float) -> str:
-        """A frame was made → a remark for the operator, or ""."""
+    def step(self, now: float) -> None:
+        """A frame was made."""
         self.due += self._period
         if now - self.due > BEHIND:
             self._given_up += now - self.due
             self.due = now
-        since = now - self._told_at
-        if since < TELL_AGAIN:
-            return ""
-        slow = self._given_up > 0.1 * since
-        share = 1 - self._given_up / since
-        self._given_up, self._told_at = 0.0, now
-        if not slow:
-            return ""
-        return f"This computer is too slow for the robot's driver: its time runs at {share:.0%} of real time."
+        window = now - self._since
+        if window < PACE_WINDOW:
+            return
+        slow = self._given_up > 0.1 * window
+        self._calm = 0 if slow else self._calm + 1
+        if slow:
+            self.share = 1 - self._given_up / window
+        elif self._calm >= CALM:
+            self.share = 1.0
+        self._given_up, self._since = 0.0, now
 
 
 def main(arguments: list[str] | None = None) -> None:

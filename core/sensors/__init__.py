@@ -25,5 +25,6 @@ class SensorFrame:
     contact: bool = False  # the bumper is pressed
     truth: Pose | None = None  # simulator only: the true pose in the world frame. For scoring, never for an estimator
     note: str = ""  # what the driver wants the operator to know: "the recording ends here"
+    pace: float = 1.0  # share of real time at which the robot's clock runs; less: its computer is too slow for it
     running: bool = True  # False: the driver is paused or at its end; time does not advance
     progress: float | None = None  # recordings: 0..1, how much has been played

@@ -136,6 +136,49 @@ def test_the_status_line_tells_the_newest_fact(visit: Open, console: Running) ->
     expect(status).to_contain_text("Ready")
 
 
+class Doctored:
+    """What the console tells the page, with some of it replaced."""
+
+    def __init__(self) -> None:
+        self.change: dict[str, object] = {}
+
+    def lie_between(self, page: Page) -> None:
+        """From before the page opens."""
+
+        def link(line: WebSocketRoute) -> None:
+            line.connect_to_server().on_message(lambda told: line.send(self._changed(told)))
+
+        page.route_web_socket("**/ws", link)
+
+    def _changed(self, told: str | bytes) -> str | bytes:
+        message = json.loads(told) if isinstance(told, str) else {}
+        return json.dumps(message | self.change) if message.get("kind") == "state" else told
+
+
+def test_a_notice_passes_once_and_changes_and_ends_where_it_stands(visit: Open) -> None:
+    line = Doctored()
+    line.change = {"notices": []}
+    here = visit(before=line.lie_between)
+    toasts, rows = here.find(".toast"), here.find("record-card [aria-label^=Notices] .record")
+    here.button("Notices").click()
+    for percent in (85, 48, 60):
+        line.change = {"notices": [notice("warning", f"Its time runs at {percent} %.")]}
+        expect(toasts).to_have_text([f"Its time runs at {percent} %."])
+        expect(rows).to_have_count(1)
+        expect(rows).to_contain_text(f"{percent} %")
+    here.button("Put away").click()
+    line.change = {"notices": [notice("warning", "Its time runs at 70 %.")]}
+    expect(rows).to_contain_text("70 %")
+    line.change = {"notices": [notice("info", "It keeps up again.")]}
+    expect(rows).to_have_text(re.compile("It keeps up again"))
+    assert toasts.count() == 0
+
+
+def notice(level: str, text: str) -> dict[str, object]:
+    """The one that is told of."""
+    return {"id": 900, "stamp_s": 1.0, "level": level, "text": text}
+
+
 def test_what_to_say_where_stands_beside_what_is_heard(visit: Open, console: Running) -> None:
     here = visit()
     hint = here.find("hearing-card .note")

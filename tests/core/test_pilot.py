@@ -146,14 +146,25 @@ def test_a_contact_ends_what_is_under_way_and_is_told_once() -> None:
     assert pilot.step(replace(lab.read(), contact=True)).setpoint.w > 0
 
 
-def test_a_silent_laser_is_told_once_and_its_return_too() -> None:
+def test_a_silent_laser_is_one_notice_that_ends_with_its_return() -> None:
     lab = robot()
     pilot = started(lab)
     blind = [pilot.step(replace(lab.read(), scan=None)) for _ in range(60)]
     back = [pilot.step(lab.read()) for _ in range(8)]
     texts = [notice.text for notice in back[-1].notices]
-    assert texts == ["No scan comes from the laser.", "The laser is back."]
-    assert len(blind[-1].notices) == 1
+    assert [notice.text for notice in blind[-1].notices] == ["No scan comes from the laser."]
+    assert texts == ["The laser is back."]
+
+
+def test_a_slow_computer_is_one_notice_whose_number_changes() -> None:
+    lab = robot()
+    pilot = Pilot(lab.profile)
+    seen = [pilot.step(replace(lab.read(), pace=pace)).notices for pace in (1.0, 0.85, 0.48, 0.54, 1.0)]
+    assert seen[0] == ()
+    assert [[notice.id for notice in notices] for notices in seen[1:]] == [[1]] * 4
+    assert "85%" in seen[1][0].text and "48%" in seen[2][0].text and "beckon doctor" in seen[2][0].text
+    assert [notices[0].level for notices in seen[3:]] == ["warning", "info"]
+    assert "keeps up" in seen[4][0].text
 
 
 def test_what_the_driver_notes_reaches_the_operator() -> None:
@@ -244,11 +255,14 @@ def test_a_trail_is_thinned_and_bounded() -> None:
     assert not line.flags.writeable
 
 
-def test_notices_are_bounded_and_a_trouble_is_told_when_it_begins() -> None:
+def test_notices_are_bounded_and_a_trouble_is_one_notice_that_begins_and_ends() -> None:
     notices = Notices(most=5)
-    for stamp in range(10):
-        notices.watch(stamp, "laser", "Trouble." if 2 <= stamp < 7 else "", "error", "Relief.")
-    assert [notice.text for notice in notices.newest] == ["Trouble.", "Relief."]
+    seen: list[list[tuple[int, str]]] = []
+    for stamp in range(12):
+        notices.watch(stamp, "laser", "Trouble." if 2 <= stamp < 7 or stamp > 9 else "", "error", "Relief.")
+        seen.append([(notice.id, notice.text) for notice in notices.newest])
+    assert seen[1:4] == [[], [(1, "Trouble.")], [(1, "Trouble.")]]
+    assert seen[7:] == [[(1, "Relief.")]] * 3 + [[(2, "Trouble.")]] * 2
     for stamp in range(10):
         notices.add(stamp, "info", str(stamp))
     assert [notice.text for notice in notices.newest] == ["5", "6", "7", "8", "9"]

@@ -86,7 +86,7 @@ def test_a_carried_robot_stands_refuses_freezes_the_map_and_finds_back_by_turnin
         outing.pilot.tell(90, command("continue 1 meters"), "typed", "anna")
     outing.step(60)
     assert not outing.now.setpoint.moves and outing.now.floor.lost is not None
-    assert any("lost my place" in notice.text for notice in outing.now.notices)
+    assert outing.now.notices[-1].text == outing.now.floor.lost.words  # one notice, in the words of now
     while_lost = outing.now.grid.log_odds
     assert while_lost.shape == cells.shape and (while_lost == cells).all()
     outing.told = 100

@@ -10,10 +10,12 @@ import { STATE, VIEW } from "./view.js";
 
 /** @type {import("../../static/js/status.js").StatusLine} */
 const READY = { icon: "command", words: "Ready", remark: "Type.", state: "", meant: [] };
-const RUNNING = /** @type {const} */ ({
+/** @type {import("../../static/js/wire.js").CommandState} */
+const RUNNING = {
   ...{ id: 7, name: "turn_left", numbers: {}, heard_as: "turn left", source: "typed", who: "Ada" },
-  ...{ state: "running", remark: "", progress: 0.1 },
-});
+  state: "running",
+  ...{ remark: "", progress: 0.1 },
+};
 
 /** @param {Partial<import("../../static/js/wire.js").State>} change @returns {View} */
 const seen = (change) => ({ ...VIEW, state: { ...STATE, ...change } });

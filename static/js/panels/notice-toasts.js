@@ -1,6 +1,6 @@
 // New notices pass over the map; errors stay until they are put away. All of them stay in the list of notices.
 
-import { icon, make } from "../element.js";
+import { icon, make, redraw, write } from "../element.js";
 import { Panel } from "../panel.js";
 
 /** @typedef {import("../session.js").View} View */
@@ -12,6 +12,8 @@ const MOST = 3;
 class NoticeToasts extends Panel {
   #newest = -1;
   #first = true;
+  /** @type {Map<number, HTMLElement>} of notices that are shown, by their number */
+  #shown = new Map();
 
   /** @override */
   build() {
@@ -22,41 +24,71 @@ class NoticeToasts extends Panel {
   }
 
   /**
+   * A notice passes once; what changes in it, and its end, is told where it still shows.
    * @override
    * @param {View} view
    */
   show({ state }) {
     if (!state) return;
-    const fresh = state.notices.filter(({ id }) => id > this.#newest);
-    this.#newest = state.notices.at(-1)?.id ?? -1;
-    if (!this.#first) for (const { level, text } of fresh) this.#raise(level, text);
+    const { notices } = state;
+    for (const { id, level, text } of notices) {
+      if (id > this.#newest && !this.#first) this.#shown.set(id, this.#raise(level, text));
+      else this.#change(id, level, text);
+    }
+    this.#newest = notices.at(-1)?.id ?? -1;
     this.#first = false;
+    for (const [id, toast] of this.#shown) {
+      if (!toast.isConnected) this.#shown.delete(id);
+      else if (!notices.some((notice) => notice.id === id)) toast.remove(); // a newer one of the same cause stands
+    }
+  }
+
+  /**
+   * @param {number} id
+   * @param {Level} level
+   * @param {string} text
+   */
+  #change(id, level, text) {
+    const toast = this.#shown.get(id);
+    const words = toast?.querySelector("p");
+    if (!toast || !words || words.textContent === text) return;
+    write(words, text);
+    if (toast.dataset["level"] === level) return;
+    toast.dataset["level"] = level;
+    redraw(toast.querySelector("svg"), drawing(level));
+    leave(toast, level);
+    this.session.announce(text);
   }
 
   /**
    * @param {Level} level
    * @param {string} text
+   * @returns {HTMLElement}
    */
   #raise(level, text) {
-    if (this.lastElementChild?.textContent === text) return;
+    const same = [...this.children].find((toast) => toast.textContent === text);
+    if (same) return /** @type {HTMLElement} */ (same);
     const away = make(
       "button",
       { type: "button", class: "icon-button small", "aria-label": "Put away" },
       icon("close"),
     );
-    const toast = make(
-      "div",
-      { class: "toast", "data-level": level },
-      icon(level === "info" ? "info" : "warning"),
-      make("p", {}, text),
-      away,
-    );
+    const toast = make("div", { class: "toast", "data-level": level }, icon(drawing(level)), make("p", {}, text), away);
     away.addEventListener("click", () => toast.remove());
-    if (STAYS_MS[level] < Infinity) setTimeout(() => toast.remove(), STAYS_MS[level]);
+    leave(toast, level);
     this.append(toast);
     while (this.children.length > MOST) this.firstElementChild?.remove();
     this.session.announce(text);
+    return toast;
   }
+}
+
+/** @param {Level} level */
+const drawing = (level) => (level === "info" ? "info" : "warning");
+
+/** @param {HTMLElement} toast @param {Level} level */
+function leave(toast, level) {
+  if (STAYS_MS[level] < Infinity) setTimeout(() => toast.dataset["level"] === level && toast.remove(), STAYS_MS[level]);
 }
 
 customElements.define("notice-toasts", NoticeToasts);

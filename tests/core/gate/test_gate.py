@@ -330,6 +330,17 @@ def test_a_late_tick_trips(bench: Bench) -> None:
     bench.tick()
     assert bench.speed == 0.0
     assert bench.gate.status().reason == "the gate was late"
+    assert "beckon doctor" in bench.gate.status().stopped_because
+
+
+def test_a_command_that_a_busy_computer_ended_says_what_can_be_done(bench: Bench) -> None:
+    bench.hold("goal", 0.3, seconds=0.5)
+    for _ in range(30):  # the console lives, and its orders do not come
+        bench.tick()
+    status = bench.gate.status()
+    assert status.trips == 1 and status.reason.startswith("silence")
+    assert "too busy to steer" in status.stopped_because and "beckon doctor" in status.stopped_because
+    assert replace(status, reason="no scan comes").stopped_because == "The robot stopped by itself: no scan comes."
 
 
 def test_time_that_runs_backwards_trips(bench: Bench) -> None:
