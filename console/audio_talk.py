@@ -8,6 +8,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import itertools
+import math
 import time
 from typing import Any
 
@@ -16,6 +17,7 @@ import numpy as np
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from console import wire_audio as wire
+from console.fresh_words import Said
 from console.intent import Intent
 from console.latest import Closing
 from console.logins import Person
@@ -24,11 +26,11 @@ from console.prattle import Prattle
 from console.problems import Problem
 from console.runtime import Runtime
 from console.sockets import TooMany
+from console.spoken_stops import STOPPED, SpokenStops
 from console.strict_json import read_json
 from console.tally import Tally
 from console.tasks import end
 from console.words_worker import Told
-from core.commands.stand import STOP_MOVING
 from core.errors import BadInput, Refused
 
 MOST_PER_SECOND = 250  # messages; pieces of 20 ms are 50, and what a stalled network held back comes at once
@@ -49,7 +51,8 @@ class AudioTalk:
         self._down: asyncio.Queue[wire.AudioDown] = asyncio.Queue(MOST_WAITING)
         self._closing: Closing | None = None
         self._number = 0
-        self._stopped = -np.inf  # [s] end of the sentence whose STOP was obeyed
+        self._stops = SpokenStops()
+        self._until = math.inf  # [s] when the socket was closed: nothing was said later
         self._prattle = Prattle(runtime.history)
 
     async def run(self) -> None:
@@ -85,8 +88,10 @@ class AudioTalk:
                 else:
                     self._take_words(message.get("text") or "")
         finally:
+            self._until = time.monotonic()
             if self._turn is not None:
                 self._turn.rest()
+            self._runtime.intents.left(self._person)
             await end(speaker)
 
     async def _speak(self) -> None:
@@ -145,20 +150,23 @@ class AudioTalk:
             self._tell(wire.Listening(False, str(busy)))
             return
         self._turn = turn
+        self._stops.another_clock()
         self._tell(wire.Listening(True))
 
     # what was heard
 
     def _hear(self, told: Told, delay: float) -> None:
         """Words with how long after their sound they came [s]."""
-        stops = told["name"] == STOP_MOVING.name
+        heard = self._stops.hear(told)
         became: dict[str, Any] = {}
-        if stops and told["end"] > self._stopped:
-            became = {"deed": self._obey(told).get("deed")}
-            self._stopped = told["end"] + 1.0
-        elif told["final"] and told["name"] is not None and not stops:
-            became = self._obey(told)
-        elif told["final"] and told["name"] is None:
+        if heard == "stopped":
+            told = {**told, **STOPPED}
+        elif heard == "stop":
+            became = {"deed": self._obey(told, delay).get("deed")}
+            self._stops.obeyed(self._runtime.door.words)
+        elif told["final"] and told["name"] is not None:
+            became = self._obey(told, delay)
+        elif told["final"]:
             became = {"deed": self._refuse(told)}
         reason: str = became.get("reason", told["reason"])
         accepted = told["name"] is not None and not reason
@@ -179,10 +187,12 @@ class AudioTalk:
             )
         )
 
-    def _obey(self, told: Told) -> dict[str, Any]:
+    def _obey(self, told: Told, delay: float) -> dict[str, Any]:
         """What became of words: the deed, the order that waits, or the reason why there is neither."""
+        ended = min(time.monotonic() - delay, self._until)
+        said = self._stops.said(told, Said(ended - (told["end"] - told["begin"]), ended))
         try:
-            taken = self._runtime.intents.take(told["heard_as"], SOURCE, self._person, unsure=told["unsure"])
+            taken = self._runtime.intents.take(told["heard_as"], SOURCE, self._person, said, unsure=told["unsure"])
             return {"intent" if isinstance(taken, Intent) else "deed": taken.id}
         except Problem as problem:
             return {"reason": problem.detail}

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Container
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
+from console import lease as leases
 from console import wire
 from console.brakes import Brakes
+from console.fresh_words import FreshWords, Said
 from console.helm import Helm
 from console.history import History, row_of
 from console.lease import Lease
@@ -22,6 +24,7 @@ from console.pilot_thread import PilotLike
 from console.problems import Problem
 from console.robot_link import RobotLink
 from console.store import Deed
+from console.under_way import Jog, Order, UnderWay
 from core.commands.command import Command
 from core.commands.stand import STOP_MOVING
 from core.errors import Refused
@@ -31,29 +34,8 @@ from core.snapshot import Ending, Undertaking
 from core.speech.grammar import understand
 
 REACHED = ("live", "stale")
-ENDLESS = ("follow_me", "follow_wall")  # go on until another command, and give way to any
 SETTLED = 0.3  # [s] after which what the gate says surely concerns an order
 LET_GO = 0.5  # [s] without a moving jog after which the press has ended
-
-
-@dataclass(frozen=True)
-class Order:
-    """A command that is under way."""
-
-    person: Person
-    source: str
-    given: float  # [s]
-    name: str  # of the command
-
-
-@dataclass
-class Jog:
-    """A press of the drive keys that is under way."""
-
-    person: Person
-    press: int
-    deed: int
-    seen: float  # [s] of its newest moving frame
 
 
 class Door:
@@ -68,7 +50,8 @@ class Door:
         self._lease = lease
         self._history = history
         self._board = board
-        self._orders: dict[int, Order] = {}  # by undertaking
+        self.words = FreshWords(lease)
+        self._orders = UnderWay()
         self._jog: Jog | None = None
         self._trips, self._tripped = 0, 0.0  # how often the gate stopped by itself, and when [s] it last did
         self._closed = False  # the console is ending
@@ -76,8 +59,10 @@ class Door:
 
     # orders
 
-    def submit(self, text: str, source: str, who: Person, call: Call | None = None) -> Deed:
-        """Words → the deed that is now under way; `call`: from where they were spoken. Raises Problem 403 to 503."""
+    def submit(self, text: str, source: str, who: Person, call: Call | None = None, said: Said | None = None) -> Deed:
+        """Words → the deed that is now under way; `call`: from where they were spoken; `said`: when, where that was
+        not this moment. Raises Problem 403 to 503.
+        """
         heard = understand(text)
         if not isinstance(heard, Command):
             self._history.add("command", who, state="refused", remark=heard.reason, source=source, words=text)
@@ -88,20 +73,25 @@ class Door:
             self.helm.stop()
             self._tell("cancelled", f"Stopped by {who.name}.", objected=True)
         else:
-            self.admit(heard, text, source, who)
-            self._tell("pre-empted", f"“{heard.heard_as}” came after it.")
+            self.admit(heard, text, source, who, said)
         deed = self._history.add("command", who, state="running", **row_of(heard, text, source))
         self._hand_to_pilot(deed, heard, who)
+        if heard.name != STOP_MOVING.name:
+            self._tell("pre-empted", f"“{heard.heard_as}” came after it.", at=None if said is None else said.ended)
         return deed
 
-    def admit(self, heard: Command, words: str, source: str, who: Person) -> None:
+    def admit(self, heard: Command, words: str, source: str, who: Person, said: Said | None) -> None:
         """See to it that this person may move the robot now; who drives where nobody does is this person.
 
         Raises Problem 403 to 503, which is then in the history, too.
         """
         try:
             self._check_motion(who)
+            if said is not None and (why := self.words.why_not(said, source, who)):
+                raise Problem(409, why)
             self._obtain(who)
+            if self._orders.does(heard):
+                raise Problem(409, f"The robot is already doing that: “{heard.heard_as}”.")
         except Problem as problem:
             told = row_of(heard, words, source)
             self._history.add("command", who, state="refused", remark=problem.detail, **told)
@@ -135,9 +125,8 @@ class Door:
         self._brakes.stop(who, source, press)
 
     def busy_above(self, sources: Container[str]) -> bool:
-        """Whether a hand drives, or a goal is under way that did not come by these ways; who follows has no goal."""
-        goals = (order for order in self._orders.values() if order.name not in ENDLESS)
-        return self._jog is not None or any(order.source not in sources for order in goals)
+        """Whether a hand drives, or a goal is under way that did not come by these ways."""
+        return self._jog is not None or self._orders.busy_above(sources)
 
     def halt(self, who: Person, source: str) -> None:
         """The same, latched."""
@@ -148,7 +137,7 @@ class Door:
         self._brakes.reset(who, source)
 
     def wish(self, do: str, who: Person) -> None:
-        """Acquire, take or release the lease. Raises Problem 403; Refused when somebody else holds it."""
+        """Acquire, renew, take or release the lease. Raises Problem 403, 409; Refused when somebody else holds it."""
         if not who.may("operator"):
             raise Problem(403, "Only an operator can drive.")
         if not self._robot.profile.drives:
@@ -158,6 +147,8 @@ class Door:
             self._lease.release(who)
         elif do == "take":
             self._lease.take(who, time.monotonic())
+        elif do == "renew" and not self._lease.held_by(who):
+            raise Problem(409, "There is nothing to renew: you do not drive. Ask for the wheel first.")
         else:
             self._lease.acquire(who, time.monotonic())
         if self._lease.epoch == before:
@@ -181,11 +172,10 @@ class Door:
         if self._jog and now - self._jog.seen > LET_GO:
             self._history.end(self._jog.deed, "done", "")
             self._jog = None
-        holder = self._lease.holder
-        obeying = any(order.source == "rest" and order.person == holder for order in self._orders.values())
-        lost = self._lease.tick(now, obeying=obeying)
+        lost = self._lease.tick(now, obeying=self._orders.keeps_lease(self._lease.holder))
         if lost is not None:
-            self._changed_hands(f"{lost.name} is gone.")
+            silence = f"{lost.name} is gone: there was no sign of life for {leases.GRACE:g} s."
+            self._changed_hands(silence + self._orders.how_to_renew())
             self._history.add("lease", lost, remark="lapsed")
             self._board.tell("info", f"{lost.name} is gone; nobody drives now.")
         status = self._robot.status()
@@ -195,7 +185,7 @@ class Door:
     def ended(self, told: Undertaking) -> None:
         """The pilot says how an undertaking ended."""
         self.helm.dismiss(told.id)
-        self._orders.pop(told.id, None)
+        self._orders.end(told.id)
         self._history.end(told.id, told.state, told.remark)
 
     def ended_without_pilot(self, why: str) -> None:
@@ -211,6 +201,7 @@ class Door:
     def cancel(self, state: Ending, why: str, *, objected: bool = False) -> None:
         """End what is under way; nothing of it drives from now on. `objected`: somebody did not want it."""
         self._tell(state, why, objected=objected)
+        self._orders.cancel()
         for number in self._orders:
             self.helm.dismiss(number)
         if self.pilot is not None:
@@ -218,7 +209,8 @@ class Door:
 
     # steps of the above
 
-    def _tell(self, state: Ending, why: str, *, objected: bool = False) -> None:
+    def _tell(self, state: Ending, why: str, *, objected: bool = False, at: float | None = None) -> None:
+        self.words.void(why, stop=objected, at=at)
         for tell in self.when_cancelled:
             tell(state, why, objected)
 
@@ -229,13 +221,13 @@ class Door:
         if self.pilot is None or self._robot.link()[0] not in REACHED:
             self._history.end(deed.id, "done", "The robot was told to stand; nothing tells whether it does.")
             return
-        self._orders[deed.id] = Order(who, deed.source, time.monotonic(), heard.name)
+        self._orders.begin(deed.id, Order(who, deed.source, time.monotonic(), heard))
         self.helm.entrust(deed.id, self._lease.epoch)
         try:
             self.pilot.tell(deed.id, heard, deed.source, who.name)
         except Refused as refused:
             self.helm.dismiss(deed.id)
-            del self._orders[deed.id]
+            self._orders.end(deed.id)
             self._history.end(deed.id, "refused", str(refused))
             raise Problem(409, str(refused)) from None
 
@@ -243,7 +235,7 @@ class Door:
         """What the gate stopped, or does not let through, has failed."""
         tripped, self._trips = status.trips > self._trips, status.trips
         self._tripped = now if tripped else self._tripped
-        older = [order.given for order in self._orders.values() if now - order.given > SETTLED]
+        older = [given for given in self._orders.given() if now - given > SETTLED]
         if not older or not status.refused:
             self._obeyed = now
         refuses = now - self._obeyed > SETTLED

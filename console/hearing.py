@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
@@ -16,16 +17,17 @@ from typing import Any
 import numpy as np
 
 from console.door import Door
+from console.fresh_words import Said
 from console.hearing_portrait import Words
 from console.history import History
 from console.intent import Intent
 from console.logins import Person
 from console.notice_board import NoticeBoard
 from console.prattle import Prattle
+from console.spoken_stops import STOPPED, SpokenStops
 from console.tasks import end
 from console.words_worker import Told, WordsWorker
 from console.workers import Lost
-from core.commands.stand import STOP_MOVING
 from core.errors import BeckonError
 from core.geometry import wrap
 from core.perception.people.call import Call
@@ -40,6 +42,7 @@ MOST_LOSSES = 3  # of the worker, one after the other
 REMEMBERED = 50  # utterances
 OFFERED = 15.0  # [s] that a command is offered whose words were heard with a doubt
 CREEPS = 0.01  # [m/s], [rad/s] up to which the robot's own motors are not heard
+KNOWN = 30.0  # [s] for which the robot's clock is known in ours
 FRESH = 1.5  # [s] by which a direction may be older than the end of the words that it belongs to
 ROOM = Person("room", "a voice in the room", "viewer")
 NOT_OBEYED = "Voices in the room are shown; nobody who drives has taken them on."
@@ -77,17 +80,30 @@ class Ears:
         self._waiting: Sound | None = None
         self._voices: tuple[VoiceDirection, ...] = ()
         self._task: asyncio.Task[None] | None = None
-        self._stopped = -np.inf  # [s] end of the sentence whose STOP was obeyed
+        self._stops = SpokenStops()
+        self._moments: deque[tuple[float, float]] = (
+            deque()
+        )  # of the robot's clock [s], and of ours when it sensed them
         self._newest = 0
         self._drove = (-np.inf, -np.inf)  # [s] from when to when the robot moved last
         self._prattle = Prattle(history)
         self._losses = 0  # of the worker, one after the other
 
-    def took(self, snapshot: Snapshot, sound: Sound | None, array: MicrophoneArray | None) -> None:
-        """What the robot heard up to this snapshot; words are read from the array's beam towards the voice."""
-        if snapshot.stamp < self.stamp:
-            self._stopped, self._drove = -np.inf, (-np.inf, -np.inf)  # another clock: the robot was started anew
+    def took(
+        self, snapshot: Snapshot, sound: Sound | None, array: MicrophoneArray | None, sensed: float = 0.0
+    ) -> None:
+        """What the robot heard up to this snapshot; words are read from the array's beam towards the voice.
+
+        `sensed`: when the robot's driver had it, in our monotonic clock [s]; 0: nobody knows, so it counts from now.
+        """
+        if snapshot.stamp < self.stamp:  # another clock: the robot was started anew
+            self._drove = (-np.inf, -np.inf)
+            self._stops.another_clock()
+            self._moments.clear()
         self.stamp = snapshot.stamp
+        self._moments.append((self.stamp, sensed or time.monotonic()))
+        while self._moments[0][0] < self.stamp - KNOWN:
+            self._moments.popleft()
         if abs(snapshot.velocity.v) > CREEPS or abs(snapshot.velocity.w) > CREEPS:
             since, until = self._drove
             self._drove = (since if self.stamp - until < FRESH else self.stamp, self.stamp)
@@ -110,6 +126,12 @@ class Ears:
         """An order from here waited and was held back."""
         if intent.source == "ears":
             self._worker.hold_back(intent.words)
+
+    def said(self, one: Utterance) -> Said:
+        """When an utterance was said, by our own clock."""
+        at, sensed = next((known for known in self._moments if known[0] >= one.t1_s), self._moments[-1])
+        ended = sensed - max(at - one.t1_s, 0.0)
+        return self._stops.said({"begin": one.t0_s}, Said(ended - (one.t1_s - one.t0_s), ended))
 
     async def close(self) -> None:
         """Read no more."""
@@ -158,17 +180,16 @@ class Ears:
 
     def _hear(self, told: Told) -> None:
         """One utterance, or a STOP within one that is not over."""
-        stops = told["name"] == STOP_MOVING.name
-        if stops and told["end"] > self._stopped:
+        heard = self._stops.hear(told)
+        if heard == "stop":
             self._door.stop(ROOM, "ears")
-        if stops:
-            self._stopped = max(self._stopped, told["end"] + PIECE)
+            self._stops.obeyed(self._door.words)
         if not told["final"]:
             return
         voice = self._voice(told)
-        one = self._utterance(told, voice)
+        one = self._utterance({**told, **STOPPED} if heard != "words" else told, voice)
         self.utterances.append(one)
-        if stops:
+        if heard != "words":
             return
         if not one.words:
             if not self._motors(one):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from console.fresh_words import Said
 from console.logins import Person
 from core.commands.careful import Moment
 from core.commands.command import Command
@@ -20,4 +21,5 @@ class Intent:
     command: Command
     moment: float  # [s] that it waits in all
     when: Moment  # it begins, on the monotonic clock
+    said: Said  # its words
     unsure: bool = False  # a number in it may have been another

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from console.door import Door
+from console.fresh_words import Said
 from console.history import History, row_of
 from console.intent import Intent
 from console.lease import Lease
@@ -47,21 +48,25 @@ class Intents:
         return None if self.waiting is None else self.waiting.command
 
     def take(
-        self, words: str, source: str, who: Person, call: Call | None = None, *, unsure: bool = False
+        self, words: str, source: str, who: Person, said: Said, call: Call | None = None, *, unsure: bool = False
     ) -> Deed | Intent:
-        """Spoken words → the deed that is under way, or the order that waits; `call`: from where they were spoken;
-        `unsure`: a number may have been another. Raises Problem 403 to 503.
+        """Spoken words → the deed that is under way, or the order that waits; `said`: when they were spoken; `call`:
+        from where; `unsure`: a number may have been another. Raises Problem 403 to 503.
         """
         heard = understand(words)
         if isinstance(heard, Refusal) or not (unsure or is_careful(heard)):
-            return self._door.submit(words, source, who, call)
-        self._door.admit(heard, words, source, who)
-        self._end("pre-empted", f"“{heard.heard_as}” came after it.")
+            return self._door.submit(words, source, who, call, said)
+        heard = replace(heard, call=call)
+        self._door.admit(heard, words, source, who, said)
+        why, now = f"“{heard.heard_as}” came after it.", time.monotonic()
+        self._end("pre-empted", why)
+        self._door.words.void(why, at=said.ended)
         self._newest += 1
-        moment = Moment.from_now(time.monotonic(), self.moment)
-        intent = Intent(self._newest, who, source, words, replace(heard, call=call), self.moment, moment, unsure)
-        self._wait(intent)
-        return intent
+        moment = Moment.from_now(now, self.moment)
+        taken = replace(said, taken=now)
+        self._wait(Intent(self._newest, who, source, words, heard, self.moment, moment, taken, unsure))
+        assert self.waiting is not None
+        return self.waiting
 
     def took(self, snapshot: Snapshot) -> None:
         """What the robot's own ears hear."""
@@ -98,6 +103,12 @@ class Intents:
         if self.waiting is not None and self.waiting.source == source:
             self._end("cancelled", why)
 
+    def left(self, who: Person) -> None:
+        """A page of this person closed: nothing that they said before begins."""
+        self._door.words.left(who)
+        if self.waiting is not None and self.waiting.person.id == who.id:
+            self._end("cancelled", f"{who.name} closed the page.")
+
     def _find(self, number: int) -> Intent:
         if self.waiting is None or self.waiting.id != number:
             raise Problem(404, GONE)
@@ -114,7 +125,7 @@ class Intents:
     def _begin(self, intent: Intent) -> Deed:
         self._clear()
         command = intent.command
-        return self._door.submit(command.heard_as, intent.source, intent.person, command.call)
+        return self._door.submit(command.heard_as, intent.source, intent.person, command.call, intent.said)
 
     def _ended(self, state: Ending, why: str, objected: bool) -> None:
         """It ended with what is under way, or alone; `objected`: somebody did not want it."""

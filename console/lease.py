@@ -9,7 +9,7 @@ from __future__ import annotations
 from console.logins import Person
 from core.errors import Refused
 
-GRACE = 5.0  # [s] without any socket or activity of the holder
+GRACE = 5.0  # [s] without a sign of life of the holder: a message of their page, a request of their program
 
 
 class Lease:
@@ -52,34 +52,38 @@ class Lease:
         if self.held_by(person):
             self._change(None)
 
-    def connected(self, person: Person) -> None:
+    def is_present(self, person: Person) -> bool:
+        """Whether a control socket of this person is open."""
+        return person.id in self._sockets
+
+    def connected(self, person: Person, now: float) -> None:
         """One more socket of this person is open."""
         self._sockets[person.id] = self._sockets.get(person.id, 0) + 1
+        self.active(person, now)
 
-    def disconnected(self, person: Person, now: float) -> None:
+    def disconnected(self, person: Person) -> None:
         """A socket of this person is gone."""
         left = self._sockets.get(person.id, 0) - 1
         if left > 0:
             self._sockets[person.id] = left
         else:
             self._sockets.pop(person.id, None)
-        self.active(person, now)
 
     def active(self, person: Person, now: float) -> None:
-        """The person did something."""
+        """A sign of life: it renews the lease of its holder. A socket that is merely open is none."""
         if self.held_by(person):
             self._seen = now
 
     def tick(self, now: float, *, obeying: bool) -> Person | None:
         """Free the lease when its holder is gone; returns who lost it.
 
-        `obeying`: an order that the holder sent without a socket is still under way; it has bounds of its own and
+        `obeying`: a command that the holder sent without a page is still under way; it has bounds of its own and
         keeps the lease until it ends.
         """
         holder = self.holder
         if holder is None:
             return None
-        if obeying or holder.id in self._sockets:
+        if obeying:
             self._seen = now
         if now - self._seen <= GRACE:
             return None

@@ -1,7 +1,7 @@
 """What runs behind the page: the robot's process, the pilot's thread, the scene, and twenty times a second the state.
 
-The pilot's thread is one sentence: for each frame of the robot, obey, step, drive, publish. Everything else lives on
-the event loop. The gate hears the console's heartbeat only from the loop, and only while the pilot steps.
+The pilot's thread is one sentence: for each frame of the robot, obey, step, drive, publish. All else lives on the
+event loop. The gate hears the console's heartbeat only from the loop, and only while the pilot steps.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from console.tasks import end
 from console.watch import Watch
 from core.errors import BeckonError
 from core.robots import Profile
-from core.sensors import SensorFrame, Sound
+from core.sensors import SensorFrame
 from core.snapshot import Snapshot
 
 log = logging.getLogger(__name__)
@@ -206,7 +206,7 @@ class Runtime:
         self.workbench.newest = frame.image or self.workbench.newest
         if self.workbench.watching:
             self._call(self.workbench.saw, frame)
-        self._call(self._took, snapshot, picture, frame.sound)
+        self._call(self._took, snapshot, picture, frame)
 
     def _look_through(self, profile: Profile) -> None:
         """A calibration was accepted or taken back: used from the next frame on."""
@@ -218,15 +218,16 @@ class Runtime:
         if self._loop is not None and not self._loop.is_closed():
             self._loop.call_soon_threadsafe(act, *given)
 
-    def _took(self, snapshot: Snapshot, picture: Picture | None, sound: Sound | None) -> None:
+    def _took(self, snapshot: Snapshot, picture: Picture | None, frame: SensorFrame) -> None:
         if not self.over:
             self.robot.beat()  # the loop runs and the pilot steps: that is what the gate wants to know
         self.snapshot = snapshot
         self.maps.took(snapshot)
         self.people.took(snapshot)
-        self.ears.took(snapshot, None if self.array.helped else sound, self.robot.profile.microphones)
+        sound = None if self.array.helped else frame.sound
+        self.ears.took(snapshot, sound, self.robot.profile.microphones, frame.sensed)
         self.intents.took(snapshot)
-        self.array.took(snapshot, sound)
+        self.array.took(snapshot, frame.sound)
         self.board.adopt(snapshot.notices, snapshot.stamp)
         for told in snapshot.endings:
             self.door.ended(told)

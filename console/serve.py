@@ -103,8 +103,8 @@ def serve(options: Options) -> None:
         runtime.quality.ears, runtime.quality.speech = settings.simulation, settings.speech
         if options.text_files is not None:
             files = TextFiles(options.text_files)
-            orders = TextOrders(files, runtime.door, runtime.history, runtime.board, lambda: runtime.snapshot)
-            runtime.beside.append(orders.run)
+            parts = (runtime.door, runtime.lease, runtime.history, runtime.board)
+            runtime.beside.append(TextOrders(files, *parts, lambda: runtime.snapshot).run)
         config = configured(create_app(runtime), options.tls_cert, options.tls_key)
 
         def listening() -> None:

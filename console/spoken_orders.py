@@ -9,19 +9,18 @@ from __future__ import annotations
 import time
 
 from console.door import Door
+from console.fresh_words import SPOKEN
 from console.hearing import Ears, Utterance
 from console.intents import Intents
 from console.lease import Lease
 from console.logins import Person
 from console.notice_board import NoticeBoard
 from console.problems import Problem
-from core.commands.careful import OBEYED_WITHIN
 from core.errors import Refused
 from core.perception.people.call import Call
 from core.speech.grammar import Refusal, understand
 
 SOURCE = "ears"
-SPOKEN = (SOURCE, "voice")  # what a voice may interrupt
 NOT_YOURS = "Whoever took the words on drives no more; voices in the room are shown again."
 HIGHER = "Somebody drives by hand or by the page; a voice does not interrupt that. Only stop does."
 
@@ -57,16 +56,17 @@ class SpokenOrders:
         if who is None or not self._lease.held_by(who):
             self.let_go()
             return NOT_YOURS
-        age = self._ears.stamp - said.t1_s
-        if age > OBEYED_WITHIN:
-            return f"The words were understood {age:.1f} s after they were spoken, which is too late to act on them."
+        when = self._ears.said(said)
+        late = self._door.words.why_not(when, SOURCE, who)
+        if late:
+            return late
         command = understand(words, spoken=True)
         if isinstance(command, Refusal):
             return command.reason
         if self._door.busy_above(SPOKEN):
             return HIGHER
         try:
-            self._intents.take(command.heard_as, SOURCE, who, call, unsure=said.unsure)
+            self._intents.take(command.heard_as, SOURCE, who, when, call, unsure=said.unsure)
         except Problem as problem:
             self._board.tell("warning", problem.detail)
         return ""

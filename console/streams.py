@@ -62,7 +62,7 @@ class Talk:
         runtime, person = self._runtime, self._person
         runtime.hub.viewers.add(self._viewer)
         runtime.scene.tabs[self._tab] = self._tell
-        runtime.lease.connected(person)
+        runtime.lease.connected(person, time.monotonic())
         you = wire.You(person.name, person.role, person.id)  # type: ignore[arg-type]
         self._tell(wire.Hello(you, beckon_version(), card(runtime.robot.profile), self._tab))
         listener = asyncio.create_task(self._listen())
@@ -74,7 +74,8 @@ class Talk:
                 runtime.door.abandon(self._press)
             runtime.hub.viewers.discard(self._viewer)
             runtime.scene.tabs.pop(self._tab, None)
-            runtime.lease.disconnected(person, time.monotonic())
+            runtime.lease.disconnected(person)
+            runtime.intents.left(person)
 
     # down
 
@@ -123,7 +124,9 @@ class Talk:
         ref = 0
         try:
             told = read_json(text)
-            heard = self._tally.add(time.monotonic())
+            now = time.monotonic()
+            heard = self._tally.add(now)
+            self._runtime.lease.active(self._person, now)
             if (brake := brake_of(told)) is not None:
                 self._brake(brake)
                 self._bound(heard, FLOOD)

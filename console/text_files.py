@@ -10,7 +10,7 @@ import hashlib
 import math
 import os
 import stat
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from core.errors import BadInput
@@ -30,6 +30,7 @@ class Written:
 
     words: str
     trouble: str = ""  # a sentence: why nobody should obey it
+    age: float = 0.0  # [s] by the file's date
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,7 @@ class Source:
 
     azimuth: float  # [rad] from the robot's front, left is positive
     sd: float  # [rad]
+    age: float  # [s] by the file's date
 
 
 class TextFiles:
@@ -50,11 +52,14 @@ class TextFiles:
         if not os.access(folder, os.R_OK | os.W_OK | os.X_OK):
             raise BadInput(f"--text-files {folder}: this folder must be readable and writable.")
         self._speech, self._source = folder / SPEECH, folder / SOURCE
+        self.writer_lives = False  # whether another program touched speech.txt since the look before
         self._seen: Mark | None = None
+        self._dated = 0  # [ns] the date of speech.txt at the last look
         self._taken = ""  # what was obeyed last: a file that cannot be emptied is not obeyed again
 
     def look(self, now: float) -> Written | None:
         """Words that are whole and new, at `now` [s] of the wall clock; they are emptied from the file."""
+        self.writer_lives = False
         try:
             file = os.open(self._speech, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
         except FileNotFoundError:
@@ -67,12 +72,18 @@ class TextFiles:
         finally:
             os.close(file)
 
-    def source(self) -> Source:
-        """Where the words came from. Raises BadInput with a sentence."""
+    def source(self, now: float) -> Source:
+        """Where the words came from, at `now` [s] of the wall clock. Raises BadInput with a sentence."""
         try:
-            words = self._source.read_bytes()[:MOST].decode("ascii", "replace").replace(",", " ").split()
+            with open(os.open(self._source, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
+                words = file.read(MOST).decode("ascii", "replace").replace(",", " ").split()
+                age = now - os.fstat(file.fileno()).st_mtime
         except OSError as error:
             raise BadInput(f"{SOURCE} cannot be read: {error.strerror}.") from error
+        if abs(age) > STALE:
+            raise BadInput(
+                f"{SOURCE} is not of now, its date is {abs(age):.0f} s off. Write it together with {SPEECH}."
+            )
         try:
             azimuth, sd = [math.radians(float(word)) for word in words] + [UNTOLD_SD] * (len(words) == 1)
         except ValueError:
@@ -82,10 +93,11 @@ class TextFiles:
                 f"{SOURCE} must hold one direction in degrees from the robot's front, left positive, and, if known,"
                 f" its standard deviation of at most {math.degrees(WIDEST):.0f}."
             )
-        return Source(math.remainder(azimuth, math.tau), sd)
+        return Source(math.remainder(azimuth, math.tau), sd, max(age, 0.0))
 
     def _read(self, file: int, now: float) -> Written | None:
         mark = mark_of(file)
+        self.writer_lives, self._dated = mark[2] != self._dated, mark[2]
         whole, self._seen = mark == self._seen, mark
         if not mark[1] or not whole:
             return None
@@ -93,10 +105,11 @@ class TextFiles:
         if mark_of(file) != mark:
             return None
         name = f"{hashlib.sha256(content).hexdigest()} {mark[2]}"
-        told = self._once(name, *judge(content, now - mark[2] * 1e-9))
+        age = now - mark[2] * 1e-9
+        told = self._once(name, *judge(content, age))
         os.ftruncate(file, 0)
-        self._seen = None
-        return told
+        self._seen, self._dated = None, mark_of(file)[2]
+        return None if told is None else replace(told, age=max(age, 0.0))
 
     def _once(self, name: str, words: str, trouble: str) -> Written | None:
         if name == self._taken:

@@ -26,7 +26,11 @@ class Words(Wish):
 @commands.post("/commands", status_code=202)
 @needs("viewer")
 async def submit(words: Words, behind: Behind, who: Who, response: Response) -> dict[str, Any]:
-    """Understand words and obey them. Viewers may only stop."""
+    """Understand words and obey them. Viewers may only stop.
+
+    Follow wall and follow me have no end of their own: they are cancelled after 5 s without a sign of life of their
+    sender. See `POST /api/lease`. 409 with “already doing that” leaves what is under way alone.
+    """
     deed = behind.door.submit(words.text, "rest", who)
     response.headers["Location"] = f"commands/{deed.id}"
     return {

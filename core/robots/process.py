@@ -72,7 +72,7 @@ class Driver:
         if self._twist.moves and now - self._twist_at > TIMEOUT:
             self._drive(ZERO, now)
         nonce = self._nonce
-        frame = self._robot.read()
+        frame = replace(self._robot.read(), sensed=time.monotonic())
         self._tell_gate(frame)
         self._pace.step(time.monotonic())
         self._outbox.put_frame(replace(frame, nonce=nonce, pace=self._pace.share))

@@ -17,6 +17,7 @@ class SensorFrame:
     """All that the robot sensed at one instant; a sensor with nothing new is None."""
 
     stamp: float  # [s], the robot's own clock
+    sensed: float = 0.0  # [s] of this computer's monotonic clock when the driver had it; 0: nobody noted it
     nonce: int = 0  # the gate's newest ticket when this was sensed; a setpoint made from it returns the ticket
     wheels: Wheels | None = None
     scan: Scan | None = None

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from console.fresh_words import Said
 from console.intents import Intents
 from console.logins import Person
 from console.problems import Problem
@@ -34,7 +35,8 @@ def person(live: Live, token: str) -> Person:
 def speak(live: Live, words: str, source: str = "voice", token: str = "", call: Call | None = None) -> int:
     """Spoken by the operator → the number of the order that waits."""
     who = person(live, token or live.operator)
-    return live.on_loop(lambda: live.runtime.intents.take(words, source, who, call)).id
+    live.ask("POST", "/api/lease", {"do": "acquire"}, token=token or live.operator)
+    return live.on_loop(lambda: live.runtime.intents.take(words, source, who, Said.now(), call)).id
 
 
 def shown(live: Live) -> Any:
@@ -52,6 +54,7 @@ def ask(live: Live, what: str, number: int, token: str = "") -> Any:
 @pytest.fixture
 def intents(live: Live, monkeypatch: pytest.MonkeyPatch) -> Iterator[Intents]:
     live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
+    assert live.ask("POST", "/api/lease", {"do": "acquire"}, token=live.operator).status == 200
     monkeypatch.setattr(live.runtime.intents, "moment", LONG)
     yield live.runtime.intents
     live.ask("POST", "/api/stop", token=live.operator)
@@ -128,13 +131,13 @@ def test_an_order_that_another_one_replaced_was_not_held_back(
 
 def test_what_is_exact_and_near_begins_at_once(live: Live, intents: Intents) -> None:
     who = person(live, live.operator)
-    deed = live.on_loop(lambda: intents.take("continue 0.5 meters", "voice", who))
+    deed = live.on_loop(lambda: intents.take("continue 0.5 meters", "voice", who, Said.now()))
     assert newest(live)["id"] == deed.id and shown(live) is None
 
 
 def test_numbers_that_were_not_heard_for_sure_wait_too(live: Live, intents: Intents) -> None:
     who = person(live, live.operator)
-    waiting = live.on_loop(lambda: intents.take("continue 0.5 meters", "voice", who, unsure=True))
+    waiting = live.on_loop(lambda: intents.take("continue 0.5 meters", "voice", who, Said.now(), unsure=True))
     assert shown(live)["id"] == waiting.id and shown(live)["unsure"]
     speak(live, "stop at 1 and 0.5")
     assert not shown(live)["unsure"]
@@ -145,7 +148,7 @@ def test_an_order_waits_on_while_somebody_speaks(live: Live, intents: Intents) -
     who = person(live, live.operator)
 
     def spoken() -> float:
-        waiting = intents.take("stop at 1 and 0.5", "voice", who)
+        waiting = intents.take("stop at 1 and 0.5", "voice", who, Said.now())
         planned = waiting.when.begins
         intents.hear()
         assert intents.waiting is not None
@@ -212,7 +215,7 @@ def test_whatever_ends_what_is_under_way_drops_it(live: Live, intents: Intents, 
 def test_what_may_not_move_the_robot_does_not_wait(live: Live, intents: Intents) -> None:
     watcher = person(live, live.viewer)
     with pytest.raises(Problem) as refused:
-        live.on_loop(lambda: intents.take("continue 3 meters", "voice", watcher))
+        live.on_loop(lambda: intents.take("continue 3 meters", "voice", watcher, Said.now()))
     assert refused.value.status == 403 and newest(live)["state"] == "refused" and shown(live) is None
 
 

@@ -51,25 +51,33 @@ def test_only_the_driver_can_give_the_wheel_back() -> None:
 
 def test_a_reload_within_the_grace_keeps_the_lease() -> None:
     lease = Lease()
-    lease.connected(ANNA)
+    lease.connected(ANNA, 0.0)
     lease.acquire(ANNA, 0.0)
-    assert lease.tick(100.0, obeying=False) is None
-    lease.disconnected(ANNA, 100.0)
-    assert lease.tick(100.0 + GRACE - 0.1, obeying=False) is None
-    lease.connected(ANNA)
-    assert lease.tick(1000.0, obeying=False) is None and lease.epoch == 1
+    lease.disconnected(ANNA)
+    assert lease.tick(GRACE - 0.1, obeying=False) is None
+    lease.connected(ANNA, GRACE - 0.1)
+    assert lease.tick(2 * GRACE - 0.2, obeying=False) is None and lease.epoch == 1
 
 
-def test_five_seconds_after_the_last_of_several_sockets_the_lease_is_free() -> None:
+def test_an_open_socket_whose_page_says_nothing_keeps_no_lease() -> None:
     lease = Lease()
-    lease.connected(ANNA)
-    lease.connected(ANNA)
+    lease.connected(ANNA, 0.0)
     lease.acquire(ANNA, 0.0)
-    lease.disconnected(ANNA, 10.0)
-    assert lease.tick(30.0, obeying=False) is None
-    lease.disconnected(ANNA, 30.0)
-    assert lease.tick(30.0 + GRACE + 0.01, obeying=False) == ANNA
-    assert lease.holder is None and lease.epoch == 2
+    for second in range(20):
+        lease.active(ANNA, float(second))
+        assert lease.tick(second + 0.9, obeying=False) is None
+    assert lease.tick(19.0 + GRACE + 0.01, obeying=False) == ANNA
+    assert lease.holder is None and lease.epoch == 2 and lease.is_present(ANNA)
+
+
+def test_who_has_a_socket_left_is_present() -> None:
+    lease = Lease()
+    for _ in range(2):
+        lease.connected(ANNA, 0.0)
+    lease.disconnected(ANNA)
+    assert lease.is_present(ANNA) and not lease.is_present(BERT)
+    lease.disconnected(ANNA)
+    assert not lease.is_present(ANNA)
 
 
 def test_an_order_sent_without_a_socket_keeps_the_lease_until_it_ends() -> None:
@@ -99,7 +107,7 @@ class AnyOrderOfThings(RuleBasedStateMachine):
 
     @rule(who=people, what=st.sampled_from(["acquire", "take", "release", "forget", "connected", "disconnected"]))
     def act(self, who: Person, what: str) -> None:
-        untimed = {"release", "forget", "connected"}
+        untimed = {"release", "forget", "disconnected"}
         try:
             getattr(self.lease, what)(who, *(() if what in untimed else (self.now,)))
         except Refused:

@@ -13,6 +13,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.connection import Connection
 
 from console.wire_audio import AUDIO_HEADER, AUDIO_KIND, AUDIO_RATE
+from core.commands.careful import OBEYED_WITHIN
 from core.log.sound_file import read_sound
 from core.message import Array
 from core.speech.recognizer import at_16_khz
@@ -60,11 +61,15 @@ def newest_deed(live: Live) -> Any:
 
 @pytest.mark.real_data
 def test_a_command_that_is_said_runs_like_one_that_is_typed(live: Live, line: Connection, shared_data: Path) -> None:
-    said = held(line, clip(shared_data, "flite_slt_00.flac"))
-    assert said["accepted"] and said["heard_as"] == "turn left" and said["reason"] == ""
+    with live.open():  # the page's control socket
+        said = held(line, clip(shared_data, "flite_slt_00.flac"))
+    assert said["heard_as"] == "turn left"
     deed = newest_deed(live)
-    assert (deed["id"], deed["source"], deed["name"]) == (said["deed"], "voice", "turn_left")
-    assert said["delay_s"] < 30
+    assert (deed["source"], deed["name"]) == ("voice", "turn_left")
+    if said["delay_s"] < OBEYED_WITHIN:
+        assert said["accepted"] and said["reason"] == "" and deed["id"] == said["deed"]
+    else:  # this machine is too slow to read words in time: nothing moves
+        assert "too late" in said["reason"] and deed["state"] == "refused" and not said["accepted"]
 
 
 @pytest.mark.real_data

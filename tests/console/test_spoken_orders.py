@@ -17,11 +17,13 @@ def listen(live: Live, obey: bool, token: str = "") -> Any:
     return live.ask("POST", "/api/hearing", {"listen": True, "obey": obey}, token=token or live.operator)
 
 
-def said(live: Live, words: str, age: float = 0.3) -> str:
-    """The ears understood these words just now → why nothing is done about it."""
+def said(live: Live, words: str, age: float = 0.0) -> str:
+    """The ears understand words that are said from now on, or were `age` [s] ago → why nothing is done about it."""
     ears = live.runtime.ears
+    begin = ears.stamp + 0.1
+    live.until(lambda: ears.stamp > begin + 0.1)
     end = ears.stamp - age
-    one = Utterance(1, end - 0.8, end, words, True, words, "", 0.0, 0.05)
+    one = Utterance(1, end - 0.1, end, words, True, words, "", 0.0, 0.05)
     call = Call(stamp=end, azimuth=0.0, sd=0.05, x=0.0, y=0.0)
     return live.on_loop(lambda: NOT_OBEYED if ears.obey is None else ears.obey(words, one, call))
 

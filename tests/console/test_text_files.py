@@ -5,11 +5,13 @@ from __future__ import annotations
 import asyncio
 import math
 import os
+import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from console.fresh_words import Said
 from console.text_files import MOST, SOURCE, SPEECH, TextFiles
 from console.text_orders import TextOrders
 from core.errors import BadInput
@@ -57,6 +59,12 @@ def test_a_file_that_was_renamed_into_place_is_read_like_any_other(tmp_path: Pat
     assert told is not None and told.words == "stop moving"
 
 
+def reading(live: Live, folder: Path) -> TextOrders:
+    runtime = live.runtime
+    parts = (runtime.door, runtime.lease, runtime.history, runtime.board)
+    return TextOrders(TextFiles(folder), *parts, lambda: runtime.snapshot)
+
+
 @pytest.mark.parametrize(
     ("content", "age", "sentence"),
     [
@@ -100,7 +108,7 @@ def test_a_folder_or_pipe_of_that_name_blocks_nothing(tmp_path: Path) -> None:
 )
 def test_a_direction_is_read_in_degrees(tmp_path: Path, text: str, azimuth: float, sd: float) -> None:
     (tmp_path / SOURCE).write_text(text)
-    told = TextFiles(tmp_path).source()
+    told = TextFiles(tmp_path).source(time.time())
     assert (math.degrees(told.azimuth), math.degrees(told.sd)) == pytest.approx((azimuth, sd))
 
 
@@ -108,12 +116,12 @@ def test_a_direction_is_read_in_degrees(tmp_path: Path, text: str, azimuth: floa
 def test_what_is_no_direction_is_told(tmp_path: Path, text: str) -> None:
     (tmp_path / SOURCE).write_text(text)
     with pytest.raises(BadInput, match="one direction in degrees"):
-        TextFiles(tmp_path).source()
+        TextFiles(tmp_path).source(time.time())
 
 
 def test_a_missing_direction_or_folder_is_told(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match=r"source\.txt cannot be read"):
-        TextFiles(tmp_path).source()
+        TextFiles(tmp_path).source(time.time())
     with pytest.raises(BadInput, match="no such folder"):
         TextFiles(tmp_path / "nowhere")
 
@@ -122,7 +130,7 @@ def test_words_in_the_file_move_the_robot_and_unmatched_ones_are_deleted_with_a_
     live: Live, tmp_path: Path
 ) -> None:
     runtime = live.runtime
-    orders = TextOrders(TextFiles(tmp_path), runtime.door, runtime.history, runtime.board, lambda: runtime.snapshot)
+    orders = reading(live, tmp_path)
     task = asyncio.run_coroutine_threadsafe(orders.run(), live.loop)
 
     def newest(words: str) -> dict[str, Any] | None:
@@ -146,9 +154,8 @@ def test_words_in_the_file_move_the_robot_and_unmatched_ones_are_deleted_with_a_
 
 
 def test_come_here_wants_to_be_told_from_where(live: Live, tmp_path: Path) -> None:
-    runtime = live.runtime
-    orders = TextOrders(TextFiles(tmp_path), runtime.door, runtime.history, runtime.board, lambda: runtime.snapshot)
-    asyncio.run_coroutine_threadsafe(orders.order("come here"), live.loop).result(10)
+    orders = reading(live, tmp_path)
+    asyncio.run_coroutine_threadsafe(orders.order("come here", Said.now()), live.loop).result(10)
     told = live.ask("GET", "/api/commands/history", token=live.viewer).json["commands"][0]
     assert told["state"] == "refused"
     assert "source.txt cannot be read" in told["remark"]
