@@ -19,6 +19,7 @@ from console.robot_link import RobotLink
 from console.tasks import end
 from console.workers import Lost, Worker
 from core.errors import BadInput, BeckonError, Refused, Unavailable
+from core.files import SEAL, is_intact, saving, sealed, sync_folder, write_atomic
 from core.perception.array_orientation import Clap, Orientation, OrientationWizard, oriented
 from core.robots import Profile
 from core.sensors.microphones import MicrophoneArray, Sound
@@ -56,7 +57,11 @@ class ArrayBench:
 
     async def open(self) -> None:
         """Find what was in use before."""
-        self.in_use = await asyncio.to_thread(_read, self._path)
+        try:
+            self.in_use = await asyncio.to_thread(_read, self._path)
+        except BadInput as wrong:
+            self.trouble = str(wrong)
+            log.warning(self.trouble)
 
     async def close(self) -> None:
         """End what is under way."""
@@ -148,7 +153,7 @@ class ArrayBench:
             "trouble": self.trouble,
             "missing": solved if isinstance(solved, str) else "",
             "solution": None if found is None else _told(asdict(found)),
-            "in_use": None if self.in_use is None else _told(self.in_use),
+            "in_use": None if self.in_use is None else _told(self.in_use) | {"verified": SEAL in self.in_use},
         }
 
     @property
@@ -209,7 +214,9 @@ class ArrayBench:
             raise Unavailable("What looks at the microphones broke; try once more.") from None
 
     async def _use(self, found: dict[str, Any] | None) -> None:
-        await asyncio.to_thread(_write, self._path, found)
+        found = None if found is None else sealed(found)
+        with saving("The microphones' orientation could not be saved"):
+            await asyncio.to_thread(_write, self._path, found)
         self.in_use = found
         self._changed()
 
@@ -217,22 +224,24 @@ class ArrayBench:
 def _told(found: dict[str, Any]) -> dict[str, Any]:
     """An orientation with the units in its names."""
     names = {"yaw": "yaw_rad", "yaw_sd": "sd_yaw_rad", "residual": "residual_rad"}
-    return {names.get(name, name): value for name, value in found.items()}
+    return {names.get(name, name): value for name, value in found.items() if name != SEAL}
 
 
 def _read(path: Path) -> dict[str, Any] | None:
-    """What was written, if it is sound."""
+    """What was written, if there is anything. Raises BadInput for what cannot be used."""
     try:
         told = json.loads(path.read_text(encoding="utf-8"))
         numbers = [told[name] for name in ("yaw", "yaw_sd", "residual")]
         sound = isinstance(told["mirrored"], bool) and all(math.isfinite(number) for number in numbers)
+        why = "" if sound else "its numbers cannot be"
+        if is_intact(told) is False:
+            why = f"it was changed after it was saved (if you changed it yourself, remove its “{SEAL}”)"
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, KeyError, TypeError):
-        sound, told = False, {}
-    if not sound:
-        log.warning("The microphones' orientation in %s cannot be used.", path.name)
-        return None
+    except (OSError, ValueError, KeyError, TypeError) as trouble:
+        told, why = {}, trouble.strerror if isinstance(trouble, OSError) else "it is damaged"
+    if why:
+        raise BadInput(f"The microphones' orientation in {path.name} cannot be used: {why}. Measure it again.")
     return told
 
 
@@ -240,8 +249,7 @@ def _write(path: Path, found: dict[str, Any] | None) -> None:
     """Raises OSError."""
     if found is None:
         path.unlink(missing_ok=True)
+        if path.parent.is_dir():
+            sync_folder(path.parent)
         return
-    path.parent.mkdir(parents=True, exist_ok=True)
-    fresh = path.with_suffix(".new")
-    fresh.write_text(json.dumps(found), encoding="utf-8")
-    fresh.replace(path)
+    write_atomic(path, json.dumps(found))

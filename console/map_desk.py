@@ -19,6 +19,7 @@ from console.map_store import Kept, MapCard, MapStore, checked_name
 from console.pilot_thread import PilotLike
 from console.problems import Problem
 from console.robot_link import RobotLink
+from console.tasks import to_the_end
 from console.wire import MapState
 from core.slam.floor import Closure
 from core.slam.floor.saved import SavedMap
@@ -83,7 +84,7 @@ class MapDesk:
         return [kept.card for kept in await self._on_disk(self._listed())]
 
     async def save(self, name: str, who: Person, *, replace: bool) -> MapCard:
-        """Keep the map under a name. Raises BadInput, NameTaken, Problem 503."""
+        """Keep the map under a name. Raises BadInput, NameTaken, Unwritable, Problem 503."""
         name, grid, snapshot = checked_name(name), known_part(self.grid), self.snapshot
         pilot, journey = self._piloting(), self.journey.rows()
         rows, columns = grid.log_odds.shape
@@ -119,7 +120,7 @@ class MapDesk:
         if abs(card.resolution_m - here) > SAME:
             told = f"{100 * card.resolution_m:g} cm; the settings now say {100 * here:g} cm."
             raise Problem(409, f"This map was drawn with cells of {told}")
-        saved = await self._on_disk(asyncio.to_thread(SavedMap.from_files, kept.folder / FLOOR))
+        saved = await self._on_disk(asyncio.to_thread(lambda: SavedMap.from_files(self._store.checked(kept) / FLOOR)))
         self._not_anothers(who)
         pilot = self._piloting()
         pilot.enter_map(saved)
@@ -129,7 +130,7 @@ class MapDesk:
         self._changed("load", card.name, who)
 
     async def delete(self, name: str, who: Person) -> None:
-        """Away with a saved map. Raises Problem 404, 503."""
+        """Away with a saved map. Raises Problem 404, 503, Unwritable."""
         kept = await self.kept(name)
         await self._on_disk(self._taking_turns(lambda: self._store.remove(kept)))
         if self._name == kept.card.name:
@@ -144,7 +145,7 @@ class MapDesk:
         return kept
 
     async def packed(self, name: str) -> IO[bytes]:
-        """A saved map as a zip on the disk. Raises Problem 404, 429, 503."""
+        """A saved map as a zip on the disk. Raises Problem 404, 429, 503, BadInput, Unwritable."""
         kept = await self.kept(name)
         async with self._packing.taken():
             return await self._on_disk(asyncio.to_thread(self._store.packed, kept))
@@ -213,21 +214,16 @@ class MapDesk:
     async def _taking_turns(self, work: Callable[[], None]) -> None:
         """A write in a thread; who is cancelled meanwhile keeps the turn until it is done."""
         async with self._turn:
-            writing = asyncio.ensure_future(asyncio.to_thread(work))
-            try:
-                await asyncio.shield(writing)
-            except asyncio.CancelledError:
-                await asyncio.wait({writing})
-                raise
+            await to_the_end(work)
 
     async def _on_disk(self, work: Awaitable[T]) -> T:
-        """Work on the disk. Raises Problem 503 where the disk refuses."""
+        """Work on the disk. Raises Problem 404 or 503 where it cannot be read, and what the work raises."""
         try:
             return await work
         except FileNotFoundError:
             raise Problem(404, "There is no saved map of that name any more.") from None
         except OSError as wrong:
-            raise Problem(503, f"The disk refuses ({wrong.strerror or wrong}); nothing was changed.") from None
+            raise Problem(503, f"The saved maps cannot be read ({wrong.strerror or wrong}).") from None
 
     def _changed(self, what: str, name: str, who: Person) -> None:
         self._revision += 1

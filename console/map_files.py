@@ -11,6 +11,7 @@ import numpy as np
 from console.journey import laid_out
 from console.scene.occupancy import paint
 from core.experiments.offline_files import landmarks_csv, trajectory_tum
+from core.files import write_atomic
 from core.message import Array
 from core.navigation.nav2_map import nav2_map
 from core.slam.occupancy import Grid
@@ -35,11 +36,11 @@ def write_map(folder: Path, saved: Writes, snapshot: Snapshot, journey: Array) -
     inner.mkdir()
     saved.to_files(inner)
     text, picture = nav2_map(snapshot.grid)
-    (folder / "map.yaml").write_text(text)
-    (folder / "map.pgm").write_bytes(picture)
-    (folder / "landmarks.csv").write_text(landmarks_csv(snapshot.landmarks))
-    (folder / "trajectory.tum").write_text(trajectory_tum(*laid_out(journey, snapshot.floor)))
-    (folder / PREVIEW).write_bytes(preview(snapshot.grid))
+    write_atomic(folder / "map.yaml", text)
+    write_atomic(folder / "map.pgm", picture)
+    write_atomic(folder / "landmarks.csv", landmarks_csv(snapshot.landmarks))
+    write_atomic(folder / "trajectory.tum", trajectory_tum(*laid_out(journey, snapshot.floor)))
+    write_atomic(folder / PREVIEW, preview(snapshot.grid))
 
 
 def known_part(grid: Grid) -> Grid:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import logging
-import os
 import re
 import secrets
 import shutil
@@ -19,6 +19,7 @@ from typing import IO
 import msgspec
 
 from core.errors import BadInput, Refused
+from core.files import checksum, is_intact, saving, sealed, sync_folder, write_atomic
 
 log = logging.getLogger(__name__)
 
@@ -44,6 +45,7 @@ class MapCard(msgspec.Struct):
     landmarks: int
     closures: int
     version: int = VERSION
+    files: dict[str, str] = {}  # name within the map's folder → checksum; maps of earlier consoles have none
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,7 @@ class Kept:
 
     card: MapCard
     folder: Path
+    changed: bool = False  # the card itself is not as it was saved
 
 
 class NameTaken(Refused):
@@ -85,43 +88,81 @@ class MapStore:
         return next((kept for kept in self.all() if key_of(kept.card.name) == key_of(name)), None)
 
     def keep(self, card: MapCard, write: Callable[[Path], None], *, replace: bool) -> None:
-        """Save a map: `write` puts its files into the folder it is given. Raises NameTaken, OSError."""
+        """Save a map: `write` puts its files into the folder it is given. Raises NameTaken, Unwritable."""
         former = self.find(card.name)
         if former is not None and not replace:
             raise NameTaken(f"There is a map “{former.card.name}” already; choose another name, or replace it.")
-        self._base.mkdir(parents=True, exist_ok=True)
         aside = self._base / f"{ASIDE}{secrets.token_hex(4)}"
         try:
-            aside.mkdir()
-            write(aside)
-            (aside / CARD).write_bytes(msgspec.json.encode(card))
-            for path in [*aside.rglob("*"), aside]:
-                settle(path)
-            aside.rename(self._base / f"{slug(card.name)}-{secrets.token_hex(4)}")
+            with saving("The map could not be saved, and nothing was changed"):
+                aside.mkdir(parents=True)
+                write(aside)
+                card.files = {name: checksum(path.read_bytes()) for name, path in files_of(aside)}
+                write_atomic(aside / CARD, json.dumps(sealed(msgspec.to_builtins(card)), indent=1))
+                for path in filter(Path.is_dir, [*aside.rglob("*"), aside]):
+                    sync_folder(path)
+                aside.rename(self._base / f"{slug(card.name)}-{secrets.token_hex(4)}")
         except BaseException:
             shutil.rmtree(aside, ignore_errors=True)
             raise
-        settle(self._base)
+        with saving("The map was saved, but a power cut may lose it"):
+            sync_folder(self._base)
         if former is not None:
             shutil.rmtree(former.folder, ignore_errors=True)
 
     def remove(self, kept: Kept) -> None:
-        """For good: out of sight first, then piece by piece. Raises OSError."""
+        """For good: out of sight first, then piece by piece. Raises FileNotFoundError, Unwritable."""
         gone = self._base / f"{ASIDE}{secrets.token_hex(4)}"
-        kept.folder.rename(gone)
+        kept.folder.stat()
+        with saving("The map could not be deleted"):
+            kept.folder.rename(gone)
+            sync_folder(self._base)
         shutil.rmtree(gone, ignore_errors=True)
 
+    def checked(self, kept: Kept) -> Path:
+        """The map's folder, when all in it is as it was saved. Raises BadInput that names the file, OSError."""
+        for name in self._names(kept):
+            self._read(kept, name)
+        return kept.folder
+
     def packed(self, kept: Kept) -> IO[bytes]:
-        """Everything of a map as a zip, at its beginning; its file is gone when it is closed. Raises OSError."""
+        """Everything of a map as a zip, at its beginning; its file is gone when it is closed.
+
+        Raises BadInput that names a file which is not as it was saved, Unwritable, OSError.
+        """
+        failure = "The map could not be packed"
         with contextlib.ExitStack() as held:
-            packed: IO[bytes] = held.enter_context(tempfile.TemporaryFile(dir=self._base))
-            with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as box:
-                for path in sorted(kept.folder.rglob("*")):
-                    if path.is_file():
-                        box.write(path, path.relative_to(kept.folder).as_posix())
+            with saving(failure):
+                packed: IO[bytes] = held.enter_context(tempfile.TemporaryFile(dir=self._base))
+                box = held.enter_context(zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED))
+            for name in self._names(kept):
+                raw = self._read(kept, name)
+                with saving(failure):
+                    box.writestr(name, raw)
+            with saving(failure):
+                box.close()
             packed.seek(0)
             held.pop_all()
         return packed
+
+    @staticmethod
+    def _names(kept: Kept) -> list[str]:
+        """All files of a map, also those that are missing; those of old maps are what is there."""
+        return [CARD, *sorted({*kept.card.files, *(name for name, _ in files_of(kept.folder))})]
+
+    @staticmethod
+    def _read(kept: Kept, name: str) -> bytes:
+        """A file of a map. Raises BadInput when it is not the one that was saved, OSError when the map is gone."""
+        kept.folder.stat()
+        path = kept.folder / name
+        raw = path.read_bytes() if path.is_file() else b""
+        changed = kept.changed if name == CARD else kept.card.files.get(name, checksum(raw)) != checksum(raw)
+        if changed:
+            raise BadInput(
+                f"The saved map “{kept.card.name}” is damaged: {path} is not as it was saved. "
+                "Restore this file from a backup, or delete the map and save it again."
+            )
+        return raw
 
     def _readable(self) -> Iterator[Kept]:
         for path in self._base.glob(f"*/{CARD}"):
@@ -130,13 +171,14 @@ class MapStore:
             try:
                 if path.stat().st_size > LARGEST_CARD:
                     raise ValueError("too large")
-                card = msgspec.json.decode(path.read_bytes(), type=MapCard)
+                raw = path.read_bytes()
+                card = msgspec.json.decode(raw, type=MapCard)
                 if card.version != VERSION or card.name != checked_name(card.name):
                     raise ValueError("of another version, or without a proper name")
             except (OSError, ValueError, BadInput, msgspec.MsgspecError) as trouble:
                 log.warning("A saved map cannot be read: %s: %s", path, trouble)
                 continue
-            yield Kept(card, path.parent)
+            yield Kept(card, path.parent, changed=is_intact(json.loads(raw)) is False)
 
 
 def checked_name(name: str) -> str:
@@ -158,12 +200,7 @@ def slug(name: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", plain).strip("-") or "map"
 
 
-def settle(path: Path) -> None:
-    """Have it safe on the disk before anything is said about it."""
-    if path.is_dir() and os.name == "nt":
-        return
-    opened = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
-    try:
-        os.fsync(opened)
-    finally:
-        os.close(opened)
+def files_of(folder: Path) -> list[tuple[str, Path]]:
+    """All files of a map but its card, by their names within its folder."""
+    found = {path.relative_to(folder).as_posix(): path for path in sorted(folder.rglob("*")) if path.is_file()}
+    return [(name, path) for name, path in found.items() if name != CARD]

@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 
 from console import wire
-from core.errors import BadInput, BeckonError, Refused, Unavailable
+from core.errors import BadInput, BeckonError, Refused, Unavailable, Unwritable
 
 MEDIA_TYPE = b"application/problem+json"
 
@@ -45,7 +45,7 @@ class Problem(Exception):
         return [(b"content-type", MEDIA_TYPE), (b"content-length", str(len(self.body())).encode()), *extra]
 
 
-STATUS = ((BadInput, 422), (Refused, 409), (Unavailable, 503))
+STATUS = ((BadInput, 422), (Refused, 409), (Unwritable, 507), (Unavailable, 503))
 
 
 def problem_of(error: BeckonError) -> Problem:

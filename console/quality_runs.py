@@ -15,9 +15,10 @@ import msgspec
 
 from console.logins import Person
 from console.problems import Problem
-from console.tasks import end
+from console.tasks import end, to_the_end
 from console.workers import Lost, Worker
-from core.errors import BeckonError
+from core.errors import BeckonError, Unwritable
+from core.files import saving, write_atomic
 from core.sensors.simulated_microphones import EarSettings
 from core.speech.settings import SpeechSettings
 
@@ -62,6 +63,7 @@ class QualityRuns:
         self._folder = home / "speech_quality"
         self._worker = Worker("quality")
         self._task: asyncio.Task[None] | None = None
+        self._turn = asyncio.Lock()  # one write after the other
 
     async def open(self) -> None:
         """Find the runs of before."""
@@ -100,10 +102,12 @@ class QualityRuns:
             await end(self._task)
 
     async def delete(self, run: QualityRun) -> None:
-        """For good."""
+        """For good. Raises Unwritable."""
         await self.cancel(run)
         self.runs.pop(run.id, None)
-        await asyncio.to_thread((self._folder / f"{run.id}.json").unlink, True)
+        async with self._turn:
+            with saving("The measurement could not be deleted"):
+                await to_the_end(lambda: (self._folder / f"{run.id}.json").unlink(missing_ok=True))
 
     async def _measure(self, run: QualityRun) -> None:
         state: RunState = "cancelled"
@@ -118,7 +122,7 @@ class QualityRuns:
         finally:
             run.state, run.doing = state, GIVEN_UP if state == "cancelled" else ""
             self._worker.kill()
-            self._keep(run)
+            await self._keep(run)
 
     async def _steps(self, run: QualityRun) -> None:
         ears = {one.name: getattr(self.ears, one.name) for one in fields(EarSettings)}
@@ -136,18 +140,30 @@ class QualityRuns:
             if not row["refused"]:
                 measured = await self._worker.ask("measure", {"number": number}, budget=BUDGET)
                 run.rows[number], run.pages[number] = measured["row"], measured["page"]
+                await self._keep(run)
         run.progress = 1.0
 
-    def _keep(self, run: QualityRun) -> None:
-        """On disk, and the oldest no more."""
-        while len(self.runs) > MOST_KEPT:
-            oldest = self.runs.pop(next(iter(self.runs)))
-            (self._folder / f"{oldest.id}.json").unlink(missing_ok=True)
-        try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-            (self._folder / f"{run.id}.json").write_bytes(msgspec.json.encode(run))
-        except OSError as trouble:
-            log.warning("A measurement of hearing cannot be kept: %s", trouble)
+    async def _keep(self, run: QualityRun) -> None:
+        """What was measured so far on disk, and the oldest no more; where the disk refuses, the run says so."""
+        async with self._turn:
+            if run.id not in self.runs:
+                return
+            raw = msgspec.json.encode(run)
+            older = list(self.runs)[: max(0, len(self.runs) - MOST_KEPT)]
+            for oldest in older:
+                del self.runs[oldest]
+
+            def write() -> None:
+                for oldest in older:
+                    (self._folder / f"{oldest}.json").unlink(missing_ok=True)
+                write_atomic(self._folder / f"{run.id}.json", raw)
+
+            try:
+                with saving("This measurement could not be saved, and is gone when the console ends"):
+                    await to_the_end(write)
+            except Unwritable as trouble:
+                log.warning(str(trouble))
+                run.reason = run.reason or str(trouble)
 
 
 def summary(rows: list[dict[str, Any]]) -> str:

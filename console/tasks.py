@@ -1,9 +1,22 @@
-"""Ending asyncio tasks."""
+"""Asyncio tasks: work that is seen to its end, and ends that are waited for."""
 
 from __future__ import annotations
 
 import asyncio
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+
+
+async def to_the_end(work: Callable[[], T]) -> T:
+    """Work in a thread, which is waited for even when who waits is cancelled meanwhile."""
+    working = asyncio.ensure_future(asyncio.to_thread(work))
+    try:
+        return await asyncio.shield(working)
+    except asyncio.CancelledError:
+        await asyncio.wait({working})
+        raise
 
 
 async def end(*tasks: asyncio.Task[Any] | None) -> None:

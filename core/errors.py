@@ -3,6 +3,7 @@
 BeckonError
 ├── BadInput        a file, a number or a text cannot be used; the sentence says why and what to do
 ├── Unavailable     something needed is not there (a robot, a package, a device)
+│   └── Unwritable  the disk does not take what must be kept (full, read-only, no permission, gone)
 └── Refused         understood, but not allowed now (out of bounds, no lease, latched)
 """
 
@@ -17,6 +18,10 @@ class BadInput(BeckonError):
 
 class Unavailable(BeckonError):
     """Something needed is not there: a robot, a package, a device."""
+
+
+class Unwritable(Unavailable):
+    """The disk does not take what must be kept; the sentence says what, why and what to do."""
 
 
 class Refused(BeckonError):

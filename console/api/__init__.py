@@ -24,6 +24,7 @@ SENTENCES = {
     422: "Not understood, or out of bounds.",
     429: "Too many wrong tokens.",
     503: "The robot cannot be reached now.",
+    507: "The disk does not take what was to be saved; the sentence says why.",
 }
 PROBLEM = {
     "type": "object",

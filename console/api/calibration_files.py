@@ -18,6 +18,8 @@ from console.roles import TEXT, needs
 from console.wire_calibration import CalibrationKind
 from core.calibration.board import Board
 from core.calibration.board_page import board_svg
+from core.errors import Unwritable
+from core.files import saving
 
 calibration_files = router("calibration")
 
@@ -162,10 +164,11 @@ def straightener(sitting: Sitting) -> dict[str, Any]:
 
 
 async def pack(sitting: Sitting) -> IO[bytes]:
-    """A session as a zip on the disk. Raises Problem."""
+    """A session as a zip on the disk. Raises Problem 404, Unwritable."""
     try:
-        return await asyncio.to_thread(sitting.folder.packed, dict(sitting.exports), dict(sitting.pictures))
-    except FileNotFoundError:
-        raise Problem(404, "The session's files cannot be read any more.") from None
-    except OSError as wrong:
-        raise Problem(503, f"The session cannot be packed now ({wrong.strerror}); check the disk.") from None
+        with saving("The session could not be packed"):
+            return await asyncio.to_thread(sitting.folder.packed, dict(sitting.exports), dict(sitting.pictures))
+    except Unwritable:
+        if not sitting.folder.path.is_dir():
+            raise Problem(404, "The session's files cannot be read any more.") from None
+        raise

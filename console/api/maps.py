@@ -134,5 +134,6 @@ def drawn(grid: Grid, style: str) -> bytes:
 
 
 def told(card: MapCard) -> dict[str, Any]:
-    """A saved map."""
-    return {key: value for key, value in msgspec.to_builtins(card).items() if key != "version"}
+    """A saved map; `verified`: it bears checksums, which are compared when it is loaded or packed."""
+    shown = {key: value for key, value in msgspec.to_builtins(card).items() if key not in ("version", "files")}
+    return shown | {"verified": bool(card.files)}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import logging
-import os
 import shutil
 import tempfile
 import zipfile
@@ -15,6 +14,7 @@ from typing import IO, Any
 import msgspec
 
 from console.wire_calibration import CalibrationBoard, CalibrationKind, CalibrationSession, CalibrationSource
+from core.files import write_atomic
 
 log = logging.getLogger(__name__)
 
@@ -54,16 +54,14 @@ class Folder:
 
     def save(self, raw: bytes) -> None:
         """Replace the session's file, whole or not at all."""
-        self.path.mkdir(parents=True, exist_ok=True)
-        replace(self.path / NAME, raw)
+        write_atomic(self.path / NAME, raw)
 
     def save_picture(self, number: int, picture: bytes, small: bytes) -> str:
         """A view's picture and its thumbnail → the file's name."""
-        self.path.mkdir(parents=True, exist_ok=True)
         kind = "png" if picture.startswith(b"\x89PNG") else "jpg"
         name = f"view_{number:04d}.{kind}"
-        replace(self.path / name, picture)
-        replace(self.path / small_name(name), small)
+        write_atomic(self.path / name, picture)
+        write_atomic(self.path / small_name(name), small)
         return name
 
     def read(self, name: str) -> bytes:
@@ -96,26 +94,6 @@ class Folder:
 def small_name(name: str) -> str:
     """The thumbnail's file of a picture's file."""
     return name.partition(".")[0] + "_small.jpg"
-
-
-def replace(path: Path, raw: bytes) -> None:
-    """Write a file so that a crash leaves the old one or the new one."""
-    written(path, raw).replace(path)
-
-
-def written(path: Path, raw: bytes) -> Path:
-    """What is to replace a file, safe on the disk beside it → its path. Raises OSError; then nothing is left."""
-    aside = path.with_name(path.name + ".new")
-    try:
-        with aside.open("wb") as file:
-            file.write(raw)
-            file.flush()
-            os.fsync(file.fileno())
-    except OSError:
-        with contextlib.suppress(OSError):
-            aside.unlink()
-        raise
-    return aside
 
 
 def kept_sessions(base: Path) -> Iterator[Kept]:

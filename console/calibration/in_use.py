@@ -1,6 +1,7 @@
 """The calibrations in use: `camera.json` and `mount.json`, each with its formers beside it.
 
-They hold the form of `core.calibration.reports.kept` and who accepted them when. Nothing that was accepted is ever
+They hold the form of `core.calibration.reports.kept`, who accepted them when, and a checksum; one that somebody
+wrote by hand may do without, and counts as not verified. Nothing that was accepted is ever
 deleted: another one keeps it beside itself under its date, and undoing takes that back. At every moment of both, and
 on a full disk, the file in use is whole.
 
@@ -21,12 +22,12 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from console.calibration.folder import replace, written
 from console.problems import Problem
 from console.wire_calibration import CalibrationKind
 from core.calibration.camera_files import parse_camera, read_json
 from core.calibration.mount_files import read_mount
 from core.errors import BadInput, BeckonError
+from core.files import SEAL, is_intact, replacing, saving, sealed, sync_folder, write_atomic
 from core.geometry import OPTICAL, Transform
 from core.optics import CameraModel
 
@@ -84,46 +85,37 @@ class InUse:
             return None
         accepted = document.get("accepted", {})
         report = accepted.get("report") or plain_report(document, kind)
-        return {**report, "accepted_s": accepted.get("when_s"), "accepted_by": accepted.get("who")}
+        told = {"accepted_s": accepted.get("when_s"), "accepted_by": accepted.get("who")}
+        return {**report, **told, "verified": SEAL in document}
 
     def put(self, kind: CalibrationKind, document: Document, report: Document, who: str) -> None:
-        """Use it from now on. Raises BadInput for a document that does not hold together, Problem when unsaved."""
-        whole = {**document, "accepted": {"when_s": time.time(), "who": who, "report": report}}
+        """Use it from now on. Raises BadInput for a document that does not hold together, Unwritable."""
+        whole = sealed({**document, "accepted": {"when_s": time.time(), "who": who, "report": report}})
         checked(whole, kind)
         path = self._folder / f"{NAMES[kind]}.json"
         with self._turn:
-            try:
-                self._folder.mkdir(parents=True, exist_ok=True)
-                fresh = written(path, json.dumps(whole, indent=1).encode())
-                if path.is_file():
-                    keep(path, self._aside(path))
-                fresh.replace(path)
-            except OSError as wrong:
-                raise Problem(
-                    503, f"The calibration could not be saved ({wrong.strerror}); check the disk."
-                ) from None
+            with saving("The calibration could not be saved"), replacing(path, lambda: self._put_aside(path)) as file:
+                file.write(json.dumps(whole, indent=1).encode())
             self._documents[kind] = whole
 
     def undo(self, kind: CalibrationKind) -> None:
         """Take the former back; the present one is kept aside.
 
-        Raises Problem: 409 when there is nothing to undo, 503 when the disk does not take part; nothing has changed.
+        Raises Problem 409 when there is nothing to undo, Unwritable when the disk does not take part; nothing has
+        changed then.
         """
         with self._turn:
             if kind not in self._documents:
                 raise Problem(409, "There is no calibration in use that could be taken back.")
             path = self._folder / f"{NAMES[kind]}.json"
-            try:
+            with saving("The calibration could not be taken back"):
                 former = self._former(kind)
-                if path.is_file():
-                    keep(path, self._aside(path, "taken-back-"))
+                self._put_aside(path, "taken-back-")
                 if former is None:
                     path.unlink(missing_ok=True)
                 else:
                     former[0].replace(path)
-            except OSError as wrong:
-                words = f"The calibration could not be taken back ({wrong.strerror}); check the disk."
-                raise Problem(503, words) from None
+                sync_folder(self._folder)
             if former is None:
                 del self._documents[kind]
             else:
@@ -147,6 +139,11 @@ class InUse:
         now, used = (numbers_of(kind, told) for told in (report, mine))
         return {name: (value, used[name]) for name, value in now.items() if name in used}
 
+    def _put_aside(self, path: Path, why: str = "") -> None:
+        """The file, if there is one, stays under a second name. Raises OSError."""
+        if path.is_file():
+            keep(path, self._aside(path, why))
+
     def _aside(self, path: Path, why: str = "") -> Path:
         """A name that is free, with the date."""
         stamp = time.strftime("%Y-%m-%dT%H-%M-%SZ", time.gmtime())
@@ -160,7 +157,7 @@ def keep(path: Path, aside: Path) -> None:
     try:
         os.link(path, aside)
     except OSError:  # no links on this disk
-        replace(aside, path.read_bytes())
+        write_atomic(aside, path.read_bytes())
 
 
 def read(path: Path, kind: CalibrationKind) -> Document:
@@ -168,6 +165,8 @@ def read(path: Path, kind: CalibrationKind) -> Document:
     if path.stat().st_size > MOST_BYTES:
         raise BadInput("It is too large.")
     document = read_json(path.read_text(encoding="utf-8", errors="replace"))
+    if is_intact(document) is False:
+        raise BadInput(f"It was changed after it was saved. If you changed it yourself, remove its “{SEAL}”.")
     checked(document, kind)
     return document
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from typing import TypeVar
 
 from console.calibration.folder import Folder
-
-T = TypeVar("T")
+from console.tasks import to_the_end
 
 
 class Writing:
@@ -24,28 +22,17 @@ class Writing:
         async with self._turn:
             if not self._gone:
                 raw = encoded()
-                await self._to_the_end(lambda: self._folder.save(raw))
+                await to_the_end(lambda: self._folder.save(raw))
 
     async def picture(self, number: int, picture: bytes, small: bytes) -> str | None:
         """A view's picture and its thumbnail → the file's name; None: the session is gone. Raises OSError."""
         async with self._turn:
-            return (
-                None
-                if self._gone
-                else await self._to_the_end(lambda: self._folder.save_picture(number, picture, small))
-            )
+            if self._gone:
+                return None
+            return await to_the_end(lambda: self._folder.save_picture(number, picture, small))
 
     async def remove(self) -> None:
         """Everything, for good; what comes later is not written any more."""
         self._gone = True
         async with self._turn:
-            await self._to_the_end(self._folder.remove)
-
-    async def _to_the_end(self, work: Callable[[], T]) -> T:
-        """Work in a thread; who is cancelled meanwhile keeps the turn until the thread is done."""
-        writing = asyncio.ensure_future(asyncio.to_thread(work))
-        try:
-            return await asyncio.shield(writing)
-        except asyncio.CancelledError:
-            await asyncio.wait({writing})
-            raise
+            await to_the_end(self._folder.remove)

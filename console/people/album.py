@@ -12,8 +12,8 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from console.calibration.folder import replace
 from console.problems import Problem
+from core.files import UNFINISHED, sync_folder, write_atomic
 from core.perception.people.colours import GREYS, HUES, Enrolled
 from core.perception.people.parts import PARTS
 
@@ -90,18 +90,19 @@ class Album:
 
     def keep(self, card: Card) -> None:
         """Write one person. Raises OSError."""
-        self.folder.mkdir(parents=True, exist_ok=True)
-        replace(self.folder / f"{card.id}.json", msgspec.json.encode(card))
+        write_atomic(self.folder / f"{card.id}.json", msgspec.json.encode(card))
 
     def choose(self, chosen: str | None) -> None:
         """Write who is chosen. Raises OSError."""
-        self.folder.mkdir(parents=True, exist_ok=True)
-        replace(self.folder / CHOSEN, msgspec.json.encode(Choice(chosen)))
+        write_atomic(self.folder / CHOSEN, msgspec.json.encode(Choice(chosen)))
 
     def forget(self, card_id: str) -> None:
         """For good. Raises OSError."""
-        for name in (f"{card_id}.json", f"{card_id}.json.new"):  # the second: left by a crash while it was written
-            (self.folder / name).unlink(missing_ok=True)
+        (self.folder / f"{card_id}.json").unlink(missing_ok=True)
+        for left in self.folder.glob(f".{card_id}.json.*{UNFINISHED}"):  # by a crash while it was written
+            left.unlink(missing_ok=True)
+        if self.folder.is_dir():
+            sync_folder(self.folder)
 
 
 def small(path: Path) -> bytes:

@@ -23,6 +23,7 @@ from console.problems import Problem
 from console.robot_link import RobotLink
 from console.workers import Lost, Worker
 from core.errors import Refused, Unavailable
+from core.files import saving
 from core.geometry import Pose
 from core.perception.people.colours import Enrolled
 from core.perception.people.enrolment import FEWEST
@@ -291,8 +292,5 @@ class School:
         return answer
 
     async def _written(self, work: Callable[[], None]) -> None:
-        try:
+        with saving("What I learnt could not be saved"):
             await asyncio.to_thread(work)
-        except OSError as wrong:
-            words = f"What I learnt could not be written ({wrong.strerror or wrong}); check the disk."
-            raise Problem(503, words) from None

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from core.errors import BadInput, Refused
+from core.files import saving, write_atomic
 from core.geometry import rotation
 from core.log.sound_file import read_sound
 from core.message import Array
@@ -87,7 +88,7 @@ def write_profile(out: Path, array: MicrophoneArray, found: Orientation) -> Path
         f"position_sd_m = {array.position_sd}",
         *([] if array.rate is None else [f"sample_rate_hz = {array.rate}"]),
     ]
-    out.mkdir(parents=True, exist_ok=True)
     file = out / "array.toml"
-    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with saving(f"{file} cannot be written"):
+        write_atomic(file, "\n".join(lines) + "\n")
     return file

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from core.errors import Unavailable
+from core.files import saving, write_atomic
 from core.geometry import Pose
 from core.navigation.nav2_map import nav2_map
 from core.slam.estimate import Landmark
@@ -34,7 +34,7 @@ def landmarks_csv(landmarks: Iterable[Landmark]) -> str:
 def save(
     folder: Path, stamps: Sequence[float], poses: Sequence[Pose], landmarks: Sequence[Landmark], grid: Grid | None
 ) -> dict[str, str | None]:
-    """Write everything into `folder` → what lies where; without a grid there is no map. Raises Unavailable."""
+    """Write everything into `folder` → what lies where; without a grid there is no map. Raises Unwritable."""
     contents: dict[str, tuple[str, bytes]] = {
         "trajectory_tum": ("trajectory.tum", trajectory_tum(stamps, poses).encode()),
         "landmarks_csv": ("landmarks.csv", landmarks_csv(landmarks).encode()),
@@ -42,10 +42,7 @@ def save(
     if grid is not None:
         text, picture = nav2_map(grid, "map.pgm")
         contents |= {"map_yaml": ("map.yaml", text.encode()), "map_pgm": ("map.pgm", picture)}
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
+    with saving(f"Nothing can be written to {folder}"):
         for name, content in contents.values():
-            (folder / name).write_bytes(content)
-    except OSError as trouble:
-        raise Unavailable(f"Nothing can be written to {folder}: {trouble.strerror or trouble}.") from trouble
+            write_atomic(folder / name, content)
     return {"map_yaml": None} | {key: str(folder / name) for key, (name, _) in contents.items()}

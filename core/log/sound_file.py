@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from core.errors import BadInput, Unavailable
+from core.files import write_atomic
 from core.log.source import open_file
 from core.message import Array
 from core.sensors.microphones import Sound, usable
@@ -45,7 +46,7 @@ def write_wav(path: Path, sound: Sound) -> None:
     width = 2 * sound.channels
     form = struct.pack("<HHIIHH", PCM, sound.channels, sound.rate, sound.rate * width, width, 16)
     body = b"WAVEfmt " + struct.pack("<I", len(form)) + form + b"data" + struct.pack("<I", len(whole)) + whole
-    path.write_bytes(b"RIFF" + struct.pack("<I", len(body)) + body)
+    write_atomic(path, b"RIFF" + struct.pack("<I", len(body)) + body)
 
 
 def _wav(path: Path) -> tuple[int, Array]:

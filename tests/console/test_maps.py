@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import zipfile
 from dataclasses import replace
@@ -13,7 +14,8 @@ import pytest
 from console.journey import FIELDS, Journey, laid_out
 from console.map_files import known_part, preview
 from console.map_store import ASIDE, CARD, MapCard, MapStore, NameTaken, checked_name, slug
-from core.errors import BadInput
+from core.errors import BadInput, Unwritable
+from core.files import SEAL
 from core.gate import ZERO
 from core.geometry import Pose
 from core.slam.estimate import Estimate, SlamHealth
@@ -65,7 +67,7 @@ def test_a_map_whose_writing_breaks_off_never_was_and_the_former_stays(store: Ma
         (folder / "words.txt").write_text("ha")
         raise OSError(28, "No space left on device")
 
-    with pytest.raises(OSError):
+    with pytest.raises(Unwritable, match=r"nothing was changed: No space left on device\. Free some space"):
         store.keep(named("lab", 200.0), breaks, replace=True)
     assert words_of(store, "lab") == "whole"
     assert len(list((tmp_path / "maps").iterdir())) == 1
@@ -105,6 +107,44 @@ def test_a_map_goes_for_good_and_is_packed_with_everything(store: MapStore) -> N
         assert sorted(box.namelist()) == [CARD, "words.txt"]
     store.remove(kept)
     assert store.all() == [] and store.find("lab") is None
+
+
+def damage(path: Path) -> None:
+    """Change one digit, as a disk or an editor may."""
+    raw = bytearray(path.read_bytes())
+    place = max(number for number, byte in enumerate(raw) if byte in b"0123456789")
+    raw[place] = ord(b"1") if raw[place] != ord(b"1") else ord(b"2")
+    path.write_bytes(bytes(raw))
+
+
+@pytest.mark.parametrize("name", ["words.txt", CARD])
+def test_a_map_with_a_changed_digit_is_neither_loaded_nor_packed_and_the_file_is_named(
+    store: MapStore, name: str
+) -> None:
+    store.keep(named("lab"), saying("71 landmarks"), replace=False)
+    sound = store.find("lab")
+    assert sound is not None and store.checked(sound) == sound.folder
+    damage(sound.folder / name)
+    kept = store.find("lab")
+    assert kept is not None, "it is still listed, so that it can be deleted"
+    for use in (store.packed, store.checked):
+        with pytest.raises(BadInput, match=rf"{name} is not as it was saved\. Restore this file"):
+            use(kept)
+    (kept.folder / "words.txt").unlink()
+    with pytest.raises(BadInput, match="is not as it was saved"):
+        store.checked(kept)
+
+
+def test_a_map_of_an_earlier_console_has_no_checksums_and_is_taken(store: MapStore) -> None:
+    store.keep(named("lab"), saying("71 landmarks"), replace=False)
+    kept = store.find("lab")
+    assert kept is not None and kept.card.files.keys() == {"words.txt"}
+    card = json.loads((kept.folder / CARD).read_text())
+    del card["files"], card[SEAL]
+    (kept.folder / CARD).write_text(json.dumps(card))
+    (kept.folder / "words.txt").write_text("72 landmarks")
+    old = store.find("lab")
+    assert old is not None and store.checked(old) == old.folder and old.card.files == {}
 
 
 @pytest.mark.parametrize("name", ["lab", "Ground floor", "Büro 2", "a-b_c", "  two   words ", "地図", "x" * 40])

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from core.files import replacing
 from core.message import Array
 from core.perception.people.parts import PARTS, Part
 
@@ -48,7 +49,8 @@ def keep_model(models: tuple[PartModel, ...], path: Path = FILE) -> None:
         numbers[f"{model.part.name}_usual"] = model.usual.astype(np.float16)
         numbers[f"{model.part.name}_weights"] = model.weights.astype(np.float16)
         numbers[f"{model.part.name}_offset"] = np.array(model.offset, np.float32)
-    np.savez_compressed(path, allow_pickle=False, **numbers)
+    with replacing(path) as file:
+        np.savez_compressed(file, allow_pickle=False, **numbers)
 
 
 def likelihoods(model: PartModel, cells: Array, valid: Array, rises: range) -> tuple[Array, Array]:

@@ -9,7 +9,8 @@ from typing import Any, cast, get_args
 
 import numpy as np
 
-from core.errors import BadInput, Unavailable
+from core.errors import BadInput
+from core.files import replacing, saving, write_atomic
 from core.message import Array, message
 from core.slam.floor.health import ClosureState
 from core.slam.life import Life
@@ -60,14 +61,11 @@ class SavedMap:
         return len(self.facts["landmarks"])
 
     def to_files(self, folder: Path) -> None:
-        """Write `map.json` and `map.npz` into a folder. Raises Unavailable."""
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            with (folder / ARRAYS).open("wb") as file:
+        """Write `map.json` and `map.npz` into a folder. Raises Unwritable."""
+        with saving("The map could not be saved"):
+            with replacing(folder / ARRAYS) as file:
                 np.savez_compressed(file, allow_pickle=False, **self.arrays)
-            (folder / WORDS).write_text(json.dumps(self.facts, indent=1), encoding="utf-8")
-        except OSError as trouble:
-            raise Unavailable(f"The map cannot be written to {folder.name}: {trouble.strerror or trouble}.") from None
+            write_atomic(folder / WORDS, json.dumps(self.facts, indent=1))
 
     @staticmethod
     def from_files(folder: Path) -> SavedMap:

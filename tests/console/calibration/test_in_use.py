@@ -15,10 +15,11 @@ import pytest
 
 from console.calibration.in_use import InUse
 from console.calibration.robot_sensors import calibrated, laser_in, nominal_mount
-from console.problems import Problem
 from core.calibration.camera_files import kalibr_yaml, ros_yaml
 from core.calibration.mount_files import FORWARD, both_ways, matrix, static_transform, urdf_joint
 from core.calibration.reports import kept as kept_form
+from core.errors import Unwritable
+from core.files import SEAL
 from core.geometry import OPTICAL, Transform
 from core.message import Array
 from core.optics import TABLE_3
@@ -185,7 +186,7 @@ def test_a_disk_that_is_full_costs_nothing_that_was_in_use(tmp_path: Path, monke
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr("os.fsync", full)
-    with pytest.raises(Problem, match="No space left"):
+    with pytest.raises(Unwritable, match="No space left"):
         kept.put("camera", document(303.0), {"fx": 303.0}, "somebody")
     assert kept.camera is not None and kept.camera.fx == as_restarted(tmp_path) == 302.0
     assert sorted(path.suffix for path in tmp_path.iterdir()) == [".json", ".json"]
@@ -201,9 +202,9 @@ def test_a_crash_while_accepting_or_taking_back_leaves_a_calibration_in_use(
 
     with monkeypatch.context() as broken:
         broken.setattr(Path, "replace", stop)
-        with pytest.raises(Problem, match="could not be saved"):
+        with pytest.raises(Unwritable, match="could not be saved"):
             kept.put("camera", document(303.0), {"fx": 303.0}, "somebody")
-        with pytest.raises(Problem, match="could not be taken back"):
+        with pytest.raises(Unwritable, match="could not be taken back"):
             kept.undo("camera")
     assert kept.camera is not None and kept.camera.fx == as_restarted(tmp_path) == 302.0
 
@@ -217,6 +218,31 @@ def test_a_damaged_former_is_passed_over_and_the_one_before_it_is_taken_back(tmp
     assert damaged.read_text() == "{"
     kept.undo("camera")
     assert kept.camera is None and not (tmp_path / "camera.json").exists()
+
+
+def test_a_digit_that_changed_after_it_was_saved_is_told_and_not_used(tmp_path: Path) -> None:
+    accepted(tmp_path, 510.0)
+    path = tmp_path / "camera.json"
+    path.write_text(path.read_text().replace("510.0", "910.0"))
+    kept = InUse(tmp_path)
+    kept.open()
+    assert kept.camera is None
+    assert "camera.json cannot be used: It was changed after it was saved" in kept.trouble and SEAL in kept.trouble
+
+
+def test_a_file_that_somebody_wrote_by_hand_is_used_and_counts_as_not_verified(tmp_path: Path) -> None:
+    accepted(tmp_path, 510.0)
+    path = tmp_path / "camera.json"
+    own = {key: value for key, value in json.loads(path.read_text()).items() if key != SEAL}
+    path.write_text(json.dumps(own).replace("510.0", "505.0"))
+    kept = InUse(tmp_path)
+    kept.open()
+    told = kept.report("camera")
+    assert kept.camera is not None and kept.camera.fx == 505.0 and kept.trouble == ""
+    assert told is not None and told["verified"] is False
+    kept.put("camera", document(506.0), {"fx": 506.0}, "somebody")
+    told = kept.report("camera")
+    assert told is not None and told["verified"] is True and as_restarted(tmp_path) == 506.0
 
 
 def test_a_mount_comes_from_a_file_in_every_form_and_belongs_to_the_camera_in_use(live: Live) -> None:

@@ -1,0 +1,168 @@
+"""Files that must last: written whole or not at all, and on the disk before anything is said about them."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import hashlib
+import json
+import os
+import secrets
+import stat
+from collections.abc import Callable, Generator
+from pathlib import Path
+from typing import IO, Any
+
+from core.errors import Unwritable
+
+UNFINISHED = ".new"  # how the name of a file ends that is being written; it begins with a dot
+SEAL = "sha256"  # the key of a checksum
+TRIAL = 4096  # [bytes] that are written to find out whether a folder can be written to
+
+REMEDIES = {
+    errno.ENOSPC: "Free some space on this disk and try again.",
+    errno.EDQUOT: "Free some of your quota on this disk and try again.",
+    errno.EROFS: "Mount the disk so that it can be written and try again.",
+    errno.EFBIG: "Raise the limit on the size of files (ulimit -f) and try again.",
+    errno.EIO: "The disk may be failing; check it.",
+}
+
+
+def write_atomic(path: Path, content: bytes | str) -> None:
+    """Replace a file: a crash or a power cut leaves the former content or the new one. Makes its folder.
+
+    It is on the disk, and so is its name, when this returns. A device or a pipe is written to as it is. Raises
+    OSError; what was written of the new file is removed then.
+    """
+    with replacing(path) as file:
+        file.write(content.encode() if isinstance(content, str) else content)
+
+
+@contextlib.contextmanager
+def replacing(path: Path, before: Callable[[], None] | None = None) -> Generator[IO[bytes]]:
+    """A file to write to, which takes the place of `path` when all is written: as `write_atomic`, piece by piece.
+
+    `before`: done when the new file is safe on the disk and the former one is still in its place.
+    """
+    path = path.resolve()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.exists() and not path.is_file() and not path.is_dir():
+        with path.open("wb") as file:
+            yield file
+        return
+    fresh = path.with_name(f".{path.name[-100:]}.{secrets.token_hex(4)}{UNFINISHED}")
+    try:
+        with fresh.open("xb") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        if before is not None:
+            before()
+        fresh.replace(path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            fresh.unlink()
+        raise
+    sync_folder(path.parent)
+
+
+def sync_folder(folder: Path) -> None:
+    """Have the names in a folder on the disk. Raises OSError."""
+    if os.name != "nt":
+        sync(folder, os.O_RDONLY)
+
+
+def sync(path: Path, mode: int = os.O_RDWR) -> None:
+    """Have what was written to a file on the disk. Raises OSError."""
+    opened = os.open(path, mode)
+    try:
+        os.fsync(opened)
+    finally:
+        os.close(opened)
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Remove what a crash left half-written; only for who is alone in writing to this folder."""
+    for left in folder.rglob(f".*{UNFINISHED}"):
+        with contextlib.suppress(OSError):
+            if stat.S_ISREG(left.lstat().st_mode):
+                left.unlink()
+
+
+@contextlib.contextmanager
+def saving(failure: str) -> Generator[None]:
+    """Turns the OSError of a write into Unwritable, which begins with `failure` ("The map could not be saved")."""
+    try:
+        yield
+    except OSError as trouble:
+        raise Unwritable(f"{failure}: {reason(trouble)}") from None
+
+
+def reason(trouble: OSError) -> str:
+    """Why a write failed and what to do, after a colon."""
+    remedy = REMEDIES.get(trouble.errno or 0, "Check the folder and who may write to it.")
+    return f"{trouble.strerror or trouble}. {remedy}"
+
+
+def check_folder(folder: Path) -> None:
+    """Make sure that files can be written below a folder, which need not exist yet; leaves nothing.
+
+    Raises Unwritable with a sentence.
+    """
+    try:
+        there = _first_existing(folder)
+        try_writing(there)
+    except OSError as trouble:
+        missing = "made" if not os.path.lexists(folder) else "written to"
+        raise Unwritable(f"The folder {folder} cannot be {missing}: {reason(trouble)}") from None
+
+
+def check_file(path: Path) -> None:
+    """Make sure that a file can be written. Raises Unwritable with a sentence."""
+    if path.is_dir():
+        raise Unwritable(f"{path} cannot be written: it is a folder. Give the name of a file.")
+    check_folder(path.parent)
+
+
+def try_writing(folder: Path) -> None:
+    """Write a small file into a folder and remove it. Raises OSError."""
+    probe = folder / f".{secrets.token_hex(4)}{UNFINISHED}"
+    try:
+        probe.write_bytes(bytes(TRIAL))
+    finally:
+        probe.unlink(missing_ok=True)
+
+
+def checksum(raw: bytes) -> str:
+    """SHA-256 in hexadecimal digits."""
+    return hashlib.sha256(raw).hexdigest()
+
+
+def sealed(document: dict[str, Any]) -> dict[str, Any]:
+    """A JSON object with the checksum of all the rest of it under SEAL."""
+    return {**document, SEAL: _seal(document)}
+
+
+def is_intact(document: dict[str, Any]) -> bool | None:
+    """Whether a JSON object is what was sealed; None where it bears no checksum."""
+    return None if SEAL not in document else document[SEAL] == _seal(document)
+
+
+def _seal(document: dict[str, Any]) -> str:
+    rest = {name: value for name, value in document.items() if name != SEAL}
+    return checksum(json.dumps(rest, sort_keys=True, separators=(",", ":")).encode())
+
+
+def _first_existing(folder: Path) -> Path:
+    """The folder itself or the nearest one above it that exists. Raises OSError where that is no folder."""
+    for place in (folder, *folder.absolute().parents):
+        try:
+            mode = place.stat().st_mode
+        except FileNotFoundError:
+            if place.is_symlink():
+                raise NotADirectoryError(errno.ENOTDIR, "It is a link to nothing", str(place)) from None
+            continue
+        if not stat.S_ISDIR(mode):
+            raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(place))
+        return place
+    raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(folder))
