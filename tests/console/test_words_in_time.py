@@ -1,0 +1,77 @@
+"""No words move the robot late, or after something that made them void: random stories, and the rule taken apart."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from console.fresh_words import ABSENT, FreshWords, Said
+from console.logins import Person
+from tests.console.words_in_time import told_story
+
+QUICK = 100  # stories; tests.benchmarks.late_words tells 100,000
+SEARCHED = 600  # stories at most, until one shows that a part of the rule is missing
+JUDGE, VOID = FreshWords.why_not, FreshWords.void
+
+
+def test_no_story_has_a_motion_by_old_or_void_words(tmp_path: Path) -> None:
+    moved: Counter[str] = Counter()
+    for number in range(QUICK):
+        seen = told_story(number, tmp_path)
+        assert seen.wrong == [], f"story {number}"
+        moved += Counter(seen.uttered[words].source for _, words in seen.motions)
+    assert min(moved[source] for source in ("voice", "ears", "file", "typed")) > 5  # it is no robot that never moves
+
+
+def without(source: str) -> Callable[[FreshWords, Said, str, Person], str]:
+    """Words of this source are not judged."""
+    return lambda self, said, by, who: "" if by == source else JUDGE(self, said, by, who)
+
+
+def ageless(self: FreshWords, said: Said, by: str, who: Person) -> str:
+    return JUDGE(self, replace(said, taken=said.ended), by, who)
+
+
+def by_anybody(self: FreshWords, said: Said, by: str, who: Person) -> str:
+    why = JUDGE(self, said, by, who)
+    return "" if why == ABSENT else why
+
+
+def but_stops(self: FreshWords, why: str, *, stop: bool = False, at: float | None = None) -> None:
+    VOID(self, why, at=-math.inf if stop else at)
+
+
+def but_newer_commands(self: FreshWords, why: str, *, stop: bool = False, at: float | None = None) -> None:
+    VOID(self, why, stop=stop, at=at if at is None else -math.inf)
+
+
+def but_hands_and_drivers(self: FreshWords, why: str, *, stop: bool = False, at: float | None = None) -> None:
+    VOID(self, why, stop=stop, at=at if stop or at is not None else -math.inf)
+
+
+@pytest.mark.parametrize(
+    ("what", "mutant"),
+    [
+        ("why_not", without("voice")),
+        ("why_not", without("ears")),
+        ("why_not", without("file")),
+        ("why_not", ageless),
+        ("why_not", by_anybody),
+        ("void", but_stops),
+        ("void", but_newer_commands),
+        ("void", but_hands_and_drivers),
+        ("left", lambda self, who: None),
+    ],
+    ids=["voice", "ears", "file", "age", "presence", "stops", "newer", "hands", "pages"],
+)
+def test_the_stories_show_when_a_part_of_the_rule_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, what: str, mutant: Any
+) -> None:
+    monkeypatch.setattr(FreshWords, what, mutant)
+    assert any(told_story(number, tmp_path).wrong for number in range(SEARCHED))
