@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import secrets
 from collections.abc import AsyncGenerator
@@ -16,7 +17,7 @@ from starlette.routing import Mount
 from console.api.calibration import calibration
 from console.api.calibration_files import calibration_files
 from console.api.commands import commands
-from console.api.documentation import documentation
+from console.api.documentation import Description, documentation
 from console.api.hearing import hearing
 from console.api.intent import intent
 from console.api.lease import lease
@@ -74,6 +75,7 @@ def create_app(runtime: Runtime) -> FastAPI:
 
     @asynccontextmanager
     async def life(_: FastAPI) -> AsyncGenerator[None]:
+        runtime.keep(asyncio.create_task(description.write()))  # while the robot is being opened
         try:
             await runtime.open()
             yield
@@ -90,6 +92,7 @@ def create_app(runtime: Runtime) -> FastAPI:
         openapi_url=None,
     )
     app.state.runtime = runtime
+    app.state.description = description = Description(app)
     for router in ROUTERS:
         app.router.routes.extend(router.routes)
     app.router.routes.append(Mount("/static", PageFiles(directory=static_folder()), name="static"))

@@ -28,12 +28,13 @@ from console.runtime import Runtime
 from console.sockets import TooMany
 from console.spoken_stops import STOPPED, SpokenStops
 from console.strict_json import read_json
-from console.tally import Tally
+from console.tally import Tally, size_of
 from console.tasks import end
 from console.words_worker import Told
 from core.errors import BadInput, Refused
 
 MOST_PER_SECOND = 250  # messages; pieces of 20 ms are 50, and what a stalled network held back comes at once
+MOST_BYTES = 2**19  # a second; sound is 32,000, and 15 s of it may come at once
 MOST_WAITING = 50  # messages down that may wait for a browser that does not read them
 SOURCE = "voice"
 PAGES = itertools.count(1)
@@ -47,7 +48,7 @@ class AudioTalk:
         self._runtime, self._socket, self._person = runtime, socket, person
         self._page = next(PAGES)
         self._turn: Turn | None = None
-        self._tally = Tally()
+        self._tally, self._volume = Tally(), Tally()
         self._down: asyncio.Queue[wire.AudioDown] = asyncio.Queue(MOST_WAITING)
         self._closing: Closing | None = None
         self._number = 0
@@ -83,6 +84,8 @@ class AudioTalk:
                     self._closing = GONE
                 elif self._tally.add(time.monotonic()) > MOST_PER_SECOND:
                     self._close(1008, f"More than {MOST_PER_SECOND} messages a second.")
+                elif self._volume.add(time.monotonic(), size_of(message)) > MOST_BYTES:
+                    self._close(1008, f"More than {MOST_BYTES} bytes a second.")
                 elif message.get("bytes") is not None:
                     self._take_sound(message["bytes"])
                 else:

@@ -1,15 +1,24 @@
-"""How long a silent or stuck peer may hold a connection: uvicorn itself sets no bound to either."""
+"""What one connection may take of the console: time while it is silent or stuck, a share of the event loop, a place.
+
+uvicorn itself sets no bound to any of them.
+"""
 
 from __future__ import annotations
 
 import socket
 from asyncio import BaseTransport, Task, TimerHandle
+from collections.abc import Callable
 from typing import Any
 
 import h11
+import uvicorn
+from uvicorn.protocols.http.flow_control import FlowControl
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.protocol import State
+
+from console.crowd import Crowd
+from console.piecemeal import Piecemeal
 
 HEADER_TIME = 10.0  # [s] for the whole head of a request
 REST_TIME = 2.0  # [s] to finish sending a body that was answered already
@@ -17,20 +26,77 @@ PARTING = 1.0  # [s] for the last bytes of a socket that is over
 UNSENT = 65536  # [bytes] that may wait in the kernel for one viewer: beyond, newer pictures replace older ones
 
 
-class ImpatientHttp(H11Protocol):
+class Config(uvicorn.Config):
+    """uvicorn's, and who is there."""
+
+    crowd: Crowd
+
+
+class Flow(FlowControl):
+    """Tells when reading may go on."""
+
+    def __init__(self, transport: Any, resumed: Callable[[], None]) -> None:
+        super().__init__(transport)
+        self._resumed = resumed
+
+    def resume_reading(self) -> None:
+        """What was parsed is taken."""
+        if self.read_paused:
+            super().resume_reading()
+            self._resumed()
+
+
+class ImpatientHttp(Piecemeal, H11Protocol):
     """Drops a connection whose request head does not come, or whose answered body does not end."""
 
-    _deadline: TimerHandle | None = None
-    _due = ""  # what the deadline is for: "head" | "rest" | ""
+    def __init__(self, config: Config, *given: Any, **more: Any) -> None:
+        Piecemeal.__init__(self)
+        H11Protocol.__init__(self, config, *given, **more)
+        self._crowd = config.crowd
+        self._deadline: TimerHandle | None = None
+        self._due = ""  # what the deadline is for: "head" | "rest" | ""
 
     def connection_made(self, transport: BaseTransport) -> None:  # type: ignore[override]
         """A head is due."""
-        super().connection_made(transport)  # type: ignore[arg-type]
+        H11Protocol.connection_made(self, transport)  # type: ignore[arg-type]
+        self.flow = Flow(self.transport, self.go_on_soon)
+        send_at_once(transport)
         self._expect("head", HEADER_TIME)
+        self._crowd.enter(self, address_of(self.client))
+
+    @property
+    def stranger(self) -> bool:
+        """Whether no request on it has shown a valid key or login."""
+        scope: Any = self.scope  # None before the first request
+        return scope is None or scope.get("person") is None
+
+    @property
+    def idle(self) -> bool:
+        """Whether no request is under way."""
+        cycle: Any = self.cycle  # None before the first request
+        return cycle is None or cycle.response_complete
+
+    def drop(self) -> None:
+        """Others need the place."""
+        self.transport.abort()
 
     def data_received(self, data: bytes) -> None:
-        """Something came: a head, a part of one, a body."""
-        super().data_received(data)
+        """Something came."""
+        self.arrived(data)
+
+    @property
+    def full(self) -> bool:
+        """Whether an answer is due first, or a body to be taken."""
+        return self.flow.read_paused
+
+    @property
+    def replaced(self) -> bool:
+        """Whether it became a socket."""
+        return self.transport.get_protocol() is not self  # type: ignore[comparison-overlap]
+
+    def take(self, piece: bytes) -> None:
+        """A head, a part of one, a body."""
+        H11Protocol.data_received(self, piece)
         if self.transport.is_closing():
             self._calm()
         elif self.conn.their_state is h11.IDLE:
@@ -47,11 +113,13 @@ class ImpatientHttp(H11Protocol):
     def handle_websocket_upgrade(self, event: h11.Request) -> None:
         """From now on another protocol listens."""
         self._calm()
+        self._crowd.leave(self, address_of(self.client))
         super().handle_websocket_upgrade(event)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """It is over."""
         self._calm()
+        self._crowd.leave(self, address_of(self.client))
         super().connection_lost(exc)
 
     def _expect(self, what: str, within: float) -> None:
@@ -66,8 +134,14 @@ class ImpatientHttp(H11Protocol):
         self._due, self._deadline = "", None
 
 
-class ImpatientSocket(WebSocketsSansIOProtocol):
+class ImpatientSocket(Piecemeal, WebSocketsSansIOProtocol):
     """Lets little wait in the kernel, and goes when it is over, whether or not the peer reads."""
+
+    def __init__(self, config: Config, *given: Any, **more: Any) -> None:
+        Piecemeal.__init__(self)
+        WebSocketsSansIOProtocol.__init__(self, config, *given, **more)
+        self._crowd = config.crowd
+        self._accepted = False
 
     def connection_made(self, transport: BaseTransport) -> None:
         """Bound what the kernel keeps for a peer that reads slowly."""
@@ -76,6 +150,57 @@ class ImpatientSocket(WebSocketsSansIOProtocol):
         option = getattr(socket, "TCP_NOTSENT_LOWAT", None)
         if raw is not None and option is not None and raw.family in (socket.AF_INET, socket.AF_INET6):
             raw.setsockopt(socket.IPPROTO_TCP, option, UNSENT)
+        self._crowd.enter(self, address_of(self.client))
+
+    @property
+    def stranger(self) -> bool:
+        """Whether it was not let in, or not yet."""
+        return not self._accepted
+
+    @property
+    def idle(self) -> bool:
+        """An open socket never is."""
+        return False
+
+    def drop(self) -> None:
+        """Others need the place."""
+        self.transport.abort()
+
+    def data_received(self, data: bytes) -> None:
+        """Something came. The handshake comes while the other protocol still listens: it is taken whole."""
+        if self.handshake_initiated:
+            self.arrived(data)
+        else:
+            self.take(data)
+
+    @property
+    def full(self) -> bool:
+        """Whether messages wait to be taken."""
+        return self.read_paused
+
+    def take(self, piece: bytes) -> None:
+        """Frames, or a part of one."""
+        super().data_received(piece)
+
+    async def receive(self) -> Any:
+        """The next message; then what waits is parsed."""
+        message = await super().receive()
+        if not self.full:
+            self.go_on_soon()
+        return message
+
+    async def send(self, message: Any) -> None:
+        """A refusal by HTTP is a handshake that is complete, and no fault that the log should hold."""
+        await super().send(message)
+        if message["type"] == "websocket.accept":
+            self._accepted = True
+        elif message["type"] == "websocket.http.response.body" and not message.get("more_body", False):
+            self.handshake_complete = True
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """It is over."""
+        self._crowd.leave(self, address_of(self.client))
+        super().connection_lost(exc)
 
     def on_task_complete(self, task: Task[None]) -> None:
         """The conversation is over; the last bytes get a moment."""
@@ -95,3 +220,15 @@ class ImpatientSocket(WebSocketsSansIOProtocol):
         else:
             super().shutdown()
         self.loop.call_later(PARTING / 4, self.transport.abort)
+
+
+def address_of(client: tuple[str, int] | None) -> str:
+    """Where a connection comes from."""
+    return client[0] if client else ""
+
+
+def send_at_once(transport: BaseTransport) -> None:
+    """No byte waits for the other side to acknowledge an earlier one."""
+    raw: Any = transport.get_extra_info("socket")
+    if raw is not None and raw.family in (socket.AF_INET, socket.AF_INET6):
+        raw.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -21,8 +21,15 @@ class Body:
     most: int  # [bytes]
     patience: float = 1.0  # times the ordinary time for a whole body
 
+    @property
+    def is_json(self) -> bool:
+        """Whether it is read as JSON."""
+        return "application/json" in self.types
 
-JSON = Body(("application/json",), 1_000_000)
+
+JSON = Body(("application/json",), 65_536)
+KEY = Body(("application/json",), 2048)
+SOUND = Body(("application/json",), 1_000_000)
 TEXT = Body(("text/plain",), 1_000_000)
 PICTURE = Body(("image/jpeg", "image/png"), 20_000_000, 6.0)
 

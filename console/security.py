@@ -27,6 +27,7 @@ Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
 App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
+AT_ONCE = 16384  # bytes of JSON that are read on the event loop; more would keep it for milliseconds
 BODY_TIME = 10.0  # [s] for an ordinary body
 MOST_LARGE = 4  # bodies beyond what JSON may have that are taken in at the same time
 SAFE_METHODS = {"GET", "HEAD", "OPTIONS"}
@@ -116,7 +117,7 @@ class Guard:
         if body.most <= JSON.most:
             return await checked_body(visit, body, receive)
         if self._large >= MOST_LARGE:
-            raise Problem(429, "Too many pictures at once; send the next one when this one is answered.")
+            raise Problem(429, "Too many large bodies at once; send the next one when this one is answered.")
         self._large += 1
         try:
             return await checked_body(visit, body, receive)
@@ -196,15 +197,18 @@ async def checked_body(visit: Visit, wanted: Body, receive: Receive) -> Receive:
         raise Problem(408, f"The request's body took longer than {seconds:.0f} seconds.") from None
     if body:
         check_type(visit, wanted)
-        if wanted is JSON:
-            check_json(bytes(body))
+        if wanted.is_json:
+            await check_json(bytes(body))
     return replay(bytes(body), receive)
 
 
-def check_json(body: bytes) -> None:
+async def check_json(body: bytes) -> None:
     """Raises Problem 400 for what is no JSON that we take."""
     try:
-        read_json(body)
+        if len(body) > AT_ONCE:
+            await asyncio.to_thread(read_json, body)
+        else:
+            read_json(body)
     except BadInput as trouble:
         raise Problem(400, str(trouble)) from None
 
@@ -219,7 +223,7 @@ def check_type(visit: Visit, wanted: Body) -> None:
     declared, _, parameters = (visit.one("content-type") or "").partition(";")
     charset = parameters.strip().lower().replace('"', "")
     if declared.strip().lower() not in wanted.types or charset not in ("", "charset=utf-8"):
-        if wanted is JSON:
+        if wanted.is_json:
             raise Problem(415, "Send JSON, with the header Content-Type: application/json.")
         raise Problem(415, f"Send {' or '.join(wanted.types)}, and say so in the header Content-Type.")
     if "content-encoding" in visit.headers:

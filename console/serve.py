@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import gc
 import ipaddress
@@ -12,17 +13,20 @@ import threading
 import webbrowser
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 import uvicorn
 from starlette.types import ASGIApp
 
 from console.app import create_app
+from console.crowd import MOST, Crowd, raise_file_limit
 from console.home import home_folder
 from console.logins import Logins
 from console.logs import start_logging
-from console.protocol import ImpatientHttp, ImpatientSocket
+from console.protocol import HEADER_TIME, Config, ImpatientHttp, ImpatientSocket
 from console.robot_process import RobotProcess
 from console.runtime import Runtime
 from console.security import HOST_NAME, Access
@@ -34,7 +38,8 @@ from core.pilot import Pilot
 from core.settings import load
 
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
-SOCKET_MESSAGE = 65536  # [bytes] at most in one message
+SOCKET_MESSAGE = 16384  # [bytes] at most in one message: the longest sentence takes 12,000
+BACKLOG = 64  # connections that wait to be accepted
 SWITCH = 0.001  # [s] after which a computing thread lets the event loop in
 PING = 5.0  # [s] between pings, and for an answer to one
 
@@ -69,6 +74,9 @@ class Server(uvicorn.Server):
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Listening; now the address is worth telling."""
+        loop: Any = asyncio.get_running_loop()
+        if self.config.ssl is not None:  # uvicorn hands no such bound on
+            loop.create_server = partial(loop.create_server, ssl_handshake_timeout=HEADER_TIME)
         await super().startup(sockets)
         self._listening()
 
@@ -84,6 +92,7 @@ def serve(options: Options) -> None:
     settings = load(options.settings)
     come_first(CONSOLE)  # all threads: each may hold what the pilot needs next
     sys.setswitchinterval(SWITCH)
+    most = raise_file_limit()
     home = home_folder(options.data)
     start_logging(options.log or home / "console.log")
     with bound(options.host, options.port) as listener:
@@ -103,9 +112,15 @@ def serve(options: Options) -> None:
         runtime.quality.ears, runtime.quality.speech = settings.simulation, settings.speech
         if options.text_files is not None:
             files = TextFiles(options.text_files)
+<<<<<<< HEAD
             parts = (runtime.door, runtime.lease, runtime.history, runtime.board)
             runtime.beside.append(TextOrders(files, *parts, lambda: runtime.snapshot).run)
         config = configured(create_app(runtime), options.tls_cert, options.tls_key)
+=======
+            orders = TextOrders(files, runtime.door, runtime.history, runtime.board, lambda: runtime.snapshot)
+            runtime.beside.append(orders.run)
+        config = configured(create_app(runtime), options.tls_cert, options.tls_key, most)
+>>>>>>> 39ef104 (web: bound what strangers and viewers take of the event loop)
 
         def listening() -> None:
             gc.freeze()  # what is loaded now stays; to go through it again and again would take 70 ms each time
@@ -125,9 +140,9 @@ def serve(options: Options) -> None:
             raise Unavailable(runtime.trouble or "The console could not start; the log says why.") from None
 
 
-def configured(app: ASGIApp, certificate: Path | None = None, key: Path | None = None) -> uvicorn.Config:
-    """How uvicorn runs this application; by HTTPS where there is a certificate."""
-    return uvicorn.Config(
+def configured(app: ASGIApp, certificate: Path | None = None, key: Path | None = None, most: int = MOST) -> Config:
+    """How uvicorn runs this application; by HTTPS where there is a certificate; `most` connections at a time."""
+    config = Config(
         app,
         ssl_certfile=certificate,
         ssl_keyfile=key,
@@ -135,6 +150,7 @@ def configured(app: ASGIApp, certificate: Path | None = None, key: Path | None =
         ws=ImpatientSocket,
         ws_per_message_deflate=False,
         ws_max_size=SOCKET_MESSAGE,
+        backlog=BACKLOG,
         ws_ping_interval=PING,
         ws_ping_timeout=PING,
         timeout_graceful_shutdown=3,
@@ -145,6 +161,8 @@ def configured(app: ASGIApp, certificate: Path | None = None, key: Path | None =
         log_config=None,
         lifespan="on",
     )
+    config.crowd = Crowd(most)
+    return config
 
 
 def announce(options: Options, port: int, access: Access) -> None:

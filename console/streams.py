@@ -32,6 +32,8 @@ GONE = Closing(1000, "The browser left.")
 SEND_TIME = 10.0  # [s] for one message; whoever takes longer is gone
 MOST_PER_SECOND = 200  # messages; a stop is heard nevertheless
 FLOOD = 5 * MOST_PER_SECOND  # messages a second, stops among them, that end the socket
+MOST_BYTES = 65536  # a second; a hand and its echoes take 5,000
+LONGEST_BRAKE = 512  # characters of a stop or a halt
 
 
 class Talk:
@@ -44,7 +46,7 @@ class Talk:
         self._viewer = Viewer("state", "camera")
         self._tab = secrets.token_hex(8)
         self._session: str | None = None  # of a calibration, the one this page looks at
-        self._tally = Tally()
+        self._tally, self._volume = Tally(), Tally()
         self._press: int | None = None  # of the key that this socket's hand holds down
 
     async def run(self) -> None:
@@ -121,11 +123,14 @@ class Talk:
             raise
 
     def _take(self, text: str) -> None:
-        ref = 0
+        ref, now = 0, time.monotonic()
+        heard = self._tally.add(now)
+        if self._volume.add(now, len(text)) > MOST_BYTES:
+            self._viewer.close(1008, f"More than {MOST_BYTES} bytes a second.")
+        if self._viewer.closing is not None and len(text) > LONGEST_BRAKE:
+            return
         try:
             told = read_json(text)
-            now = time.monotonic()
-            heard = self._tally.add(now)
             self._runtime.lease.active(self._person, now)
             if (brake := brake_of(told)) is not None:
                 self._brake(brake)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import html
+import json
+from dataclasses import dataclass
 from typing import Any
 
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, FastAPI, Request, Response
 
 from console.roles import needs
 
@@ -35,24 +38,60 @@ The whole description is in <a href="openapi.json">openapi.json</a>; back to <a 
 """
 
 
+class Description:
+    """The description in both forms, written once and not on the event loop: it takes a third of a second."""
+
+    def __init__(self, app: FastAPI) -> None:
+        self._app = app
+        self._written: asyncio.Task[Written] | None = None
+
+    async def written(self) -> Written:
+        """Wait until it is written."""
+        if self._written is None:
+            self._written = asyncio.create_task(asyncio.to_thread(write, self._app))
+        return await asyncio.shield(self._written)
+
+    async def write(self) -> None:
+        """Write it before anybody asks."""
+        await self.written()
+
+
+@dataclass(frozen=True)
+class Written:
+    """The description, to send as it is."""
+
+    openapi: bytes
+    page: bytes
+
+
+def write(app: FastAPI) -> Written:
+    """The description of this application, as OpenAPI and as a page."""
+    told = app.openapi()
+    topics: dict[str, list[str]] = {}
+    for path, operations in told["paths"].items():
+        for method, operation in operations.items():
+            topics.setdefault(operation["tags"][0], []).append(entry(path, method, operation, told["components"]))
+    sections = [f"<section><h2>{html.escape(topic)}</h2>{''.join(rows)}</section>" for topic, rows in topics.items()]
+    return Written(json.dumps(told).encode(), PAGE.format(sections="\n".join(sections)).encode())
+
+
 @documentation.get("/openapi.json", include_in_schema=False)
 @needs("viewer")
-async def openapi(request: Request) -> dict[str, Any]:
+async def openapi(request: Request) -> Response:
     """The interface as OpenAPI."""
-    return request.app.openapi()
+    return Response((await description_of(request).written()).openapi, media_type="application/json")
 
 
 @documentation.get("/docs", include_in_schema=False)
 @needs("viewer")
 async def page(request: Request) -> Response:
     """The same to read."""
-    told = request.app.openapi()
-    topics: dict[str, list[str]] = {}
-    for path, operations in told["paths"].items():
-        for method, operation in operations.items():
-            topics.setdefault(operation["tags"][0], []).append(entry(path, method, operation, told["components"]))
-    sections = [f"<section><h2>{html.escape(topic)}</h2>{''.join(rows)}</section>" for topic, rows in topics.items()]
-    return Response(PAGE.format(sections="\n".join(sections)), media_type="text/html")
+    return Response((await description_of(request).written()).page, media_type="text/html")
+
+
+def description_of(request: Request) -> Description:
+    """What the application was given at its start."""
+    return request.app.state.description
 
 
 def entry(path: str, method: str, operation: dict[str, Any], components: dict[str, Any]) -> str:

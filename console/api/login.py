@@ -11,7 +11,7 @@ from pydantic import Field
 from console.api import Behind, Who, Wish, router
 from console.logins import ANYBODY, LIFE, Person
 from console.problems import Problem
-from console.roles import needs
+from console.roles import KEY, needs
 
 login = router("login")
 
@@ -24,7 +24,7 @@ class Token(Wish):
 
 
 @login.post("/login")
-@needs("public")
+@needs("public", body=KEY)
 async def sign_in(shown: Token, behind: Behind, request: Request, response: Response) -> dict[str, Any]:
     """A token → a cookie."""
     access, now = behind.access, time.monotonic()

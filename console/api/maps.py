@@ -44,12 +44,8 @@ def answers(kind: str) -> dict[int | str, dict[str, Any]]:
 @needs("viewer")
 async def nav2(behind: Behind) -> Response:
     """YAML and PGM as Nav2's map server reads them, in a zip."""
-    text, picture = nav2_map(behind.maps.grid)
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as box:
-        box.writestr("map.yaml", text)
-        box.writestr("map.pgm", picture)
-    return file_named(packed.getvalue(), "map.zip", "application/zip")
+    packed = await asyncio.to_thread(zipped, behind.maps.grid)
+    return file_named(packed, "map.zip", "application/zip")
 
 
 @maps.get("/map.png", response_class=Response, responses=answers("image/png"))
@@ -126,6 +122,16 @@ async def packed(name: Name, behind: Behind) -> Response:
 async def preview(name: Name, behind: Behind) -> Response:
     """A small picture of a saved map."""
     return Response(await behind.maps.preview(name), media_type="image/png")
+
+
+def zipped(grid: Grid) -> bytes:
+    """A grid as Nav2 reads it, in a zip."""
+    text, picture = nav2_map(grid)
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as box:
+        box.writestr("map.yaml", text)
+        box.writestr("map.pgm", picture)
+    return packed.getvalue()
 
 
 def drawn(grid: Grid, style: str) -> bytes:

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from console.api import Behind, Who, Wish, router
 from console.problems import Problem
-from console.roles import needs
+from console.roles import SOUND, needs
 from console.runtime import Runtime
 from core.speech.voice import PERSONS_VOICE, VoiceSettings, pcm, speak
 
@@ -125,7 +125,7 @@ async def place(
 
 
 @simulation.post("/sim/say", status_code=202)
-@needs("operator")
+@needs("operator", body=SOUND)
 async def say(asked: Saying, behind: Behind, who: Who) -> dict[str, Any]:
     """A voice in the room: through its acoustics to the robot's microphones, and on as any voice."""
     wanted = {key: value for key, value in asked.model_dump().items() if value is not None}

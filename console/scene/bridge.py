@@ -11,10 +11,11 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from console.logins import Person
 from console.scene.connection import Connection, allowed
 from console.scene.mount import NoSocketServer
-from console.tally import Tally
+from console.tally import Tally, size_of
 from console.tasks import end
 
 MOST_PER_SECOND = 300  # messages of a browser, of whatever kind: turning the view takes about 120
+MOST_BYTES = 2**17  # a second; turning the view takes some 40,000
 PARTING = 2.0  # [s] for viser to take leave of a browser
 
 
@@ -26,7 +27,7 @@ class Bridge:
         self._inside = inside
         self._person = person
         self._over = asyncio.Event()
-        self._tally = Tally()
+        self._tally, self._volume = Tally(), Tally()
         self._why = (1000, "")
         subprotocol = next((name for name in socket.scope["subprotocols"] if name.startswith("viser-v")), None)
         web = asyncio.get_running_loop()
@@ -70,6 +71,9 @@ class Bridge:
                 return
             if self._tally.add(time.monotonic()) > MOST_PER_SECOND:
                 self.close(1008, f"More than {MOST_PER_SECOND} messages a second.")
+                return
+            if self._volume.add(time.monotonic(), size_of(message)) > MOST_BYTES:
+                self.close(1008, f"More than {MOST_BYTES} bytes a second.")
                 return
             raw = message.get("bytes")
             if raw is not None and allowed(raw, self._person):

@@ -20,17 +20,19 @@ import psutil
 class Console:
     """`beckon run` in a process of its own, on the simulator, with the gate's diary."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, auth: bool = False) -> None:
+        """`auth`: who comes has to show one of the `keys`, the operator's or the viewer's."""
         self.trace = folder / "gate.csv"
-        command = [sys.executable, "-m", "console", "run", "--no-browser", "--no-auth", "--port", "0"]
+        command = [sys.executable, "-m", "console", "run", "--no-browser", "--port", "0"]
         self.process = subprocess.Popen(
-            [*command, "--gate-trace", str(self.trace), "--data", str(folder)],
+            [*command, *(() if auth else ("--no-auth",)), "--gate-trace", str(self.trace), "--data", str(folder)],
             stdout=subprocess.PIPE,
             text=True,
         )
         assert self.process.stdout is not None
-        line = self.process.stdout.readline()
-        self.port = int(line.split("127.0.0.1:")[1].split("/")[0].split()[0])
+        lines = [self.process.stdout.readline() for _ in range(2 if auth else 1)]
+        self.port = int(lines[0].split("127.0.0.1:")[1].split("/")[0].split()[0])
+        self.keys = tuple(line.strip().partition("#t=")[2] for line in lines)
         self.children = psutil.Process(self.process.pid).children(recursive=True)
 
     def get(self, path: str) -> Any:
@@ -68,10 +70,10 @@ class Console:
 
 
 @contextlib.contextmanager
-def console() -> Iterator[Console]:
+def console(*, auth: bool = False) -> Iterator[Console]:
     """A console for a few trials."""
     with tempfile.TemporaryDirectory() as folder:
-        running = Console(Path(folder))
+        running = Console(Path(folder), auth=auth)
         try:
             yield running
         finally:

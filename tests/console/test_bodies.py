@@ -11,6 +11,7 @@ import pytest
 import schemathesis
 from hypothesis import HealthCheck, given, settings
 
+from console.roles import KEY
 from tests.console.live import Live
 
 TAKING = ["/api/commands", "/api/lease", "/api/login", "/api/playback", "/api/sim/place", "/api/sim/remove",
@@ -34,9 +35,9 @@ MALFORMED = {
     "Latin-1": b'{"text": "\xe9"}',
     "an encoded surrogate": b'{"text": "\xed\xa0\x80"}',
     "a byte order mark": b"\xef\xbb\xbf{}",
-    "deep lists": b"[" * 100_000,
-    "deep objects": b'{"a":' * 100_000,
-    "an endless number": b'{"id": ' + b"9" * 100_000 + b"}",
+    "deep lists": b"[" * 60_000,
+    "deep objects": b'{"a":' * 12_000,
+    "an endless number": b'{"id": ' + b"9" * 60_000 + b"}",
     "a list": b"[]",
     "a text": f'"{MARK}"'.encode(),
     "a number": b"7",
@@ -61,7 +62,8 @@ def test_a_malformed_body_is_refused_with_a_sentence_and_never_echoed(live: Live
     for name, raw in MALFORMED.items():
         live.runtime.access.logins._wrong.clear()
         answer = live.ask("POST", path, raw=raw, token=live.operator)
-        assert answer.status in (400, 415, 422), (name, answer.status)
+        too_large = path == "/api/login" and len(raw) > KEY.most
+        assert answer.status in ((413,) if too_large else (400, 415, 422)), (name, answer.status)
         assert answer.headers["content-type"] == "application/problem+json", name
         told = answer.json
         assert told["status"] == answer.status and told["detail"].endswith((".", "?")), name

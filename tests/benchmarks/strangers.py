@@ -1,0 +1,127 @@
+"""How long a STOP takes while strangers attack: `python -m tests.benchmarks.strangers [--trials 200] [--only NAME]`.
+
+STOP is `POST /api/stop` on a connection of its own, by the operator's key, until its answer; the socket's round trip
+is an echo on `/ws`. Both take turns, a moment apart, in each of the cases; the goal is a p99 of at most 25 ms.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import http.client
+import json
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+
+import psutil
+from websockets.sync.client import ClientConnection, connect
+
+from tests.benchmarks.running_console import Console, console
+
+CASES: dict[str, tuple[str, ...]] = {
+    "quiet": (),
+    "four with 1 MB bodies": ("bodies",) * 4,
+    "four different": ("bodies", "half", "loris", "sockets"),
+    "four with tiny chunks": ("chunks",) * 4,
+    "four with early frames": ("sockets",) * 4,
+    "1,200 half requests": ("half",) * 4,
+    "viewer, 60 kB messages": ("flood",),
+    "viewer, 15 kB messages": ("within",),
+    "viewer, empty pings": ("pings",),
+}
+KEYED = ("flood", "within", "pings")  # who signs in as a viewer
+PAUSE = 0.05  # [s] between two STOPs
+GOAL_MS = 25.0
+
+
+@contextlib.contextmanager
+def attacking(port: int, viewer: str, kinds: tuple[str, ...]) -> Iterator[None]:
+    """Strangers at work."""
+    command = [sys.executable, "-m", "tests.benchmarks.attacker"]
+    started = [
+        subprocess.Popen(
+            [*command, kind, str(port), *((viewer,) if kind in KEYED else ())], stderr=subprocess.DEVNULL
+        )
+        for kind in kinds
+    ]
+    try:
+        if started:
+            time.sleep(3.0)
+        yield
+    finally:
+        for one in started:
+            one.kill()
+            one.wait()
+
+
+def stop(port: int, key: str) -> float:
+    """One STOP → [ms] until its answer."""
+    began = time.perf_counter()
+    line = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+    try:
+        line.request("POST", "/api/stop", headers={"Authorization": f"Bearer {key}", "Content-Length": "0"})
+        assert json.load(line.getresponse())["stopped"]
+    finally:
+        line.close()
+    return 1000 * (time.perf_counter() - began)
+
+
+def echo(line: ClientConnection) -> float:
+    """One round trip on the socket → [ms]."""
+    while True:  # what came since the last one
+        try:
+            line.recv(timeout=0)
+        except TimeoutError:
+            break
+    began = time.perf_counter()
+    line.send(json.dumps({"kind": "echo", "t": began}))
+    while True:
+        message = line.recv(timeout=20)
+        if isinstance(message, str) and message.startswith('{"kind":"echo"'):
+            return 1000 * (time.perf_counter() - began)
+
+
+def measured(running: Console, kinds: tuple[str, ...], trials: int) -> dict[str, dict[str, float]]:
+    """STOPs and echoes while these strangers attack."""
+    operator, viewer = running.keys
+    headers = {"Authorization": f"Bearer {operator}"}
+    stops: list[float] = []
+    echoes: list[float] = []
+    told = {"compression": None, "proxy": None, "max_size": None, "max_queue": None, "ping_interval": None}
+    with connect(f"ws://127.0.0.1:{running.port}/ws", additional_headers=headers, **told) as line:  # type: ignore[arg-type]
+        line.send('{"kind":"want","camera":false}')
+        with attacking(running.port, viewer, kinds):
+            for _ in range(trials):
+                stops.append(stop(running.port, operator))
+                echoes.append(echo(line))
+                time.sleep(PAUSE)
+    memory = psutil.Process(running.process.pid).memory_info().rss / 1e6
+    return {"stop_ms": summary(stops), "echo_ms": summary(echoes), "memory": {"rss_mb": round(memory)}}
+
+
+def summary(values: list[float]) -> dict[str, float]:
+    """Median, p99 and max."""
+    ordered = sorted(values)
+    rank = min(len(ordered) - 1, int(0.99 * len(ordered)))
+    return {"p50": round(statistics.median(ordered), 1), "p99": round(ordered[rank], 1), "max": round(ordered[-1], 1)}
+
+
+def main() -> None:
+    """Print a row for each case."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--trials", type=int, default=200)
+    parser.add_argument("--only", choices=CASES, action="append", help="may stand several times")
+    chosen = parser.parse_args()
+    sys.stdout.write(f"goal: p99 of STOP at most {GOAL_MS:.0f} ms; n = {chosen.trials}\n")
+    for name in chosen.only or CASES:
+        with console(auth=True) as running:
+            time.sleep(2.0)
+            sys.stdout.write(f"{name:26}{json.dumps(measured(running, CASES[name], chosen.trials))}\n")
+            sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()
