@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, Locator, expect
 
 from tests.browser.running_console import Running, write_log
 from tests.browser.visit import DESK, PHONE, Visit
@@ -48,6 +48,71 @@ def test_stop_is_large_and_free_whatever_is_open(visit: Open, size: tuple[int, i
     assert here.find("key-sheet").is_visible()
     assert stop_is_free(here)
     assert here.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+SIZES = [(1280, 720), (1030, 640), (1440, 900), (1366, 650), (820, 1180), (844, 390), (720, 450), (390, 844)]
+WHOLE = """() => {
+  const place = (part) => document.querySelector(part).getBoundingClientRect();
+  const [picture, box] = [place(".picture"), place(".picture-box")];
+  const hit = (x, y) => document.elementFromPoint(picture.left + x * picture.width, picture.top + y * picture.height);
+  const meets = [0.02, 0.5, 0.98].every((x) => [0.02, 0.5, 0.98].every((y) => hit(x, y)?.closest(".picture-box")));
+  const inside = picture.top >= box.top - 1 && picture.bottom <= box.bottom + 1 && picture.right <= box.right + 1;
+  return { meets, inside, height: picture.height, ratio: picture.width / picture.height, words: words.clientWidth };
+}"""
+
+
+def test_the_camera_is_whole_and_the_status_readable_at_every_size(visit: Open) -> None:
+    here = visit(size=SIZES[0])
+    for width, height in SIZES:
+        here.page.set_viewport_size({"width": width, "height": height})
+        tabs = here.button("Camera")
+        if tabs.is_visible():
+            tabs.click()
+        expect(here.find(".picture")).to_be_visible()
+        here.until(lambda: here.page.evaluate(WHOLE)["ratio"] > 0, "the picture is drawn")
+        seen = here.page.evaluate(WHOLE)
+        assert seen["meets"] and seen["inside"], (width, height, seen)
+        assert abs(seen["ratio"] - 1.25) < 0.02, (width, height, seen)
+        assert width < 1024 or (seen["height"] >= 200 and seen["words"] >= 140), (width, height, seen)
+        here.say("turn lift")
+        chip = here.find("command-status .meant button").first
+        chip.scroll_into_view_if_needed()
+        for part in (here.find(".status-words"), here.find(".status-remark"), chip):
+            assert at_its_place(here, part), (width, height, part)
+        assert here.page.evaluate("document.documentElement.scrollWidth <= innerWidth"), (width, height)
+
+
+def at_its_place(here: Visit, part: Locator) -> bool:
+    """Whether the middle of the first line of it is seen, nothing over it."""
+    part.scroll_into_view_if_needed()
+    return part.evaluate(
+        """(part) => {
+            const { left, top, width, height } = part.getClientRects()[0];
+            const met = document.elementFromPoint(left + width / 2, top + Math.min(height / 2, 8));
+            return width > 20 && height > 8 && (part.contains(met) || met?.contains(part));
+        }"""
+    )
+
+
+NO_WEBGL = """(() => {
+  const own = HTMLCanvasElement.prototype.getContext;
+  HTMLCanvasElement.prototype.getContext = function (kind, ...more) {
+    return kind.startsWith("webgl") ? null : own.call(this, kind, ...more);
+  };
+})()"""
+
+
+def test_without_webgl_the_page_says_so_and_offers_no_floor_to_click(visit: Open) -> None:
+    here = visit(hints=True, before=lambda page: page.add_init_script(NO_WEBGL))
+    expect(here.find(".stage")).to_contain_text("this browser has no WebGL 2")
+    expect(here.find(".stage")).to_contain_text("All else works")
+    assert here.find("#scene").count() == 0 and here.find(".legend").count() == 0
+    for _ in range(3):
+        assert "floor" not in here.find(".coach").inner_text()
+        here.find(".coach-foot button").click()
+    expect(here.find(".coach")).to_contain_text("That is all")
+    here.find(".coach-foot button").click()
+    expect(here.find("command-status")).to_contain_text("Type, or press a button below.")
 
 
 def test_the_page_can_be_used_by_keys_alone(visit: Open, console: Running) -> None:

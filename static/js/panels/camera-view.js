@@ -121,6 +121,7 @@ class CameraView extends Panel {
     const across = Math.round(width * devicePixelRatio);
     const down = Math.round((across * picture.height) / picture.width);
     if (canvas.width !== across || canvas.height !== down) [canvas.width, canvas.height] = [across, down];
+    this.style.setProperty("--ratio", (picture.width / picture.height).toFixed(4));
     const brush = canvas.getContext("2d", { willReadFrequently: true }); // small: the processor draws it with less ado
     if (!brush) return;
     brush.imageSmoothingQuality = "high";

@@ -1,9 +1,10 @@
-// The first minute: four hints that notice when they were followed. Simulator only; skippable; shown once.
+// The first minute: a few hints that notice when they were followed. Simulator only; skippable; shown once.
 
 import { icon, make, write } from "../element.js";
 import { remember, remembered } from "../memory.js";
 import { Panel } from "../panel.js";
 import { apart, placed } from "../placement.js";
+import { MAP_DRAWN } from "../webgl.js";
 
 /** @typedef {import("../session.js").View} View */
 /**
@@ -17,6 +18,14 @@ import { apart, placed } from "../placement.js";
 const EDGE = 12; // [px] from the map's upper edge
 const POINTS = 20; // [px] up to which a hint points to its target; farther on, something lies between
 const touch = matchMedia("(pointer: coarse)").matches;
+
+/** @type {Hint} */
+const FLOOR = {
+  at: ".stage",
+  title: touch ? "Tap the floor" : "Click the floor",
+  text: "The robot plans a way there and goes.",
+  done: ({ state }) => state?.command?.source === "click",
+};
 
 /** @type {readonly Hint[]} */
 const HINTS = [
@@ -34,12 +43,7 @@ const HINTS = [
       : "Hold W, or drag the stick. Let go and the robot stops.",
     done: ({ state, mine }) => mine && state?.gate.source === "jog" && Math.abs(state.velocity.v_m_s) > 0.02,
   },
-  {
-    at: ".stage",
-    title: touch ? "Tap the floor" : "Click the floor",
-    text: "The robot plans a way there and goes.",
-    done: ({ state }) => state?.command?.source === "click",
-  },
+  ...(MAP_DRAWN ? [FLOOR] : []),
   {
     at: ".stop",
     title: "Stop, at any time",

@@ -5,9 +5,15 @@ import { icon, make } from "../element.js";
 import { remember, remembered } from "../memory.js";
 import { Panel } from "../panel.js";
 import { isDark, onTheme } from "../theme.js";
+import { MAP_DRAWN } from "../webgl.js";
 
 /** @typedef {import("../session.js").View} View */
 
+const ABSENT = [
+  "The 3-D map cannot be drawn here: this browser has no WebGL 2. Virtual machines, remote desktops and locked-down browsers often lack it.",
+  "All else works: the camera, commands in words, driving by hand, STOP, calibration. The map itself can be downloaded under Maps.",
+];
+const DRAWN_MS = 15_000; // after which the frame is shown, whatever is in it
 const TOUCH = matchMedia("(pointer: coarse)").matches;
 const LAYERS = [
   ["pose", "Robot", "Where the robot believes it is; the ellipse is two standard deviations"],
@@ -56,12 +62,17 @@ export class SceneView extends Panel {
   );
   #tab = "";
   #goes = false;
+  #loadedAt = Infinity; // [ms]
   #byKeys = false;
   /** @type {(inner: Window) => void} */
   #then = () => undefined;
 
   /** @override */
   build() {
+    if (!MAP_DRAWN) {
+      this.append(make("div", { class: "scene-absent" }, icon("map"), ...ABSENT.map((text) => make("p", {}, text))));
+      return;
+    }
     this.#legend.open = remembered("legend", innerWidth >= 1024 ? "open" : "shut") === "open";
     this.#legend.addEventListener("toggle", () => remember("legend", this.#legend.open ? "open" : "shut"));
     this.append(this.#frame, this.#legend, this.#hint);
@@ -87,6 +98,8 @@ export class SceneView extends Panel {
    * @param {View} view
    */
   show({ state, up, permission }) {
+    if (!MAP_DRAWN) return;
+    this.#reveal3d();
     this.#goes = up && permission.may !== "no" && !state?.floor.lost;
     this.classList.toggle("is-old", !up);
     const { floor } = state ?? {};
@@ -106,17 +119,28 @@ export class SceneView extends Panel {
     if (row && row.hidden === there) row.hidden = !there;
   }
 
+  /** The frame is shown once it draws: until then it is white, whatever the theme. */
+  #reveal3d() {
+    if (this.classList.contains("is-drawn")) return;
+    const drawn = this.#frame.contentDocument?.querySelector("canvas") ?? null;
+    const late = performance.now() - this.#loadedAt > DRAWN_MS;
+    this.classList.toggle("is-drawn", drawn !== null || late);
+  }
+
   #load() {
     if (!this.#tab) return;
     const query = new URLSearchParams({ websocket: socketAddress(`scene/ws/${this.#tab}`) });
     if (isDark()) query.set("darkMode", "");
     const url = `${address("scene/").href}?${query}`;
-    if (this.#frame.src !== url) this.#frame.src = url;
+    if (this.#frame.src === url) return;
+    this.classList.remove("is-drawn");
+    this.#frame.src = url;
   }
 
   #loaded() {
     const inner = this.#frame.contentWindow;
     if (!this.#frame.src || !inner) return;
+    this.#loadedAt = performance.now();
     inner.addEventListener("focus", () => this.classList.toggle("is-focused", this.#byKeys));
     inner.addEventListener("blur", () => this.classList.remove("is-focused"));
     this.#then(inner);
