@@ -96,7 +96,9 @@ class Intents:
     def drop(self, number: int, who: Person) -> None:
         """It does not begin; whoever may stop the robot may do this. Raises Problem 404."""
         self._find(number)
-        self._ended("cancelled", f"Dropped by {who.name}.", objected=True)
+        why = f"Dropped by {who.name}."
+        self._door.words.void(why, stop=True)
+        self._ended("cancelled", why, objected=True)
 
     def forget(self, source: str, why: str) -> None:
         """Nothing that came by this way begins any more."""

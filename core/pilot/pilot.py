@@ -30,7 +30,7 @@ from core.slam.floor.rooms import Parts
 from core.slam.floor.saved import SavedMap
 from core.slam.floor.watch import WatchSettings
 from core.slam.occupancy import Grid
-from core.snapshot import Ending, Snapshot
+from core.snapshot import Ending, Hearing, Snapshot
 
 LOOKING_AROUND = "Looking around before the first move…"
 NO_SCAN = "No scan comes from the laser."
@@ -153,10 +153,11 @@ class Pilot:
         estimate = self._floor.update(frame, look.sightings, look.ends, look.hits, move)
         dead_reckoning = self._dead_reckoning.update(frame, look.sightings, move)
         self._mount.watch(frame.stamp, estimate.pose, look.pairs, self._eyes.camera)
+        hearing = self._ears.hear(frame.sound, frame.stamp, estimate)
         self._watch(frame)
         twist = self._decide(frame, estimate.pose)
         self._stamp = frame.stamp
-        return self._publish(frame, estimate, dead_reckoning, twist)
+        return self._publish(frame, estimate, dead_reckoning, hearing, twist)
 
     def _enter(self, saved: SavedMap) -> None:
         """Forget the present map and take this one."""
@@ -229,7 +230,9 @@ class Pilot:
         if frame.note:
             self._notices.add(frame.stamp, "info", frame.note)
 
-    def _publish(self, frame: SensorFrame, estimate: Estimate, dead_reckoning: Estimate, twist: Twist) -> Snapshot:
+    def _publish(
+        self, frame: SensorFrame, estimate: Estimate, dead_reckoning: Estimate, hearing: Hearing | None, twist: Twist
+    ) -> Snapshot:
         """All of it in one value."""
         wheels, doing = frame.wheels, self._obedience
         return Snapshot(
@@ -253,7 +256,7 @@ class Pilot:
             undertaking=doing.undertaking,
             endings=doing.take_endings(),
             view=self._eyes.view,
-            hearing=self._ears.hear(frame.sound, frame.stamp, estimate),
+            hearing=hearing,
             person=doing.person,
             drift=self._mount.drift,
             notices=self._notices.newest,

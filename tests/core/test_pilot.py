@@ -13,6 +13,7 @@ from core.commands.command import Command
 from core.errors import Refused
 from core.gate import Twist
 from core.geometry import Pose
+from core.perception.people.call import Call
 from core.pilot import Pilot
 from core.pilot.notices import Notices
 from core.pilot.trail import Trail
@@ -267,3 +268,51 @@ def test_notices_are_bounded_and_a_trouble_is_one_notice_that_begins_and_ends() 
         notices.add(stamp, "info", str(stamp))
     assert [notice.text for notice in notices.newest] == ["5", "6", "7", "8", "9"]
     assert [notice.id for notice in notices.newest] == sorted(notice.id for notice in notices.newest)
+
+
+def test_a_command_that_cannot_begin_leaves_the_one_under_way_alone() -> None:
+    lab = robot()
+    pilot = started(lab)
+    pilot.tell(1, command("continue 1 meters"), "typed", "anna")
+    pilot.step(lab.read())
+    pilot.tell(2, command("come here"), "chip", "anna")
+    snapshot = pilot.step(lab.read())
+    assert [(ended.id, ended.state) for ended in snapshot.endings] == [(2, "refused")]
+    assert snapshot.undertaking is not None and snapshot.undertaking.id == 1
+    assert snapshot.setpoint.v > 0 and snapshot.setpoint_press == 1
+    pilot.tell(3, command("come here"), "chip", "anna")
+    pilot.tell(4, command("turn left"), "chip", "anna")
+    snapshot = pilot.step(lab.read())
+    assert [(ended.id, ended.state) for ended in snapshot.endings] == [(3, "pre-empted"), (1, "pre-empted")]
+    assert snapshot.setpoint_press == 4 and snapshot.setpoint.w > 0
+
+
+def test_a_stop_ends_what_came_in_with_it_too() -> None:
+    lab = robot()
+    pilot = started(lab)
+    pilot.tell(1, command("continue 1 meters"), "typed", "anna")
+    pilot.step(lab.read())
+    pilot.tell(2, command("turn left"), "typed", "anna")
+    pilot.cancel("cancelled", "Stopped by anna.")
+    snapshot = pilot.step(lab.read())
+    assert sorted((ended.id, ended.state) for ended in snapshot.endings) == [(1, "cancelled"), (2, "cancelled")]
+    assert snapshot.undertaking is None and not snapshot.setpoint.moves
+    pilot.tell(3, command("continue 1 meters"), "typed", "anna")
+    pilot.step(lab.read())
+    pilot.tell(4, command("stop"), "typed", "anna")
+    snapshot = pilot.step(lab.read())
+    assert [(ended.id, ended.state) for ended in snapshot.endings] == [(3, "pre-empted"), (4, "done")]
+    assert not snapshot.setpoint.moves
+
+
+def test_a_voice_is_known_to_the_decision_of_the_frame_that_it_is_heard_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    lab = robot(camera=True)
+    pilot = started(lab)
+
+    def hear(*_: object) -> None:
+        pilot._ears.call = Call(stamp=pilot._stamp, azimuth=1.0, sd=0.05, x=0.0, y=0.0)
+
+    monkeypatch.setattr(pilot._ears, "hear", hear)
+    pilot.tell(1, command("come here"), "chip", "anna")
+    snapshot = pilot.step(lab.read())
+    assert snapshot.undertaking is not None and snapshot.setpoint.w > 0
