@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import json
 import math
 import random
 import time
@@ -153,9 +154,9 @@ class Story:
         self.chance, self.seen, self._loop, self._clock = random.Random(seed), Seen(), loop, clock
         self._numbers = iter(range(1, 1000))
         self.room_reader, self.page_reader = Reader(self._pace), Reader(self._pace)
-        self._frozen = 0.0  # [s] until when nobody reads
+        self.frozen = 0.0  # [s] until when nobody reads
         self._epoch, self._armed = 0, 0.0  # [s] when somebody last began to drive
-        self._slow = self.chance.choice((0.05, 0.3, 2.0, 5.0))
+        self.slow = self.chance.choice((0.05, 0.3, 2.0, 5.0))
         self.lease, board = Lease(), NoticeBoard()
         history = History(folder, lambda _: None)
         self.door = Door(self, self.lease, history, board)  # type: ignore[arg-type]
@@ -180,7 +181,7 @@ class Story:
         return self._clock.now
 
     def _pace(self) -> float:
-        return max(self._frozen - self.now, 0.0) + self.chance.random() ** 2 * self._slow
+        return max(self.frozen - self.now, 0.0) + self.chance.random() ** 2 * self.slow
 
     # what the console has of the robot
 
@@ -326,7 +327,7 @@ class Story:
             case "forget":
                 self.door.forget(who)
             case "freeze":
-                self._frozen = self.now + self.chance.uniform(1, 10)
+                self.frozen = self.now + self.chance.uniform(1, 10)
             case "hang" if page is not None:
                 page.hung = not page.hung
             case "close" if page is not None:
@@ -371,8 +372,9 @@ class Page:
 
     def __init__(self, story: Story, who: Person, *, control: bool) -> None:
         self.who, self.control, self.hung = who, control, False
-        self._story, self._ahead = story, story.chance.uniform(0, 1e5)
+        self._story, self.ahead = story, story.chance.uniform(0, 1e5)
         self._up: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+        self.heard: list[dict[str, Any]] = []  # what came down
         if control:
             story.lease.connected(who, story.now)
         self._task = asyncio.get_running_loop().create_task(AudioTalk(story, self, who).run())  # type: ignore[arg-type]
@@ -387,7 +389,8 @@ class Page:
     async def receive(self) -> dict[str, Any]:
         return await self._up.get()
 
-    async def send_text(self, text: str) -> None: ...
+    async def send_text(self, text: str) -> None:
+        self.heard.append(json.loads(text))
 
     def speak(self, one: Uttered) -> None:
         """Unless somebody speaks here already."""
@@ -400,12 +403,12 @@ class Page:
             return
         self._up.put_nowait({"type": "websocket.receive", "text": '{"kind":"listen","mode":"held"}'})
         await asyncio.sleep(0.001)
-        story.page_reader.say(one, self._ahead)
+        story.page_reader.say(one, self.ahead)
         at = one.begun
         while at < one.ended:
             piece = min(PIECE, one.ended - at)
             await asyncio.sleep(max(at + piece - story.now, 0.0) + LATE * story.chance.random())
-            header = AUDIO_HEADER.pack(AUDIO_KIND, 0, 1000 * (at + self._ahead))
+            header = AUDIO_HEADER.pack(AUDIO_KIND, 0, 1000 * (at + self.ahead))
             sound = header + bytes(2 * math.ceil(piece * AUDIO_RATE))
             self._up.put_nowait({"type": "websocket.receive", "bytes": sound})
             at += piece
