@@ -10,6 +10,8 @@ import ipaddress
 import resource
 from typing import Protocol
 
+from console.piecemeal import Piecemeal
+
 MOST = 600  # connections in all: three times the sockets that may be open
 MOST_STRANGERS = 128  # of one address
 MOST_FILES = 65536  # descriptors that are asked of the system
@@ -43,6 +45,7 @@ class Crowd:
     def __init__(self, most: int = MOST) -> None:
         """`most`: connections in all."""
         self.most = most
+        self.parsing: set[Piecemeal] = set()  # those that have sent much at once
         self._open: dict[str, Guests] = {}  # by address
 
     def __len__(self) -> int:

@@ -9,8 +9,8 @@ from __future__ import annotations
 import time
 from asyncio import AbstractEventLoop, Handle, Transport
 
-PIECE = 512  # [bytes] parsed at once: some 85 of the smallest chunks or frames
-TURN = 0.001  # [s] of parsing before everything else has its turn
+PIECE = 256  # [bytes] parsed at once: some 40 of the smallest chunks or frames
+TURN = 0.001  # [s] of parsing, by all connections with much to parse together, before everything else has its turn
 
 
 class Piecemeal:
@@ -19,7 +19,9 @@ class Piecemeal:
     loop: AbstractEventLoop
     transport: Transport
 
-    def __init__(self) -> None:
+    def __init__(self, parsing: set[Piecemeal]) -> None:
+        """`parsing`: all that have more to parse than a moment's work."""
+        self._parsing = parsing
         self._unread = bytearray()
         self._next: Handle | None = None
 
@@ -31,6 +33,11 @@ class Piecemeal:
     def full(self) -> bool:
         """Whether what was parsed has to be dealt with first."""
         raise NotImplementedError
+
+    @property
+    def piece(self) -> int:
+        """How much may be parsed at once [bytes]."""
+        return PIECE
 
     @property
     def replaced(self) -> bool:
@@ -51,23 +58,29 @@ class Piecemeal:
     def go_on(self) -> None:
         """Parse what waits, for a moment."""
         self._next = None
-        begun, at = time.monotonic(), 0
-        while at < len(self._unread) and not self.full and time.monotonic() - begun < TURN:
-            piece = bytes(self._unread[at : at + PIECE])
-            at += PIECE
+        end, at = time.monotonic() + TURN / max(len(self._parsing), 1), 0
+        while at < len(self._unread) and not self.full and (at == 0 or time.monotonic() < end):
+            piece = bytes(self._unread[at : at + self.piece])
+            at += len(piece)
             self.take(piece)
-            if self.transport.is_closing():
-                self._unread.clear()
-                return
-            if self.replaced:
-                self._unread.clear()
+            if self.replaced or self.transport.is_closing():
+                self.forget()
                 self.transport.resume_reading()
                 return
         del self._unread[:at]
         if not self._unread:
+            self._parsing.discard(self)
             if not self.full:
                 self.transport.resume_reading()
             return
         self.transport.pause_reading()
-        if not self.full:
+        if self.full:
+            self._parsing.discard(self)
+        else:
+            self._parsing.add(self)
             self.go_on_soon()
+
+    def forget(self) -> None:
+        """What waits is not wanted any more."""
+        self._unread.clear()
+        self._parsing.discard(self)

@@ -18,11 +18,12 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.protocol import State
 
 from console.crowd import Crowd
-from console.piecemeal import Piecemeal
+from console.piecemeal import PIECE, Piecemeal
 
 HEADER_TIME = 10.0  # [s] for the whole head of a request
 REST_TIME = 2.0  # [s] to finish sending a body that was answered already
 PARTING = 1.0  # [s] for the last bytes of a socket that is over
+PLAIN_PIECE = 4096  # [bytes] of a body parsed at once: what follows it in the same blow may be costly
 UNSENT = 65536  # [bytes] that may wait in the kernel for one viewer: beyond, newer pictures replace older ones
 
 
@@ -50,7 +51,7 @@ class ImpatientHttp(Piecemeal, H11Protocol):
     """Drops a connection whose request head does not come, or whose answered body does not end."""
 
     def __init__(self, config: Config, *given: Any, **more: Any) -> None:
-        Piecemeal.__init__(self)
+        Piecemeal.__init__(self, config.crowd.parsing)
         H11Protocol.__init__(self, config, *given, **more)
         self._crowd = config.crowd
         self._deadline: TimerHandle | None = None
@@ -81,13 +82,23 @@ class ImpatientHttp(Piecemeal, H11Protocol):
         self.transport.abort()
 
     def data_received(self, data: bytes) -> None:
-        """Something came."""
-        self.arrived(data)
+        """Something came. The rest of a body in chunks is not even parsed: its end ends the connection."""
+        if self._due != "rest" or not self._chunked:
+            self.arrived(data)
 
     @property
     def full(self) -> bool:
         """Whether an answer is due first, or a body to be taken."""
         return self.flow.read_paused
+
+    @property
+    def piece(self) -> int:
+        """More of a body whose length was told: it has no structure that takes time."""
+        return PLAIN_PIECE if self.conn.their_state is h11.SEND_BODY and not self._chunked else PIECE
+
+    @property
+    def _chunked(self) -> bool:
+        return any(name == b"transfer-encoding" for name, _ in self.headers or ())
 
     @property
     def replaced(self) -> bool:
@@ -109,6 +120,9 @@ class ImpatientHttp(Piecemeal, H11Protocol):
         super().on_response_complete()
         if self.conn.their_state is h11.SEND_BODY and not self.transport.is_closing():
             self._expect("rest", REST_TIME)
+            if self._chunked:
+                self.forget()
+                self.transport.resume_reading()
 
     def handle_websocket_upgrade(self, event: h11.Request) -> None:
         """From now on another protocol listens."""
@@ -119,6 +133,7 @@ class ImpatientHttp(Piecemeal, H11Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """It is over."""
         self._calm()
+        self.forget()
         self._crowd.leave(self, address_of(self.client))
         super().connection_lost(exc)
 
@@ -138,7 +153,7 @@ class ImpatientSocket(Piecemeal, WebSocketsSansIOProtocol):
     """Lets little wait in the kernel, and goes when it is over, whether or not the peer reads."""
 
     def __init__(self, config: Config, *given: Any, **more: Any) -> None:
-        Piecemeal.__init__(self)
+        Piecemeal.__init__(self, config.crowd.parsing)
         WebSocketsSansIOProtocol.__init__(self, config, *given, **more)
         self._crowd = config.crowd
         self._accepted = False
@@ -199,6 +214,7 @@ class ImpatientSocket(Piecemeal, WebSocketsSansIOProtocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         """It is over."""
+        self.forget()
         self._crowd.leave(self, address_of(self.client))
         super().connection_lost(exc)
 

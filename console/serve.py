@@ -112,15 +112,9 @@ def serve(options: Options) -> None:
         runtime.quality.ears, runtime.quality.speech = settings.simulation, settings.speech
         if options.text_files is not None:
             files = TextFiles(options.text_files)
-<<<<<<< HEAD
             parts = (runtime.door, runtime.lease, runtime.history, runtime.board)
             runtime.beside.append(TextOrders(files, *parts, lambda: runtime.snapshot).run)
-        config = configured(create_app(runtime), options.tls_cert, options.tls_key)
-=======
-            orders = TextOrders(files, runtime.door, runtime.history, runtime.board, lambda: runtime.snapshot)
-            runtime.beside.append(orders.run)
         config = configured(create_app(runtime), options.tls_cert, options.tls_key, most)
->>>>>>> 39ef104 (web: bound what strangers and viewers take of the event loop)
 
         def listening() -> None:
             gc.freeze()  # what is loaded now stays; to go through it again and again would take 70 ms each time
