@@ -42,10 +42,15 @@ def with_default(arguments: list[str]) -> list[str]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run `beckon ARGUMENTS`; returns the exit code: 0 done, 1 could not be done, 2 wrong usage."""
+    """Run `beckon ARGUMENTS`; returns the exit code: 0 done, 1 could not be done, 2 wrong usage.
+
+    Where `--out` cannot be written, nothing is begun.
+    """
     parser = build_parser()
     chosen = parser.parse_args(with_default(sys.argv[1:] if arguments is None else arguments))
     try:
+        if getattr(chosen, "out", None) is not None:
+            chosen.check_out(chosen.out)
         return chosen.run(chosen)
     except BeckonError as trouble:
         sys.stderr.write(f"beckon: {trouble}\n")

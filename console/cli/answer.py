@@ -7,14 +7,29 @@ import json
 import sys
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from core.files import check_file, check_folder
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
     """Give a subcommand `--json`."""
     parser.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+
+
+def add_out(parser: argparse.ArgumentParser, purpose: str, *, required: bool = False) -> None:
+    """Give a subcommand `--out DIR`, which is checked before anything is computed."""
+    parser.add_argument("--out", type=Path, default=None, required=required, metavar="DIR", help=purpose)
+    parser.set_defaults(check_out=check_folder)
+
+
+def add_out_file(parser: argparse.ArgumentParser, name: str, purpose: str) -> None:
+    """The same for a single file."""
+    parser.add_argument("--out", type=Path, default=None, metavar=name, help=purpose)
+    parser.set_defaults(check_out=check_file)
 
 
 def plain(value: Any) -> Any:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from console.cli import calibrate_array
-from console.cli.answer import add_json, progress, tell, write, write_json
+from console.cli.answer import add_json, add_out, add_out_file, progress, tell, write, write_json
 from console.cli.board_options import add_board, board_from, board_or_known
 
 HIGHEST = 2.0  # [m] the camera above or below the laser
@@ -94,7 +94,7 @@ def _add_camera(kinds: Any) -> None:
     parser: argparse.ArgumentParser = kinds.add_parser("camera", help="intrinsic parameters from pictures of a board")
     parser.add_argument("images", nargs="+", type=Path, metavar="IMAGE", help="pictures of the board, best 10 to 20")
     add_board(parser, required=True)
-    parser.add_argument("--out", type=Path, default=None, metavar="DIR", help="where the camera files go")
+    add_out(parser, "where the camera files go")
     add_json(parser)
     parser.set_defaults(run=run_camera)
 
@@ -119,7 +119,7 @@ def _add_laser(kinds: Any) -> None:
         help="the camera above the laser by ruler [m], for boards that stand upright",
     )
     parser.add_argument("--offset", action="store_true", help="also estimate a constant error of the laser's ranges")
-    parser.add_argument("--out", type=Path, default=None, metavar="DIR", help="where the mount's files go")
+    add_out(parser, "where the mount's files go")
     add_json(parser)
     parser.set_defaults(run=run_laser)
 
@@ -130,7 +130,7 @@ def _add_board_page(kinds: Any) -> None:
     parser.add_argument(
         "--page", choices=("A4", "letter", "A3"), default=None, help="the smallest of these that fits, unless chosen"
     )
-    parser.add_argument("--out", type=Path, default=None, metavar="FILE.svg", help="without it: standard output")
+    add_out_file(parser, "FILE.svg", "without it: standard output")
     add_json(parser)
     parser.set_defaults(run=run_board_page)
 

@@ -7,7 +7,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from console.cli.answer import add_json, progress, tell, write, write_json
+from console.cli.answer import add_json, add_out, progress, tell, write, write_json
 
 SIDES = (0.0, 90.0, 180.0, -90.0)  # [deg]
 
@@ -28,7 +28,7 @@ def add(kinds: Any) -> None:
         metavar="DEG,DEG,…",
         help="where each was recorded from, 0 ahead and 90 left (default 0,90,180,-90)",
     )
-    parser.add_argument("--out", type=Path, default=None, metavar="DIR", help="where the turned profile goes")
+    add_out(parser, "where the turned profile goes")
     add_json(parser)
     parser.set_defaults(run=run)
 

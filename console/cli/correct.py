@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from console.cli.answer import add_json, write, write_json
+from console.cli.answer import add_json, add_out, write, write_json
 
 
 def add(places: Any) -> None:
@@ -14,7 +14,7 @@ def add(places: Any) -> None:
     parser: argparse.ArgumentParser = places.add_parser("correct", help="take the lens's distortion out of pictures")
     parser.add_argument("images", nargs="+", type=Path, metavar="IMAGE")
     parser.add_argument("--camera", type=Path, required=True, metavar="CAMERA.json", help="the calibrated camera")
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="where the straight pictures go")
+    add_out(parser, "where the straight pictures go", required=True)
     parser.add_argument(
         "--method",
         choices=("exact", "table-1"),

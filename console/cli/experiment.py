@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from console.cli import course_options
-from console.cli.answer import add_json, tell, write, write_json
+from console.cli.answer import add_json, add_out, tell, write, write_json
 from core.experiments import EXPERIMENTS
 
 SET_OUT = ("text", "table", "boards")  # a result's own layout, and what it lays out
@@ -21,7 +21,7 @@ def add(places: Any) -> None:
     parser.add_argument("name", choices=sorted(EXPERIMENTS), metavar="NAME", help=", ".join(sorted(EXPERIMENTS)))
     parser.add_argument("--runs", type=runs, default=None, help="how often (the experiment's own number)")
     parser.add_argument("--seed", type=seed, default=0, help="the same seed gives the same answer (default 0)")
-    parser.add_argument("--out", type=Path, default=None, metavar="DIR", help="where files go")
+    add_out(parser, "where files go; every run's figures as soon as there are any")
     course_options.add(parser)
     add_json(parser)
     parser.set_defaults(run=run)

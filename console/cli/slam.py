@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from console.cli.answer import add_json, tell, write, write_json
+from console.cli.answer import add_json, add_out, tell, write, write_json
 
 
 def add(places: Any) -> None:
@@ -18,9 +18,7 @@ def add(places: Any) -> None:
         metavar="LOG",
         help="MCAP, ROS bag, CARMEN text, JSON lines, .npz or a folder; FILE#N picks a run or robot",
     )
-    parser.add_argument(
-        "--out", type=Path, default=None, metavar="DIR", help="where trajectory, map and landmarks go"
-    )
+    add_out(parser, "where trajectory, map and landmarks go")
     parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml")
     parser.add_argument(
         "--ids",

@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from console.cli.answer import add_json, plain, write, write_json
+from console.cli.answer import add_json, add_out, plain, write, write_json
 from core.errors import BadInput
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def add(places: Any) -> None:
     parser.add_argument("--marked", action="store_true", help="count the words between =equal signs= instead")
     parser.add_argument("--orig-wav", type=Path, metavar="ORIG.wav", help="the sound that was spoken")
     parser.add_argument("--rev-wav", type=Path, metavar="REV.wav", help="the sound that was received")
-    parser.add_argument("--out", type=Path, default=None, metavar="DIR", help="where report page and figures go")
+    add_out(parser, "where report page and figures go")
     add_json(parser)
     parser.set_defaults(run=run)
 
@@ -112,13 +112,10 @@ def save(out: Path | None, told: dict[str, Any], html: str | None) -> dict[str, 
     """Figures and page into a folder → what lies where."""
     if out is None:
         return {}
-    out.mkdir(parents=True, exist_ok=True)
-    figures, report = out / "speech_quality.json", out / "speech_quality.html"
-    figures.write_text(json.dumps(plain(told), indent=1, ensure_ascii=False), encoding="utf-8")
-    if html is None:
-        return {"json": str(figures)}
-    report.write_text(html, encoding="utf-8")
-    return {"json": str(figures), "page": str(report)}
+    from core.calibration.written import write_all
+
+    texts = {"json": ("speech_quality.json", json.dumps(plain(told), indent=1, ensure_ascii=False))}
+    return write_all(out, texts if html is None else texts | {"page": ("speech_quality.html", html)})
 
 
 def sentences(told: dict[str, Any]) -> list[str]:

@@ -21,6 +21,7 @@ from core.calibration.projection import PARAMETERS
 from core.calibration.quality import judge
 from core.calibration.written import folder_at, write
 from core.experiments.boards_drawn import camera_centred
+from core.experiments.run_log import RunLog
 from core.message import Array
 from core.optics import TABLE_3
 
@@ -47,15 +48,17 @@ def run(
     """Calibrate `runs` times from 20 rendered pictures each → the table of the first run and figures over all."""
     wanted, shown, errors, sds = runs or RUNS, 0, [], []
     first: tuple[Calibration, Captured] | None = None
-    for number in range(wanted):
-        if tell is not None and number % 5 == 0:
-            tell(f"run {number + 1} of {wanted}")
-        captured = capture(np.random.default_rng((seed, number)))
-        calibration = calibrate(captured.views, BOARD, (TABLE_3.width, TABLE_3.height))
-        first = first or (calibration, captured)
-        shown += captured.shown
-        errors.append([getattr(calibration.model, name) - getattr(TABLE_3, name) for name in PARAMETERS[:8]])
-        sds.append([calibration.sds[name] for name in PARAMETERS[:8]])
+    with RunLog(out, "camera-table", wanted, seed, tell) as log:
+        for number in range(wanted):
+            if tell is not None and number % 5 == 0:
+                tell(f"run {number + 1} of {wanted}")
+            captured = capture(np.random.default_rng((seed, number)))
+            calibration = calibrate(captured.views, BOARD, (TABLE_3.width, TABLE_3.height))
+            first = first or (calibration, captured)
+            shown += captured.shown
+            errors.append([getattr(calibration.model, name) - getattr(TABLE_3, name) for name in PARAMETERS[:8]])
+            sds.append([calibration.sds[name] for name in PARAMETERS[:8]])
+            log.add({"errors": dict(zip(PARAMETERS, errors[-1], strict=False)), "boards_shown": captured.shown})
     assert first is not None
     off, told = np.array(errors), np.array(sds)
     return {
@@ -72,7 +75,7 @@ def run(
         "f_u_within_printed_share": float(np.mean(np.abs(off[:, 0]) <= PRINTED[0])),
         "text": "\n".join(layout(first[0])),
         "boards": boards(first[0]),
-        "files": {} if out is None else figures(*first, out),
+        "files": {} if out is None else figures(*first, out) | log.files,
     }
 
 

@@ -24,6 +24,7 @@ from core.experiments.drawn_drives import drawn_drives
 from core.experiments.drives import Drives
 from core.experiments.figure_16 import Panel, figure_16
 from core.experiments.lab_drives import lab_drives
+from core.experiments.run_log import RunLog
 from core.experiments.side_by_side import side_by_side
 from core.log import Ids
 from core.message import Array, message
@@ -47,6 +48,16 @@ class Outcome:
     nees: dict[str, float]
     errors: dict[str, Array]  # times [s] and errors [m] as rows (2, M); empty for runs that are not drawn
     places: dict[str, Array]  # (M, 2) [m]
+
+    @property
+    def figures(self) -> dict[str, dict[str, float]]:
+        """Everything but what is drawn."""
+        return {
+            "average_error_m": self.average,
+            "path_m": self.path,
+            "final_error_m": self.final,
+            "nees": self.nees,
+        }
 
 
 def outcome(drives: Drives, number: int) -> Outcome:
@@ -96,7 +107,8 @@ def run(
     count = runs or min(RUNS, most)
     if count > most:
         raise BadInput(f"{data.name if data else 'The seed'} has {most} runs; {count} cannot be had from it.")
-    done = side_by_side(partial(outcome, drives), count, workers, tell)
+    with RunLog(out, "dead-reckoning-vs-slam", count, seed, tell) as log:
+        done = side_by_side(partial(outcome, drives), count, workers, tell, lambda one: log.add(one.figures))
     rows = {name: _row(name, done) for name in drives.rows}
     result: dict[str, Any] = {
         "runs": count,
@@ -107,7 +119,7 @@ def run(
         "files": {},
     }
     if out is not None:
-        result["files"] = save(out, result, done, drives)
+        result["files"] = save(out, result, done, drives) | log.files
     return result
 
 

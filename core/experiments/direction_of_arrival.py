@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import math
 import time
@@ -12,7 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from core.calibration.written import write_all
 from core.experiments.practice_voice import practice_voice
+from core.experiments.run_log import RunLog
 from core.experiments.talk_in_rooms import PRE_ROLL, RATE, Scene, make_scene
 from core.geometry import wrap
 from core.message import Array, message
@@ -133,6 +136,11 @@ def figures(some: Sequence[Trial]) -> dict[str, Any]:
     return result
 
 
+def scenes_for(utterances: int) -> int:
+    """How many rooms hold at least so many sounds."""
+    return max(len(REVERBERATION), math.ceil(utterances / (len(ARRAYS) * len(NOISES))))
+
+
 def campaign(
     utterances: int,
     seed: int,
@@ -140,20 +148,24 @@ def campaign(
     voices: Sequence[Array] = (),
     tell: Callable[[str], None] | None = None,
     part: tuple[int, int] = (1, 1),
+    kept: Callable[[list[Trial]], None] | None = None,
 ) -> list[Trial]:
     """At least `utterances` sounds: rooms in turn of every reverberation, all arrays and noises in each.
 
     `voices` (N,) at 16 kHz are used in turn; without any, a voice is made up. `part` (k, n): only the k-th of n
-    parts, which together are the whole.
+    parts, which together are the whole. `kept`: given the trials of every room as soon as they are there.
     """
-    scenes = max(len(REVERBERATION), math.ceil(utterances / (len(ARRAYS) * len(NOISES))))
+    scenes = scenes_for(utterances)
     done: list[Trial] = []
     for number in range(scenes * (part[0] - 1) // part[1], scenes * part[0] // part[1]):
         rng = np.random.default_rng([seed, number])
         made = practice_voice(rng, SPEECH, RATE)
         voice = voices[int(rng.integers(len(voices)))][: int(SPEECH * RATE)] if voices else made
         scene = make_scene(rng, REVERBERATION[number % len(REVERBERATION)], voice, list(ARRAYS.values()))
-        done += trials(scene, estimators)
+        here = trials(scene, estimators)
+        done += here
+        if kept is not None:
+            kept(here)
         if tell is not None and (number + 1) % 10 == 0:
             tell(f"{number + 1} of {scenes} rooms…")
     return done
@@ -192,7 +204,13 @@ def run(
     tell: Callable[[str], None] | None = None,
 ) -> dict[str, Any]:
     """`runs` utterances (240) in made-up rooms; `out` receives direction.json and direction.csv."""
-    done = campaign(runs or UTTERANCES, seed, ESTIMATORS, tell=tell)
+    utterances = runs or UTTERANCES
+    with RunLog(out, "direction-of-arrival", scenes_for(utterances), seed, tell) as log:
+
+        def keep(here: list[Trial]) -> None:
+            log.add({"trials": [vars(one) for one in here]})
+
+        done = campaign(utterances, seed, ESTIMATORS, tell=tell, kept=keep)
     told = summary(done)
     result: dict[str, Any] = {
         "utterances": told["beckon"]["all"]["utterances"],
@@ -202,21 +220,20 @@ def run(
         "files": {},
     }
     if out is not None:
-        result["files"] = save(out, result | {"cells": {name: one["cells"] for name, one in told.items()}}, done)
+        cells = {name: one["cells"] for name, one in told.items()}
+        result["files"] = save(out, result | {"cells": cells}, done) | log.files
     return result
 
 
 def save(out: Path, result: dict[str, Any], done: Sequence[Trial]) -> dict[str, str]:
     """Write the figures and every single trial → what lies where."""
-    out.mkdir(parents=True, exist_ok=True)
-    figures_file, table = out / "direction.json", out / "direction.csv"
-    figures_file.write_text(json.dumps(result, indent=1))
-    with table.open("w", newline="") as file:
-        rows = csv.writer(file)
-        rows.writerow(COLUMNS)
-        for one in done:
-            sd = "" if one.sd is None else f"{math.degrees(one.sd):.4g}"
-            error = f"{math.degrees(one.error):.4g}"
-            told = one.estimator, one.array, one.rt60, one.noise, one.ratio, error, sd, int(one.declared)
-            rows.writerow((*told, f"{one.took:.3g}"))
-    return {"json": str(figures_file), "csv": str(table)}
+    table = io.StringIO(newline="")
+    rows = csv.writer(table)
+    rows.writerow(COLUMNS)
+    for one in done:
+        sd = "" if one.sd is None else f"{math.degrees(one.sd):.4g}"
+        error = f"{math.degrees(one.error):.4g}"
+        told = one.estimator, one.array, one.rt60, one.noise, one.ratio, error, sd, int(one.declared)
+        rows.writerow((*told, f"{one.took:.3g}"))
+    whole = json.dumps(result, indent=1)
+    return write_all(out, {"json": ("direction.json", whole), "csv": ("direction.csv", table.getvalue())})

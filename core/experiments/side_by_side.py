@@ -16,11 +16,16 @@ TOLD = 10  # times progress is told
 
 
 def side_by_side(
-    work: Callable[[int], T], count: int, workers: int | None = None, tell: Callable[[str], None] | None = None
+    work: Callable[[int], T],
+    count: int,
+    workers: int | None = None,
+    tell: Callable[[str], None] | None = None,
+    kept: Callable[[T], None] | None = None,
 ) -> list[T]:
     """`work` on 0 … count - 1 → the answers in that order. It must come from a module, and know its own chance.
 
-    `workers`: processes; None: as many as the machine has, where they are worth it.
+    `workers`: processes; None: as many as the machine has, where they are worth it. `kept`: given every answer as
+    soon as it and all before it are there.
     """
     workers = min(workers or min(os.cpu_count() or 1, math.ceil(count / WORTH)), count)
     done: list[T] = []
@@ -28,14 +33,19 @@ def side_by_side(
     if workers == 1:
         for number in range(count):
             done.append(work(number))
+            if kept is not None:
+                kept(done[-1])
             _progress(len(done), count, every, tell)
         return done
     for library in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(library, "1")  # the processes would stand in each other's way
     with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
         try:
-            for answer in pool.map(work, range(count), chunksize=max(1, min(20, count // (4 * workers)))):
+            together = 1 if kept is not None else max(1, min(20, count // (4 * workers)))
+            for answer in pool.map(work, range(count), chunksize=together):
                 done.append(answer)
+                if kept is not None:
+                    kept(answer)
                 _progress(len(done), count, every, tell)
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)

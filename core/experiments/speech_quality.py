@@ -8,6 +8,7 @@ recordings are compared.
 from __future__ import annotations
 
 import csv
+import io
 import json
 import math
 from collections.abc import Callable, Sequence
@@ -18,8 +19,10 @@ import numpy as np
 from scipy.signal import resample_poly
 
 from core.acoustics import Room, heard, impulse_responses, pink_noise
+from core.calibration.written import write_all
 from core.errors import Unavailable
 from core.experiments.practice_voice import practice_voice
+from core.experiments.run_log import RunLog
 from core.message import Array, message
 from core.sensors.microphones import Sound
 from core.speech.alignment import phrases_of
@@ -35,6 +38,7 @@ from core.speech.settings import SpeechSettings
 from core.speech.voice import PERSONS_VOICE, VoiceSettings, can_speak, speak
 
 RATE = 16_000  # [Hz]
+ENDINGS = {"json": "json", "csv": "csv", "page": "html"}
 TEXT = (
     "turn left",
     "turn right",
@@ -180,12 +184,14 @@ def run(
     person = "" if engine is None else close_by(engine, said, seed)
     rows: list[dict[str, Any]] = []
     shown: tuple[Quality | None, Likeness] | None = None
-    for number, place in enumerate(SETTINGS):
-        quality, likeness = measure(engine, said, person, place, seed)
-        rows.append(row(place, quality, likeness))
-        if place.distance == 2.0:
-            shown = quality, likeness
-        say(f"{number + 1} of {len(SETTINGS)} places…")
+    with RunLog(out, "speech-quality", len(SETTINGS), seed, tell) as log:
+        for number, place in enumerate(SETTINGS):
+            quality, likeness = measure(engine, said, person, place, seed)
+            rows.append(row(place, quality, likeness))
+            log.add(rows[-1])
+            if place.distance == 2.0:
+                shown = quality, likeness
+            say(f"{number + 1} of {len(SETTINGS)} places…")
     result: dict[str, Any] = {
         "figure_17": marks_json(FIGURE_17_PERSON, FIGURE_17_ROBOT),
         "figure_17_note": "How many words are marked is the paper's; which ones is ours: the print lost its marks.",
@@ -198,7 +204,7 @@ def run(
         "files": {},
     }
     if out is not None and shown is not None:
-        result["files"] = save(out, result, shown)
+        result["files"] = save(out, result, shown) | log.files
     return result
 
 
@@ -214,13 +220,14 @@ def _engine() -> tuple[Engine | None, str]:
 
 def save(out: Path, result: dict[str, Any], shown: tuple[Quality | None, Likeness]) -> dict[str, str]:
     """Figures, table and the page of the place at 2 m → what lies where."""
-    out.mkdir(parents=True, exist_ok=True)
-    figures, table, report = (out / f"speech_quality.{kind}" for kind in ("json", "csv", "html"))
-    figures.write_text(json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1))
-    with table.open("w", newline="") as file:
-        writer = csv.DictWriter(file, list(result["sweep"][0]))
-        writer.writeheader()
-        writer.writerows(result["sweep"])
+    table = io.StringIO(newline="")
+    writer = csv.DictWriter(table, list(result["sweep"][0]))
+    writer.writeheader()
+    writer.writerows(result["sweep"])
     told = {"voice": str(result["voice"]), "room": "7 x 5.5 x 2.7 m, RT60 0.3 s", "distance": "2 m", "noise": "30 dB"}
-    report.write_text(page(*shown, told), encoding="utf-8")
-    return {"json": str(figures), "csv": str(table), "page": str(report)}
+    texts = {
+        "json": json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1),
+        "csv": table.getvalue(),
+        "page": page(*shown, told),
+    }
+    return write_all(out, {name: (f"speech_quality.{ENDINGS[name]}", text) for name, text in texts.items()})

@@ -9,6 +9,7 @@ again, three times at the most.
 from __future__ import annotations
 
 import csv
+import io
 import json
 from collections.abc import Callable
 from functools import cache, partial
@@ -17,8 +18,10 @@ from typing import Any
 
 import numpy as np
 
+from core.calibration.written import write_all
 from core.commands.stand import STOP_MOVING
 from core.errors import Refused, Unavailable
+from core.experiments.run_log import RunLog
 from core.experiments.side_by_side import side_by_side
 from core.experiments.spoken_room import SENSES, Heard, SpokenRoom
 from core.experiments.table_2_trials import TRIALS, TRIES, Outcome
@@ -117,11 +120,15 @@ def run(
     tell: Callable[[str], None] | None = None,
     workers: int | None = None,
 ) -> dict[str, Any]:
-    """`runs` (50) of every command; `out` receives JSON and CSV. Raises Unavailable where nothing can speak."""
+    """`runs` (50) of every command; `out` receives JSON, CSV, and every run's row at once. Raises Unavailable where
+    nothing can speak, Unwritable.
+    """
     if not can_speak():
         raise Unavailable(NO_VOICE)
     count = runs or RUNS
-    rows = side_by_side(partial(_work, seed, count), count * len(TRIALS), workers, tell)
+    every = count * len(TRIALS)
+    with RunLog(out, "table-2", every, seed, tell) as log:
+        rows = side_by_side(partial(_work, seed, count), every, workers, tell, log.add)
     commands = {name: summary(name, [row for row in rows if row["command"] == name]) for name in TRIALS}
     result: dict[str, Any] = {
         "runs": count,
@@ -138,7 +145,7 @@ def run(
         "files": {},
     }
     if out is not None:
-        result["files"] = _save(out, result, rows)
+        result["files"] = _save(out, result, rows) | log.files
     return result
 
 
@@ -167,11 +174,9 @@ def _spread(values: list[float | None]) -> dict[str, float] | None:
 
 def _save(out: Path, result: dict[str, Any], rows: list[dict[str, Any]]) -> dict[str, str]:
     """Everything, and a line for every run → what lies where."""
-    out.mkdir(parents=True, exist_ok=True)
-    whole, lines = out / "table_2.json", out / "table_2.csv"
-    whole.write_text(json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1))
-    with lines.open("w", newline="") as file:
-        writer = csv.DictWriter(file, [key for key in rows[0] if key != "errors"], extrasaction="ignore")
-        writer.writeheader()
-        writer.writerows(rows)
-    return {"json": str(whole), "csv": str(lines)}
+    table = io.StringIO(newline="")
+    writer = csv.DictWriter(table, [key for key in rows[0] if key != "errors"], extrasaction="ignore")
+    writer.writeheader()
+    writer.writerows(rows)
+    whole = json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1)
+    return write_all(out, {"json": ("table_2.json", whole), "csv": ("table_2.csv", table.getvalue())})

@@ -17,7 +17,9 @@ from typing import cast
 import numpy as np
 from scipy.optimize import minimize
 
+from core.errors import Unwritable
 from core.experiments.crowd import Scene, Stage
+from core.files import check_file
 from core.message import Array
 from core.perception.people.billboard import Billboards
 from core.perception.people.cells import edge_cells
@@ -158,6 +160,10 @@ def main() -> None:
     parser.add_argument("--scenes", type=int, default=1500)
     parser.add_argument("--out", type=Path, default=FILE)
     asked = parser.parse_args()
+    try:
+        check_file(asked.out)
+    except Unwritable as trouble:
+        parser.exit(1, f"{trouble}\n")
     logging.basicConfig(level=logging.INFO, format="%(message)s")
     keep_model(teach(asked.seed, asked.scenes), asked.out)
 

@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from core.calibration.written import write
 from core.experiments.rehearsal import Rehearsal
+from core.experiments.run_log import RunLog
 from core.geometry import Pose, wrap
 from core.message import Array
 from core.settings import Settings
@@ -121,10 +123,12 @@ def run(
 ) -> dict[str, Any]:
     """`runs` tours (1) with seeds from `seed` on; `tell` hears of the progress, `out` receives tour.json."""
     tours: list[dict[str, Any]] = []
-    for number in range(seed, seed + (runs or 1)):
-        if tell is not None:
-            tell(f"Tour of the laboratory with seed {number}: {minutes:g} minutes of the robot's time…")
-        tours.append(tour(number, minutes, settings))
+    with RunLog(out, "tour", runs or 1, seed, tell) as log:
+        for number in range(seed, seed + (runs or 1)):
+            if tell is not None:
+                tell(f"Tour of the laboratory with seed {number}: {minutes:g} minutes of the robot's time…")
+            tours.append(tour(number, minutes, settings))
+            log.add(tours[-1])
     both = {
         name: {
             "mean_error_m": float(np.mean([one["estimators"][name]["mean_error_m"] for one in tours])),
@@ -143,8 +147,7 @@ def run(
         "files": {},
     }
     if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
         path = out / "tour.json"
-        result["files"] = {"json": str(path)}
-        path.write_text(json.dumps(result, indent=1))
+        result["files"] = {"json": str(path)} | log.files
+        write(path, json.dumps(result, indent=1))
     return result
