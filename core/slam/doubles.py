@@ -39,7 +39,7 @@ def _join_nearest(state: Filter, table: LandmarkTable, hit: list[int], settings:
         a = hit[row]
         if b in hit:
             table.part(a, b)
-        elif table.may_be_doubles(a, b) and _coincide(state, a, b, settings):
+        elif table.may_be_doubles(a, b) and _coincide(state, table, a, b, settings):
             _join(state, table, ((a, b),))
             return
 
@@ -89,8 +89,11 @@ def _candidates(state: Filter, table: LandmarkTable, gate: float) -> list[tuple[
     return [(a, b) for a, b in pairs.tolist() if rows[b].seen < rows[a].born and table.may_be_doubles(a, b)]
 
 
-def _coincide(state: Filter, a: int, b: int, settings: DoubleSettings) -> bool:
+def _coincide(state: Filter, table: LandmarkTable, a: int, b: int, settings: DoubleSettings) -> bool:
+    """Whether two landmarks lie together, and not by chance, as any two may where a loop has not been closed yet."""
     difference, spread = state.apart(a, b)
+    if table.left_behind[[a, b]].any() and np.trace(spread) > settings.double_reach**2:
+        return False
     return squared_error(difference, spread + EQUAL * np.eye(2)) < settings.double
 
 

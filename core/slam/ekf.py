@@ -121,7 +121,7 @@ class EkfSlam:
 
     @property
     def landmarks(self) -> tuple[Landmark, ...]:
-        """The landmarks past their probation, as of the newest sightings."""
+        """The landmarks of the map, as of the newest sightings."""
         if self._landmarks is None:
             spreads = self.filter.place_covariances()
             self._landmarks = tuple(
@@ -134,7 +134,7 @@ class EkfSlam:
                     kind=row.kind,
                 )
                 for index, row in enumerate(self.table.rows)
-                if not row.tentative
+                if self.table.stands(row)
             )
         return self._landmarks
 

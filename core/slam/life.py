@@ -70,6 +70,15 @@ class LandmarkTable:
         """Number of landmarks past their probation."""
         return sum(not row.tentative for row in self.rows)
 
+    def stands(self, row: Life) -> bool:
+        """Whether a landmark belongs in the map: past its probation, or let off it and not doubted since.
+
+        What was believed at once and then seen no more may have been nothing. It stays with the filter all the same,
+        as the start of the map may hang on it.
+        """
+        unconfirmed = row.identity is None and row.hits < self.settings.probation
+        return not row.tentative and not (unconfirmed and row.unseen > self.settings.patience)
+
     def alike(self, sightings: tuple[Sighting, ...], heading: float) -> Array:
         """Sightings, robot's heading → (M, N) bool: whether each can be that landmark by its kind and opening."""
         kinds = np.array([row.kind for row in self.rows])

@@ -23,7 +23,7 @@ class RecognitionSettings:
     gate: float = 22.0  # squared distance below which a match lies: real ranges have heavier tails than a Gaussian
     fresh: float = 20.0  # a new landmark is farther than this from all, and matched with none
     margin: float = 2.0  # an assignment that another one comes this close to is doubtful
-    vague: float = 4.0  # ln|S| / |R| from which one sighting does not tell which landmark left behind it is of
+    vague: float = 4.0  # ln|S| / |R| from which one scan does not tell which landmark left behind a sighting is of
     found_again: int = 3  # landmarks that must be recognised together then
     joint_nodes: int = 300  # branches of one scan's assignments that are looked at, at most; 0: each sighting alone
 
@@ -31,18 +31,18 @@ class RecognitionSettings:
 def recognise(look: Look, state: Filter, table: LandmarkTable, settings: RecognitionSettings) -> Assignment:
     """Sightings → landmarks. Believed ones come first; what fits none of them may be one on probation.
 
-    After a long way a robot may know its place no better than to the distance between landmarks. One or two sightings
-    then cannot tell which of those left behind they are of, nor whether they are of new ones. So what is seen there
-    is new at first; together, such landmarks are recognised later (`doubles`).
+    After a long way a robot may know its place no better than to the distance between landmarks. The sightings of one
+    scan then cannot tell which of those left behind they are of, nor whether they are of new ones: a few doors fit a
+    row of doors in several places. So what is seen there is new at first; together, such landmarks are recognised
+    later (`doubles`).
     """
     if not look.seen or not table.rows:
         return Assignment((), tuple(range(len(look.seen))))
     distances, sizes = squared_distance(
         surprise(look.readings[:, None], look.expectations[None]), look.states[None] + look.noises[:, None]
     )
-    if len(look.seen) < settings.found_again:
-        doubt = sizes - np.log(np.linalg.det(look.noises))[:, None]
-        distances = np.where(table.left_behind & (doubt > settings.vague), np.inf, distances)
+    doubt = sizes - np.log(np.linalg.det(look.noises))[:, None]
+    distances = np.where(table.left_behind & (doubt > settings.vague), np.inf, distances)
     alike = table.alike(look.seen, state.pose.heading)
     believed = np.array([not row.tentative for row in table.rows])
     near = alike & (distances < settings.gate)

@@ -226,3 +226,14 @@ def test_the_paper_s_measurement_noise_is_a_setting() -> None:
     reach = math.hypot(*ROOM[0])
     assert np.sqrt(np.linalg.eigvalsh(wide)) == pytest.approx(sorted((0.08, reach * math.radians(1))))
     assert np.trace(surer.landmarks[0].covariance) < np.trace(wide)
+
+
+def test_what_was_believed_at_once_and_never_seen_again_is_not_in_the_map_but_kept() -> None:
+    slam, ghost = EkfSlam(EkfSettings(still_every=1)), (1.5, 0.5)
+    slam.see(seen_from(Pose(), [*ROOM[:4], ghost]))
+    assert len(slam.landmarks) == 5
+    for _ in range(slam.settings.patience + 1):
+        slam.see(seen_from(Pose(), ROOM[:4]))
+    assert len(slam.landmarks) == 4
+    slam.see(seen_from(Pose(), [*ROOM[:4], ghost]))
+    assert len(slam.landmarks) == 5
