@@ -57,11 +57,14 @@ def sentences(name: str, told: dict[str, Any]) -> list[str]:
     """One file for people."""
     if "error" in told:
         return [f"{name}: {told['error']}"]
+    from core.perception.sound.direction import side
+
     lines = [f"{name}: {told['audio_s']:.1f} s in {told['processing_s']:.2f} s, words from the {told['words_from']}"]
     for one in told["directions"]:
         azimuth, sd = math.degrees(one["azimuth_rad"]), math.degrees(one["sd_rad"])
         doubt = "" if one["sure"] else " (unsure)"
-        lines.append(f"  {one['t_s']:7.2f} s  azimuth {azimuth:6.1f}° ± {sd:.1f}°{doubt} {one['ambiguity']}".rstrip())
+        where = f"{abs(azimuth):5.1f}° to the {side(one['azimuth_rad'])}, ± {sd:.1f}°{doubt}."
+        lines.append(f"  {one['t_s']:7.2f} s  {where} {one['ambiguity']}".rstrip())
     for one in told["utterances"]:
         words = f"“{one['words']}”" if one["words"] else "no words"
         verdict = one["command"]["name"] if one["accepted"] else one["reason"]

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from core.errors import BadInput
-from core.geometry import rotation, wrap
+from core.geometry import wrap
 from core.message import Array
 from core.perception.people.call import Call
 from core.perception.sound.direction import Direction
@@ -19,7 +19,7 @@ from core.perception.sound.settings import HearingSettings
 from core.perception.sound.tracking import Tracker, Voice
 from core.robots import Profile
 from core.sensors import Sound
-from core.sensors.microphones import MicrophoneArray
+from core.sensors.microphones import MicrophoneArray, usable
 from core.slam.estimate import Estimate
 from core.snapshot import Hearing, VoiceDirection
 
@@ -77,7 +77,7 @@ class Ears:
         )
 
     def _measure(self, sound: Sound) -> None:
-        power = float(np.mean(np.asarray(sound.samples, float) ** 2))
+        power = float(np.mean(np.asarray(sound.samples, float) ** 2)) if usable(sound.samples) else 0.0
         self._power = max(power, self._power * math.exp(-sound.duration / FADE))
 
     def _follow(self, told: tuple[Heard, ...], stamp: float, estimate: Estimate) -> tuple[Voice, ...]:
@@ -111,11 +111,9 @@ class Ears:
         assert self._array is not None
         stamps, headings, variances = np.array(self._headings).T
         heading = float(np.interp(one.stamp, stamps, np.unwrap(headings)))
-        turn = np.eye(3)
-        turn[:2, :2] = rotation(heading + self._array.mounting.heading)
         level = float(one.towards[0] ** 2 + one.towards[1] ** 2)
         doubt = np.diag((level * float(np.interp(one.stamp, stamps, variances)), 0.0))
-        return replace(one, towards=turn @ one.towards, covariance=one.covariance + doubt)
+        return replace(one, covariance=one.covariance + doubt).turned(heading + self._array.mounting.heading)
 
     def _shown(self, voice: Voice, stamp: float, heading: float) -> VoiceDirection:
         newest = self._newest[voice.id]
@@ -128,7 +126,7 @@ class Ears:
             sd=voice.bearing_sd,
             sd_heard=self._surest[voice.id],
             elevation=newest.elevation if newest.elevation_sd < VAGUE else None,
-            ambiguity=newest.ambiguity if newest.mirror is not None else "",
+            ambiguity=newest.turned(-heading).ambiguity,
             strength=newest.strength,
             heard_at=self._places[voice.id],
         )

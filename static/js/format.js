@@ -1,6 +1,7 @@
 // What the operator reads: degrees, centimetres and plain words exist only here.
 
 const MINUS = "−";
+const AHEAD = 0.15; // [rad] to either side of straight ahead, or behind, that counts as that in words
 
 /**
  * A number with a fixed count of decimals and a true minus sign; never "−0.00".
@@ -117,6 +118,16 @@ export function whereabouts(x, y) {
   const words = ["ahead", "ahead on the left", "on the left", "behind on the left", "behind"];
   const word = words[Math.abs(eighth)] ?? "near";
   return eighth < 0 ? word.replace("left", "right") : word;
+}
+
+/**
+ * A bearing as people say it: "31° to the right".
+ * @param {number} bearing [rad] left positive
+ */
+export function inWords(bearing) {
+  if (Math.abs(bearing) < AHEAD) return "straight ahead";
+  if (Math.abs(bearing) > Math.PI - AHEAD) return "behind";
+  return `${degrees(Math.abs(bearing))} to the ${bearing > 0 ? "left" : "right"}`;
 }
 
 /**

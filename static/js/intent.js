@@ -1,6 +1,6 @@
 // A spoken order in words: what it is, where it goes, who is called, and when it begins.
 
-import { degrees, fixed, headingBetween, metres, quantities, whereabouts } from "./format.js";
+import { degrees, fixed, headingBetween, inWords, metres, quantities, whereabouts } from "./format.js";
 
 /** @typedef {import("./wire.js").IntentState} IntentState */
 /** @typedef {import("./wire.js").CommandState} CommandState */
@@ -9,7 +9,6 @@ import { degrees, fixed, headingBetween, metres, quantities, whereabouts } from 
 
 const TO_A_PERSON = ["come_here", "follow_me"];
 const SPOKEN = ["voice", "ears"];
-const AHEAD = 0.15; // [rad]
 const UNSURE = "Not heard for sure: check the numbers";
 
 /**
@@ -29,7 +28,7 @@ export function title({ name, numbers }) {
 export function whither({ name, goal, heading_rad, bearing_rad, bearing_sd_rad }, pose) {
   if (TO_A_PERSON.includes(name)) {
     if (bearing_rad === null || bearing_sd_rad === null) return "From where you speak is not known";
-    return `To the voice ${side(bearing_rad)}, ± ${degrees(2 * bearing_sd_rad)}`;
+    return `To the voice ${inWords(bearing_rad)}, ± ${degrees(2 * bearing_sd_rad)}`;
   }
   if (heading_rad !== null) return `On the spot, ${degrees(Math.abs(headingBetween(heading_rad, pose.heading_rad)))}`;
   if (goal === null) return "";
@@ -37,16 +36,6 @@ export function whither({ name, goal, heading_rad, bearing_rad, bearing_sd_rad }
   const [cos, sin] = [Math.cos(pose.heading_rad), Math.sin(pose.heading_rad)];
   if (name === "continue") return `Straight ahead, to x ${metres(goal[0])}, y ${metres(goal[1])} of the map`;
   return `${metres(Math.hypot(dx, dy))} away, ${whereabouts(cos * dx + sin * dy, cos * dy - sin * dx)}`;
-}
-
-/**
- * A bearing as people say it.
- * @param {number} bearing [rad] left positive
- */
-function side(bearing) {
-  if (Math.abs(bearing) < AHEAD) return "straight ahead";
-  if (Math.abs(bearing) > Math.PI - AHEAD) return "behind";
-  return `${degrees(Math.abs(bearing))} to the ${bearing > 0 ? "left" : "right"}`;
 }
 
 /**

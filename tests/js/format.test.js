@@ -53,6 +53,13 @@ test("a direction in words is mirrored left to right", () => {
   }
 });
 
+test("a bearing in words says its side, ahead and behind", () => {
+  assert.equal(format.inWords(-0.541), "31° to the right");
+  assert.equal(format.inWords(0.541), "31° to the left");
+  assert.equal(format.inWords(0.1), "straight ahead");
+  assert.equal(format.inWords(-3.1), "behind");
+});
+
 test("sigmas are the roots of the diagonal and never imaginary", () => {
   const sigma = format.sigmas([
     [4, 0, 0],

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
 from core.errors import BadInput
+from core.geometry import rotation, wrap
 from core.message import Array, message
 
 WIDEST = math.pi / math.sqrt(3)  # [rad] the standard deviation of an azimuth of which nothing is known
+AHEAD = 0.15  # [rad] to either side of straight ahead, or behind, that counts as that in words
 
 
 @message
@@ -47,17 +51,40 @@ class Direction:
 
     @property
     def ambiguity(self) -> str:
-        """What a flat array cannot know, in words; '' when there is nothing."""
+        """What a flat array cannot know, in words for who looks along +x; '' where both of its directions agree."""
         if self.mirror is None:
             return ""
-        azimuth = math.degrees(math.atan2(self.mirror[1], self.mirror[0]))
-        if math.hypot(*(self.mirror - self.towards)[:2]) < 0.02:
-            return f"The array is flat: the elevation is ±{abs(math.degrees(self.elevation)):.0f}°."
-        return f"The array is flat: the sound may as well come from azimuth {azimuth:.0f}°."
+        other = replace(self, towards=self.mirror)
+        if abs(wrap(other.azimuth - self.azimuth)) > self.azimuth_sd:
+            return f"The array is flat: the sound may as well come from {in_words(other.azimuth)}."
+        if abs(other.elevation - self.elevation) > self.elevation_sd:
+            above, below = (f"{math.degrees(one.elevation):.0f}°" for one in (self, other))
+            return f"The array is flat: the elevation is {above} or {below}."
+        return ""
+
+    def turned(self, angle: float) -> Direction:
+        """The same seen from a frame in which the array's is turned by `angle` [rad], counter-clockwise."""
+        turn = np.eye(3)
+        turn[:2, :2] = rotation(angle)
+        mirror = None if self.mirror is None else turn @ self.mirror
+        return replace(self, towards=turn @ self.towards, mirror=mirror)
 
     def angle_to(self, towards: Array) -> float:
         """Angle [rad] between this and another unit vector (3,)."""
         return math.atan2(float(np.linalg.norm(np.cross(self.towards, towards))), float(self.towards @ towards))
+
+
+def side(azimuth: float) -> Literal["left", "right"]:
+    """On which side an azimuth [rad] lies for who looks along +x."""
+    return "left" if wrap(azimuth) > 0 else "right"
+
+
+def in_words(azimuth: float) -> str:
+    """An azimuth [rad] as people say it: "31° to the right", "straight ahead"."""
+    away = abs(wrap(azimuth))
+    if away < AHEAD:
+        return "straight ahead"
+    return "behind" if away > math.pi - AHEAD else f"{math.degrees(away):.0f}° to the {side(azimuth)}"
 
 
 def unit(azimuth: float, elevation: float = 0.0) -> Array:

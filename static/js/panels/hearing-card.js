@@ -2,7 +2,7 @@
 
 import { icon, make, mark, write } from "../element.js";
 import { SoundRose } from "../hear/sound-rose.js";
-import { degrees } from "../format.js";
+import { degrees, inWords } from "../format.js";
 import { Panel } from "../panel.js";
 import * as api from "../api.js";
 
@@ -171,12 +171,7 @@ function hint(listening, obeyed) {
  * @param {import("../wire.js").VoiceHeard} voice
  */
 function told({ azimuth_rad, sd_heard_rad, ambiguity }) {
-  const around = degrees(Math.abs(azimuth_rad), 0);
-  const ahead = Math.abs(azimuth_rad) < 0.15;
-  const behind = Math.abs(azimuth_rad) > Math.PI - 0.15;
-  const side = azimuth_rad > 0 ? "left" : "right";
-  const where = ahead ? "straight ahead" : behind ? "behind" : `${around} to the ${side}`;
-  return `A voice ${where}, ± ${degrees(2 * sd_heard_rad, 0)}.${ambiguity ? ` ${ambiguity}` : ""}`;
+  return `A voice ${inWords(azimuth_rad)}, ± ${degrees(2 * sd_heard_rad, 0)}.${ambiguity ? ` ${ambiguity}` : ""}`;
 }
 
 customElements.define("hearing-card", HearingCard);

@@ -11,6 +11,7 @@ import pytest
 from core.acoustics import Room, plane_waves
 from core.errors import BadInput
 from core.geometry import wrap
+from core.message import Array
 from core.perception.sound.direction import WIDEST, Direction, sphere, tangents, unit
 from core.perception.sound.locate import locate, sure
 from core.perception.sound.settings import HearingSettings
@@ -44,15 +45,56 @@ def test_only_a_volume_tells_above_from_below():
     below = found(far_voice(TETRAHEDRON, 1.0, -0.5), TETRAHEDRON)
     assert below.elevation == pytest.approx(-0.5, abs=0.03) and below.mirror is None and below.ambiguity == ""
     flat = found(far_voice(SQUARE, 1.0, -0.5), SQUARE)
-    assert flat.elevation == pytest.approx(0.5, abs=0.05) and "±" in flat.ambiguity
+    assert flat.elevation == pytest.approx(0.5, abs=0.05) and "° or -" in flat.ambiguity
     assert flat.mirror is not None and flat.mirror[2] == pytest.approx(-flat.towards[2])
 
 
 def test_a_flat_array_on_edge_says_which_other_azimuth_it_may_be():
     upright = MicrophoneArray(positions=SQUARE.positions[:, [0, 2, 1]], name="upright")
     direction = found(far_voice(upright, 0.4, 0.1), upright)
-    assert direction.mirror is not None and "may as well come from azimuth" in direction.ambiguity
+    assert direction.mirror is not None and "may as well come from" in direction.ambiguity
     assert min(direction.angle_to(unit(0.4, 0.1)), math.acos(direction.mirror @ unit(0.4, 0.1))) < 0.05
+
+
+def heard(azimuth: float, elevation: float, mirror: Array | None, sd: float = 0.02) -> Direction:
+    """A direction [rad] that a flat array cannot tell from `mirror` (3,)."""
+    return Direction(
+        stamp=0.0, towards=unit(azimuth, elevation), covariance=sd**2 * np.eye(2), strength=1.0, mirror=mirror
+    )
+
+
+@pytest.mark.parametrize("azimuth", [-3.1, -0.54, 0.0, 0.54, 2.0])
+@pytest.mark.parametrize("tilt", [0.0, 0.05])
+def test_a_direction_and_its_mirror_on_one_side_are_not_two_sides(azimuth: float, tilt: float) -> None:
+    """An array that lies level, or all but level, leans the vectors apart and not the azimuths."""
+    normal = unit(azimuth, math.pi / 2 - tilt)
+    for elevation in (0.0, 0.3, 0.7):
+        towards = unit(azimuth, elevation)
+        told = heard(azimuth, elevation, towards - 2 * (towards @ normal) * normal).ambiguity
+        assert "may as well" not in told
+        assert ("elevation" in told) == (elevation > 0.0 or tilt > 0.0)
+    assert heard(azimuth, 0.3, unit(azimuth, -0.3), sd=0.7).ambiguity == ""
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "other", "words"),
+    [
+        (0.54, -0.54, "from 31° to the right."),
+        (-0.54, 0.54, "from 31° to the left."),
+        (2.0, 0.0, "from straight ahead."),
+        (1.0, math.pi, "from behind."),
+    ],
+)
+def test_another_side_is_told_as_people_say_it(azimuth: float, other: float, words: str) -> None:
+    assert heard(azimuth, 0.1, unit(other, 0.1)).ambiguity.endswith(words)
+    assert heard(azimuth, 0.1, unit(azimuth + 0.01, 0.1)).ambiguity == ""  # within its own doubt
+
+
+def test_a_mirror_turns_with_its_direction() -> None:
+    turned = heard(0.54, 0.2, unit(-0.54, 0.2)).turned(1.0)
+    assert turned.azimuth == pytest.approx(1.54)
+    assert turned.mirror is not None and np.allclose(turned.mirror, unit(0.46, 0.2))
+    assert turned.turned(-1.0).ambiguity == heard(0.54, 0.2, unit(-0.54, 0.2)).ambiguity
 
 
 def test_directions_turn_with_the_array():
