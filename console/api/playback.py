@@ -20,6 +20,6 @@ class PlaybackWish(Wish):
 @playback.post("/playback")
 @needs("operator")
 async def steer(asked: PlaybackWish, behind: Behind, who: Who) -> dict[str, Any]:
-    """Play, pause, change the speed, seek."""
+    """Play, pause, change the speed, seek. A recording that was just opened waits at its first scan to be played."""
     await behind.player.steer(asked.do, asked.value, who)
     return {"done": asked.do}

@@ -31,6 +31,7 @@ def profile_of(recording: ScanRecording, url: str = "") -> Profile:
 class ReplayedRobot:
     """Plays the scans of a recording in the log's own time; between them come frames with the wheels alone.
 
+    It shows its first scan and waits there until it is told to play, so that nobody comes too late for its beginning.
     No scan is left out, and a frame has room for one: that bounds the speed.
     """
 
@@ -41,6 +42,7 @@ class ReplayedRobot:
         self._next = 0  # number of the next scan
         self._speed = 1.0
         self._playing = True
+        self._waits = True  # after its first scan
         self._note = " ".join(recording.report.warnings)
 
     @property
@@ -62,12 +64,15 @@ class ReplayedRobot:
         if self._playing:
             self._shown = self._clock if scan is None else logged_stamp(scan)
         note, self._note = self._note, ""
+        running = self._playing
+        if scan is not None and self._waits:
+            self._pause()
         return SensorFrame(
             stamp=self._shown,
             wheels=self._recording.wheels_at(self._shown),
             scan=scan,
             note=note,
-            running=self._playing,
+            running=running,
             progress=self._progress,
         )
 
@@ -127,10 +132,10 @@ class ReplayedRobot:
     def _play(self) -> None:
         if self._ended:
             self._seek(0.0)
-        self._playing = True
+        self._playing, self._waits = True, False
 
     def _pause(self) -> None:
-        self._playing = False
+        self._playing = self._waits = False
 
     def _set_speed(self, speed: float) -> None:
         if not SLOWEST <= speed <= FASTEST:

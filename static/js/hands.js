@@ -99,7 +99,7 @@ export class Hands {
     if (intention.does !== "stop" || event.key !== "Escape") event.preventDefault();
     if (intention.does === "drive" || event.key !== "Escape") event.stopImmediatePropagation();
     if (event.repeat) return;
-    if (intention.does === "stop") this.#session.stop();
+    if (intention.does === "stop") this.#stop(event.key);
     else if (intention.does === "preset") this.drive.preset = intention.preset;
     else if (intention.does === "words") this.toWords();
     else if (intention.does === "help") this.toHelp();
@@ -109,6 +109,17 @@ export class Hands {
       this.#held.press(event.code);
       this.drive.keys(this.#held.wish, performance.now());
     }
+  }
+
+  /**
+   * Stops; Space, where a recording stands still, plays it.
+   * @param {string} key
+   */
+  #stop(key) {
+    const { hello, state } = this.#session;
+    const waits = hello?.robot.drives === false && state?.robot.running === false && hello.you.role !== "viewer";
+    if (waits && key === " ") void this.#session.playback("play");
+    else this.#session.stop();
   }
 
   /** @param {KeyboardEvent} event */

@@ -11,6 +11,7 @@ import "./panels/command-line.js";
 import "./panels/command-status.js";
 import "./panels/drive-pad.js";
 import "./panels/estimate-card.js";
+import "./panels/first-play.js";
 import "./panels/hearing-card.js";
 import "./panels/intent-card.js";
 import "./panels/key-sheet.js";

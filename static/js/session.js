@@ -111,10 +111,13 @@ export class Session {
   /** STOP, by both ways at once: whichever is quicker. */
   stop() {
     this.#stoppedAt = performance.now();
+    const { robot, you } = this.hello ?? {};
+    if (robot?.drives === false) {
+      if (you?.role !== "viewer" && this.state?.robot.running) void this.playback("pause");
+      return; // there is nothing else to stop
+    }
     const press = Math.floor(Math.random() * 2 ** 53); // one press, two ways: what comes second does nothing
     const left = this.link.send({ kind: "stop", press });
-    const { robot, you } = this.hello ?? {};
-    if (robot?.drives === false && you?.role !== "viewer") void this.playback("pause");
     this.#tell("stopped", null);
     api.stop(press).catch((refusal) => {
       if (!left)

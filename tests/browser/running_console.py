@@ -86,7 +86,8 @@ class Running:
         until = time.monotonic() + START_TIME
         while time.monotonic() < until:
             with contextlib.suppress(urllib.error.HTTPError):
-                if not self.ask("api/state")["slam"]["looking_around"]:
+                state = self.ask("api/state")
+                if not state["slam"]["looking_around"] or state["robot"]["kind"] == "LOG":  # a recording waits
                     return
             time.sleep(0.2)
         raise AssertionError(f"The robot did not wake up:\n{self._said.read_text()}")

@@ -210,6 +210,16 @@ def test_a_recording_is_played_and_cannot_be_driven(
         expect(here.find(".badge")).to_have_text("LOG")
         for absent in ("drive-pad", "command-line", "command-chips", "lease-chip"):
             assert not here.find(absent).is_visible(), absent
+        assert playing.ask("api/state")["robot"]["progress"] < 0.01  # it waits for who wants to see it
+        stop = here.find(".stop")
+        expect(stop).to_contain_text("Pause")
+        expect(stop).to_be_disabled()
+        here.button("Play the recording").click()
+        expect(here.find("first-play")).to_be_hidden()
+        expect(stop).to_be_enabled()
+        stop.click()
+        expect(here.button("Play")).to_be_visible()
+        here.page.keyboard.press("Space")
         here.button("Pause").click()
         expect(here.button("Play")).to_be_visible()
         before = here.find(".seek").input_value()

@@ -1,22 +1,27 @@
-// STOP: always in the same place and over everything. It acts when it is touched, not when it is let go.
+// STOP: always in the same place and over everything. It acts when it is touched, not when it is let go. A recording
+// has nothing to stop: there it pauses, and looks like it.
 
-import { icon, make } from "../element.js";
+import { icon, make, mark, redraw, write } from "../element.js";
 import { Panel } from "../panel.js";
+
+/** @typedef {import("../session.js").View} View */
 
 const SHOWN_MS = 700;
 const TOUCH_MS = 600; // the click that follows a touch is the same press
 
+const STOPS = "Stops the robot and cancels what it was doing. A software stop: it is no emergency stop.";
+const PAUSES = "Pauses the recording. Nothing moves here.";
+const UNLINKED = "No link: STOP cannot be sent. The robot stops by itself.";
+
 class StopButton extends Panel {
+  #icon = icon("stop");
+  #word = make("span", { class: "stop-word" }, "STOP");
+  #note = make("span", { class: "stop-note" });
   #button = make(
     "button",
-    {
-      type: "button",
-      class: "stop",
-      "aria-keyshortcuts": "Escape Space",
-      title: "Stops the robot and cancels what it was doing. A software stop: it is no emergency stop.",
-    },
-    icon("stop"),
-    make("span", { class: "stop-word" }, "STOP"),
+    { type: "button", class: "stop", "aria-keyshortcuts": "Escape Space", title: STOPS },
+    this.#icon,
+    make("span", { class: "stop-words" }, this.#word, this.#note),
     make("kbd", { "aria-hidden": "true" }, "Esc"),
   );
   #touchedAt = -Infinity;
@@ -37,6 +42,23 @@ class StopButton extends Panel {
       clearTimeout(this.#timer);
       this.#timer = setTimeout(() => this.#button.classList.remove("is-sent"), SHOWN_MS);
     });
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ hello, state, up }) {
+    const recording = hello?.robot.drives === false;
+    const lost = !up && state !== null && !recording;
+    mark(this.#button, "data-recording", recording);
+    mark(this.#button, "data-unlinked", lost);
+    mark(this.#button, "aria-label", recording ? "Pause the recording" : null);
+    mark(this.#button, "title", recording ? PAUSES : lost ? UNLINKED : STOPS);
+    this.#button.disabled = recording && (hello.you.role === "viewer" || !up || state?.robot.running !== true);
+    redraw(this.#icon, recording ? "pause" : "stop");
+    write(this.#word, recording ? "Pause" : "STOP");
+    write(this.#note, lost ? "no link" : "");
   }
 }
 

@@ -32,7 +32,10 @@ def drive(tmp_path):
 
 
 def opened(path) -> ReplayedRobot:
-    return open_robot(str(path), seed=0, settings=None)
+    """Told to play."""
+    robot = open_robot(str(path), seed=0, settings=None)
+    robot.ask({"do": "play"})
+    return robot
 
 
 def numbers(frames):
@@ -55,6 +58,19 @@ def test_every_scan_comes_once_in_its_own_time(scans):
     assert numbers(frames) == list(range(SCANS))
     assert [frame.stamp for frame in frames if frame.scan] == pytest.approx(5 + 0.1 * np.arange(SCANS))
     assert all(frame.wheels is None for frame in frames)
+
+
+def test_it_waits_at_its_first_scan_until_it_is_played(scans):
+    robot = open_robot(str(scans), seed=0, settings=None)
+    frames = [robot.read() for _ in range(200)]
+    assert numbers(frames) == [0] and not frames[-1].running
+    assert (frames[-1].stamp, frames[-1].progress) == (5.0, 0.0)
+    robot.ask({"do": "play"})
+    assert numbers(until_the_end(robot)) == list(range(1, SCANS))
+    jumped = open_robot(str(scans), seed=0, settings=None)
+    jumped.read()
+    jumped.ask({"do": "seek", "value": 0.5})
+    assert not any(jumped.read().running for _ in range(20))
 
 
 def test_time_passes_smoothly_between_scans(scans):

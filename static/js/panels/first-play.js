@@ -1,0 +1,44 @@
+// A recording that waits at its beginning: a large Play where the map will be.
+
+import { icon, make } from "../element.js";
+import { duration } from "../format.js";
+import { Panel } from "../panel.js";
+
+/** @typedef {import("../session.js").View} View */
+
+const BEGUN = 0.02; // of the recording; some begin before their first scan
+
+class FirstPlay extends Panel {
+  #length = make("span", { class: "note" });
+  #button = make(
+    "button",
+    { type: "button", class: "button primary first-play" },
+    icon("play"),
+    make("span", {}, "Play the recording"),
+  );
+  #watches = make("p", {}, "The recording waits; an operator can play it.");
+  #played = false;
+
+  /** @override */
+  build() {
+    this.append(this.#button, this.#watches, this.#length);
+    this.#button.addEventListener("click", () => void this.session.playback("play"));
+    this.session.on("hello", ({ robot }) => (this.#length.textContent = duration(robot.duration_s ?? 0)));
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ state, hello, up }) {
+    if (!state || !hello) return;
+    const { running, progress } = state.robot;
+    this.#played ||= running || (progress ?? 0) > BEGUN;
+    this.hidden = hello.robot.kind !== "LOG" || this.#played || !up;
+    const watches = hello.you.role === "viewer";
+    this.#button.hidden = watches;
+    this.#watches.hidden = !watches;
+  }
+}
+
+customElements.define("first-play", FirstPlay);
