@@ -42,6 +42,7 @@ class ArrayBench:
         """`changed`: another orientation is in use."""
         self.wizard = OrientationWizard()
         self.in_use: dict[str, Any] | None = None
+        self.left_out = ""  # why what is in use is not used in this run
         self.verdict = ""  # of the newest clap
         self.busy = False
         self.trouble = ""  # why the newest measurement could not be made
@@ -78,10 +79,17 @@ class ArrayBench:
 
     def profile(self, profile: Profile) -> Profile:
         """The robot with its microphones as they were found to be mounted."""
-        if profile.microphones is None or self.in_use is None:
+        if profile.microphones is None or self.in_use is None or self.left_out:
             return profile
         found = Orientation(**{name: self.in_use[name] for name in ("yaw", "yaw_sd", "mirrored", "residual")})
         return replace(profile, microphones=oriented(profile.microphones, found))
+
+    def leave_out(self, why: str) -> list[str]:
+        """Use the accepted orientation no more in this run → its file, if it was in use until now."""
+        if self._array is None or self.in_use is None or self.left_out:
+            return []
+        self.left_out = why
+        return [FILE]
 
     def check(self, *, show: bool) -> None:
         """Listen for a moment, and look for what is wrong; `show`: in the simulated room somebody speaks meanwhile.
@@ -153,7 +161,9 @@ class ArrayBench:
             "trouble": self.trouble,
             "missing": solved if isinstance(solved, str) else "",
             "solution": None if found is None else _told(asdict(found)),
-            "in_use": None if self.in_use is None else _told(self.in_use) | {"verified": SEAL in self.in_use},
+            "in_use": None
+            if self.in_use is None
+            else _told(self.in_use) | {"verified": SEAL in self.in_use, "not_used": self.left_out},
         }
 
     @property
@@ -217,7 +227,7 @@ class ArrayBench:
         found = None if found is None else sealed(found)
         with saving("The microphones' orientation could not be saved"):
             await asyncio.to_thread(_write, self._path, found)
-        self.in_use = found
+        self.in_use, self.left_out = found, ""
         self._changed()
 
 
@@ -232,7 +242,7 @@ def _read(path: Path) -> dict[str, Any] | None:
     try:
         told = json.loads(path.read_text(encoding="utf-8"))
         numbers = [told[name] for name in ("yaw", "yaw_sd", "residual")]
-        sound = isinstance(told["mirrored"], bool) and all(math.isfinite(number) for number in numbers)
+        sound = isinstance(told["mirrored"], bool) and all(abs(number) <= math.tau for number in numbers)
         why = "" if sound else "its numbers cannot be"
         if is_intact(told) is False:
             why = f"it was changed after it was saved (if you changed it yourself, remove its “{SEAL}”)"

@@ -9,7 +9,6 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections import deque
 from collections.abc import Callable, Coroutine
 from dataclasses import replace
 from functools import partial
@@ -30,6 +29,7 @@ from console.map_desk import MapDesk
 from console.microphone import Microphone
 from console.notice_board import NoticeBoard
 from console.people.school import School
+from console.pilot_supervisor import PilotSupervisor
 from console.pilot_thread import Pace, PilotLike, PilotThread
 from console.player import Player
 from console.portrait import Circumstances, draw
@@ -51,9 +51,6 @@ log = logging.getLogger(__name__)
 
 BEAT = 0.05  # [s]
 STATE_GAP = 0.045  # [s] at least between two states: 20 Hz
-RESTARTS = 3  # of the pilot
-RESTART_WINDOW = 60.0  # [s] within which that many are the most
-RESTART_PAUSE = 1.0  # [s]
 
 
 class Runtime:
@@ -86,11 +83,9 @@ class Runtime:
         self.snapshot: Snapshot | None = None
         self.over = False  # the console is ending
         self.trouble = ""  # why the robot did not come
-        self.failure = ""  # why there is no pilot
         self.beside: list[Callable[[], Coroutine[Any, Any, None]]] = []  # what runs beside it while it is open
         self._make_pilot = make_pilot
-        self._pilot: PilotThread | None = None
-        self._failures: deque[float] = deque(maxlen=RESTARTS + 1)
+        self.pilots = PilotSupervisor(self._start_pilot, self._pilot_failed, self._leave_out, self.board)
         self._seq = 0
         self._state_at = 0.0
         self._watch = Watch(robot, self.door, self.board)
@@ -115,7 +110,7 @@ class Runtime:
         await asyncio.to_thread(self.history.open)
         await self.scene.open(self.door, self.sockets)
         await asyncio.gather(self.workbench.open(), self.quality.open(), self.array.open(), self.people.open())
-        self._start_pilot()
+        self.pilots.start()
         for task in (self._beat, *self.beside):
             self.keep(asyncio.create_task(task()))
 
@@ -137,8 +132,7 @@ class Runtime:
         """Stop the robot and let go of everything."""
         self.farewell()
         await end(*self._tasks)
-        if self._pilot is not None:
-            await asyncio.to_thread(self._pilot.close)
+        await self.pilots.close()
         parts = (self.workbench, self.ears, self.microphone, self.quality, self.array, self.people)
         await asyncio.gather(*(part.close() for part in parts))
         await asyncio.to_thread(self.robot.close)
@@ -176,7 +170,7 @@ class Runtime:
     @property
     def pace(self) -> Pace:
         """How the pilot keeps up."""
-        return self._pilot.pace if self._pilot is not None else Pace()
+        return self.pilots.pace
 
     async def ask(self, request: dict[str, Any]) -> dict[str, Any]:
         """A request to the driver, waited for outside the event loop."""
@@ -189,15 +183,26 @@ class Runtime:
 
     # the pilot
 
-    def _start_pilot(self) -> None:
-        self.failure = ""
-        self.door.pilot = pilot = self._make_pilot()
+    def _start_pilot(self) -> PilotThread:
+        self.door.pilot = None
+        pilot = self._make_pilot()
         pilot.look_through(self.array.profile(self.workbench.profile()))
         pilot.obey_only(self.people.chosen)
-        told = (self._published, partial(self._call, self._bury), self.voice.deaf)
-        self._pilot = PilotThread(self.robot, pilot, self.door.helm, *told)
-        self.board.another_pilot()
-        self._pilot.start()
+        told = (self._published, partial(self._call, self.pilots.bury), self.voice.deaf)
+        thread = PilotThread(self.robot, pilot, self.door.helm, *told)
+        thread.start()
+        self.door.pilot = pilot
+        return thread
+
+    def _pilot_failed(self) -> None:
+        self.door.pilot = None
+        self.door.ended_without_pilot("The pilot failed; the robot was stopped.")
+        self._nothing_under_way()
+
+    def _leave_out(self, fault: str) -> list[str]:
+        """Use no calibration any more → the files that were in use until now."""
+        why = f"The pilot failed ({fault}) within seconds of using it."
+        return [*self.workbench.leave_out(why), *self.array.leave_out(why)]
 
     def _published(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """From the pilot's thread."""
@@ -210,8 +215,9 @@ class Runtime:
 
     def _look_through(self, profile: Profile) -> None:
         """A calibration was accepted or taken back: used from the next frame on."""
-        if self._pilot is not None:
-            self._pilot.pilot.look_through(self.array.profile(profile))
+        if (thread := self.pilots.thread) is not None:
+            self.pilots.recalibrated()
+            thread.pilot.look_through(self.array.profile(profile))
 
     def _call(self, act: Callable[..., None], *given: Any) -> None:
         """On the event loop, if there still is one."""
@@ -241,25 +247,6 @@ class Runtime:
         if self.hub.watched("state") and (state := self.state()) is not None:
             self.hub.publish("state", wire.encode(state).decode())
 
-    def _bury(self, fault: str) -> None:
-        now = time.monotonic()
-        self.door.pilot = None
-        self.door.ended_without_pilot("The pilot failed; the robot was stopped.")
-        self._nothing_under_way()
-        self._failures.append(now)
-        if len(self._failures) > RESTARTS and now - self._failures[0] < RESTART_WINDOW:
-            self.failure = f"The pilot failed {RESTARTS + 1} times in a minute and stays off. Restart the console."
-            self.board.tell("error", self.failure, "pilot")
-            return
-        self.failure = f"The pilot failed ({fault}); the robot was stopped and the pilot starts anew."
-        self.board.tell("error", f"{self.failure} The map begins again.", "pilot")
-        self.keep(asyncio.get_running_loop().create_task(self._restart_pilot()))
-
-    async def _restart_pilot(self) -> None:
-        await asyncio.sleep(RESTART_PAUSE)
-        if not self.over:
-            self._start_pilot()
-
     # twenty times a second
 
     async def _beat(self) -> None:
@@ -273,23 +260,18 @@ class Runtime:
             await asyncio.sleep(max(0.0, due - time.monotonic()))
 
     def _tick(self, now: float) -> None:
-        if self._pilot is not None and self._pilot.steps and not self.over:
+        if self.pilots.steps and not self.over:
             self.robot.beat()
         self.door.tick(now)
         for person in self.access.logins.expire(now):
             self.door.forget(person)
             self.sockets.close_of(person, 1008, "Your login has expired; sign in again.")
-        if self._watch.look(hangs=self.hangs):
+        if self._watch.look(hangs=self.pilots.hangs):
             self._nothing_under_way()
         self.workbench.tick(now)
         self.microphone.tick(now)
         if now - self._state_at > BEAT + STATE_GAP:
             self._tell_state()
-
-    @property
-    def hangs(self) -> bool:
-        """Whether the pilot is caught in a step."""
-        return self._pilot is not None and self._pilot.alive and not self._pilot.steps
 
     def _nothing_under_way(self) -> None:
         """The newest snapshot may stay the newest for long: what it says is under way has failed."""

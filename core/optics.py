@@ -10,6 +10,11 @@ import numpy as np
 from core.errors import BadInput
 from core.message import Array, message
 
+NEWTON = 25  # steps at most
+CLOSE = 1e-13  # normalised error at which a point is done
+NOTHING = 1e-12  # coefficients below this bend nothing anywhere
+FLAT = 1e-9  # determinant of the distortion's slope below which there is no step
+
 
 @message
 class CameraModel:
@@ -54,11 +59,37 @@ class CameraModel:
         )
 
     def undistort(self, points: Array) -> Array:
-        """Distorted normalised points (N, 2) → ideal ones (N, 2), by fixed-point iteration."""
-        ideal = points.copy()
-        for _ in range(12):
-            ideal = ideal - (self.distort(ideal) - points)
+        """Distorted normalised points (N, 2) → ideal ones (N, 2), exactly, by Newton's method.
+
+        NaN beyond the radius where the distortion folds back: no ray of this model reaches there.
+        """
+        limit = self.turning_radius
+        ideal = points.astype(float)
+        open_points = np.arange(len(ideal))
+        for _ in range(NEWTON):
+            place = ideal[open_points]
+            error = self.distort(place) - points[open_points]
+            moving = np.abs(error).max(axis=1, initial=0.0) > CLOSE
+            open_points, place, error = open_points[moving], place[moving], error[moving]
+            if not len(open_points):
+                return ideal
+            a, b, c = self._slopes(place)
+            determinant = a * c - b * b
+            determinant = np.where(np.abs(determinant) < FLAT, np.nan, determinant)
+            step = np.column_stack((c * error[:, 0] - b * error[:, 1], a * error[:, 1] - b * error[:, 0]))
+            place = place - step / determinant[:, None]
+            radius = np.maximum(np.linalg.norm(place, axis=1), 1e-12)
+            ideal[open_points] = place * np.minimum(1.0, 0.999 * limit / radius)[:, None]
+        ideal[open_points] = np.nan
         return ideal
+
+    @property
+    def turning_radius(self) -> float:
+        """Radius in ideal normalised coordinates beyond which the distortion folds back; inf where it never does."""
+        slope = np.array([7 * self.k3, 5 * self.k2, 3 * self.k1, 1.0])  # of the distorted radius, by powers of r²
+        roots = np.roots(np.where(np.abs(slope) < NOTHING, 0.0, slope))
+        squares = [root.real for root in roots if abs(root.imag) < 1e-9 and root.real > 0]
+        return float(np.sqrt(min(squares))) if squares else float("inf")
 
     def project(self, points: Array) -> Array:
         """Points (N, 3) [m] in the camera frame → pixels (N, 2); NaN for points not in front of the camera."""
@@ -67,8 +98,27 @@ class CameraModel:
         return distorted * (self.fx, self.fy) + (self.cx, self.cy)
 
     def unproject(self, pixels: Array) -> Array:
-        """Pixels (N, 2) → ideal normalised points (N, 2): x/z, y/z of the rays."""
+        """Pixels (N, 2) → ideal normalised points (N, 2): x/z, y/z of the rays; NaN where no ray reaches."""
         return self.undistort((pixels - (self.cx, self.cy)) / (self.fx, self.fy))
+
+    @property
+    def widest_ray(self) -> float:
+        """Distance from the axis, in ideal normalised coordinates, of the farthest ray that the picture shows."""
+        corners = np.array([[0.0, 0.0], [self.width, 0.0], [0.0, self.height], [self.width, self.height]])
+        reach = np.linalg.norm(self.unproject(corners), axis=1)
+        if np.isnan(reach).any() and np.isfinite(self.turning_radius):
+            return self.turning_radius
+        return float(np.nanmax(reach, initial=0.0))
+
+    def _slopes(self, ideal: Array) -> tuple[Array, Array, Array]:
+        """Derivative of the distortion at (N, 2): the symmetric matrix [[a, b], [b, c]], three arrays (N,)."""
+        x, y = ideal[:, 0], ideal[:, 1]
+        r2 = x * x + y * y
+        radial = 1 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))
+        slope = 2 * (self.k1 + r2 * (2 * self.k2 + r2 * 3 * self.k3))
+        along_x = radial + x * x * slope + 2 * self.p1 * y + 6 * self.p2 * x
+        along_y = radial + y * y * slope + 6 * self.p1 * y + 2 * self.p2 * x
+        return along_x, x * y * slope + 2 * self.p1 * x + 2 * self.p2 * y, along_y
 
 
 TABLE_3 = CameraModel(

@@ -49,9 +49,9 @@ def troubles(behind: Runtime) -> list[str]:
     told: list[str] = []
     if link != "live":
         told.append(behind.robot.trouble or f"The robot's link is {link}; its newest frame is {age:.1f} s old.")
-    if behind.failure:
-        told.append(behind.failure)
-    elif behind.hangs:
+    if behind.pilots.trouble:
+        told.append(behind.pilots.trouble)
+    elif behind.pilots.hangs:
         told.append(HANGS)
     elif behind.snapshot is None:
         told.append("No frame of the robot has been worked on yet.")

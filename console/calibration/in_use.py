@@ -47,7 +47,8 @@ class InUse:
         self._folder = folder
         self._documents: dict[CalibrationKind, Document] = {}
         self._turn = Lock()
-        self.trouble = ""  # a file that is there but cannot be used
+        self.troubles: list[str] = []  # of files that are there but cannot be used
+        self.left_out: dict[CalibrationKind, str] = {}  # why one that was accepted is not used in this run
 
     def open(self) -> None:
         """Read what is there; what cannot be used stays where it is and is told."""
@@ -57,8 +58,9 @@ class InUse:
                 if path.is_file():
                     self._documents[kind] = read(path, kind)
             except (OSError, BeckonError) as wrong:
-                self.trouble = f"The calibration in {path.name} cannot be used: {wrong} Calibrate anew."
-                log.warning(self.trouble)
+                why = str(wrong).rstrip(".")
+                self.troubles.append(f"The calibration in {path.name} cannot be used: {why}. Calibrate again.")
+                log.warning(self.troubles[-1])
 
     @property
     def camera(self) -> CameraModel | None:
@@ -97,6 +99,7 @@ class InUse:
             with saving("The calibration could not be saved"), replacing(path, lambda: self._put_aside(path)) as file:
                 file.write(json.dumps(whole, indent=1).encode())
             self._documents[kind] = whole
+            self.left_out.pop(kind, None)
 
     def undo(self, kind: CalibrationKind) -> None:
         """Take the former back; the present one is kept aside.
@@ -120,6 +123,7 @@ class InUse:
                 del self._documents[kind]
             else:
                 self._documents[kind] = former[1]
+            self.left_out.pop(kind, None)
 
     def _former(self, kind: CalibrationKind) -> tuple[Path, Document] | None:
         """The newest former that can be used; a damaged one is passed over and stays. Raises OSError."""

@@ -14,10 +14,12 @@ from console.wire_calibration import CalibrationKind, CalibrationSource
 from core.calibration.mount import Mount
 from core.calibration.reports import target
 from core.calibration.uncertainty import map_pixels
-from core.calibration.undistortion import undistort
+from core.errors import BadInput
 from core.geometry import Transform
 from core.optics import CameraModel
+from core.perception.level import level_bounds
 from core.robots import Profile
+from core.sensors import Camera
 
 ALIKE = 3  # times the exactness that is asked of a camera's calibration may two of them differ for one mount
 
@@ -36,7 +38,7 @@ def calibrated(profile: Profile, in_use: InUse) -> tuple[Profile, Reasons]:
     A camera's calibration holds for one picture size; one of another size is left aside. A mount holds for the camera
     it was found through: it is left aside where the robot now looks through another.
     """
-    model, no_model = usable_model(profile, in_use.camera)
+    model, no_model = usable_model(profile, in_use)
     mount, no_mount = usable_mount(profile, model, in_use)
     reasons: Reasons = {}
     if no_model:
@@ -45,15 +47,35 @@ def calibrated(profile: Profile, in_use: InUse) -> tuple[Profile, Reasons]:
         reasons["laser"] = no_mount
     if profile.camera is None or model is None:
         return profile, reasons
-    mounting = profile.camera.mounting if mount is None else laser_in(profile) @ mount
-    return replace(profile, camera=replace(profile.camera, model=model, mounting=mounting)), reasons
+    camera = replace(profile.camera, model=model)
+    if model is not profile.camera.model and (wrong := not_level(camera)):
+        reasons["camera"] = wrong
+        return profile, reasons
+    if mount is not None:
+        mounted = replace(camera, mounting=laser_in(profile) @ mount)
+        if wrong := not_level(mounted):
+            reasons["laser"] = wrong
+        else:
+            camera = mounted
+    return replace(profile, camera=camera), reasons
 
 
-def usable_model(profile: Profile, accepted: CameraModel | None) -> tuple[CameraModel | None, str]:
+def not_level(camera: Camera) -> str:
+    """Why the robot cannot look through this camera; "" when it can."""
+    try:
+        level_bounds(camera)
+    except BadInput as wrong:
+        return str(wrong)
+    return ""
+
+
+def usable_model(profile: Profile, in_use: InUse) -> tuple[CameraModel | None, str]:
     """The camera that the robot looks through, accepted or as built, and why the accepted one is not used."""
-    camera = profile.camera
+    camera, accepted = profile.camera, in_use.camera
     if camera is None:
         return None, "" if accepted is None else "This robot has no camera; the accepted calibration is not used."
+    if "camera" in in_use.left_out:
+        return camera.model, in_use.left_out["camera"]
     if accepted is None or (accepted.width, accepted.height) == (camera.model.width, camera.model.height):
         return accepted or camera.model, ""
     size, own = f"{accepted.width}x{accepted.height}", f"{camera.model.width}x{camera.model.height}"
@@ -68,6 +90,8 @@ def usable_mount(profile: Profile, model: CameraModel | None, in_use: InUse) -> 
     mount, through = in_use.mount, in_use.mount_camera
     if mount is None or through is None:
         return None, ""
+    if "laser" in in_use.left_out:
+        return None, in_use.left_out["laser"]
     if model is None or profile.laser is None:
         return None, "The accepted mount is not used: this robot has not both a camera and a laser."
     if (through.width, through.height) != (model.width, model.height):
@@ -90,7 +114,7 @@ def apart(one: CameraModel, other: CameraModel) -> float:
     Unlike `core.calibration.uncertainty.difference` no turn of the camera is allowed for: the mount holds it.
     """
     pixels = map_pixels(one)
-    ideal = undistort(one, (pixels - (one.cx, one.cy)) / (one.fx, one.fy))
+    ideal = one.undistort((pixels - (one.cx, one.cy)) / (one.fx, one.fy))
     seen = other.distort(ideal) * (other.fx, other.fy) + (other.cx, other.cy)
     away = np.linalg.norm(seen - pixels, axis=1)
     known = away[np.isfinite(away)]

@@ -12,7 +12,7 @@ from typing import Any
 import msgspec
 
 from console.calibration.folder import VERSION, Card, Folder, Kept, kept_sessions
-from console.calibration.in_use import InUse
+from console.calibration.in_use import NAMES, InUse
 from console.calibration.live import Live, grey_told
 from console.calibration.news import News
 from console.calibration.robot_sensors import calibrated, laser_start
@@ -71,8 +71,8 @@ class Workbench:
             shown.live = shown.showing = False
             shown.solving = shown.scan = None
             self._seat(kept)
-        if self.in_use.trouble:
-            self._tell("warning", self.in_use.trouble)
+        for trouble in self.in_use.troubles:
+            self._tell("warning", trouble)
 
     async def close(self) -> None:
         """End every worker and wait until it is gone; the sessions stay on disk."""
@@ -164,6 +164,16 @@ class Workbench:
             if (report := self.in_use.report(kind)) is not None:
                 told[kind] = {**report, "not_used": reasons.get(kind, "")}
         return told
+
+    def leave_out(self, why: str) -> list[str]:
+        """Use the accepted calibrations no more in this run → the files that were in use until now."""
+        reasons = calibrated(self._robot.profile, self.in_use)[1]
+        files: list[str] = []
+        for kind in KINDS:
+            if self.in_use.report(kind) is not None and kind not in reasons:
+                self.in_use.left_out[kind] = why
+                files.append(f"{NAMES[kind]}.json")
+        return files
 
     async def accept(self, sitting: Sitting, *, anyway: bool, who: str) -> dict[str, Any]:
         """Use a session's calibration from now on → its report. Raises Refused with the reason."""

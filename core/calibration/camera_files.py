@@ -11,6 +11,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from core.calibration.lens_check import check_lens
 from core.calibration.plain_yaml import read_yaml
 from core.errors import BadInput
 from core.message import Array
@@ -186,9 +187,11 @@ def _model(size: Any, matrix: Any, distortion: Any, kind: Any) -> CameraModel:
     fx, fy, cx, cy = (float(camera[place]) for place in ((0, 0), (1, 1), (0, 2), (1, 2)))
     if not (fx > 0 and fy > 0 and 0 < cx < width and 0 < cy < height):
         raise BadInput("focal lengths must be positive and the principal point must lie in the picture")
-    return CameraModel(
+    model = CameraModel(
         width=int(width), height=int(height), fx=fx, fy=fy, cx=cx, cy=cy, k1=k1, k2=k2, p1=p1, p2=p2, k3=k3
     )
+    check_lens(model)
+    return model
 
 
 def _matrix(entry: Any) -> Any:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import RectBivariateSpline
 
 from core.calibration.levenberg import minimise
-from core.calibration.undistortion import all_pixels, turning_radius, undistort
+from core.calibration.undistortion import all_pixels
 from core.message import Array
 from core.optics import CameraModel
 
@@ -34,7 +34,7 @@ def tie_points(model: CameraModel, count: int = TIE_POINTS) -> TiePoints:
     """A `count` x `count` grid that covers the entire picture, as seen and as it would be without distortion."""
     pixels = np.stack(np.meshgrid(*_grid_lines(model, count)), axis=-1).reshape(-1, 2)
     distorted = (pixels - (model.cx, model.cy)) / (model.fx, model.fy)
-    return TiePoints(distorted, undistort(model, distorted))
+    return TiePoints(distorted, model.undistort(distorted))
 
 
 def inverse_parameters(model: CameraModel, grid: TiePoints | None = None) -> Array:
@@ -70,7 +70,7 @@ def errors(model: CameraModel, a: Array | None = None) -> tuple[InverseError, In
     of the camera model reaches are left out.
     """
     distorted, focal = all_pixels(model), np.array([model.fx, model.fy])
-    ideal = undistort(model, distorted)
+    ideal = model.undistort(distorted)
     known = np.isfinite(ideal).all(axis=1)
     distorted, ideal = distorted[known], ideal[known]
     table_1 = apply_inverse(inverse_parameters(model) if a is None else a, distorted) - ideal
@@ -80,7 +80,7 @@ def errors(model: CameraModel, a: Array | None = None) -> tuple[InverseError, In
 def exact_map(model: CameraModel) -> Array:
     """Where to look in the picture for every pixel of the straight one: (H, W, 2) [pixel]. Needs no inverse."""
     seen = model.distort(all_pixels(model)) * (model.fx, model.fy) + (model.cx, model.cy)
-    limit = turning_radius(model)
+    limit = model.turning_radius
     seen[np.linalg.norm(all_pixels(model), axis=1) >= limit] = -1e4
     return seen.reshape(model.height, model.width, 2)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from core.calibration.board import Board
 from core.calibration.projection import Poses, exponential, project, vector_of
-from core.calibration.undistortion import all_pixels, turning_radius, undistort
+from core.calibration.undistortion import all_pixels
 from core.message import Array
 from core.optics import CameraModel
 
@@ -60,7 +60,7 @@ def visible(model: CameraModel, poses: Poses, board: Board, margin: float) -> Ar
     inside = (pixels >= margin) & (pixels <= np.array([model.width - 1, model.height - 1]) - margin)
     depth = poses.points(board.points)[..., 2]
     within = np.linalg.norm(poses.points(board.points)[..., :2] / np.maximum(depth, 1e-3)[..., None], axis=2)
-    return inside.all(axis=(1, 2)) & (depth > 0.05).all(axis=1) & (within < turning_radius(model)).all(axis=1)
+    return inside.all(axis=(1, 2)) & (depth > 0.05).all(axis=1) & (within < model.turning_radius).all(axis=1)
 
 
 def seen(rng: np.random.Generator, model: CameraModel, poses: Poses, board: Board, noise: float) -> Array:
@@ -94,7 +94,7 @@ def picture(
 def _any(rng: np.random.Generator, count: int, model: CameraModel, board: Board, how: Holding) -> Poses:
     depth = rng.uniform(how.nearest, how.farthest, count)
     place = np.column_stack((rng.uniform(0, model.width, count), rng.uniform(0, model.height, count)))
-    ideal = undistort(model, (place - (model.cx, model.cy)) / (model.fx, model.fy))  # NaN where no ray reaches
+    ideal = model.undistort((place - (model.cx, model.cy)) / (model.fx, model.fy))  # NaN where no ray reaches
     middle = np.column_stack((ideal, np.ones(count))) * depth[:, None]
     about = rng.choice([-np.pi / 2, np.pi / 2], count) if how.upright else rng.uniform(0, 2 * np.pi, count)
     roll = 0.0 if how.upright else how.roll
@@ -146,5 +146,5 @@ def _cached_rays(width: int, height: int, key: tuple[float, ...]) -> Array:
     """Ideal normalised coordinates (H·S, W·S, 2) of the rays of every pixel."""
     fx, fy, cx, cy, k1, k2, p1, p2, k3 = key
     model = CameraModel(width=width, height=height, fx=fx, fy=fy, cx=cx, cy=cy, k1=k1, k2=k2, p1=p1, p2=p2, k3=k3)
-    ideal = undistort(model, all_pixels(model)).reshape(height, width, 2)
+    ideal = model.undistort(all_pixels(model)).reshape(height, width, 2)
     return cv2.resize(ideal, (width * SAMPLES, height * SAMPLES), interpolation=cv2.INTER_LINEAR)

@@ -11,7 +11,6 @@ from core.calibration import bundle
 from core.calibration.bundle import Corners, Solution
 from core.calibration.intrinsics import Calibration
 from core.calibration.projection import PARAMETERS, Poses, linearise, vector_of
-from core.calibration.undistortion import undistort
 from core.message import Array, message
 from core.optics import CameraModel
 
@@ -123,4 +122,4 @@ def _derivatives(model: CameraModel, pixels: Array, free: tuple[int, ...]) -> tu
 
 def _ideal(model: CameraModel, pixels: Array) -> Array:
     """Pixels (K, 2) → ideal normalised coordinates (K, 2)."""
-    return undistort(model, (pixels - (model.cx, model.cy)) / (model.fx, model.fy))
+    return model.undistort((pixels - (model.cx, model.cy)) / (model.fx, model.fy))

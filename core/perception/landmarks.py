@@ -77,12 +77,9 @@ def laser_in_picture(points: Array, laser: Laser, camera: Camera, moved: Pose | 
     space = np.column_stack((seen, np.full(len(seen), laser.height)))
     in_camera = camera.mounting.inverse().apply(space)
     model = camera.model
-    rim = model.unproject(
-        np.array([[0.0, 0.0], [model.width, 0.0], [0.0, model.height], [model.width, model.height]])
-    )
     ahead = in_camera[:, 2] > 0.01
     off_axis = np.hypot(in_camera[:, 0], in_camera[:, 1]) / np.where(ahead, in_camera[:, 2], np.nan)
-    inside = ahead & (off_axis <= np.hypot(rim[:, 0], rim[:, 1]).max())  # beyond, the distortion folds back
+    inside = ahead & (off_axis <= model.widest_ray)  # beyond, the distortion folds back
     pixels = model.project(in_camera[inside])
     ranges = np.hypot(points[inside, 0] - laser.mounting.x, points[inside, 1] - laser.mounting.y)
     drawn = ((pixels >= -0.5) & (pixels < (model.width - 0.5, model.height - 0.5))).all(axis=1)

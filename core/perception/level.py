@@ -8,10 +8,13 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
+from core.errors import BadInput
 from core.geometry import OPTICAL, wrap
 from core.message import Array
+from core.optics import CameraModel
 from core.sensors import Camera
 
+MIN_SIDE, MAX_GROWTH = 8, 16  # [pixel] of a level picture, and its area in areas of the camera's
 WIDEST = 3.0  # rays steeper than this (72 degrees off the axis) are left out
 
 
@@ -23,14 +26,12 @@ class LevelView:
     """
 
     def __init__(self, camera: Camera) -> None:
-        mounting, self.model = camera.mounting.rotation, camera.model
-        axis = mounting @ np.array([0.0, 0.0, 1.0])
-        self.yaw = math.atan2(axis[1], axis[0])
-        c, s = math.cos(self.yaw), math.sin(self.yaw)
-        robot_from_level = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ OPTICAL
-        self._camera_from_level = mounting.T @ robot_from_level
-        self.focal = self.model.fx
-        low, high, self._widest = self._bounds()
+        """Raises BadInput for a camera whose picture cannot be levelled."""
+        self.model, self.focal = camera.model, camera.model.fx
+        self.yaw, self._camera_from_level = _level_axes(camera)
+        low, high = level_bounds(camera)
+        rim = np.linalg.norm(self.model.unproject(_rim(self.model)), axis=1)
+        self._widest = min(1.02 * float(np.nanmax(rim)), self.model.turning_radius)
         self.width, self.height = (np.ceil((high - low) * self.focal).astype(int) + 1).tolist()
         self._centre = -low * self.focal
         u, v = np.meshgrid(np.arange(self.width, dtype=float), np.arange(self.height, dtype=float))
@@ -58,18 +59,43 @@ class LevelView:
         """A column of the level picture → bearing [rad] in the robot's axes, seen from the camera."""
         return wrap(self.yaw - math.atan((column - self._centre[0]) / self.focal))
 
-    def _bounds(self) -> tuple[Array, Array, float]:
-        """Corners (2,), (2,) of the level rays that the picture covers, and the longest camera ray inside it."""
-        u = np.linspace(0, self.model.width - 1, 33)
-        v = np.linspace(0, self.model.height - 1, 33)
-        border = np.concatenate(
-            [np.column_stack((u, np.full(33, end))) for end in (v[0], v[-1])]
-            + [np.column_stack((np.full(33, end), v)) for end in (u[0], u[-1])]
+
+def level_bounds(camera: Camera) -> tuple[Array, Array]:
+    """Corners (2,), (2,) of the level rays that the picture covers.
+
+    Raises BadInput for a camera whose picture cannot be levelled.
+    """
+    model, (_, camera_from_level) = camera.model, _level_axes(camera)
+    ideal = model.unproject(_rim(model))
+    level = np.column_stack((ideal, np.ones(len(ideal)))) @ camera_from_level
+    rays = np.clip(level[:, :2] / np.maximum(level[:, 2:], 1e-3), -WIDEST, WIDEST)
+    rays = rays[np.isfinite(rays).all(axis=1)]
+    size = np.ptp(rays, axis=0) * model.fx if len(rays) else np.zeros(2)
+    if not (size.min() >= MIN_SIDE and size.prod() <= MAX_GROWTH * model.width * model.height):
+        raise BadInput(
+            "The camera's picture cannot be levelled: its calibration or its mount is not that of a camera which "
+            "looks across the floor."
         )
-        ideal = self.model.unproject(border)
-        level = np.column_stack((ideal, np.ones(len(ideal)))) @ self._camera_from_level
-        rays = np.clip(level[:, :2] / np.maximum(level[:, 2:], 1e-3), -WIDEST, WIDEST)
-        return rays.min(axis=0), rays.max(axis=0), 1.02 * float(np.hypot(ideal[:, 0], ideal[:, 1]).max())
+    return rays.min(axis=0), rays.max(axis=0)
+
+
+def _level_axes(camera: Camera) -> tuple[float, Array]:
+    """The heading [rad] in which the camera looks, and the rotation camera_from_level (3, 3)."""
+    mounting = camera.mounting.rotation
+    axis = mounting @ np.array([0.0, 0.0, 1.0])
+    yaw = math.atan2(axis[1], axis[0])
+    c, s = math.cos(yaw), math.sin(yaw)
+    return yaw, mounting.T @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ OPTICAL
+
+
+def _rim(model: CameraModel) -> Array:
+    """Pixels (132, 2) along the border of the picture."""
+    u = np.linspace(0, model.width - 1, 33)
+    v = np.linspace(0, model.height - 1, 33)
+    return np.concatenate(
+        [np.column_stack((u, np.full(33, end))) for end in (v[0], v[-1])]
+        + [np.column_stack((np.full(33, end), v)) for end in (u[0], u[-1])]
+    )
 
 
 @lru_cache(maxsize=8)

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from core.calibration.correction import errors, exact_map, inverse_parameters, straighten, table_1_map, tie_points
-from core.calibration.undistortion import all_pixels, undistort
+from core.calibration.undistortion import all_pixels
 from core.message import Array
 from core.optics import TABLE_3
 
@@ -44,7 +44,7 @@ def printed_error() -> dict[str, float]:
 
     best = least_squares(residuals, np.zeros(8), method="lm").x
     pixels = all_pixels(TABLE_3)
-    off = np.linalg.norm((as_printed(best, pixels) - undistort(TABLE_3, pixels)) * focal, axis=1)
+    off = np.linalg.norm((as_printed(best, pixels) - TABLE_3.undistort(pixels)) * focal, axis=1)
     return {"rms_px": float(np.sqrt(np.mean(off**2))), "max_px": float(off.max())}
 
 

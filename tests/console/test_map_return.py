@@ -28,4 +28,4 @@ def test_a_saved_map_survives_the_console_and_is_gone_on_in(tmp_path: Path) -> N
         after.until(lambda: after.runtime.state().floor.lost is None, LONG)
         after.until(lambda: len(after.runtime.snapshot.landmarks) > 2, LONG)
         assert after.runtime.snapshot.estimate.pose.distance_to(0, 0) < 0.1
-        assert after.runtime.failure == ""
+        assert after.runtime.pilots.failure == ""

@@ -36,14 +36,14 @@ def make_frail(folder: Path) -> Live:
 def test_a_pilot_that_fails_stops_the_robot_is_told_and_starts_anew(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr("console.runtime.RESTART_PAUSE", 0.5)
+    monkeypatch.setattr("console.pilot_supervisor.RESTART_PAUSE", 0.5)
     monkeypatch.setattr(Frail, "falls", 0)
     with make_frail(tmp_path) as live:
         live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
         number = live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator).json["id"]
         live.until(lambda: live.robot.status().w)
         Frail.falls = 1
-        live.until(lambda: live.runtime.failure)
+        live.until(lambda: live.runtime.pilots.failure)
         assert live.robot.status().w == 0
         health = live.ask("GET", "/api/health")
         assert health.status == 503 and "pilot" in health.json["reasons"][0]
@@ -63,11 +63,11 @@ def test_a_pilot_that_fails_stops_the_robot_is_told_and_starts_anew(
 def test_a_pilot_that_keeps_failing_stays_off_and_the_console_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("console.runtime.RESTART_PAUSE", 0.02)
+    monkeypatch.setattr("console.pilot_supervisor.RESTART_PAUSE", 0.02)
     monkeypatch.setattr(Frail, "falls", 0)
     with make_frail(tmp_path) as live:
         Frail.falls = 1000
-        live.until(lambda: "stays off" in live.runtime.failure)
+        live.until(lambda: "stays off" in live.runtime.pilots.failure)
         assert live.ask("GET", "/api/health").status == 503
         assert live.ask("POST", "/api/stop", token=live.viewer).status == 200
         assert live.ask("GET", "/api/state", token=live.viewer).status == 200
@@ -75,7 +75,7 @@ def test_a_pilot_that_keeps_failing_stays_off_and_the_console_goes_on(
 
 
 def test_without_a_pilot_the_gate_hears_no_heartbeat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("console.runtime.RESTART_PAUSE", 60)
+    monkeypatch.setattr("console.pilot_supervisor.RESTART_PAUSE", 60)
     monkeypatch.setattr(Frail, "falls", 0)
     with make_frail(tmp_path) as live:
         beats: list[int] = []
@@ -83,7 +83,7 @@ def test_without_a_pilot_the_gate_hears_no_heartbeat(tmp_path: Path, monkeypatch
         monkeypatch.setattr(live.robot, "beat", lambda: (beats.append(1), beat()))
         live.until(lambda: len(beats) > 5)
         Frail.falls = 1
-        live.until(lambda: live.runtime.failure)
+        live.until(lambda: live.runtime.pilots.failure)
         live.on_loop(lambda: None)
         before = len(beats)
         live.on_loop(lambda: live.runtime._tick(0.0))

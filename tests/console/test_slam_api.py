@@ -255,4 +255,4 @@ def test_a_damaged_map_is_refused_and_the_robot_goes_on_as_it_was(lab: Live) -> 
     [arrays] = (lab.runtime.maps._store._base).glob("lab-*/floor/map.npz")
     arrays.write_bytes(arrays.read_bytes()[:200])
     assert "damaged" in sentence(post(lab, "/api/maps/lab/load"), 422)
-    assert lab.runtime.snapshot is not None and lab.runtime.failure == ""
+    assert lab.runtime.snapshot is not None and lab.runtime.pilots.failure == ""

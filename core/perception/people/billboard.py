@@ -22,11 +22,7 @@ class Billboards:
         """Pixels (H, W, 3) uint8."""
         self.camera = camera
         self._images = [pixels]
-        model = camera.model
-        rim = model.unproject(
-            np.array([[0.0, 0.0], [model.width, 0.0], [0.0, model.height], [model.width, model.height]])
-        )
-        self._widest = float(np.hypot(rim[:, 0], rim[:, 1]).max())
+        self._widest = camera.model.widest_ray
         self._to_camera = camera.mounting.inverse()
 
     def cut(self, distance: float, bearing: float, half: float) -> tuple[Array, Array]:

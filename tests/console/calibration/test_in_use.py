@@ -44,14 +44,14 @@ def undo(live: Live, kind: str = "camera") -> int:
 
 def seen_with(live: Live) -> float:
     """Focal length that the pilot uses now."""
-    pilot = live.runtime._pilot
+    pilot = live.runtime.pilots.thread
     assert pilot is not None
     return pilot.pilot._eyes.camera.model.fx
 
 
 def mounting(live: Live) -> Array:
     """Where the pilot's camera sits on the robot [m]."""
-    pilot = live.runtime._pilot
+    pilot = live.runtime.pilots.thread
     assert pilot is not None
     return pilot.pilot._eyes.camera.mounting.translation
 
@@ -156,7 +156,7 @@ def test_a_damaged_calibration_is_not_used_and_not_touched(tmp_path: Path) -> No
     kept = InUse(path.parent)
     kept.open()
     assert kept.camera is None and kept.report("camera") is None
-    assert "camera.json cannot be used" in kept.trouble
+    assert "camera.json cannot be used" in kept.troubles[0]
     assert path.read_text() == '{"camera": {"K": 1}}'
 
 

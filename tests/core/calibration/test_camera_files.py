@@ -32,23 +32,29 @@ WITH_K3 = CameraModel(
     width=640, height=480, fx=519.26845842, fy=518.89359517, cx=331.1, cy=229.4, k1=0.11, k3=-1.0954
 )
 
-cameras = st.builds(
-    CameraModel,
-    width=st.integers(16, 4000),
-    height=st.integers(16, 4000),
-    fx=st.floats(1, 1e5),
-    fy=st.floats(1, 1e5),
-    cx=st.floats(0.5, 15),
-    cy=st.floats(0.5, 15),
-    k1=st.floats(-1, 1),
-    k2=st.floats(-1, 1),
-    p1=st.floats(-1e-3, 1e-3),
-    p2=st.floats(-1e-3, 1e-3),
-)
+
+@st.composite
+def lenses(draw: st.DrawFn) -> CameraModel:
+    """Any size, any principal point, a focal length and a distortion that a lens may have."""
+    width = draw(st.integers(16, 4000))
+    height = draw(st.integers(max(16, width // 3), min(4000, 3 * width)))
+    fx = max(width, height) * draw(st.floats(1.0, 20.0))
+    return CameraModel(
+        width=width,
+        height=height,
+        fx=fx,
+        fy=fx * draw(st.floats(0.9, 1.1)),
+        cx=width * draw(st.floats(0.4, 0.6)),
+        cy=height * draw(st.floats(0.4, 0.6)),
+        k1=draw(st.floats(-0.3, 0.3)),
+        k2=draw(st.floats(-0.1, 0.1)),
+        p1=draw(st.floats(-1e-3, 1e-3)),
+        p2=draw(st.floats(-1e-3, 1e-3)),
+    )
 
 
 @settings(deadline=None, max_examples=50)
-@given(model=cameras)
+@given(model=lenses())
 def test_every_form_comes_back_to_the_last_digit(model: CameraModel) -> None:
     forms = (
         ros_yaml(model, crop=False),

@@ -14,7 +14,7 @@ from core.calibration.correction import (
     table_1_map,
     tie_points,
 )
-from core.calibration.undistortion import all_pixels, turning_radius, undistort
+from core.calibration.undistortion import all_pixels
 from core.message import Array
 from core.optics import TABLE_3, CameraModel
 
@@ -33,8 +33,8 @@ STRONG = CameraModel(width=640, height=480, fx=519, fy=519, cx=331, cy=229, k1=0
 def test_undistorting_undoes_distorting(k1: float, k2: float, p1: float, p2: float, x: float, y: float) -> None:
     model = CameraModel(width=320, height=256, fx=300, fy=300, cx=160, cy=128, k1=k1, k2=k2, p1=p1, p2=p2)
     place = np.array([[x, y]])
-    if np.hypot(x, y) < 0.95 * turning_radius(model):
-        assert np.allclose(undistort(model, model.distort(place)), place, atol=1e-9)
+    if np.hypot(x, y) < 0.95 * model.turning_radius:
+        assert np.allclose(model.undistort(model.distort(place)), place, atol=1e-9)
 
 
 def test_the_exact_path_is_exact_and_table_1_keeps_its_bound() -> None:
@@ -57,7 +57,7 @@ def test_the_printed_denominator_with_a3_does_not_fit() -> None:
     u, v = distorted.T
     below = 1 + r2 * (a[2] * r2 + a[4] * u + a[5] * v + a[6])
     across = u * (1 + a[0] * r2 + a[1] * r2**2) + 2 * a[2] * u * v + a[3] * (r2 + 2 * u * u)
-    off = np.abs(across / below - undistort(TABLE_3, distorted)[:, 0]) * TABLE_3.fx
+    off = np.abs(across / below - TABLE_3.undistort(distorted)[:, 0]) * TABLE_3.fx
     assert off.max() > 5 * errors(TABLE_3)[0].worst
 
 
@@ -99,19 +99,19 @@ def test_a_bent_line_becomes_straight() -> None:
 
 
 def test_pixels_that_no_ray_reaches_are_left_out() -> None:
-    assert turning_radius(STRONG) < 1
-    ideal = undistort(STRONG, all_pixels(STRONG))
+    assert STRONG.turning_radius < 1
+    ideal = STRONG.undistort(all_pixels(STRONG))
     unreached = np.isnan(ideal).any(axis=1)
     assert 0 < unreached.mean() < 0.05
-    assert np.all(np.linalg.norm(ideal[~unreached], axis=1) < turning_radius(STRONG))
+    assert np.all(np.linalg.norm(ideal[~unreached], axis=1) < STRONG.turning_radius)
     assert errors(STRONG)[1].worst < 1e-9
 
 
 def test_a_distortion_that_never_folds_has_no_turning_radius() -> None:
-    assert turning_radius(TABLE_3) == float("inf")
-    assert turning_radius(CameraModel(width=320, height=256, fx=300, fy=300, cx=160, cy=128)) == float("inf")
+    assert TABLE_3.turning_radius == float("inf")
+    assert CameraModel(width=320, height=256, fx=300, fy=300, cx=160, cy=128).turning_radius == float("inf")
     barrel = CameraModel(width=320, height=256, fx=300, fy=300, cx=160, cy=128, k1=-0.3)
-    assert np.isclose(turning_radius(barrel), np.sqrt(1 / 0.9))
+    assert np.isclose(barrel.turning_radius, np.sqrt(1 / 0.9))
 
 
 def test_an_undistorted_camera_needs_no_correction() -> None:

@@ -14,13 +14,12 @@ from core.calibration.intrinsics import calibrate
 from core.calibration.practice import visible
 from core.calibration.projection import PAPER, Poses, exponential, project, vector_of
 from core.calibration.uncertainty import COLUMNS, ROWS, difference, map_pixels, sensitivity, told_by, uncertainty_map
-from core.calibration.undistortion import undistort
 from core.message import Array
 from core.optics import TABLE_3, CameraModel
 
 
 def rays(model: CameraModel, pixels: Array) -> Array:
-    ideal = undistort(model, (pixels - (model.cx, model.cy)) / (model.fx, model.fy))
+    ideal = model.undistort((pixels - (model.cx, model.cy)) / (model.fx, model.fy))
     return np.column_stack((ideal, np.ones(len(ideal))))
 
 
