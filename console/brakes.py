@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import time
 from collections import deque
 from collections.abc import Callable
@@ -15,12 +16,15 @@ from console.notice_board import NoticeBoard
 from console.problems import Problem
 from console.robot_link import RobotLink
 from console.tally import Tally
+from core.errors import Unavailable
 from core.gate.status import GateStatus
 from core.snapshot import Ending
 
 RECORDED = 3  # stops and halts of one person a second that are written down; all of them act
 PEOPLE = 1000  # whose stops are counted
-PRESSES = 64  # newest presses of STOP that are known
+SAME_PRESS = 2.0  # [s] within which a press of STOP comes by its second way, and is not written down again
+LATCHING = 0.2  # [s] that the gate may take to latch a halt before the console does
+LOOK = 0.002  # [s]
 LIFTING = 1.0  # [s] within which a reset must show
 
 
@@ -52,30 +56,28 @@ class Brakes:
         self._board = board
         self._cancel = cancel
         self._tallies: dict[str, Tally] = {}  # by person
-        self._presses: deque[tuple[str, int]] = deque(maxlen=PRESSES)  # person, press
+        self._presses: deque[tuple[str, int, float]] = deque(maxlen=64)  # the newest: person, press, when [s]
         self._lifting: Lifting | None = None
 
     def stop(self, who: Person, source: str, press: int = 0) -> None:
-        """Everything cancelled, zero speed. A press that was obeyed already came by another way, and does nothing."""
-        if press and (who.id, press) in self._presses:
-            return
-        if press:
-            self._presses.append((who.id, press))
+        """Everything cancelled, zero speed, always. A press that comes by a second way is recorded once."""
         self._helm.stop()
         self._cancel("cancelled", f"Stopped by {who.name}.")
-        if self._is_recorded(who):
+        now = time.monotonic()
+        known = any((of, one) == (who.id, press) and now - at < SAME_PRESS for of, one, at in self._presses)
+        if press:
+            self._presses.append((who.id, press, now))
+        if not known and self._is_recorded(who):
             self._history.add("stop", who, source=source)
 
     def halt(self, who: Person, source: str) -> None:
-        """The same, latched. Raises Unavailable when there is no gate and it cannot be saved either."""
+        """The same, latched; the function `latched` waits until it is on disk."""
         self._lifted("cancelled", "Halted again.")
-        try:
-            self._helm.halt()
-        finally:
-            self._cancel("cancelled", f"Halted by {who.name}.")
-            if self._is_recorded(who):
-                self._history.add("halt", who, source=source)
-                self._board.tell("warning", f"{who.name} halted the robot. The driver can reset it.")
+        self._helm.halt()
+        self._cancel("cancelled", f"Halted by {who.name}.")
+        if self._is_recorded(who):
+            self._history.add("halt", who, source=source)
+            self._board.tell("warning", f"{who.name} halted the robot. The driver can reset it.")
 
     def reset(self, who: Person, source: str) -> None:
         """Lift the latch; the lease holder only, and it never moves. Raises Problem 403, 409, 503."""
@@ -112,3 +114,18 @@ class Brakes:
         if who.id not in self._tallies and len(self._tallies) >= PEOPLE:
             self._tallies.clear()
         return self._tallies.setdefault(who.id, Tally()).add(time.monotonic()) <= RECORDED
+
+
+async def latched(robot: RobotLink, board: NoticeBoard) -> str:
+    """Wait until the newest halt is on disk → "", or why a restart may forget it."""
+    ends = time.monotonic() + LATCHING
+    while not robot.halt_is_latched() and time.monotonic() < ends:
+        await asyncio.sleep(LOOK)
+    try:
+        if not robot.halt_is_latched():
+            await asyncio.to_thread(robot.latch_halt)
+    except Unavailable as trouble:
+        why = f"The robot is halted, but a restart of the console may forget it. {trouble}"
+        board.tell("error", why)
+        return why
+    return "" if robot.halt_is_latched() else "The halt was reset meanwhile."

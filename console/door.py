@@ -121,7 +121,7 @@ class Door:
             self._jog = None
 
     def stop(self, who: Person, source: str, press: int = 0) -> None:
-        """Everything cancelled, zero speed; anyone signed in. The same `press` by another way does nothing."""
+        """Everything cancelled, zero speed; anyone signed in. A `press` that comes by two ways is recorded once."""
         self._brakes.stop(who, source, press)
 
     def busy_above(self, sources: Container[str]) -> bool:

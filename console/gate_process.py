@@ -44,6 +44,7 @@ class GateProcess:
             ]
             self.child = Child("core.gate.process", arguments, (theirs, driver_end), bare=True)
         self.heard = time.monotonic()  # when it spoke last, or was started
+        self.started = False  # whether it has spoken
 
     def send(self, packet: Mapping[str, Any]) -> bool:
         """Without waiting → whether it is on its way."""
@@ -53,7 +54,7 @@ class GateProcess:
         """What it has said, without waiting, and whether it is still there."""
         packets, there = take_packets(self.orders)
         if packets:
-            self.heard = time.monotonic()
+            self.heard, self.started = time.monotonic(), True
         return [GateStatus.of_json(packet) for packet in packets[-1:]], there
 
     def end(self, patience: float) -> None:

@@ -62,7 +62,7 @@ class Helm:
         self._stand("stop", self._robot.stop)
 
     def halt(self) -> None:
-        """The same, latched. Raises Unavailable when it cannot be kept."""
+        """The same, latched."""
         self._stand("halt", self._robot.halt)
 
     def hand_over(self, epoch: int, owner: str | None) -> None:

@@ -13,7 +13,10 @@ from core.sensors import SensorFrame
 
 
 class RobotLink(Protocol):
-    """The robot and its gate, seen from the console. Only `start`, `next_frame`, `ask` and `close` wait."""
+    """The robot and its gate, seen from the console.
+
+    Only `start`, `next_frame`, `latch_halt`, `ask` and `close` wait.
+    """
 
     trouble: str  # why there is no robot, a sentence; "" when there is one
     alarm: Callable[[str], None]  # told of every loss of driver or gate, in a sentence; from any thread
@@ -40,7 +43,15 @@ class RobotLink(Protocol):
         ...
 
     def halt(self) -> None:
-        """Zero at once, latched."""
+        """Zero at once, latched as soon as the disk has it."""
+        ...
+
+    def halt_is_latched(self) -> bool:
+        """Whether the newest halt is on disk and has not been reset."""
+        ...
+
+    def latch_halt(self) -> None:
+        """Latch the newest halt where the gate does not; waits for the disk. Raises Unavailable."""
         ...
 
     def reset(self) -> bool:

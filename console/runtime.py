@@ -43,6 +43,7 @@ from console.spoken_orders import SpokenOrders
 from console.tasks import end
 from console.watch import Watch
 from core.errors import BeckonError
+from core.gate.sleep import SleepWatch
 from core.robots import Profile
 from core.sensors import SensorFrame
 from core.snapshot import Snapshot
@@ -89,6 +90,7 @@ class Runtime:
         self._seq = 0
         self._state_at = 0.0
         self._watch = Watch(robot, self.door, self.board)
+        self._sleep = SleepWatch()
         self._opening = False
         self._tasks: set[asyncio.Task[None]] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -225,6 +227,7 @@ class Runtime:
             self._loop.call_soon_threadsafe(act, *given)
 
     def _took(self, snapshot: Snapshot, picture: Picture | None, frame: SensorFrame) -> None:
+        self._look_for_sleep()
         if not self.over:
             self.robot.beat()  # the loop runs and the pilot steps: that is what the gate wants to know
         self.snapshot = snapshot
@@ -260,6 +263,7 @@ class Runtime:
             await asyncio.sleep(max(0.0, due - time.monotonic()))
 
     def _tick(self, now: float) -> None:
+        self._look_for_sleep()
         if self.pilots.steps and not self.over:
             self.robot.beat()
         self.door.tick(now)
@@ -272,6 +276,12 @@ class Runtime:
         self.microphone.tick(now)
         if now - self._state_at > BEAT + STATE_GAP:
             self._tell_state()
+
+    def _look_for_sleep(self) -> None:
+        """What was ordered, or waited to begin, before the machine slept does not go on."""
+        if self._sleep.woke():
+            self.door.helm.stop()
+            self.door.cancel("failed", "The machine slept; the robot was stopped.")
 
     def _nothing_under_way(self) -> None:
         """The newest snapshot may stay the newest for long: what it says is under way has failed."""

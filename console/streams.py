@@ -16,6 +16,7 @@ import msgspec
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from console import wire
+from console.brakes import latched
 from console.latest import Closing, Viewer
 from console.logins import Person
 from console.portrait import card
@@ -193,8 +194,14 @@ class Talk:
     def _brake(self, message: wire.Stop | wire.Halt) -> None:
         if isinstance(message, wire.Halt):
             self._runtime.door.halt(self._person, "page")
+            self._runtime.keep(asyncio.create_task(self._latched()))
         else:
             self._runtime.door.stop(self._person, "page", message.press)
+
+    async def _latched(self) -> None:
+        """Tell this socket when its halt may not outlive a restart."""
+        if why_not := await latched(self._runtime.robot, self._runtime.board):
+            self._tell(wire.Answer(0, False, 507, why_not))
 
     async def _play(self, message: wire.Playback) -> None:
         """The recording's driver is asked without keeping this socket waiting."""

@@ -28,7 +28,7 @@ class Drive(Inward, tag="drive"):
 
 
 class Stop(Inward, tag="stop"):
-    """Everything cancelled, zero speed. `press` (0: none): its copy over HTTP does nothing."""
+    """Everything cancelled, zero speed. `press` (0: none): its copy over HTTP is recorded once."""
 
     press: Count = 0
 

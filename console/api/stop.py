@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from console.api import Behind, Who, router
+from console.brakes import latched
 from console.roles import needs
 
 stop = router("stop")
@@ -15,8 +16,8 @@ stop = router("stop")
 async def stop_now(behind: Behind, who: Who, press: str = "") -> dict[str, Any]:
     """Everything cancelled, zero speed; anyone signed in. Not latched.
 
-    `press`: a number drawn anew with every press of STOP; a second stop of that number, by whatever way it comes,
-    does nothing. What is no number is none: the stop acts.
+    `press`: a number drawn with every press of STOP. The stop always acts; one that comes again with the number of
+    the last two seconds, as when a press goes by two ways, is not recorded again.
     """
     behind.door.stop(who, "rest", int(press) if press.isascii() and press.isdigit() and len(press) < 17 else 0)
     return {"stopped": True}
@@ -25,9 +26,13 @@ async def stop_now(behind: Behind, who: Who, press: str = "") -> dict[str, Any]:
 @stop.post("/halt")
 @needs("viewer", reads_body=False)
 async def halt(behind: Behind, who: Who) -> dict[str, Any]:
-    """A stop that stays until it is reset, over a restart too."""
+    """A stop that stays until it is reset, over a restart too.
+
+    It answers when the halt is on disk: `latched` true. Where that fails it is false, and `why` says what is wrong.
+    """
     behind.door.halt(who, "rest")
-    return {"halted": True}
+    why_not = await latched(behind.robot, behind.board)
+    return {"halted": True, "latched": not why_not, **({"why": why_not} if why_not else {})}
 
 
 @stop.post("/halt/reset")

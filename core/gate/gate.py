@@ -96,6 +96,10 @@ class Gate:
         self._state, self._remark = "halted", ""
         self._stand("halt", "halted", now)
 
+    def wake(self, now: float) -> None:
+        """The machine slept, and the clock stood still meanwhile: everything that was ordered before is over."""
+        self._trip("the machine slept", now)
+
     def reset(self, now: float) -> None:
         """Lift a halt: disarmed then, and still."""
         if self._state == "halted":

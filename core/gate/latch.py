@@ -34,7 +34,11 @@ class Latch:
             file.write('{"halted": true}\n')
             file.flush()
             os.fsync(file.fileno())
-        draft.replace(self._path)
+        try:
+            draft.replace(self._path)
+        except FileNotFoundError:  # another process sets it too, and moved the draft of both
+            if not self.is_set:
+                raise
         self._keep_folder()
 
     def clear(self) -> None:

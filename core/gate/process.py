@@ -26,6 +26,7 @@ from core.gate.limits import Limits, is_count, is_number
 from core.gate.packets import packet_socket, send_packet, take_packets
 from core.gate.precedence import GATE, come_first
 from core.gate.setpoint import Setpoint
+from core.gate.sleep import SleepWatch, time_asleep
 from core.gate.status import GateStatus
 from core.gate.trace import TraceWriter, open_trace
 from core.gate.twist import ZERO
@@ -38,14 +39,23 @@ FIRST_TICKET = 2**50  # a random number below it, so that no ticket of an earlie
 class GateLoop:
     """Ticks at 50 Hz by absolute deadlines and answers between ticks as soon as something comes."""
 
-    def __init__(self, gate: Gate, latch: Latch, console: socket.socket, driver: socket.socket) -> None:
+    def __init__(
+        self,
+        gate: Gate,
+        latch: Latch,
+        console: socket.socket,
+        driver: socket.socket,
+        asleep: Callable[[], float] = time_asleep,
+    ) -> None:
         self._gate, self._latch = gate, latch
+        self._sleep = SleepWatch(asleep)
         self._console, self._driver = console, driver
         self._ends_at: float | None = None
         self._told_driver = ZERO
         self._told_console: GateStatus | None = None
         self._ticks = 0
         self._kept = False  # whether the latch was set by this process
+        self._latched = 0  # number of the newest halt that is on disk
         self._selector = selectors.DefaultSelector()
         self._selector.register(console, selectors.EVENT_READ, self._hear_console)
         self._selector.register(driver, selectors.EVENT_READ, self._hear_driver)
@@ -66,7 +76,9 @@ class GateLoop:
         try:
             while True:
                 wait = min(due, self._gate.expires) - time.monotonic()
-                for key, _ in self._selector.select(max(0.0, wait)):
+                events = self._selector.select(max(0.0, wait))
+                self._look_for_sleep()
+                for key, _ in events:
                     key.data()
                 now = time.monotonic()
                 if now >= min(due, self._gate.expires):
@@ -82,6 +94,12 @@ class GateLoop:
         finally:
             self._gate.disarm(time.monotonic(), "the gate ends")
             self._tell_driver()
+
+    def _look_for_sleep(self) -> None:
+        if self._sleep.woke():
+            self._gate.wake(time.monotonic())
+            self._tell_driver()
+            self._tell_console(always=True)
 
     def _tick(self, now: float) -> None:
         self._gate.tick(now)
@@ -127,20 +145,20 @@ class GateLoop:
 
     def _halt(self, told: dict[str, Any], now: float) -> None:
         """Zero first, then what must last; only then the console hears that the robot is halted."""
-        del told
         self._gate.halt(now)
         self._tell_driver()
-        if self._kept:
-            return
         try:
-            self._latch.set()
-            self._kept = True
+            if not self._kept:
+                self._latch.set()
         except OSError as trouble:
             self._gate.remark(f"halted, but a restart may forget it: {trouble.strerror}")
+            return
+        self._kept = True
+        self._latched = told["number"] if is_count(told.get("number")) else 0
 
     def _reset(self, told: dict[str, Any], now: float) -> None:
         del told
-        self._kept = False
+        self._kept, self._latched = False, 0
         try:
             self._latch.clear()
         except OSError as trouble:
@@ -169,7 +187,7 @@ class GateLoop:
         )
 
     def _tell_console(self, *, always: bool) -> None:
-        status = self._gate.status()
+        status = replace(self._gate.status(), latched=self._latched)
         if always or self._told_console is None or _without_ticket(status) != _without_ticket(self._told_console):
             self._told_console = status
             send_packet(self._console, status.to_json())

@@ -33,6 +33,7 @@ class GateStatus:
     blocked_by: tuple[float, float] | None = None  # (x, y) [m] in the robot frame: what is in the way
     need_neutral: bool = False  # jogging begins with a zero order
     trips: int = 0  # how often it stopped by itself
+    latched: int = 0  # number of the newest halt that is on disk
     refused: str = ""  # why the last order was refused; "" when it was accepted
 
     @property

@@ -116,7 +116,7 @@ export class Session {
       if (you?.role !== "viewer" && this.state?.robot.running) void this.playback("pause");
       return; // there is nothing else to stop
     }
-    const press = Math.floor(Math.random() * 2 ** 53); // one press, two ways: what comes second does nothing
+    const press = Math.floor(Math.random() * 2 ** 53); // one press, two ways: recorded once
     const left = this.link.send({ kind: "stop", press });
     this.#tell("stopped", null);
     api.stop(press).catch((refusal) => {

@@ -59,7 +59,7 @@
  */
 
 /**
- * Everything cancelled, zero speed. `press` (0: none): its copy over HTTP does nothing.
+ * Everything cancelled, zero speed. `press` (0: none): its copy over HTTP is recorded once.
  * @typedef {object} Stop
  * @property {'stop'} kind
  * @property {number} [press]

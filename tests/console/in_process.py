@@ -96,6 +96,11 @@ class InProcessRobot:
         with self._lock:
             self.gate.halt(self._now)
 
+    def halt_is_latched(self) -> bool:
+        return self.status().state == "halted"
+
+    def latch_halt(self) -> None: ...
+
     def reset(self) -> bool:
         with self._lock:
             if self.stuck:

@@ -14,7 +14,7 @@ import pytest
 import yaml
 
 from console.logins import Person
-from core.errors import Refused
+from core.errors import Refused, Unavailable
 from tests.console.live import Live, hear, say
 
 
@@ -156,23 +156,58 @@ def test_a_reset_that_the_gate_refuses_is_not_announced_as_done(live: Live) -> N
     live.until(lambda: live.runtime.board.shown[-1].text == "operator reset the halt.")
 
 
-def test_the_copy_of_a_stop_does_not_cancel_a_command_given_meanwhile(live: Live) -> None:
+def test_every_stop_acts_whatever_its_number(live: Live) -> None:
     settled(live)
     with live.open() as line:
-        say(line, kind="stop", press=4711)
+        for query in ("?press=4711", "?press=4711", "", "?press=nonsense", "?press=4712", "?press=4711"):
+            number = order(live, "turn left").json["id"]
+            assert live.ask("POST", f"/api/stop{query}", token=live.operator).json == {"stopped": True}
+            assert ended(live, number)["state"] == "cancelled"
+            number = order(live, "turn left").json["id"]
+            say(line, kind="stop", press=4711)
+            assert ended(live, number)["state"] == "cancelled"
+
+
+def test_a_press_of_stop_that_comes_by_two_ways_is_recorded_once(live: Live) -> None:
+    settled(live)
+
+    def stops() -> int:
+        rows = live.ask("GET", "/api/audit", token=live.operator).json["deeds"]
+        return sum(row["what"] == "stop" for row in rows)
+
+    time.sleep(1.1)  # of more than three a second some are not recorded
+    before = stops()
+    with live.open() as line:
+        say(line, kind="stop", press=4713)
         say(line, kind="echo", t=1)
         hear(line, "echo")
-        number = order(live, "turn left").json["id"]
-        assert live.ask("POST", "/api/stop?press=4711", token=live.operator).status == 200
-        time.sleep(0.4)
-        assert live.ask("GET", f"/api/commands/{number}", token=live.operator).json["state"] == "running"
-        for query in ("", "?press=nonsense", "?press=4712"):
-            number = order(live, "turn left").json["id"]
-            assert live.ask("POST", f"/api/stop{query}", token=live.operator).status == 200
-            assert ended(live, number)["state"] == "cancelled"
-        number = order(live, "turn right").json["id"]
-        assert live.ask("POST", "/api/stop?press=4711", token=live.viewer).status == 200  # another person's press
-        assert ended(live, number)["state"] == "cancelled"
+    assert live.ask("POST", "/api/stop?press=4713", token=live.operator).status == 200
+    assert stops() == before + 1
+    assert live.ask("POST", "/api/stop?press=4714", token=live.operator).status == 200
+    assert stops() == before + 2
+
+
+def test_a_halt_is_answered_when_it_is_on_disk_or_says_that_it_is_not(
+    live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pending = [1, 2, 3]
+    with monkeypatch.context() as late:
+        late.setattr(live.robot, "halt_is_latched", lambda: not pending or pending.pop() == 0)
+        assert live.ask("POST", "/api/halt", token=live.viewer).json == {"halted": True, "latched": True}
+        assert pending == []
+
+    def full() -> None:
+        raise Unavailable("The halt could not be saved: No space left on device.")
+
+    monkeypatch.setattr(live.robot, "halt_is_latched", lambda: False)
+    monkeypatch.setattr(live.robot, "latch_halt", full)
+    told = live.ask("POST", "/api/halt", token=live.viewer)
+    assert told.status == 200 and told.json["latched"] is False and "No space left" in told.json["why"]
+    with live.open() as line:
+        say(line, kind="halt")
+        answer = hear(line, "answer")
+        assert not answer["ok"] and answer["status"] == 507 and "No space left" in answer["detail"]
+    assert any("may forget it" in notice.text for notice in live.runtime.board.shown)
 
 
 def test_the_history_can_be_asked_for_in_part(live: Live) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import errno
 import json
 import math
 import os
@@ -15,6 +17,8 @@ from pathlib import Path
 
 import pytest
 
+from console.brakes import latched
+from console.notice_board import NoticeBoard
 from console.robot_process import RobotProcess
 from core.errors import BadInput, Refused, Unavailable
 from core.gate import Limits, Setpoint, check, read_trace
@@ -411,7 +415,124 @@ def test_three_crashes_in_a_minute_are_the_last(tmp_path: Path, url: str) -> Non
         robot.ask({"do": "twist"})
     robot.stop()
     robot.halt()
-    assert Latch(tmp_path).is_set
+    assert not robot.halt_is_latched()
+    robot.latch_halt()
+    assert robot.halt_is_latched() and Latch(tmp_path).is_set
+    robot.close()
+
+
+def test_a_halt_is_called_latched_when_it_is_on_disk_and_until_it_is_reset(tiny: TinyProcess, tmp_path: Path) -> None:
+    for _ in range(3):
+        assert not tiny.halt_is_latched()
+        tiny.halt()
+        until(tiny.halt_is_latched)
+        assert Latch(tmp_path).is_set
+        tiny.halt()  # another, while the first holds
+        until(tiny.halt_is_latched)
+        assert tiny.reset()
+        assert not tiny.halt_is_latched()
+        tiny.halt()  # before anybody has heard of the reset
+        until(tiny.halt_is_latched)
+        assert Latch(tmp_path).is_set and tiny.status().state == "halted"
+        tiny.reset()
+        until(lambda: tiny.status().state == "disarmed")
+
+
+def test_a_halt_that_a_frozen_gate_has_not_latched_is_latched_by_the_console(
+    tiny: TinyProcess, tmp_path: Path
+) -> None:
+    os.kill(tiny.pids["gate"], signal.SIGSTOP)
+    tiny.halt()
+    assert asyncio.run(latched(tiny, NoticeBoard())) == ""
+    assert Latch(tmp_path).is_set and tiny.halt_is_latched()
+
+
+def test_a_halt_that_nobody_can_latch_says_so(tmp_path: Path) -> None:
+    (tmp_path / "halt.new").mkdir()  # in the way of the latch
+    robot = TinyProcess("tiny:", home=tmp_path)
+    robot.start()
+    robot.halt()
+    board = NoticeBoard()
+    assert "may forget it. The halt could not be saved: Is a directory." in asyncio.run(latched(robot, board))
+    assert not robot.halt_is_latched() and board.shown
+    robot.close()
+
+
+class Sleeping(TinyProcess):
+    """On a machine whose sleep is told by the test."""
+
+    slept = 0.0
+
+    def asleep(self) -> float:  # type: ignore[override]
+        return self.slept
+
+
+def test_a_sleep_of_the_machine_stops_and_what_is_replaced_after_it_is_not_counted(tmp_path: Path) -> None:
+    robot = Sleeping("tiny:", home=tmp_path)
+    told: list[str] = []
+    robot.alarm = told.append
+    robot.start()
+    robot.arm(1, "ann")
+    operator = Operator(robot)
+    for _ in range(4):
+        operator.get_going()
+        robot.slept += 10.0
+        until(lambda: robot.status().v == 0.0, 1.0)
+        assert "slept for 10 s" in told[-1]
+        lost = robot.pids["gate"]
+        os.kill(lost, signal.SIGKILL)
+        until(lambda lost=lost: robot.pids.get("gate") not in (lost, None) and robot.status().nonce > 0)
+        assert robot.trouble == "" and robot.status().state == "disarmed"
+        robot.arm(1, "ann")
+        operator.press += 1
+    operator.leave()
+    robot.close()
+
+
+@pytest.mark.parametrize(
+    "lack", [OSError(errno.EMFILE, "Too many open files"), MemoryError()], ids=["file", "memory"]
+)
+def test_a_gate_that_cannot_be_started_is_tried_again_until_it_can(
+    tiny: TinyProcess, monkeypatch: pytest.MonkeyPatch, lack: Exception
+) -> None:
+    monkeypatch.setattr("console.restarts.RETRY", 0.05)
+    told: list[str] = []
+    tiny.alarm = told.append
+    lost, tries = tiny.pids["gate"], []
+
+    def fail(*_: object, **__: object) -> None:
+        tries.append(1)
+        raise lack
+
+    with monkeypatch.context() as scarce:
+        scarce.setattr("console.robot_supervisor.GateProcess", fail)
+        os.kill(lost, signal.SIGKILL)
+        until(lambda: len(tries) > 5)
+        assert tiny.link()[0] == "lost" and "could not be started" in tiny.trouble
+        assert "tried again" in tiny.trouble and "could not be started" in tiny.status().reason
+        assert len(told) == 2  # that the gate ended, and that it cannot be started: not again with every try
+    until(lambda: tiny.trouble == "" and tiny.status().nonce > 0)
+    assert tiny.pids["gate"] != lost and tiny.link()[0] == "live"
+
+
+def test_a_supervision_that_fails_ends_both_processes_and_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot = TinyProcess("tiny:", home=tmp_path)
+    robot.start()
+    robot.arm(1, "ann")
+    operator = Operator(robot)
+    operator.get_going()
+    pids = robot.pids.values()
+
+    def fail() -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(robot, "_hear_driver", fail)
+    until(lambda: robot.trouble != "")
+    assert "restart the console" in robot.trouble and robot.link()[0] == "lost"
+    until(lambda: not any(runs(pid) for pid in pids))
+    operator.leave()
     robot.close()
 
 

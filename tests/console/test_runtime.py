@@ -10,6 +10,7 @@ import pytest
 
 from console.pilot_thread import HUNG
 from console.watch import HANGS
+from core.gate.sleep import SleepWatch
 from core.pilot import Pilot
 from core.sensors import SensorFrame
 from core.snapshot import Snapshot
@@ -126,6 +127,28 @@ def test_a_pilot_that_hangs_is_noticed_and_the_gate_hears_no_heartbeat(tmp_path:
         live.until(lambda: live.ask("GET", "/api/health").status == 200)
         live.until(lambda: any(notice.text.startswith("The pilot goes on.") for notice in live.runtime.board.shown))
         assert HANGS not in [notice.text for notice in live.runtime.board.shown]  # it is over
+        assert live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator).status == 202
+        live.until(lambda: live.robot.status().w)
+
+
+def test_what_was_ordered_before_the_machine_slept_does_not_go_on(tmp_path: Path) -> None:
+    slept = [0.0]
+    with Live(tmp_path) as live:
+        live.runtime._sleep = SleepWatch(lambda: slept[0])
+        live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
+        number = live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator).json["id"]
+        live.until(lambda: live.robot.status().w)
+        slept[0] += 10.0
+        live.until(lambda: live.robot.status().w == 0.0, 2.0)
+        told = live.until(
+            lambda: (
+                (row := live.ask("GET", f"/api/commands/{number}", token=live.viewer).json)["state"] != "running"
+                and row
+            )
+        )
+        assert told["state"] == "failed" and "slept" in told["remark"]
+        time.sleep(0.3)
+        assert live.robot.status().w == 0.0
         assert live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator).status == 202
         live.until(lambda: live.robot.status().w)
 

@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -20,6 +21,7 @@ from core.gate import Gate, Limits, Setpoint, check, read_trace
 from core.gate.latch import Latch
 from core.gate.packets import packet_pair, send_packet, take_packets
 from core.gate.process import GateLoop
+from core.gate.sleep import SleepWatch
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -189,6 +191,57 @@ def test_a_bump_is_answered_between_ticks(still: Still) -> None:
     send_packet(still.body, {"contact": True})
     still.hear()
     assert [twist["v"] for twist in take_packets(still.body)[0]] == [0.0]
+
+
+def test_a_sleep_of_the_machine_ends_what_is_driven_and_what_was_ordered_before(tmp_path: Path) -> None:
+    (ours, console), (body, driver) = packet_pair(), packet_pair()
+    gate, slept = Gate(Limits()), [0.0]
+    loop = GateLoop(gate, Latch(tmp_path), console, driver, lambda: slept[0])
+    thread = threading.Thread(target=loop.run)
+    thread.start()
+    status: dict[str, Any] = {"nonce": 0}
+    told: list[float] = []
+
+    def drive(press: int, seconds: float, nonce: int | None = None) -> None:
+        ends = time.monotonic() + seconds
+        while time.monotonic() < ends:
+            status.update((take_packets(ours)[0] or [{}])[-1])
+            told.extend(twist["v"] for twist in take_packets(body)[0])
+            send_packet(ours, {"kind": "beat"})
+            send_packet(body, {"contact": False, "points": []})
+            order = {"epoch": 1, "seq": time.monotonic_ns(), "source": "goal", "press": press, "v": 0.2, "w": 0.0}
+            send_packet(ours, {"kind": "set", "nonce": status["nonce"] if nonce is None else nonce, **order})
+            time.sleep(0.02)
+
+    send_packet(ours, {"kind": "arm", "epoch": 1, "owner": "ann"})
+    press = 0
+    while not any(told):  # a machine that is busy elsewhere may trip it now and then
+        drive(press := press + 1, 0.3)
+    ticket = status["nonce"]
+    slept[0] += 10.0
+    drive(press, 0.1)
+    told.clear()
+    drive(press, 0.2)
+    assert status["reason"] == "the machine slept" and status["refused"] != "" and not any(told)
+    drive(press + 1, 0.1, nonce=ticket)  # an order from before the sleep that lay in a buffer
+    assert not any(told)
+    for later in range(press + 2, press + 20):
+        drive(later, 0.3)
+        if any(told):
+            break
+    assert any(told)
+    send_packet(ours, {"kind": "leave"})
+    thread.join(5.0)
+    assert not thread.is_alive()
+    for end in (ours, console, body, driver):
+        end.close()
+
+
+def test_a_wait_for_the_processor_between_two_clocks_is_no_sleep(monkeypatch: pytest.MonkeyPatch) -> None:
+    true, waits = time.monotonic, [0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    watch = SleepWatch()
+    monkeypatch.setattr(time, "monotonic", lambda: (time.sleep(waits.pop(0) if waits else 0.0), true())[1])
+    assert watch.woke() == 0.0 and watch.woke() == 0.0
 
 
 def test_a_tick_is_due_when_an_order_expires() -> None:
