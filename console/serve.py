@@ -23,6 +23,7 @@ from starlette.types import ASGIApp
 
 from console.app import create_app
 from console.crowd import MOST, Crowd, raise_file_limit
+from console.folder_lock import locked
 from console.home import home_folder
 from console.logins import Logins
 from console.logs import start_logging
@@ -94,9 +95,10 @@ def serve(options: Options) -> None:
     sys.setswitchinterval(SWITCH)
     most = raise_file_limit()
     home = home_folder(options.data)
-    start_logging(options.log or home / "console.log")
-    with bound(options.host, options.port) as listener:
+    with locked(home) as lock, bound(options.host, options.port) as listener:
+        start_logging(options.log or home / "console.log")
         port = int(listener.getsockname()[1])
+        lock.announce(port)
         access = Access(Logins(), hosts_of(options.host, *options.allow_hosts), f"beckon_{port}", options.no_auth)
         robot = RobotProcess(
             options.robot,

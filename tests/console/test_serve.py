@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.client
 import json
+import os
 import re
 import signal
 import socket
@@ -19,6 +20,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
+from console.folder_lock import locked
 from console.security import Access
 from console.serve import Options, announce, check, hosts_of
 from core.errors import BadInput
@@ -123,6 +125,18 @@ def test_a_port_in_use_is_told_in_one_sentence(begin) -> None:
     told = console.complained.read_text().strip()
     assert told.count("\n") == 0 and str(port) in told and "--port 0" in told
     assert console.said.read_text() == ""
+
+
+def test_a_second_console_on_one_data_folder_is_refused_in_one_sentence(begin, tmp_path: Path) -> None:
+    home = tmp_path / "shared"
+    with locked(home) as lock:
+        lock.announce(8420)
+        console = begin("--port", "0", "--data", str(home))
+        assert console.process.wait(60) == 1
+        told = console.complained.read_text().strip()
+    assert told.count("\n") == 0 and told.startswith("beckon: Another console") and "--data" in told
+    assert str(home) in told and f"process {os.getpid()}, port 8420" in told
+    assert console.said.read_text() == "" and {path.name for path in home.iterdir()} == {"lock"}
 
 
 @pytest.mark.parametrize("options", [["--robot", "log:/nowhere/at/all.mcap"], ["--robot", "warp:9"]], ids=str)
