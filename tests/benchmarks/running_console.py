@@ -45,13 +45,20 @@ class Console:
 
     def post(self, path: str, body: dict[str, object] | None = None) -> int:
         """POST and answer with the status."""
-        request = urllib.request.Request(
+        with urllib.request.urlopen(self._request(path, body), timeout=5) as answer:
+            return answer.status
+
+    def answer(self, path: str, body: dict[str, object] | None = None) -> Any:
+        """POST → what the JSON says. Raises OSError where it is refused."""
+        with urllib.request.urlopen(self._request(path, body), timeout=5) as answer:
+            return json.load(answer)
+
+    def _request(self, path: str, body: dict[str, object] | None) -> urllib.request.Request:
+        return urllib.request.Request(
             f"http://127.0.0.1:{self.port}{path}",
             data=json.dumps(body or {}).encode(),
             headers={"Content-Type": "application/json", "Origin": f"http://127.0.0.1:{self.port}"},
         )
-        with urllib.request.urlopen(request, timeout=5) as answer:
-            return answer.status
 
     def close(self) -> None:
         """End it, and everything that it started."""

@@ -1,0 +1,111 @@
+"""A halt that was answered outlives the death of everything: `python -m tests.benchmarks.halt_kills [--trials 200]`.
+
+Each trial starts a console, halts by POST, sends SIGKILL to console, gate and driver at the same time, 0 to 50 ms
+after the halt was sent (or after its answer), and looks whether the next start would be halted. A halt that got no
+answer promises nothing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import random
+import signal
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+from core.gate.latch import Latch
+from tests.benchmarks.running_console import Console
+
+MAX_DELAY_S = 0.05
+
+
+def kill_all(console: Console) -> None:
+    """SIGKILL to the console and everything that it started, without waiting in between."""
+    for pid in [console.process.pid, *(child.pid for child in console.children)]:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+
+
+def halt(console: Console, answers: list[Any]) -> None:
+    """POST /api/halt; an answer of 200 is noted."""
+    with contextlib.suppress(OSError, ValueError):
+        answers.append(console.answer("/api/halt"))
+
+
+def trial(console: Console, home: Path, delay: float) -> str:
+    """One halt → "kept", "forgotten", "said unlatched" or "unanswered"."""
+    answers: list[Any] = []
+    asking = threading.Thread(target=halt, args=(console, answers))
+    asking.start()
+    time.sleep(delay)
+    kill_all(console)
+    asking.join()
+    console.process.wait()
+    psutil.wait_procs(console.children, 5)
+    if not answers:
+        return "unanswered"
+    if answers[0].get("latched") is False:
+        return "said unlatched"
+    return "kept" if Latch(home).is_set else "forgotten"
+
+
+def campaign(trials: int, seed: int, *, after_answer: bool) -> Counter[str]:
+    """How the halts of so many consoles fared; `after_answer`: the delay begins with the answer."""
+    chance, outcomes = random.Random(seed), Counter[str]()
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(1) as ahead:
+        homes = [Path(folder) / str(number) for number in range(trials)]
+        coming = ahead.submit(begin, homes[0])
+        for number, home in enumerate(homes):
+            console = coming.result()
+            if number + 1 < trials:
+                coming = ahead.submit(begin, homes[number + 1])
+            delay = chance.uniform(0.0, MAX_DELAY_S)
+            outcomes[after(console, home, delay) if after_answer else trial(console, home, delay)] += 1
+    return outcomes
+
+
+def after(console: Console, home: Path, delay: float) -> str:
+    """One halt that is answered, then the end."""
+    told = console.answer("/api/halt")
+    time.sleep(delay)
+    kill_all(console)
+    console.process.wait()
+    psutil.wait_procs(console.children, 5)
+    if told.get("latched") is False:
+        return "said unlatched"
+    return "kept" if Latch(home).is_set else "forgotten"
+
+
+def begin(home: Path) -> Console:
+    """A console that can be halted."""
+    home.mkdir()
+    return Console(home)
+
+
+def main() -> None:
+    """Print how many were forgotten, as JSON."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--trials", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args()
+    half = given.trials // 2
+    told = {
+        "killed after the halt was sent": campaign(given.trials - half, given.seed, after_answer=False),
+        "killed after the answer": campaign(half, given.seed + 1, after_answer=True),
+    }
+    sys.stdout.write(json.dumps(told, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
