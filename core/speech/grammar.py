@@ -17,7 +17,7 @@ from functools import cache
 
 from core.commands import VOCABULARY
 from core.commands.command import Command, Kind, Number
-from core.commands.stand import STOP_MOVING
+from core.commands.stand import START, STOP_MOVING
 from core.speech.nearest import nearest
 from core.speech.numbers import NUMBER, read_number, write_number
 
@@ -196,7 +196,7 @@ def _badly_ended(kind: Kind, opening: str, text: str) -> Refusal:
 
 @cache
 def _examples() -> tuple[str, ...]:
-    return tuple(kind.example for kind in VOCABULARY)
+    return tuple(kind.example for kind in VOCABULARY if kind is not START)  # which changes nothing: no use to anybody
 
 
 @cache

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from core.commands.command import Command
-from core.commands.stand import STOP_MOVING
+from core.commands.stand import START, STOP_MOVING
 from core.message import message
 from core.speech.grammar import STOP_WORD, Refusal, understand
 from core.speech.recognizer import Hypothesis
@@ -73,7 +73,7 @@ def _doubted(hypothesis: Hypothesis) -> str:
     if not (hypothesis.final and hypothesis.doubt and hypothesis.words):
         return ""
     read = understand(hypothesis.words, spoken=True)
-    return read.heard_as if isinstance(read, Command) else ""
+    return read.heard_as if isinstance(read, Command) and read.name != START.name else ""
 
 
 def _stop(remark: str) -> Command:

@@ -171,6 +171,7 @@ class Story:
         self.sockets, self.history = Sockets(), history
         self.voice = SimpleNamespace(muted=False)
         self.pages: dict[str, Page] = {}
+        self.heard_until = 0.0  # [s]
         self._file: Uttered | None = None
         self.writer_lives = False
         parts = (self.door, self.lease, history, board)
@@ -310,8 +311,10 @@ class Story:
         match self.chance.choices(ACTS, WEIGHTS)[0]:
             case "speak" if page is not None:
                 page.speak(self.sentence("voice", who.id))
-            case "room":
-                self.room_reader.say(self.sentence("ears", ""), -50.0)
+            case "room" if self.now > self.heard_until:  # the ears hear one utterance after the other
+                one = self.sentence("ears", "")
+                self.heard_until = one.ended + 0.5
+                self.room_reader.say(one, -50.0)
             case "write":
                 self._file = self.utter("file", "", 0.0)
             case "type":

@@ -180,6 +180,12 @@ def test_a_near_miss_is_refused_with_what_would_be_understood(words: str, sugges
     assert heard.reason.endswith((".", "?"))
 
 
+@pytest.mark.parametrize("words", ["stat", "star", "strat", "fly", ""])
+def test_start_which_changes_nothing_is_never_suggested(words: str) -> None:
+    heard = understand(words)
+    assert isinstance(heard, Refusal) and heard.suggestions and "start" not in heard.suggestions
+
+
 def test_every_suggestion_is_understood() -> None:
     for words in ["fly", "", "x" * 200, "turn", "continue", "continue 99 m", "go to 1", *OTHER_WORDS]:
         heard = understand(words)

@@ -42,7 +42,9 @@ def test_words_in_doubt_move_nothing_and_are_said_back_for_correction():
     assert spoken.reason == DOUBT + " I heard “continue two meters”; say it again."
 
 
-@pytest.mark.parametrize(("words", "meant"), [("continue two meters", "continue 2 meters"), ("come over here", "")])
+@pytest.mark.parametrize(
+    ("words", "meant"), [("continue two meters", "continue 2 meters"), ("come over here", ""), ("start", "")]
+)
 def test_words_in_doubt_are_offered_when_they_are_a_command(words, meant):
     spoken = judge(heard(words, doubt=DOUBT))
     assert spoken.meant == meant and spoken.suggestions == ((meant,) if meant else ())
