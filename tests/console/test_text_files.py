@@ -13,7 +13,7 @@ import pytest
 
 from console.fresh_words import Said
 from console.text_files import MOST, SOURCE, SPEECH, TextFiles
-from console.text_orders import TextOrders
+from console.text_orders import WRITER, TextOrders
 from core.errors import BadInput
 from tests.console.live import Live
 
@@ -117,6 +117,60 @@ def test_what_is_no_direction_is_told(tmp_path: Path, text: str) -> None:
     (tmp_path / SOURCE).write_text(text)
     with pytest.raises(BadInput, match="one direction in degrees"):
         TextFiles(tmp_path).source(time.time())
+
+
+@pytest.mark.parametrize("age", [3.0, 3600.0, -60.0])
+def test_a_direction_of_another_time_is_refused_with_its_age(tmp_path: Path, age: float) -> None:
+    (tmp_path / SOURCE).write_text("90")
+    os.utime(tmp_path / SOURCE, (1000.0 - age, 1000.0 - age))
+    with pytest.raises(BadInput, match=rf"source\.txt is not of now, its date is {abs(age):.0f} s off"):
+        TextFiles(tmp_path).source(1000.0)
+
+
+def test_a_pipe_of_that_name_blocks_nothing_and_is_no_direction(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / SOURCE)
+    with pytest.raises(BadInput, match="one direction in degrees"):
+        TextFiles(tmp_path).source(time.time())
+
+
+def test_words_and_directions_come_with_their_age(tmp_path: Path) -> None:
+    files = TextFiles(tmp_path)
+    write(tmp_path, "turn left", age=1.5)
+    files.look(1000.0)
+    told = files.look(1000.1)
+    assert told is not None and told.age == pytest.approx(1.6)
+    (tmp_path / SOURCE).write_text("90")
+    os.utime(tmp_path / SOURCE, (998.5, 998.5))
+    assert files.source(1000.0).age == pytest.approx(1.5)
+
+
+def test_a_writer_lives_while_the_file_changes_by_another_hand(tmp_path: Path) -> None:
+    files = TextFiles(tmp_path)
+    speech = write(tmp_path, "follow wall")
+    lives = []
+    for now in (1000.0, 1000.1, 1000.2, 1000.3):  # with the second look it is emptied: that is no sign of the writer
+        files.look(now)
+        lives.append(files.writer_lives)
+    assert lives == [True, False, False, False]
+    os.utime(speech, (1001.0, 1001.0))
+    lives = []
+    for now in (1001.0, 1001.1):
+        files.look(now)
+        lives.append(files.writer_lives)
+    assert lives == [True, False]
+    speech.unlink()
+    assert files.look(1002.0) is None and not files.writer_lives
+
+
+def test_a_file_that_is_touched_renews_its_writers_lease(live: Live, tmp_path: Path) -> None:
+    orders, lease = reading(live, tmp_path), live.runtime.lease
+    live.on_loop(lambda: lease.take(WRITER, time.monotonic() - 4.0))
+    task = asyncio.run_coroutine_threadsafe(orders.run(), live.loop)
+    try:
+        (tmp_path / SPEECH).touch()
+        live.until(lambda: time.monotonic() - lease._seen < 2.0, 3.0)
+    finally:
+        task.cancel()
 
 
 def test_a_missing_direction_or_folder_is_told(tmp_path: Path) -> None:

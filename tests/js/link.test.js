@@ -179,6 +179,17 @@ test("the round trip is measured with the number that comes back", () => {
   assert.deepEqual(heard, ["hello"]);
 });
 
+test("a page whose timers stand still shows by what it hears that it is alive", () => {
+  linked();
+  newest().tell({ kind: "hello" });
+  const echoes = () => newest().sent.filter((text) => JSON.parse(text).kind === "echo").length;
+  for (let count = 0; count < 100; count += 1) {
+    now += 50;
+    newest().tell({ kind: "state" });
+  }
+  assert.ok(echoes() >= 4 && echoes() <= 5);
+});
+
 test("the age of the state grows and its rate is counted", () => {
   const { link } = linked();
   newest().tell({ kind: "hello" });
