@@ -6,6 +6,7 @@ here and nowhere else. Everything runs on the event loop and none of it waits.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Container
 from dataclasses import replace
@@ -35,6 +36,7 @@ from core.speech.grammar import understand
 
 REACHED = ("live", "stale")
 SETTLED = 0.3  # [s] after which what the gate says surely concerns an order
+STALLED = 1.0  # [s] between two ticks after which what came meanwhile came at nobody knows what time
 LET_GO = 0.5  # [s] without a moving jog after which the press has ended
 
 
@@ -55,6 +57,7 @@ class Door:
         self._jog: Jog | None = None
         self._trips, self._tripped = 0, 0.0  # how often the gate stopped by itself, and when [s] it last did
         self._closed = False  # the console is ending
+        self._ticked = math.inf  # [s]
         self._obeyed = 0.0  # [s] when the gate last had nothing against what is under way
 
     # orders
@@ -169,6 +172,9 @@ class Door:
 
     def tick(self, now: float) -> None:
         """Twenty times a second: leases that lapse, presses that end, a gate that stopped by itself."""
+        if now - self._ticked > STALLED:  # sound that waited in the sockets looks as if it came just now
+            self.words.void(f"The console stood still for {now - self._ticked:.1f} s.", at=now + STALLED)
+        self._ticked = now
         if self._jog and now - self._jog.seen > LET_GO:
             self._history.end(self._jog.deed, "done", "")
             self._jog = None

@@ -1,4 +1,4 @@
-"""Whether words ever move the robot late, in many stories: `python -m tests.benchmarks.late_words [STORIES]`.
+"""Whether words ever move the robot late, in many stories: `python -m tests.benchmarks.late_words [LAST [FIRST]]`.
 
 Each story is some fourteen seconds of people who speak at two ears, write, type, stop, drive by hand, take over and
 close pages, while the reader of words is slow or frozen. Time is only counted; see `tests.console.words_in_time`.
@@ -21,20 +21,20 @@ def say(words: str) -> None:
 
 
 def main() -> int:
-    stories = int(sys.argv[1]) if len(sys.argv) > 1 else 100_000
+    last, first = [int(word) for word in sys.argv[1:]] + [100_000, 0][len(sys.argv) - 1 :]
     moved: Counter[str] = Counter()
     wrong, begun = 0, time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
-        for number in range(stories):
+        for number in range(first, last):
             seen = told_story(number, Path(folder))
             moved += Counter(seen.uttered[words].source for _, words in seen.motions)
             wrong += len(seen.wrong)
             for sentence in seen.wrong:
                 say(f"story {number}: {sentence}")
             if (number + 1) % 5000 == 0:
-                say(f"{number + 1} stories, {wrong} violations")
+                say(f"{number + 1 - first} stories, {wrong} violations")
     spent = time.perf_counter() - begun
-    say(f"{stories} stories, {wrong} violations, motions by {dict(moved)}, {spent:.0f} s")
+    say(f"{last - first} stories, {wrong} violations, motions by {dict(moved)}, {spent:.0f} s")
     return 1 if wrong else 0
 
 

@@ -133,3 +133,15 @@ def test_a_stop_in_another_turn_is_obeyed_although_the_clock_of_the_sound_began_
             await asyncio.sleep(1.0)
 
     assert len(told(tmp_path, tell).seen.stops) == 2
+
+
+@pytest.mark.parametrize("source", ["voice", "ears"])
+def test_what_waited_in_the_sockets_of_a_console_that_stood_still_is_not_obeyed(tmp_path: Path, source: str) -> None:
+    """When the words came nobody knows: their sound looks as if it had come just now."""
+
+    async def tell(story: Story) -> None:
+        story.door.tick(story.now + 4.0)
+        await say(story, source, "continue 0.5 meters")
+
+    story = told(tmp_path, tell)
+    assert story.seen.motions == [] and "stood still for 4." in rows(story)[-1][2]

@@ -293,7 +293,7 @@ class Story:
 
     async def ticks(self) -> None:
         while True:
-            await asyncio.sleep(0.5)
+            await asyncio.sleep(0.4)
             self.door.tick(self.now)
             for page in self.pages.values():
                 if page.control and not page.hung:
