@@ -1,6 +1,6 @@
 """Whether words ever move the robot late, in many stories: `python -m tests.benchmarks.late_words [LAST [FIRST]]`.
 
-Each story is some fourteen seconds of people who speak at two ears, write, type, stop, drive by hand, take over and
+Each story is nine seconds of people who speak at two ears, write, type, stop, drive by hand, take over and
 close pages, while the reader of words is slow or frozen. Time is only counted; see `tests.console.words_in_time`.
 """
 

@@ -44,7 +44,7 @@ def by_anybody(self: FreshWords, said: Said, by: str, who: Person) -> str:
 
 
 def but_stops(self: FreshWords, why: str, *, stop: bool = False, at: float | None = None) -> None:
-    VOID(self, why, at=-math.inf if stop else at)
+    VOID(self, why, stop=stop, at=-math.inf if stop else at)
 
 
 def but_newer_commands(self: FreshWords, why: str, *, stop: bool = False, at: float | None = None) -> None:

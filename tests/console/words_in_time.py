@@ -49,7 +49,7 @@ from tests.console.virtual_time import WALL, Clock, virtual_time
 ANNA, BERT, GUEST = Person("a", "Anna", "operator"), Person("b", "Bert", "operator"), Person("v", "Vera", "viewer")
 PIECE = 0.25  # [s] of sound
 LATE = 0.1  # [s] that sound is on its way, at most
-LENGTH = 14.0  # [s] of a story
+LENGTH = 9.0  # [s] of a story
 
 
 @dataclass
@@ -443,6 +443,7 @@ ACTS, WEIGHTS = zip(
 def told_story(seed: int, folder: Path) -> Seen:
     """What was seen in the story of this number."""
     with virtual_time(random.Random(seed)) as (loop, clock):
-        story = Story(seed, folder, loop, clock)
-        loop.run_until_complete(story.tell_it())
+        with patch("console.text_orders.PERIOD", 0.4):
+            story = Story(seed, folder, loop, clock)
+            loop.run_until_complete(story.tell_it())
         return story.seen

@@ -1,0 +1,120 @@
+"""How long FOLLOW WALL outlives its owner: `python -m tests.benchmarks.lost_owner [--trials 3] [--only WORD]`.
+
+The owner's page hangs (its main thread in a busy loop), its browser is frozen or killed, or the program that ordered
+by REST is gone. The time runs from that moment to the gate's last motion, by the gate's own diary.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import shutil
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import psutil
+from playwright.sync_api import Page, sync_playwright
+
+from core.gate.trace import read_trace
+from tests.benchmarks.reliability import moving, wait_until
+from tests.browser.running_console import Running
+
+PATIENCE = 25.0  # [s] after which it goes on for ever
+BUSY = "() => { setTimeout(() => { for (;;); }, 0); }"
+
+
+def browsers() -> list[psutil.Process]:
+    """The processes of the Chromium that this one started."""
+    return [one for one in psutil.Process().children(recursive=True) if "chrom" in one.name().lower()]
+
+
+def hangs(page: Page) -> None:
+    """Its main thread never comes back."""
+    page.evaluate(BUSY)
+
+
+def frozen(page: Page) -> None:
+    for one in browsers():
+        one.suspend()
+
+
+def killed(page: Page) -> None:
+    for one in browsers():
+        with contextlib.suppress(psutil.NoSuchProcess):
+            one.kill()
+
+
+def zero_after(trace: Path, struck: float) -> float:
+    """[s] from `struck`, monotonic, to standstill; inf where it goes on."""
+    end = struck + PATIENCE
+    while time.monotonic() < end:
+        time.sleep(0.5)
+        rows = read_trace(trace)
+        moved = max(row.t_mono_ns for row in rows if row.v or row.w) * 1e-9
+        if not moving(trace) and time.monotonic() - moved > 2.0:
+            return moved - struck
+    return float("inf")
+
+
+def by_page(strike: Callable[[Page], None]) -> float:
+    """One trial with a page of its own, in a browser of its own."""
+    with tempfile.TemporaryDirectory() as folder, Running(Path(folder)) as console, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which("chromium"), args=["--disable-gpu", "--no-sandbox"]
+        )
+        page = browser.new_page()
+        page.route("**/scene/**", lambda route: route.fulfill(body="", content_type="text/html"))
+        page.goto(console.driving)
+        page.wait_for_selector("link-chip:has-text('Hz')")
+        page.fill("#words", "follow wall")
+        page.keyboard.press("Enter")
+        wait_until(lambda: moving(console.trace), 20.0)
+        time.sleep(3.0)
+        struck = time.monotonic()
+        strike(page)
+        try:
+            return zero_after(console.trace, struck)
+        finally:
+            killed(page)
+            for one in browsers():
+                one.resume()
+
+
+def by_rest() -> float:
+    """One trial with a program that is gone after its order."""
+    with tempfile.TemporaryDirectory() as folder, Running(Path(folder)) as console:
+        struck = time.monotonic()
+        console.ask("api/commands", {"text": "follow wall"})
+        wait_until(lambda: moving(console.trace), 20.0)
+        return zero_after(console.trace, struck)
+
+
+TRIALS: dict[str, Callable[[], float]] = {
+    "page hangs": lambda: by_page(hangs),
+    "browser frozen": lambda: by_page(frozen),
+    "browser killed": lambda: by_page(killed),
+    "program gone": by_rest,
+}
+
+
+def main() -> None:
+    """Print each case."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--trials", type=int, default=3)
+    parser.add_argument("--only", default="")
+    chosen = parser.parse_args()
+    for name, trial in TRIALS.items():
+        if chosen.only in name:
+            found = sorted(round(trial(), 2) for _ in range(chosen.trials))
+            told = {"lost": name, "median_s": statistics.median(found), "max_s": found[-1], "all_s": found}
+            sys.stdout.write(json.dumps(told) + "\n")
+            sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()
