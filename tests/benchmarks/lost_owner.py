@@ -12,7 +12,6 @@ import json
 import shutil
 import statistics
 import sys
-import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -22,10 +21,16 @@ from playwright.sync_api import Page, sync_playwright
 
 from core.gate.trace import read_trace
 from tests.benchmarks.reliability import moving, wait_until
-from tests.browser.running_console import Running
+from tests.benchmarks.running_console import Console, console
 
 PATIENCE = 25.0  # [s] after which it goes on for ever
 BUSY = "() => { setTimeout(() => { for (;;); }, 0); }"
+
+
+def until_awake(running: Console) -> None:
+    """The robot has looked around."""
+    while running.get("/api/health")["reasons"] or running.get("/api/state")["slam"]["looking_around"]:
+        time.sleep(0.2)
 
 
 def browsers() -> list[psutil.Process]:
@@ -63,22 +68,24 @@ def zero_after(trace: Path, struck: float) -> float:
 
 def by_page(strike: Callable[[Page], None]) -> float:
     """One trial with a page of its own, in a browser of its own."""
-    with tempfile.TemporaryDirectory() as folder, Running(Path(folder)) as console, sync_playwright() as playwright:
+    with console() as running, sync_playwright() as playwright:
+        until_awake(running)
         browser = playwright.chromium.launch(
             executable_path=shutil.which("chromium"), args=["--disable-gpu", "--no-sandbox"]
         )
         page = browser.new_page()
         page.route("**/scene/**", lambda route: route.fulfill(body="", content_type="text/html"))
-        page.goto(console.driving)
+        page.set_default_timeout(60_000)
+        page.goto(f"http://127.0.0.1:{running.port}/")
         page.wait_for_selector("link-chip:has-text('Hz')")
         page.fill("#words", "follow wall")
         page.keyboard.press("Enter")
-        wait_until(lambda: moving(console.trace), 20.0)
+        wait_until(lambda: moving(running.trace), 20.0)
         time.sleep(3.0)
         struck = time.monotonic()
         strike(page)
         try:
-            return zero_after(console.trace, struck)
+            return zero_after(running.trace, struck)
         finally:
             killed(page)
             for one in browsers():
@@ -87,11 +94,12 @@ def by_page(strike: Callable[[Page], None]) -> float:
 
 def by_rest() -> float:
     """One trial with a program that is gone after its order."""
-    with tempfile.TemporaryDirectory() as folder, Running(Path(folder)) as console:
+    with console() as running:
+        until_awake(running)
         struck = time.monotonic()
-        console.ask("api/commands", {"text": "follow wall"})
-        wait_until(lambda: moving(console.trace), 20.0)
-        return zero_after(console.trace, struck)
+        running.post("/api/commands", {"text": "follow wall"})
+        wait_until(lambda: moving(running.trace), 20.0)
+        return zero_after(running.trace, struck)
 
 
 TRIALS: dict[str, Callable[[], float]] = {
