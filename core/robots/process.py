@@ -2,7 +2,7 @@
 
 From the console: what to open, requests, and the pipe to a new gate when the old one is gone. From the gate: twists
 and tickets. To the console: the profile first, then frames. To the gate: what is near, and that the robot is alive.
-Whatever fails, the base stops: without a gate at once, without twists after half a second.
+Whatever fails, the base stops: without a gate at once, without twists after 0.3 s.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from core.robots.nearness import Freshness, field_of, near_points
 from core.robots.outbox import Outbox
 from core.sensors import SensorFrame
 
-TIMEOUT = 0.5  # [s] without a twist, then the base stops
+TIMEOUT = 0.3  # [s] without a twist, then the base is told to stop
 BEHIND = 0.1  # [s] that may be caught up; more is given up, and said when it goes on
 PACE_WINDOW = 10.0  # [s] over which the pace is measured
 CALM = 6  # windows without a delay after which the computer keeps up again: a busy one is quick now and then
