@@ -10,6 +10,7 @@ import contextlib
 import itertools
 import math
 import time
+from functools import partial
 from typing import Any
 
 import msgspec
@@ -58,9 +59,8 @@ class AudioTalk:
 
     async def run(self) -> None:
         """From the handshake to the end."""
-        client = self._socket.client
         try:
-            with self._runtime.sockets.room_for(self._person, client.host if client else "", self._close):
+            with self._runtime.sockets.room_for(self._person, self._close):
                 await self._socket.accept()
                 self._runtime.microphone.warm()
                 self._runtime.intents.when_held_back.append(self._held_back)
@@ -146,7 +146,13 @@ class AudioTalk:
     def _listen(self, wish: wire.Listen) -> None:
         if self._turn is not None:
             self._turn.rest()
-        turn = Turn(wish.mode, self._hear, lambda why, on: self._tell(wire.Listening(on, why)), self._page)
+        turn = Turn(
+            wish.mode,
+            self._hear,
+            lambda why, on: self._tell(wire.Listening(on, why)),
+            self._page,
+            partial(self._runtime.lease.rank, self._person),
+        )
         try:
             self._runtime.microphone.begin(turn)
         except Refused as busy:

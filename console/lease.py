@@ -25,10 +25,18 @@ class Lease:
         """Whether this person drives."""
         return self.holder is not None and self.holder.id == person.id
 
-    def acquire(self, person: Person, now: float) -> None:
-        """Take the lease when it is free; renews it for its holder. Raises Refused with the holder's name."""
+    def rank(self, person: Person) -> int:
+        """Whose turn comes first where only one has it: who drives, who could, who watches."""
+        return 2 if self.held_by(person) else int(person.may("operator"))
+
+    def check_not_anothers(self, person: Person) -> None:
+        """Raises Refused with the driver's name while somebody else drives."""
         if self.holder is not None and not self.held_by(person):
             raise Refused(f"{self.holder.name} drives now. Ask for the wheel, or take over.")
+
+    def acquire(self, person: Person, now: float) -> None:
+        """Take the lease when it is free; renews it for its holder. Raises Refused with the holder's name."""
+        self.check_not_anothers(person)
         if self.holder is None:
             self._change(person)
         self._seen = now

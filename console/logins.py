@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import hmac
 import secrets
+from collections.abc import Callable
 from dataclasses import dataclass
 
 RANK = {"public": 0, "viewer": 1, "operator": 2, "admin": 3}
@@ -12,7 +13,8 @@ RANK = {"public": 0, "viewer": 1, "operator": 2, "admin": 3}
 LIFE = 12 * 3600.0  # [s] of a login
 WINDOW = 60.0  # [s] in which an address may be wrong
 WRONG = 5  # times
-MOST_LOGINS = 1000
+MOST_LOGINS = 300  # of one role
+MOST_ADDRESSES = 1000  # that are remembered for being wrong
 
 
 @dataclass(frozen=True)
@@ -63,10 +65,13 @@ class Logins:
         found = None if found is None or found.once else found
         return Person(f"token-{found.digest.hex()[:8]}", found.name, found.role) if found else None
 
-    def open(self, token: str, name: str, now: float, shown: str = "") -> tuple[str, Person] | None:
+    def open(
+        self, token: str, name: str, now: float, shown: str = "", present: Callable[[Person], bool] = lambda _: False
+    ) -> tuple[str, Person] | None:
         """A token → (cookie, person), or None when it is wrong. `name` is how the person wants to be called.
 
-        Whoever shows the cookie of a login with the same role (another tab of the browser) stays who they are.
+        Whoever shows the cookie of a login with the same role (another tab of the browser) stays who they are. Where
+        a role has too many logins, the eldest of that role whose person is not `present` ends.
         """
         found = self._token(token)
         if found is None:
@@ -77,8 +82,7 @@ class Logins:
         if same is not None and same.role == found.role:
             self._open[shown] = (same, now + LIFE)
             return shown, same
-        if len(self._open) >= MOST_LOGINS:
-            self._open.pop(next(iter(self._open)))
+        self._make_room(found.role, present)
         self._names += 1
         cookie = secrets.token_urlsafe(32)
         person = Person(secrets.token_hex(6), name or f"{found.name} {self._names}", found.role)
@@ -112,9 +116,15 @@ class Logins:
 
     def guessed(self, address: str, now: float) -> None:
         """This address showed a wrong token."""
-        if len(self._wrong) >= MOST_LOGINS:
+        if len(self._wrong) >= MOST_ADDRESSES:
             self._wrong.pop(next(iter(self._wrong)))
         self._wrong.setdefault(address, []).append(now)
+
+    def _make_room(self, role: str, present: Callable[[Person], bool]) -> None:
+        alike = [(cookie, person) for cookie, (person, _) in self._open.items() if person.role == role]
+        if len(alike) >= MOST_LOGINS:
+            absent = (cookie for cookie, person in alike if not present(person))
+            self._open.pop(next(absent, alike[0][0]))
 
     def _token(self, token: str) -> Token | None:
         shown = fingerprint(token)

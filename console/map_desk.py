@@ -201,9 +201,7 @@ class MapDesk:
 
     def _not_anothers(self, who: Person) -> None:
         """What moves the ground under a robot is for whoever drives it."""
-        holder = self._lease.holder
-        if holder is not None and not self._lease.held_by(who):
-            raise Problem(409, f"{holder.name} drives now. Ask for the wheel, or take over.")
+        self._lease.check_not_anothers(who)
 
     async def _listed(self) -> list[Kept]:
         if not self._clean:

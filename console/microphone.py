@@ -26,6 +26,7 @@ PIECE = 0.1  # [s] of sound that go to the worker at once
 MOST_WAITING = 15.0  # [s] of sound that may wait for it: it may just be starting
 JUMP = 0.1  # [s] by which the browser's clock may be off before the sound counts as interrupted
 IDLE = 120.0  # [s] after which a worker that nobody needs is ended
+TAKEN = "The driver speaks to the robot now; wait until they have ended."
 BUSY = "Somebody else is speaking to the robot now; wait until they have ended."
 
 
@@ -33,13 +34,20 @@ class Turn:
     """One person's turn to speak, from the press to the words."""
 
     def __init__(
-        self, mode: ListenMode, hear: Callable[[Told, float], None], say: Callable[[str, bool], None], page: int = 0
+        self,
+        mode: ListenMode,
+        hear: Callable[[Told, float], None],
+        say: Callable[[str, bool], None],
+        page: int = 0,
+        rank: Callable[[], int] = lambda: 0,
     ) -> None:
         """`hear`: words, and how long after their sound they came [s]; `say`: a sentence, and whether it goes on;
-        `page`: one number for all turns at the same browser's page.
+        `page`: one number for all turns at the same browser's page; `rank`: now, the higher takes the microphone
+        from the lower.
         """
         self.mode: ListenMode = mode
         self.page = page
+        self.rank = rank
         self.hear, self.say = hear, say
         self.over = False  # nothing more will be said
         self.news = asyncio.Event()
@@ -74,6 +82,12 @@ class Turn:
         self.over = True
         self.news.set()
 
+    def give_way(self) -> None:
+        """Somebody of a higher rank speaks: what waits is not heard."""
+        self.say(TAKEN, False)
+        self._waiting, self._samples = [], 0
+        self.rest()
+
     def take(self) -> tuple[Array, float]:
         """All that waits: samples (N,), and the stamp [s] of the first."""
         samples = np.concatenate(self._waiting) if self._waiting else np.zeros(0)
@@ -95,7 +109,8 @@ class Microphone:
         self._worker = WordsWorker()
         self._turn: Turn | None = None
         self._page = 0  # of the newest turn
-        self._task: asyncio.Task[None] | None = None
+        self._task: asyncio.Task[None] | None = None  # that reads the newest turn
+        self._reading: set[asyncio.Task[None]] = set()  # and what is left of those before it
         self._warming: asyncio.Task[None] | None = None
         self._used = 0.0  # [s]
 
@@ -106,11 +121,17 @@ class Microphone:
             self._warming = asyncio.get_running_loop().create_task(self._warm())
 
     def begin(self, turn: Turn) -> None:
-        """Listen to this one from now on, until it rests. Raises Refused while another one speaks."""
-        if self._turn is not None and self._turn is not turn:
-            raise Refused(BUSY)
+        """Listen to this one from now on, until it rests. Raises Refused while one of no lower rank speaks."""
+        former = self._turn
+        if former is not None and former is not turn:
+            if former.rank() >= turn.rank():
+                raise Refused(BUSY)
+            former.give_way()
         self._turn, self._page = turn, turn.page
-        self._task = asyncio.get_running_loop().create_task(self._read(turn))
+        task = asyncio.get_running_loop().create_task(self._read(turn, self._task))
+        self._task = task
+        self._reading.add(task)
+        task.add_done_callback(self._reading.discard)
 
     def hold_back(self, words: str, page: int) -> None:
         """An order that was spoken at this page waited and was held back."""
@@ -124,7 +145,7 @@ class Microphone:
 
     async def close(self) -> None:
         """Listen to nobody any more."""
-        await end(self._task, self._warming)
+        await end(*self._reading, self._warming)
         self._worker.kill()
         await self._worker.gone()
 
@@ -136,9 +157,11 @@ class Microphone:
         finally:
             self._warming = None
 
-    async def _read(self, turn: Turn) -> None:
-        """One turn, from its begin to its last word."""
+    async def _read(self, turn: Turn, former: asyncio.Task[None] | None) -> None:
+        """One turn, from its begin to its last word; the former one, if it had to give way, ends first."""
         try:
+            if former is not None:
+                await asyncio.wait({former})
             if self._warming is not None:
                 await asyncio.gather(self._warming, return_exceptions=True)
             await self._worker.begin(self.settings, held=turn.mode == "held", speaker=turn.page)

@@ -6,6 +6,7 @@ uvicorn itself sets no bound to any of them.
 from __future__ import annotations
 
 import socket
+import time
 from asyncio import BaseTransport, Task, TimerHandle
 from collections.abc import Callable
 from typing import Any
@@ -19,10 +20,13 @@ from websockets.protocol import State
 
 from console.crowd import Crowd
 from console.piecemeal import PIECE, Piecemeal
+from console.tally import Tally
 
 HEADER_TIME = 10.0  # [s] for the whole head of a request
 REST_TIME = 2.0  # [s] to finish sending a body that was answered already
 PARTING = 1.0  # [s] for the last bytes of a socket that is over
+SHORT = 65536  # [bytes] of a body that is read to its end though it was answered already
+MOST_PINGS = 20  # a second on one socket; browsers send none, programs one in some seconds
 PLAIN_PIECE = 4096  # [bytes] of a body parsed at once: what follows it in the same blow may be costly
 UNSENT = 65536  # [bytes] that may wait in the kernel for one viewer: beyond, newer pictures replace older ones
 
@@ -82,8 +86,8 @@ class ImpatientHttp(Piecemeal, H11Protocol):
         self.transport.abort()
 
     def data_received(self, data: bytes) -> None:
-        """Something came. The rest of a body in chunks is not even parsed: its end ends the connection."""
-        if self._due != "rest" or not self._chunked:
+        """Something came. The rest of a long body that was answered is not even parsed: it ends the connection."""
+        if self._due != "rest" or self._short:
             self.arrived(data)
 
     @property
@@ -94,11 +98,19 @@ class ImpatientHttp(Piecemeal, H11Protocol):
     @property
     def piece(self) -> int:
         """More of a body whose length was told: it has no structure that takes time."""
-        return PLAIN_PIECE if self.conn.their_state is h11.SEND_BODY and not self._chunked else PIECE
+        plain = self.conn.their_state is h11.SEND_BODY and self._length is not None
+        return PLAIN_PIECE if plain else PIECE
 
     @property
-    def _chunked(self) -> bool:
-        return any(name == b"transfer-encoding" for name, _ in self.headers or ())
+    def _length(self) -> int | None:
+        """What the head says of the body [bytes]; None: it comes in chunks."""
+        told = dict(self.headers or ())
+        return None if b"transfer-encoding" in told else int(told.get(b"content-length", 0))
+
+    @property
+    def _short(self) -> bool:
+        """Whether the rest of the body is worth reading for the next request on this connection."""
+        return self._length is not None and self._length <= SHORT
 
     @property
     def replaced(self) -> bool:
@@ -120,7 +132,7 @@ class ImpatientHttp(Piecemeal, H11Protocol):
         super().on_response_complete()
         if self.conn.their_state is h11.SEND_BODY and not self.transport.is_closing():
             self._expect("rest", REST_TIME)
-            if self._chunked:
+            if not self._short:
                 self.forget()
                 self.transport.resume_reading()
 
@@ -157,6 +169,7 @@ class ImpatientSocket(Piecemeal, WebSocketsSansIOProtocol):
         WebSocketsSansIOProtocol.__init__(self, config, *given, **more)
         self._crowd = config.crowd
         self._accepted = False
+        self._pings = Tally()
 
     def connection_made(self, transport: BaseTransport) -> None:
         """Bound what the kernel keeps for a peer that reads slowly."""
@@ -196,6 +209,13 @@ class ImpatientSocket(Piecemeal, WebSocketsSansIOProtocol):
     def take(self, piece: bytes) -> None:
         """Frames, or a part of one."""
         super().data_received(piece)
+
+    def handle_ping(self) -> None:
+        """Each is answered by itself, which takes as long as a message that somebody counts."""
+        if self._pings.add(time.monotonic()) > MOST_PINGS:
+            self.transport.abort()
+        else:
+            super().handle_ping()
 
     async def receive(self) -> Any:
         """The next message; then what waits is parsed."""

@@ -52,9 +52,8 @@ class Talk:
 
     async def run(self) -> None:
         """From the handshake to the end."""
-        client = self._socket.client
         try:
-            with self._runtime.sockets.room_for(self._person, client.host if client else "", self._viewer.close):
+            with self._runtime.sockets.room_for(self._person, self._viewer.close):
                 await self._socket.accept()
                 await self._converse()
         except TooMany as crowded:

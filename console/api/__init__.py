@@ -68,3 +68,12 @@ async def person_of(request: Request) -> Person:
 
 Behind = Annotated[Runtime, Depends(runtime_of)]
 Who = Annotated[Person, Depends(person_of)]
+
+
+async def undisturbed(behind: Behind, who: Who) -> Person:
+    """Who asks for what changes how the robot sees, hears or moves. Raises Refused while somebody else drives."""
+    behind.lease.check_not_anothers(who)
+    return who
+
+
+Driver = Annotated[Person, Depends(undisturbed)]  # or anybody who may, while nobody drives

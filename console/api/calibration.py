@@ -9,7 +9,7 @@ from fastapi import Path, Query, Request, Response
 from pydantic import Field
 
 from console import wire
-from console.api import Behind, Who, Wish, router
+from console.api import Behind, Driver, Who, Wish, router
 from console.calibration.sitting import PICTURE_BUDGET, Sitting
 from console.calibration.workbench import listed
 from console.problems import Problem
@@ -198,7 +198,7 @@ async def solve(id: Id, behind: Behind) -> Response:
 
 @calibration.post("/calibration/sessions/{id}/accept")
 @needs("operator")
-async def accept(id: Id, asked: AcceptWish, behind: Behind, who: Who) -> dict[str, Any]:
+async def accept(id: Id, asked: AcceptWish, behind: Behind, who: Driver) -> dict[str, Any]:
     """Use this calibration from now on; the former can be taken back."""
     report = await behind.workbench.accept(behind.workbench.find(id), anyway=asked.anyway, who=who.name)
     behind.history.add("calibration", who, words="accept")

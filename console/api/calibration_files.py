@@ -7,7 +7,7 @@ from typing import IO, Annotated, Any, Literal
 
 from fastapi import Path, Query, Request, Response
 
-from console.api import Behind, Who, Wish, router
+from console.api import Behind, Driver, Wish, router
 from console.api.calibration import Id, Name
 from console.calibration.folder import small_name
 from console.calibration.sitting import PICTURE_BUDGET, Sitting
@@ -106,7 +106,7 @@ async def in_use(behind: Behind) -> dict[str, Any]:
 
 @calibration_files.post("/calibration/in-use/undo")
 @needs("operator")
-async def undo(asked: UndoWish, behind: Behind, who: Who) -> dict[str, Any]:
+async def undo(asked: UndoWish, behind: Behind, who: Driver) -> dict[str, Any]:
     """Take the former calibration back."""
     await behind.workbench.undo(asked.kind)
     behind.history.add("calibration", who, words=f"undo {asked.kind}")
@@ -115,7 +115,7 @@ async def undo(asked: UndoWish, behind: Behind, who: Who) -> dict[str, Any]:
 
 @calibration_files.post("/calibration/import", openapi_extra=FILE)
 @needs("operator", body=TEXT)
-async def read_file(request: Request, behind: Behind, who: Who) -> dict[str, Any]:
+async def read_file(request: Request, behind: Behind, who: Driver) -> dict[str, Any]:
     """Use what is in a file from now on: a camera (ROS camera_info, OpenCV, Kalibr, Beckon's own JSON) or a mount
     (static transform command, URDF joint, 4x4 matrices, Beckon's own JSON). `kind` in the answer tells which."""
     text = (await request.body()).decode("utf-8", "replace")

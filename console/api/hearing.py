@@ -38,6 +38,8 @@ async def listen(wish: Listening, behind: Behind, who: Who) -> dict[str, Any]:
     """Let the robot listen, or not. It listens by itself for a minute after somebody in the simulated room spoke."""
     if behind.robot.profile.microphones is None:
         raise Problem(404, "This robot has no microphones.")
+    if not wish.listen:
+        behind.lease.check_not_anothers(who)
     if wish.obey is True and wish.listen:
         behind.spoken.take_on(who)
     elif wish.obey is False or not wish.listen:

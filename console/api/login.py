@@ -34,7 +34,7 @@ async def sign_in(shown: Token, behind: Behind, request: Request, response: Resp
     if access.logins.blocked(address, now):
         raise Problem(429, "Too many wrong tokens from your address; wait a minute.", headers={"Retry-After": "60"})
     own = request.cookies.get(access.cookie, "")
-    opened = access.logins.open(shown.token, shown.name.strip(), now, own)
+    opened = access.logins.open(shown.token, shown.name.strip(), now, own, behind.sockets.are_open)
     if opened is None:
         access.logins.guessed(address, now)
         raise Problem(401, "That token is not valid. Open the address that the console printed when it started.")

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from fastapi import Path
 from pydantic import Field
 
-from console.api import Behind, Who, Wish, router
+from console.api import Behind, Driver, Wish, router
 from console.roles import needs
 
 microphones = router("microphones")
@@ -30,7 +30,7 @@ class ClapWish(Wish):
 
 @microphones.post("/hearing/check", status_code=202)
 @needs("operator")
-async def check(asked: CheckWish, behind: Behind) -> dict[str, Any]:
+async def check(asked: CheckWish, behind: Behind, _: Driver) -> dict[str, Any]:
     """Listen for three seconds, in which somebody should speak; then ask what was found."""
     behind.array.check(show=asked.show)
     return behind.array.checked()
@@ -52,7 +52,7 @@ async def shown(behind: Behind) -> dict[str, Any]:
 
 @microphones.post("/calibration/microphones/clap", status_code=202)
 @needs("operator")
-async def clap(asked: ClapWish, behind: Behind) -> dict[str, Any]:
+async def clap(asked: ClapWish, behind: Behind, _: Driver) -> dict[str, Any]:
     """Listen for three seconds to a clap or a word from a known direction; it is `busy` meanwhile."""
     behind.array.clap(asked.azimuth_rad, show=asked.show)
     return behind.array.told()
@@ -76,7 +76,7 @@ async def again(behind: Behind) -> dict[str, Any]:
 
 @microphones.post("/calibration/microphones/accept")
 @needs("operator")
-async def accept(behind: Behind, who: Who) -> dict[str, Any]:
+async def accept(behind: Behind, who: Driver) -> dict[str, Any]:
     """Use this orientation from now on."""
     await behind.array.accept(who.name)
     behind.history.add("calibration", who, words="accept microphones")
@@ -85,7 +85,7 @@ async def accept(behind: Behind, who: Who) -> dict[str, Any]:
 
 @microphones.post("/calibration/microphones/undo")
 @needs("operator")
-async def undo(behind: Behind, who: Who) -> dict[str, Any]:
+async def undo(behind: Behind, who: Driver) -> dict[str, Any]:
     """The profile's own orientation again."""
     await behind.array.undo()
     behind.history.add("calibration", who, words="undo microphones")

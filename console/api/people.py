@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from fastapi import Path, Request, Response
 from pydantic import Field
 
-from console.api import Behind, Who, Wish, router
+from console.api import Behind, Driver, Who, Wish, router
 from console.people.album import LONGEST
 from console.problems import Problem
 from console.roles import PICTURE, needs
@@ -65,7 +65,7 @@ async def begin(behind: Behind, who: Who) -> dict[str, Any]:
 
 @people.put("/people/chosen")
 @needs("operator")
-async def choose(asked: ChoiceWish, behind: Behind, who: Who) -> dict[str, Any]:
+async def choose(asked: ChoiceWish, behind: Behind, who: Driver) -> dict[str, Any]:
     """Come to and follow only this person, or anybody; it outlasts a restart. Other commands are obeyed as before."""
     await behind.people.choose(asked.id)
     behind.history.add("people", who, words="anybody" if asked.id is None else "choose")
@@ -164,6 +164,8 @@ async def forget(id: Id, behind: Behind, who: Who) -> Response:
     if behind.people.lesson is not None and behind.people.lesson.id == id:
         await behind.people.cancel(behind.people.lesson)
     else:
+        if id == behind.people.told()["chosen"]:
+            behind.lease.check_not_anothers(who)
         await behind.people.forget(id)
         behind.history.add("people", who, words="forget")
     return Response(status_code=204)

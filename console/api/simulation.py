@@ -118,6 +118,8 @@ async def place(
     asked: Annotated[Placing | BoardPlacing, Field(discriminator="what")], behind: Behind, who: Who
 ) -> dict[str, Any]:
     """Put a person or a box into the room, hold up a chessboard, or carry the robot."""
+    if asked.what == "robot":
+        behind.lease.check_not_anothers(who)
     wanted = {key: value for key, value in asked.model_dump().items() if value is not None}
     answer = await simulated(behind).ask({"do": "place", **wanted})
     behind.history.add("place", who, words=asked.what)

@@ -138,9 +138,8 @@ class Scene:
             await socket.close(1011, self.why_not)
             return
         bridge = Bridge(socket, self._inside, person, tab)
-        client = socket.client
         try:
-            with self._sockets.room_for(person, client.host if client else "", bridge.close):
+            with self._sockets.room_for(person, bridge.close):
                 self._watchers += 1
                 self._news.set()
                 try:

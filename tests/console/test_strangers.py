@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import http.client
 import json
 import logging
 import socket
@@ -21,7 +22,7 @@ from websockets.exceptions import ConnectionClosed
 from console.crowd import MOST_STRANGERS, Crowd, network_of
 from console.logs import MOST_ALIKE, FewAlike
 from console.piecemeal import PIECE, Piecemeal
-from console.protocol import ImpatientHttp
+from console.protocol import MOST_PINGS, SHORT, ImpatientHttp
 from console.roles import JSON, KEY
 from console.streams import LONGEST_BRAKE, MOST_BYTES
 from tests.console.live import Live, hear, say
@@ -153,8 +154,38 @@ def test_many_messages_in_one_blow_are_all_taken(live: Live) -> None:
         hear(line, "hello")
         texts = [json.dumps({"kind": "echo", "t": 100 + n}).encode() for n in range(150)]
         frames = [bytes([0x81, 0x80 | len(text)]) + bytes(4) + text for text in texts]
-        line.socket.sendall(b"\x89\x80\0\0\0\0" * 5000 + b"".join(frames))
+        line.socket.sendall(b"\x8a\x80\0\0\0\0" * 5000 + b"".join(frames))  # empty pongs first
         assert [hear(line, "echo")["t"] for _ in range(150)] == [100 + n for n in range(150)]
+
+
+def test_a_socket_that_pings_without_end_is_closed(live: Live) -> None:
+    with live.open() as line:
+        hear(line, "hello")
+        line.socket.sendall(b"\x89\x80\0\0\0\0" * (MOST_PINGS + 1))
+        with pytest.raises(ConnectionClosed):
+            while True:
+                line.recv(timeout=5)
+
+
+def status(line: socket.socket) -> int:
+    """The next answer on a connection."""
+    answer = http.client.HTTPResponse(line)
+    answer.begin()
+    answer.read()
+    return answer.status
+
+
+@pytest.mark.parametrize("size", [100, SHORT + 1])
+def test_a_body_that_is_answered_early_is_read_while_that_is_worth_it(live: Live, size: int) -> None:
+    """A program that sends its next request on the same connection finds it open after a short one."""
+    with socket.create_connection(("127.0.0.1", live.port), timeout=5) as line:
+        line.sendall(head(live, "/api/commands", f"Content-Length: {size}"))
+        assert status(line) == 401
+        with contextlib.suppress(ConnectionError, http.client.HTTPException):
+            line.sendall(b"x" * size + b"GET /api/health HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+            assert status(line) == 200 and size <= SHORT
+            return
+        assert size > SHORT
 
 
 # a socket's budget

@@ -270,10 +270,10 @@ def test_leaving_is_noticed_at_once(live: Live) -> None:
     assert not live.runtime.scene.tabs and len(live.runtime.sockets) == 0
 
 
-def test_no_more_sockets_from_one_address_than_there_is_room(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_more_sockets_of_one_person_than_there_is_room(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("console.sockets.MOST_OF_ONE", 2)
     with live.open() as one, live.open() as two, live.open() as three:
-        assert closed(three) == (1013, "Too many sockets are open from your address; close some tabs.")
+        assert closed(three) == (1013, "You have too many sockets open; close some tabs.")
         hear(one, "state")
         hear(two, "state")
 
