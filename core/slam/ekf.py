@@ -19,7 +19,7 @@ from core.slam.doubles import DoubleSettings, join_doubles
 from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
 from core.slam.filter import Filter, Innovation
 from core.slam.invariant import InvariantFilter
-from core.slam.life import LandmarkTable, LifeSettings
+from core.slam.life import LandmarkTable, Life, LifeSettings
 from core.slam.look import Look
 from core.slam.motion import Increment, MotionSettings, WheelTrack
 from core.slam.paper import PaperFilter
@@ -83,6 +83,11 @@ class EkfSlam:
             view = View(frame.scan, self._laser) if frame.scan is not None and self._laser is not None else None
             self.see(sightings, view)
         return self.estimate
+
+    def resume(self, rows: list[Life]) -> None:
+        """Go on with these rows of landmarks, which the filter has already."""
+        self.table.resume(rows)
+        self._landmarks = None
 
     def advance(self, increment: Increment) -> None:
         """Predict over a move; while the wheels stand nothing is added."""

@@ -66,8 +66,7 @@ def restore(saved: SavedMap, atlas: Atlas, parts: Parts, laser: Laser | None) ->
     for number, rows in enumerate(facts["landmarks"]):
         slam = EkfSlam(parts.ekf, parts.motion, laser)
         _refill(slam, arrays, number)
-        slam.table.resume([Life(**row) for row in rows])
-        slam.see(())  # an empty look: from now on it tells these landmarks
+        slam.resume([Life(**row) for row in rows])
         tile = OccupancyMap(parts.occupancy)
         try:
             tile.lay(arrays[f"origin_{number}"], arrays[f"tile_{number}"])
