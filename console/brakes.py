@@ -63,19 +63,15 @@ class Brakes:
         """Everything cancelled, zero speed, always. A press that comes by a second way is recorded once."""
         self._helm.stop()
         self._cancel("cancelled", f"Stopped by {who.name}.")
-        now = time.monotonic()
-        known = any((of, one) == (who.id, press) and now - at < SAME_PRESS for of, one, at in self._presses)
-        if press:
-            self._presses.append((who.id, press, now))
-        if not known and self._is_recorded(who):
+        if self._is_recorded(who, press):
             self._history.add("stop", who, source=source)
 
-    def halt(self, who: Person, source: str) -> None:
+    def halt(self, who: Person, source: str, press: int = 0) -> None:
         """The same, latched; the function `latched` waits until it is on disk."""
         self._lifted("cancelled", "Halted again.")
         self._helm.halt()
         self._cancel("cancelled", f"Halted by {who.name}.")
-        if self._is_recorded(who):
+        if self._is_recorded(who, press):
             self._history.add("halt", who, source=source)
             self._board.tell("warning", f"{who.name} halted the robot. The driver can reset it.")
 
@@ -110,10 +106,16 @@ class Brakes:
         if lifting is not None:
             self._history.end(lifting.deed, state, remark)
 
-    def _is_recorded(self, who: Person) -> bool:
+    def _is_recorded(self, who: Person, press: int) -> bool:
+        now = time.monotonic()
+        known = any((of, one) == (who.id, press) and now - at < SAME_PRESS for of, one, at in self._presses)
+        if press:
+            self._presses.append((who.id, press, now))
+        if known:
+            return False
         if who.id not in self._tallies and len(self._tallies) >= PEOPLE:
             self._tallies.clear()
-        return self._tallies.setdefault(who.id, Tally()).add(time.monotonic()) <= RECORDED
+        return self._tallies.setdefault(who.id, Tally()).add(now) <= RECORDED
 
 
 async def latched(robot: RobotLink, board: NoticeBoard) -> str:

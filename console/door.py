@@ -131,9 +131,9 @@ class Door:
         """Whether a hand drives, or a goal is under way that did not come by these ways."""
         return self._jog is not None or self._orders.busy_above(sources)
 
-    def halt(self, who: Person, source: str) -> None:
+    def halt(self, who: Person, source: str, press: int = 0) -> None:
         """The same, latched."""
-        self._brakes.halt(who, source)
+        self._brakes.halt(who, source, press)
 
     def reset(self, who: Person, source: str) -> None:
         """Lift the latch; the lease holder only, and it never moves. Raises Problem 403, 409, 503."""

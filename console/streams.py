@@ -192,7 +192,7 @@ class Talk:
 
     def _brake(self, message: wire.Stop | wire.Halt) -> None:
         if isinstance(message, wire.Halt):
-            self._runtime.door.halt(self._person, "page")
+            self._runtime.door.halt(self._person, "page", message.press)
             self._runtime.keep(asyncio.create_task(self._latched()))
         else:
             self._runtime.door.stop(self._person, "page", message.press)
@@ -216,7 +216,7 @@ def brake_of(told: Any) -> wire.Stop | wire.Halt | None:
     """A stop or a halt, however carelessly it is written."""
     if not isinstance(told, dict):
         return None
-    if told.get("kind") == "stop":
-        press = told.get("press")
-        return wire.Stop(press if type(press) is int else 0)
-    return wire.Halt() if told.get("kind") == "halt" else None
+    kinds: dict[Any, type[wire.Stop | wire.Halt]] = {"stop": wire.Stop, "halt": wire.Halt}
+    kind = kinds.get(told.get("kind")) if isinstance(told.get("kind"), str) else None
+    press = told.get("press")
+    return kind(press if type(press) is int else 0) if kind else None

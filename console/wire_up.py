@@ -49,7 +49,9 @@ class LeaseWish(Inward, tag="lease"):
 
 
 class Halt(Inward, tag="halt"):
-    """Latch a stop."""
+    """Latch a stop. `press` as of `Stop`."""
+
+    press: Count = 0
 
 
 class HaltReset(Inward, tag="halt_reset"):

@@ -133,6 +133,9 @@ export const logout = () => post("api/logout");
 /** @param {number} press a number for this press of STOP, the same as over the socket */
 export const stop = (press) => post(`api/stop?press=${press}`);
 
+/** @param {number} press @returns {Promise<{latched: boolean, why?: string}>} once the halt is on disk */
+export const halt = (press) => post(`api/halt?press=${press}`);
+
 /** @returns {Promise<Kind[]>} */
 export const kinds = async () => (await call("api/commands")).commands;
 

@@ -1,6 +1,7 @@
 // One visit: what is known, and every door through which the page acts on the robot.
 
 import * as api from "./api.js";
+import { Asking } from "./asking.js";
 import { unlessStopped } from "./hear/answers.js";
 import { Link } from "./link.js";
 import { permission } from "./permission.js";
@@ -24,7 +25,6 @@ import { permission } from "./permission.js";
  * @property {boolean} mine we hold the lease
  */
 
-const ANSWER_MS = 5000;
 const STOPS = "stop moving";
 
 /**
@@ -48,6 +48,9 @@ const STOPS = "stop moving";
  * @property {string} told a sentence for those who do not see the page
  */
 
+/** One press goes two ways; by its number the console records it once. */
+const drawPress = () => Math.floor(Math.random() * 2 ** 53);
+
 export class Session {
   /** @type {Hello | null} */
   hello = null;
@@ -59,9 +62,7 @@ export class Session {
   history = [];
   historyAt = 0; // [ms] when the page learned that there was news in it
   #events = new EventTarget();
-  /** @type {Map<number, (answer: Answer) => void>} */
-  #waiting = new Map();
-  #ref = 0;
+  #asking = new Asking();
   #revision = -1;
   #stoppedAt = -Infinity; // [ms] the newest STOP of this page, by whatever way
   #wantsCamera = true;
@@ -102,7 +103,7 @@ export class Session {
    */
   async say(text, source) {
     const at = performance.now();
-    const answer = await this.#ask((ref) => this.link.send({ kind: "command", text, source, ref }));
+    const answer = await this.#asking.ask((ref) => this.link.send({ kind: "command", text, source, ref }));
     if (answer.ok && answer.detail === STOPS) this.#stoppedAt = Math.max(this.#stoppedAt, at);
     this.#tell("said", { text, answer, source, at });
     return answer;
@@ -116,7 +117,7 @@ export class Session {
       if (you?.role !== "viewer" && this.state?.robot.running) void this.playback("pause");
       return; // there is nothing else to stop
     }
-    const press = Math.floor(Math.random() * 2 ** 53); // one press, two ways: recorded once
+    const press = drawPress();
     const left = this.link.send({ kind: "stop", press });
     this.#tell("stopped", null);
     api.stop(press).catch((refusal) => {
@@ -128,8 +129,15 @@ export class Session {
     });
   }
 
+  /** A STOP that stays, by both ways, too. */
   halt() {
-    this.link.send({ kind: "halt" });
+    const press = drawPress();
+    const left = this.link.send({ kind: "halt", press });
+    const why = "The robot stops by itself when the link is gone, but it may be driven again after that.";
+    api.halt(press).then(
+      (halted) => left || halted.latched || this.complain(halted.why ?? "The halt is not saved."), // the socket says it
+      (refusal) => left || this.complain(`Halt could not be sent: ${refusal.message} ${why}`),
+    );
   }
 
   resetHalt() {
@@ -231,8 +239,7 @@ export class Session {
   #hear(message) {
     if (message.kind === "answer") {
       if (message.ref === 0 && !message.ok) this.#tell("trouble", message.detail ?? "That was refused."); // a click in the scene
-      this.#waiting.get(message.ref)?.(message);
-      this.#waiting.delete(message.ref);
+      this.#asking.hear(message);
     } else if (message.kind === "hello") {
       this.hello = message;
       this.#revision = -1;
@@ -250,9 +257,7 @@ export class Session {
   }
 
   #lose() {
-    for (const [ref, answer] of this.#waiting)
-      answer({ kind: "answer", ref, ok: false, status: 0, detail: "The link was lost." });
-    this.#waiting.clear();
+    this.#asking.lose();
     this.#tell("lost", null);
     api.me().catch((refusal) => {
       if (refusal.status !== 401) return;
@@ -279,31 +284,9 @@ export class Session {
 
   /** @param {(ref: number) => boolean} send */
   async #asked(send) {
-    const answer = await this.#ask(send);
+    const answer = await this.#asking.ask(send);
     if (!answer.ok) this.#tell("trouble", answer.detail ?? "That was refused.");
     return answer;
-  }
-
-  /**
-   * @param {(ref: number) => boolean} send
-   * @returns {Promise<Answer>}
-   */
-  #ask(send) {
-    this.#ref += 1;
-    const ref = this.#ref;
-    /** @param {string} detail @returns {Answer} */
-    const none = (detail) => ({ kind: "answer", ref, ok: false, status: 0, detail });
-    return new Promise((resolve) => {
-      this.#waiting.set(ref, resolve);
-      if (!send(ref)) {
-        this.#waiting.delete(ref);
-        resolve(none("The link is lost; nothing was sent."));
-        return;
-      }
-      setTimeout(() => {
-        if (this.#waiting.delete(ref)) resolve(none("No answer came. Look at the history to see what happened."));
-      }, ANSWER_MS);
-    });
   }
 
   /**

@@ -20,9 +20,10 @@
  */
 
 /**
- * Latch a stop.
+ * Latch a stop. `press` as of `Stop`.
  * @typedef {object} Halt
  * @property {'halt'} kind
+ * @property {number} [press]
  */
 
 /**

@@ -109,6 +109,52 @@ def test_when_the_link_goes_the_banner_comes_within_a_second_and_the_robot_stand
     here.page.keyboard.up("a")
 
 
+def test_without_a_link_stop_and_halt_say_what_happens_instead(visit: Open, console: Running) -> None:
+    routes: list[WebSocketRoute] = []
+    cut: list[bool] = []
+
+    def through(page: Page) -> None:
+        def keep(route: WebSocketRoute) -> None:
+            if cut:
+                route.close(code=1012, reason="")
+                return
+            routes.append(route)
+            route.connect_to_server()
+
+        page.route_web_socket("**/ws", keep)
+        page.route(re.compile(r"/api/(stop|halt)"), lambda route: route.abort() if cut else route.continue_())
+
+    here = visit(before=through)
+    cut.append(True)
+    routes[-1].close(code=1012, reason="")
+    expect(here.find(".stop")).to_contain_text("no link")
+    expect(here.find("command-status")).to_contain_text("Link lost")
+    here.button("STOP no link").click()
+    expect(here.find("command-status")).to_contain_text("STOP cannot be sent now; the robot stops by itself")
+    expect(here.find("notice-toasts")).to_contain_text("Stop could not be sent")
+    here.find("app-menu button").first.click()
+    expect(here.find(".menu").get_by_role("button", name="Reset the halt")).to_be_disabled()
+    here.find(".menu").get_by_role("button", name=re.compile("^Halt")).click()
+    expect(here.find("notice-toasts")).to_contain_text("Halt could not be sent")
+    here.complaints[:] = [each for each in here.complaints if "ERR_FAILED" not in each]
+
+
+def test_the_menu_halts_and_no_row_turns_into_another(visit: Open, console: Running) -> None:
+    here = visit()
+    here.find("app-menu button").first.click()
+    rows = here.find(".menu .menu-item")
+    before = rows.all_inner_texts()
+    console.ask("api/halt", {})  # somebody else, in this very moment
+    expect(here.find(".banner")).to_contain_text("Halted")
+    assert rows.all_inner_texts() == before
+    here.find(".menu").get_by_role("button", name=re.compile("^Halt")).click()  # still what it says
+    here.wait(0.5)
+    assert console.ask("api/state")["gate"]["state"] == "halted"
+    here.find("app-menu button").first.click()
+    here.find(".menu").get_by_role("button", name="Reset the halt").click()
+    here.until(lambda: console.ask("api/state")["gate"]["state"] != "halted", "it is reset")
+
+
 def test_who_only_watches_cannot_drive_but_can_stop(visit: Open, console: Running) -> None:
     driver, watcher = visit(), visit(watching=True)
     expect(watcher.find(".drive-why")).to_contain_text("You are watching")

@@ -187,6 +187,27 @@ def test_a_press_of_stop_that_comes_by_two_ways_is_recorded_once(live: Live) -> 
     assert stops() == before + 2
 
 
+def test_a_press_of_halt_goes_two_ways_and_is_recorded_once(live: Live) -> None:
+    settled(live)
+
+    def halts() -> int:
+        rows = live.ask("GET", "/api/audit", token=live.operator).json["deeds"]
+        return sum(row["what"] == "halt" for row in rows)
+
+    time.sleep(1.1)  # of more than three a second some are not recorded
+    before = halts()
+    with live.open() as line:
+        say(line, kind="halt", press=4715)
+        say(line, kind="echo", t=1)
+        hear(line, "echo")
+    assert live.ask("POST", "/api/halt?press=4715", token=live.operator).json["latched"]
+    assert halts() == before + 1
+    assert live.ask("POST", "/api/halt?press=nonsense", token=live.operator).json["halted"]
+    assert halts() == before + 2
+    assert live.ask("POST", "/api/halt/reset", token=live.operator).status == 200
+    live.until(lambda: live.robot.status().state != "halted")
+
+
 def test_a_halt_is_answered_when_it_is_on_disk_or_says_that_it_is_not(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,6 +1,6 @@
 // What is needed now and then: halt, keys, hints, signing out.
 
-import { icon, make, mark, write } from "../element.js";
+import { icon, make, mark } from "../element.js";
 import { remember, remembered } from "../memory.js";
 import { Panel } from "../panel.js";
 import { popover } from "../popover.js";
@@ -14,6 +14,7 @@ class AppMenu extends Panel {
     icon("menu"),
   );
   #halt = item("halt", "Halt", "Stops the robot and keeps it stopped, also over a restart, until it is reset.");
+  #reset = item("undo", "Reset the halt", "The reset itself does not move the robot.");
   #keys = item("keys", "Keys", "Every key of this page.");
   #hints = item("hints", "Show the first hints again", "");
   #single = make("input", { type: "checkbox", class: "switch", role: "switch" });
@@ -76,6 +77,7 @@ class AppMenu extends Panel {
     this.#hearing,
     this.#people,
     this.#halt,
+    this.#reset,
     this.#keys,
     this.#hints,
     this.#switch,
@@ -86,6 +88,7 @@ class AppMenu extends Panel {
   /** @override */
   build() {
     this.append(this.#button, this.#panel);
+    mark(this.#halt, "data-tone", "fault");
     const { close } = popover(this.#button, this.#panel);
     this.#single.checked = remembered("single-keys", "on") === "on";
     this.#single.addEventListener("keydown", (event) => event.key === "Enter" && this.#single.click()); // Space stops
@@ -99,30 +102,26 @@ class AppMenu extends Panel {
         close();
         act();
       });
-    on(this.#halt, () => (this.#halted ? void this.session.resetHalt() : this.session.halt()));
+    on(this.#halt, () => this.session.halt());
+    on(this.#reset, () => void this.session.resetHalt());
     on(this.#keys, () => this.dispatchEvent(new CustomEvent("show-keys", { bubbles: true })));
     on(this.#hints, () => this.dispatchEvent(new CustomEvent("show-hints", { bubbles: true })));
     on(this.#leave, () => void this.session.leave());
-  }
-
-  get #halted() {
-    return this.session.state?.gate.state === "halted";
   }
 
   /**
    * @override
    * @param {View} view
    */
-  show({ hello, up }) {
+  show({ hello, state, up }) {
     const drives = hello?.robot.drives === true;
-    this.#halt.hidden = !drives || (this.#halted && hello?.you.role === "viewer");
-    this.#halt.disabled = !up;
+    this.#halt.hidden = !drives; // no row turns into another under a finger, and a halt may always be tried
+    this.#reset.hidden = !drives || hello?.you.role === "viewer";
+    this.#reset.disabled = !up || state?.gate.state !== "halted";
     this.#hints.hidden = !drives || hello?.you.role === "viewer";
     this.#switch.hidden = !drives;
     this.#hearing.hidden = this.#people.hidden = !drives;
     this.#leave.hidden = hello?.you.id === "local"; // nobody had to sign in here
-    write(/** @type {Element} */ (this.#halt.querySelector(".menu-name")), this.#halted ? "Reset the halt" : "Halt");
-    mark(this.#halt, "data-tone", this.#halted ? null : "fault");
   }
 }
 
