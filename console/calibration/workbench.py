@@ -292,4 +292,5 @@ def listed(sitting: Sitting) -> dict[str, Any]:
         "views": session.progress.views,
         "ready": session.progress.ready,
         "accepted": session.accepted_s is not None,
+        "accepted_s": session.accepted_s,
     }

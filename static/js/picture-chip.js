@@ -26,12 +26,16 @@ export class PictureChip {
     popover(this.button, this.panel);
   }
 
-  /** @param {State | null} state */
-  show(state) {
+  /**
+   * @param {State | null} state
+   * @param {boolean} stale whether the picture is an old one: nothing good is said of it then
+   */
+  show(state, stale) {
     const quality = state?.camera?.quality ?? null;
     this.button.hidden = !quality;
     if (!quality) return;
-    this.#judge(quality);
+    if (stale) this.#expire();
+    else this.#judge(quality);
     if (this.panel.hidden) return;
     write(this.#words, quality.words);
     const rows = figures(quality, state?.calibration_drift ?? null).flat();
@@ -40,11 +44,18 @@ export class PictureChip {
     rows.forEach((text, index) => write(/** @type {Element} */ (this.#rows.children[index]), text));
   }
 
+  #expire() {
+    [this.#wanted, this.#since] = ["", 0];
+    write(this.#text, "Old picture");
+    mark(this.button, "data-state", "stale");
+    mark(this.button, "aria-label", "Picture quality: old picture");
+  }
+
   /** @param {PictureQuality} quality */
   #judge({ state, label }) {
     const now = performance.now();
     const verdict = `${state} ${label}`;
-    if (verdict !== this.#wanted) [this.#wanted, this.#since] = [verdict, now];
+    if (verdict !== this.#wanted) [this.#wanted, this.#since] = [verdict, this.#wanted ? now : 0];
     if (this.#text.textContent && now - this.#since < STEADY_MS) return;
     write(this.#text, state === "unusable" ? "Unusable" : label.replace(/^./, (letter) => letter.toUpperCase()));
     mark(this.button, "data-state", state);

@@ -129,6 +129,8 @@ def test_without_a_link_stop_and_halt_say_what_happens_instead(visit: Open, cons
     routes[-1].close(code=1012, reason="")
     expect(here.find(".stop")).to_contain_text("no link")
     expect(here.find("command-status")).to_contain_text("Link lost")
+    expect(here.find(".picture-age")).to_have_text(re.compile("s old$"))
+    expect(here.find(".quality-chip")).to_have_text("Old picture")
     here.button("STOP no link").click()
     expect(here.find("command-status")).to_contain_text("STOP cannot be sent now; the robot stops by itself")
     expect(here.find("notice-toasts")).to_contain_text("Stop could not be sent")

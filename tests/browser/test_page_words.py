@@ -166,6 +166,10 @@ def test_a_notice_passes_once_and_changes_and_ends_where_it_stands(visit: Open) 
         expect(toasts).to_have_text([f"Its time runs at {percent} %."])
         expect(rows).to_have_count(1)
         expect(rows).to_contain_text(f"{percent} %")
+    line.change = {"notices": [notice("warning", 12 * "It is slow. ")]}
+    expect(toasts).to_contain_text("It is slow. It is slow.")
+    away = here.button("Put away").bounding_box()
+    assert away is not None and min(away["width"], away["height"]) >= 24
     here.button("Put away").click()
     line.change = {"notices": [notice("warning", "Its time runs at 70 %.")]}
     expect(rows).to_contain_text("70 %")

@@ -1,10 +1,12 @@
 import assert from "node:assert/strict";
-import { test } from "node:test";
+import { mock, test } from "node:test";
 import { cameraRows, decimals, mountRows } from "../../static/js/calibration/figures.js";
 import { heat, heatWords } from "../../static/js/calibration/heat.js";
 import { hint } from "../../static/js/calibration/hint.js";
 import { hashOf, placeOf } from "../../static/js/calibration/place.js";
 import { known, share } from "../../static/js/calibration/progress.js";
+import { sure } from "../../static/js/calibration/sure.js";
+import { standing } from "../../static/js/calibration/used.js";
 import { webcamRefusal } from "../../static/js/calibration/webcam.js";
 import { Pace, mirrored, quietWords } from "../../static/js/calibration/words.js";
 
@@ -175,4 +177,36 @@ test("the heat map gets warmer with doubt and says in words where it is least su
     ],
   };
   assert.match(heatWords(map, 0.5), /^78 % of the picture within the goal; least known: top right/);
+});
+
+test("a session in the list says whether its calibration is in use, or was", () => {
+  /** @type {import("../../static/js/calibration/shape.js").Row} */
+  const row = { id: "a", kind: "camera", source: "robot", created_s: 1, views: 6, ready: true, accepted: true, accepted_s: 100 };
+  assert.equal(standing(row, { accepted_s: 99.5 }), "in use");
+  assert.match(standing(row, null), /^was in use/);
+  assert.match(standing(row, { accepted_s: 400 }), /^was in use/); // another one since
+  assert.match(standing({ ...row, accepted_s: 900 }, { accepted_s: 99.5 }), /^was in use/); // taken back to an older one
+  assert.equal(standing({ ...row, accepted: false, accepted_s: null }, null), "good enough, not yet accepted");
+});
+
+test("what is not to happen by accident asks once more and forgets that it asked", () => {
+  mock.timers.enable({ apis: ["setTimeout"] });
+  const named = new Map([["aria-label", "Take it back: camera"]]);
+  const button = /** @type {HTMLButtonElement} */ (
+    /** @type {unknown} */ ({
+      textContent: "Take it back",
+      dataset: {},
+      getAttribute: (/** @type {string} */ name) => named.get(name) ?? null,
+      setAttribute: (/** @type {string} */ name, /** @type {string} */ text) => named.set(name, text),
+      removeAttribute: (/** @type {string} */ name) => named.delete(name),
+    })
+  );
+  assert.equal(sure(button, "Press again"), false);
+  assert.deepEqual([button.textContent, named.size], ["Press again", 0]);
+  mock.timers.tick(7000);
+  assert.deepEqual([button.textContent, named.get("aria-label")], ["Take it back", "Take it back: camera"]);
+  assert.equal(sure(button, "Press again"), false);
+  assert.equal(sure(button, "Press again"), true);
+  assert.equal(button.textContent, "Take it back");
+  mock.timers.reset();
 });

@@ -4,7 +4,8 @@ import { icon, make, write } from "../element.js";
 import * as api from "./api.js";
 import { orientationInWords, read as readMicrophones } from "./microphones-api.js";
 import { Room } from "./room.js";
-import { inWords, since } from "./used.js";
+import { sure } from "./sure.js";
+import { inWords, since, standing } from "./used.js";
 
 /** @typedef {import("./shape.js").Kind} Kind */
 /** @typedef {import("./shape.js").Row} Row */
@@ -79,7 +80,7 @@ class CalibrationHome extends Room {
       ["laser", this.#laser],
     ])) {
       start.addEventListener("click", () => this.bench.go({ at: "new", kind: this.#first ? "camera" : kind }));
-      undo.addEventListener("click", () => void this.#undo(kind));
+      undo.addEventListener("click", () => sure(undo, "Press again to take it back") && void this.#undo(kind));
     }
     this.#microphones.start.addEventListener("click", () => this.bench.go({ at: "microphones" }));
     this.#microphones.undo.hidden = true;
@@ -131,7 +132,7 @@ class CalibrationHome extends Room {
   /** @param {Row} row */
   #row(row) {
     const what = row.kind === "camera" ? "Camera" : "Laser on the camera";
-    const how = row.accepted ? "accepted" : row.ready ? "good enough, not yet accepted" : "not finished";
+    const how = standing(row, this.bench.inUse?.[row.kind]);
     const count = `${row.views} ${row.kind === "camera" ? "view" : "pose"}${row.views === 1 ? "" : "s"}`;
     const go = make(
       "a",
@@ -174,8 +175,8 @@ class CalibrationHome extends Room {
   /** @param {Kind} kind */
   async #undo(kind) {
     const told = await this.bench.tried(() => api.undo(kind));
-    if (told !== null) this.session.announce("The former calibration is in use again.");
     await this.bench.readLists();
+    if (told !== null) this.session.complain(takenBack(this.bench.inUse?.[kind] ?? null));
   }
 
   async #bring() {
@@ -187,6 +188,10 @@ class CalibrationHome extends Room {
     await this.bench.readLists();
   }
 }
+
+/** @param {Record<string, any> | null} former that is in use now */
+const takenBack = (former) =>
+  `Taken back: ${former ? "the former one is in use again" : "the nominal values are used now"}. To undo this, accept its session again, or bring its file.`;
 
 /** @type {Readonly<Record<Kind, string>>} */
 const NOTHING = {

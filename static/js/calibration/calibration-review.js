@@ -9,6 +9,7 @@ import { FieldsCard } from "./fields-card.js";
 import { FindingsCard } from "./findings-card.js";
 import { GainsCard } from "./gains-card.js";
 import { Room } from "./room.js";
+import { sure } from "./sure.js";
 import { ValuesCard } from "./values-card.js";
 import { ViewsCard } from "./views-card.js";
 
@@ -71,7 +72,7 @@ class CalibrationReview extends Room {
       "click",
       () => bench.calibration && bench.go({ at: "capture", id: bench.calibration.id }),
     );
-    this.#undo.addEventListener("click", () => void this.#takeBack());
+    this.#undo.addEventListener("click", () => sure(this.#undo, "Press again to take it back") && void this.#takeBack());
     this.#views.chosen = (name) => {
       this.#selected = name;
       this.draw();

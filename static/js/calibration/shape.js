@@ -22,6 +22,7 @@
  * @property {number} views
  * @property {boolean} ready
  * @property {boolean} accepted
+ * @property {number | null} accepted_s Unix time
  */
 
 export {};

@@ -4,6 +4,8 @@ import { age, fixed } from "../format.js";
 
 /** @typedef {import("./shape.js").Kind} Kind */
 
+const SAVING_S = 30; // that saving a calibration may take
+
 /**
  * @param {Kind} kind
  * @param {Record<string, any>} report
@@ -16,6 +18,18 @@ export function inWords(kind, report) {
   const focal =
     typeof report["fx"] === "number" ? `focal length ${fixed(report["fx"], 1)} px` : "a calibrated camera";
   return `In use: ${focal}${sure}${when}.`;
+}
+
+/**
+ * What became of a session, in words.
+ * @param {import("./shape.js").Row} row
+ * @param {Record<string, any> | null | undefined} used the calibration of its kind that is in use; undefined: not known
+ */
+export function standing({ accepted, accepted_s, ready }, used) {
+  if (!accepted) return ready ? "good enough, not yet accepted" : "not finished";
+  if (used === undefined || accepted_s === null) return "accepted";
+  const later = used === null ? Infinity : accepted_s - used["accepted_s"]; // a session is marked right after it is used
+  return later > -1 && later < SAVING_S ? "in use" : `was in use, accepted ${since(accepted_s)}`;
 }
 
 /** @param {number} at Unix time [s] */

@@ -17,7 +17,7 @@ const APART_S = 0.35; // an overlay older or newer than that belongs to another 
 
 class CameraView extends Panel {
   #canvas = make("canvas", { class: "picture", role: "img", "aria-label": "Camera picture" });
-  #age = make("span", { class: "tag", "data-tone": "stale" });
+  #age = make("span", { class: "tag picture-age", "data-tone": "stale" });
   #empty = make("p", { class: "camera-empty" }, icon("camera"), "Waiting for the first picture…");
   #quality = new PictureChip();
   #edges = toggle("edges", "Edges", "Vertical edges; bright ones belong to a corner of the laser");
@@ -48,12 +48,19 @@ class CameraView extends Panel {
         { class: "card-head" },
         make("h2", { class: "card-title" }, "Camera"),
         this.#quality.button,
-        this.#age,
         make("span", { class: "spring" }),
         this.#edges,
         this.#laser,
       ),
-      make("div", { class: "picture-box" }, this.#canvas, this.#empty, this.#scale, this.#quality.panel),
+      make(
+        "div",
+        { class: "picture-box" },
+        this.#canvas,
+        this.#empty,
+        this.#age,
+        this.#scale,
+        this.#quality.panel,
+      ),
     );
     this.session.on("picture", (picture) => void this.#take(picture));
     this.session.on("hello", () => (this.#bornAt = performance.now()));
@@ -73,24 +80,25 @@ class CameraView extends Panel {
     this.#empty.hidden = seen;
     const paused = state?.robot.running === false && up;
     const old = seen && !paused ? (now - this.#pictureAt) / 1000 : 0;
-    this.classList.toggle("is-old", old > STALE_S || (seen && !up));
-    this.#age.hidden = old <= STALE_S;
+    const stale = old > STALE_S || (seen && !up);
+    this.classList.toggle("is-old", stale);
+    this.#age.hidden = !stale;
     write(this.#age, `${age(old)} old`);
     this.#scale.hidden = !pressed(this.#laser) || !seen;
-    this.#quality.show(seen ? state : null);
+    this.#quality.show(seen ? state : null, stale);
     this.#draw(state?.camera ?? null, state?.ears?.voices[0] ?? null, state?.person ?? null);
   }
 
   /** @param {Picture} picture */
   async #take(picture) {
-    this.#pictureAt = performance.now();
+    const at = performance.now();
     if (this.#decoding) return;
     this.#decoding = true;
     try {
       const next = await createImageBitmap(new Blob([picture.jpeg], { type: "image/jpeg" }));
       this.#picture?.close();
       this.#picture = next;
-      this.#pictureStamp = picture.stamp;
+      [this.#pictureStamp, this.#pictureAt] = [picture.stamp, at]; // of what is shown, not of what came since
       this.#drawn = "";
     } catch {
       // a damaged picture: the next one comes in a moment
