@@ -8,7 +8,8 @@ from core.navigation.approach import Advance, Aim
 from core.navigation.surroundings import Surroundings
 from core.perception.people.person import PersonSeen
 
-BLIND = 1.0  # [s] without a picture, after which nobody is followed
+WAITING = 0.5  # [s] without a picture, after which the robot stands …
+BLIND = 1.0  # [s] … and after which nobody is followed any more
 
 
 class Attending:
@@ -26,9 +27,12 @@ class Attending:
                 return told
             self._seeking = None
         self.track.follow(here.stamp, here.pose, here.scan_points, here.image, here.camera)
-        if self.track.person is None or here.stamp - self.track.looked > BLIND:
+        person, silent = self.track.person, here.stamp - self.track.looked
+        if person is None or silent > BLIND:
             return Progress(finished="failed", remark="No picture comes from the camera any more; I stay here.")
-        return self.track.person
+        if silent > WAITING:
+            return Progress(remark="No picture comes from the camera; I wait.", person=person)
+        return person
 
 
 def aim_at(person: PersonSeen, keep: float) -> Aim:

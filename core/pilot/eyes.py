@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from core.errors import BadInput
@@ -21,6 +23,8 @@ from core.settings import Settings
 from core.snapshot import CameraView
 
 FRESH = 0.2  # [s] for which edges may confirm corners, and points may be drawn on a picture
+MOVING = 0.02  # [m/s], [rad/s]
+REPEATS = 2  # equal pictures in a row, on the move, that mean the camera hangs
 RECALLED = 0.5  # [s] for which edges may confirm corners where the move between the two is remembered
 
 
@@ -53,6 +57,22 @@ class Eyes:
         self.trouble = ""  # why the newest picture is of no use
         self.poor = ""  # what is wrong with the pictures, once they have been unusable for a while
         self._usable_stamp = np.inf
+        self._last_picture: Array | None = None
+        self._repeats = 0  # of the newest picture, on the move
+
+    def without_repeats(self, frame: SensorFrame) -> SensorFrame:
+        """The frame, without its picture where that repeats itself although the robot moves: the camera hangs."""
+        if frame.image is None:
+            return frame
+        last, self._last_picture = self._last_picture, frame.image.pixels
+        if last is None or not np.array_equal(last, frame.image.pixels):
+            self._repeats = 0
+        elif frame.wheels is not None and max(abs(frame.wheels.speed), abs(frame.wheels.turn_rate)) > MOVING:
+            self._repeats += 1
+        if self._repeats < REPEATS:
+            return frame
+        self.trouble = "The camera repeats one picture while the robot moves; it is not used until another one comes."
+        return replace(frame, image=None)
 
     def look(self, frame: SensorFrame) -> Look:
         """One frame → what is seen in it; `view` is renewed when a picture or new matches came."""

@@ -148,6 +148,7 @@ class Pilot:
             self._wake(frame.stamp)
         self._obedience.open_inbox(frame.stamp)
         frame, move = self._feet.feel(frame)
+        frame = self._eyes.without_repeats(frame)
         look = self._eyes.look(frame)
         self._floor.may_turn = self._needs_a_place
         estimate = self._floor.update(frame, look.sightings, look.ends, look.hits, move)

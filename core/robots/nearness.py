@@ -13,7 +13,8 @@ from core.sensors import Laser, Scan, SensorFrame
 
 SECTOR = math.radians(2.0)  # one point each
 READABLE = 0.1  # share of beams that must say something, even if it is "nothing there"
-REPEATS = 2  # equal scans in a row, on the move, that mean the laser hangs
+REPEATS = 2  # equal scans in a row, on the move, that mean the laser hangs …
+RESTED = 20  # … until another one comes, or it has stood for so many: the gate has given up by then
 
 
 def near_points(scan: Scan, laser: Laser, frame: SensorFrame) -> list[tuple[float, float]]:
@@ -41,12 +42,27 @@ class Freshness:
 
     def __init__(self) -> None:
         self._last: Array | None = None
-        self._repeats = 0
+        self._repeats = self._rested = 0
+        self._nearest = 0.0  # [m], of the last scan with an echo
 
     def shows(self, scan: Scan, *, moving: bool) -> bool:
-        """Whether a scan says anything about now: enough beams came back, and not the same as before on the move."""
+        """Whether a scan says anything about now.
+
+        Enough beams came back, and not the same as before on the move. A scan without a single echo is believed only
+        after one in which nothing was near: what was near does not vanish from one scan to the next, and a laser that
+        never showed an echo may see nothing at all.
+        """
         repeated = self._last is not None and np.array_equal(self._last, scan.ranges, equal_nan=True)
-        self._repeats = self._repeats + 1 if repeated and moving else 0
+        self._rested = self._rested + 1 if repeated and not moving else 0
+        if not repeated or self._rested >= RESTED:
+            self._repeats = 0
+        elif moving:
+            self._repeats += 1
         self._last = scan.ranges
+        echoes = scan.ranges[scan.valid]
+        if len(echoes):
+            self._nearest = float(echoes.min())
+        elif self._nearest <= HORIZON:
+            return False
         readable = int(np.count_nonzero(scan.valid | np.isposinf(scan.ranges)))
         return self._repeats < REPEATS and readable >= READABLE * len(scan.ranges) > 0

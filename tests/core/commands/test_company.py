@@ -39,6 +39,7 @@ class Company(Stage):
         self.looks = PeopleSettings()
         self.camera: Camera | None = Camera()
         self.frames = 0
+        self.dark = False  # no picture comes
         self._eye = SimulatedCamera(Camera(), HALL, np.random.default_rng(1))
         self._laser = SimulatedLaser(Laser(), np.random.default_rng(2))
         self._points: Array = np.zeros((0, 2))
@@ -66,7 +67,7 @@ class Company(Stage):
             world = HALL
             for one in self.people.values():
                 world = world.with_thing(one)
-            if self.camera is not None:
+            if self.camera is not None and not self.dark:
                 self._image = self._eye.take(world, self.stamp, self.pose)
             scan = self._laser.scan(world, self.stamp, np.zeros(1), self.pose.vector[None])
             ends = np.column_stack((np.cos(scan.angles), np.sin(scan.angles))) * scan.ranges[:, None]
@@ -95,6 +96,30 @@ def test_it_turns_to_the_voice_comes_and_stops_half_a_metre_before_who_spoke() -
     assert stage.to("Ann") == pytest.approx(0.5, abs=0.1)
     assert abs(stage.pose.bearing_to(-0.9, 1.9)) < 0.2
     assert told.remark.startswith("Here I am")
+
+
+def test_without_pictures_it_stands_after_half_a_second_and_gives_up_after_one() -> None:
+    stage = Company()
+    stage.stands("Ann", 2.7, 0.0)
+    stage.speaks("Ann")
+    action = stage.begin("follow me")
+    while not stage.step(action).twist.v:
+        assert stage.stamp < 10.0
+    stage.dark, silent_from = True, stage.stamp
+    while stage.step(action).twist.v:
+        assert stage.stamp < silent_from + 0.6
+    stage.dark = False  # back again before the second is over
+    while not stage.step(action).twist.v:
+        assert stage.stamp < silent_from + 2.0
+    stage.dark, silent_from = True, stage.stamp
+    moved: list[float] = []
+    told = Progress()
+    while not told.finished and stage.stamp < silent_from + 3.0:
+        told = stage.step(action)
+        moved += [stage.stamp - silent_from] * told.twist.moves
+    assert told.finished == "failed" and "No picture" in told.remark
+    assert 0.8 < stage.stamp - silent_from < 1.2
+    assert max(moved, default=0.0) < 0.6
 
 
 def test_nobody_where_the_voice_is_heard_is_refused_in_words() -> None:

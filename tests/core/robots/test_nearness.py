@@ -9,7 +9,7 @@ import pytest
 
 from core.gate.guard import HORIZON
 from core.geometry import Pose
-from core.robots.nearness import Freshness, field_of, near_points
+from core.robots.nearness import RESTED, Freshness, field_of, near_points
 from core.sensors import Laser, Scan, SensorFrame, Wheels
 
 LASER = Laser()
@@ -69,14 +69,34 @@ def test_a_blind_laser_says_nothing() -> None:
     assert not Freshness().shows(scan_of(np.array([])), moving=True)
 
 
-def test_an_empty_room_is_something() -> None:
-    assert Freshness().shows(scan_of(np.full(LASER.beams, np.inf)), moving=False)
+def test_no_echo_at_all_is_a_free_room_only_when_nothing_was_near_before() -> None:
+    nothing = np.full(LASER.beams, np.inf)
+    freshness = Freshness()
+    assert not freshness.shows(scan_of(nothing), moving=False)  # it never showed an echo
+    near, far = nothing.copy(), nothing.copy()
+    near[300:320], far[300:320] = HORIZON - 0.1, HORIZON + 0.1
+    assert freshness.shows(scan_of(near), moving=False)
+    assert not any(freshness.shows(scan_of(nothing), moving=moving) for moving in (False, True, False))
+    assert freshness.shows(scan_of(far), moving=True)
+    assert freshness.shows(scan_of(nothing), moving=True)
 
 
 def test_a_laser_that_hangs_on_the_move_says_nothing() -> None:
     freshness, ranges = Freshness(), np.linspace(1.0, 2.0, LASER.beams)
     assert [freshness.shows(scan_of(ranges), moving=True) for _ in range(4)] == [True, True, False, False]
     assert freshness.shows(scan_of(ranges + 0.001), moving=True)
+
+
+def test_a_laser_that_hangs_does_not_come_back_by_standing_for_a_moment() -> None:
+    freshness, ranges = Freshness(), np.linspace(1.0, 2.0, LASER.beams)
+    for _ in range(3):
+        freshness.shows(scan_of(ranges), moving=True)
+    assert not any(freshness.shows(scan_of(ranges), moving=False) for _ in range(15))
+    assert not freshness.shows(scan_of(ranges), moving=True)
+    assert freshness.shows(scan_of(ranges + 0.001), moving=True)
+    for _ in range(3):
+        freshness.shows(scan_of(ranges), moving=True)
+    assert any(freshness.shows(scan_of(ranges), moving=False) for _ in range(RESTED))
 
 
 def test_a_robot_that_stands_may_see_the_same_again() -> None:

@@ -1,0 +1,123 @@
+"""Take away each guard in turn and see whether a test goes red: `python -m tests.benchmarks.mutants [WORD …]`.
+
+Every mutant is one changed line in a copy of the sources. With words, only mutants whose name holds one of them.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+COPIED = ("core", "console", "static", "tests", "pyproject.toml", "README.md")
+DRIVER, GATE = "core/robots/process.py", "core/gate/gate.py"
+LOOP, SUPERVISOR = "core/gate/process.py", "console/robot_supervisor.py"
+TESTS = {
+    DRIVER: "tests/core/robots/test_driver.py",
+    GATE: "tests/core/gate/test_gate.py",
+    LOOP: "tests/core/gate/test_gate_process.py",
+    SUPERVISOR: "tests/console/test_robot_process.py",
+}
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """`before` stands once in `file`, and `after` in its place."""
+
+    name: str
+    file: str
+    before: str
+    after: str
+
+
+MUTANTS = (
+    Mutant("driver: silence", DRIVER, "now - self._twist_at > TIMEOUT", "now - self._twist_at > 1e9"),
+    Mutant(
+        "driver: gate gone",
+        DRIVER,
+        "            self._has_gate = False\n            self._drive(ZERO, time.monotonic())",
+        "            self._has_gate = False",
+    ),
+    Mutant(
+        "driver: other gate",
+        DRIVER,
+        "        self._drive(ZERO, time.monotonic())\n        self._gate = packet_socket",
+        "        self._gate = packet_socket",
+    ),
+    Mutant("driver: no number", DRIVER, "fit = is_number(v) and is_number(w)", "fit = is_number(w)"),
+    Mutant(
+        "driver: end",
+        DRIVER,
+        "                self._step()\n        self._robot.drive(ZERO)",
+        "                self._step()",
+    ),
+    Mutant("driver: orphan", DRIVER, "self._outbox.gone or os.getppid() != self._parent", "self._outbox.gone"),
+    Mutant("driver: frozen laser", DRIVER, "and self._freshness.shows(frame.scan, moving=self._twist.moves)", ""),
+    Mutant("gate: deadman", GATE, "if now >= order.arrived + self.limits.deadman:", "if False:"),
+    Mutant("gate: heartbeat", GATE, '            return "the console is silent"', '            return ""'),
+    Mutant("gate: late", GATE, "not 0.0 <= now - self._ticked <= LATE", "False"),
+    Mutant("gate: blind", GATE, "if now - self._last_sign > BLIND and", "if False and"),
+    Mutant("gate: stale scan", GATE, "if now - self._last_sign > self.limits.scan_age:", "if False:"),
+    Mutant("gate: lease", GATE, "if setpoint.epoch != self._epoch:", "if False:"),
+    Mutant("gate: ticket", GATE, "        if age is None:", "        if False:"),
+    Mutant("gate: before stop", GATE, "        if not after_stop:", "        if False:"),
+    Mutant("gate: need of neutral", GATE, '(source == "jog" and self._need_neutral) or ', ""),
+    Mutant("loop: sleep", LOOP, "                self._look_for_sleep()\n", ""),
+    Mutant("loop: console gone", LOOP, "        if not there:\n            self._console_gone()", ""),
+    Mutant("loop: number of a halt", LOOP, 'self._latched = told["number"] if', "self._latched = 10**6 if"),
+    Mutant(
+        "supervisor: sleep",
+        SUPERVISOR,
+        '            self._insist("stop")\n            self.alarm',
+        "            self.alarm",
+    ),
+    Mutant("supervisor: forgiven", SUPERVISOR, "self._restarts.forgive(now) if excused else ", ""),
+    Mutant("supervisor: frozen gate", SUPERVISOR, "if now - max(gate.heard, self._woke_at) > patience:", "if False:"),
+    Mutant(
+        "supervisor: no means",
+        SUPERVISOR,
+        "            except (OSError, MemoryError) as trouble:\n                why",
+        "            except ArithmeticError as trouble:\n                why",
+    ),
+)
+
+
+def survives(mutant: Mutant, copy: Path) -> bool:
+    """Whether its tests stay green."""
+    path = copy / mutant.file
+    source = path.read_text()
+    if source.count(mutant.before) != 1:
+        raise SystemExit(
+            f"{mutant.name}: what it changes stands {source.count(mutant.before)} times in {mutant.file}."
+        )
+    path.write_text(source.replace(mutant.before, mutant.after))
+    try:
+        command = [sys.executable, "-m", "pytest", "-n0", "-x", "-q", "-p", "no:cacheprovider", TESTS[mutant.file]]
+        done = subprocess.run(command, cwd=copy, capture_output=True, timeout=300, check=False)
+        return done.returncode == 0
+    except subprocess.TimeoutExpired:
+        return False  # a test that waits for ever is red
+    finally:
+        path.write_text(source)
+
+
+def main() -> None:
+    """Print who survived, as JSON."""
+    words = sys.argv[1:]
+    chosen = [mutant for mutant in MUTANTS if not words or any(word in mutant.name for word in words)]
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder)
+        for name in COPIED:
+            source = ROOT / name
+            (shutil.copytree if source.is_dir() else shutil.copy)(source, copy / name)
+        alive = [mutant.name for mutant in chosen if survives(mutant, copy)]
+    sys.stdout.write(json.dumps({"mutants": len(chosen), "survived": alive}, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
