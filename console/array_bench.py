@@ -94,8 +94,11 @@ class ArrayBench:
     def check(self, *, show: bool) -> None:
         """Listen for a moment, and look for what is wrong; `show`: in the simulated room somebody speaks meanwhile.
 
-        Raises Problem 404 or 409. What comes of it stands in `faults`.
+        Raises Problem 404 or 409. What comes of it stands in `faults`. What is said in the room meanwhile is no
+        order, not even a stop: so the robot has to stand.
         """
+        if show and self.moves:
+            raise Problem(409, "The robot moves; let it stand while its microphones are checked.")
         self._start(self._check(0.0 if show else None), show=show)
 
     def clap(self, asked: float, *, show: bool) -> None:

@@ -16,7 +16,8 @@ from core.speech.voice import VoiceSettings, speak
 
 TAIL = 0.3  # [s] after the last word: the room still sounds, and sound is on its way
 LATE = 1.0  # [s] that a browser may take until it plays
-MOST = 20.0  # [s] that may be waiting to be said: nobody talks the robot deaf for longer
+MOST = 20.0  # [s] that may be waiting to be said: nobody talks the robot deaf for longer …
+MOST_MOVING = 6.0  # [s] … and while it moves: no spoken STOP is heard meanwhile
 
 
 class RobotVoice:
@@ -43,16 +44,17 @@ class RobotVoice:
         """Whether what the robot heard up to `stamp` [s] of its own clock is not listened to."""
         return self.muted or stamp < self._room
 
-    async def say(self, text: str) -> tuple[int, Sound]:
-        """A text → its number and how it sounds; from now on nobody is listened to until it is over.
+    async def say(self, text: str, most: float = MOST) -> tuple[int, Sound]:
+        """A text → its number and how it sounds; from now on nobody is listened to until it is over, `most` [s].
 
         Raises BadInput, Refused, and Unavailable where nothing speaks.
         """
         sound = await asyncio.to_thread(self._speaker, text, self.settings)
         now = self._clock()
         end = now + LATE + sound.duration + TAIL
-        if end > now + MOST:
-            raise Refused(f"That takes longer than {MOST:g} s to say; say less at once.")
+        if end > now + most:
+            moving = " while the robot moves: no spoken STOP would be heard meanwhile" if most < MOST else ""
+            raise Refused(f"That takes longer than {most:g} s to say{moving}; say less at once.")
         self._newest += 1
         self._until[self._newest] = end
         self._settle(now)

@@ -8,8 +8,9 @@ from typing import Any
 
 from pydantic import Field
 
-from console.api import Behind, Wish, router
+from console.api import Behind, Driver, Wish, router
 from console.api.simulation import pieces
+from console.robot_voice import MOST, MOST_MOVING
 from console.roles import needs
 from console.runtime import Runtime
 from core.errors import BeckonError
@@ -38,9 +39,13 @@ class Spoken(Wish):
 
 @voice.post("/voice")
 @needs("operator")
-async def say(asked: Speech, behind: Behind) -> dict[str, Any]:
-    """A text → 16-bit samples of one channel in base64, to be played at once; meanwhile nobody is listened to."""
-    number, sound = await behind.voice.say(asked.text)
+async def say(asked: Speech, behind: Behind, _: Driver) -> dict[str, Any]:
+    """A text → 16-bit samples of one channel in base64, to be played at once; meanwhile nobody is listened to.
+
+    While somebody drives, only the driver makes the robot speak: it hears no STOP meanwhile.
+    """
+    moves = behind.snapshot is not None and behind.snapshot.undertaking is not None
+    number, sound = await behind.voice.say(asked.text, MOST_MOVING if moves else MOST)
     await in_room(behind, sound)
     samples = base64.b64encode(pcm(sound)).decode()
     return {"id": number, "seconds": round(sound.duration, 3), "rate_hz": sound.rate, "pcm": samples}

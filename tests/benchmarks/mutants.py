@@ -115,7 +115,11 @@ def main() -> None:
         for name in COPIED:
             source = ROOT / name
             (shutil.copytree if source.is_dir() else shutil.copy)(source, copy / name)
-        alive = [mutant.name for mutant in chosen if survives(mutant, copy)]
+        alive: list[str] = []
+        for mutant in chosen:
+            if survives(mutant, copy):
+                alive.append(mutant.name)
+            sys.stderr.write(f"{mutant.name}: {'SURVIVED' if mutant.name in alive else 'killed'}\n")
     sys.stdout.write(json.dumps({"mutants": len(chosen), "survived": alive}, indent=1) + "\n")
 
 

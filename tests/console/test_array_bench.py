@@ -11,6 +11,7 @@ import pytest
 
 from console.array_bench import ArrayBench
 from console.array_recorder import ArrayRecorder
+from console.problems import Problem
 from core.errors import Refused
 from core.perception.array_orientation import Clap
 from tests.console.in_process import InProcessRobot
@@ -36,6 +37,16 @@ def test_the_self_check_says_what_the_array_cannot_know(live: Live) -> None:
     assert told["well"] and told["trouble"] == ""
     assert [fault["kind"] for fault in told["faults"]] == ["flat"]
     assert live.ask("POST", "/api/hearing/check", {"show": True}, token=live.viewer).status == 403
+
+
+def test_nobody_speaks_for_a_check_while_the_robot_moves_because_no_stop_would_be_heard(live: Live) -> None:
+    def check() -> None:
+        live.runtime.array.moves = True
+        with pytest.raises(Problem, match="let it stand"):
+            live.runtime.array.check(show=True)
+
+    live.on_loop(check)
+    assert not live.runtime.array.busy
 
 
 def test_a_clap_from_a_known_side_is_heard_there(live: Live) -> None:

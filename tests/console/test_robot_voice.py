@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from console.robot_voice import LATE, MOST, TAIL, RobotVoice
+from console.robot_voice import LATE, MOST, MOST_MOVING, TAIL, RobotVoice
 from core.errors import Refused
 from core.sensors.microphones import Sound
 from core.speech.voice import can_speak, speak
@@ -75,6 +75,15 @@ def test_nobody_talks_the_robot_deaf() -> None:
     with pytest.raises(Refused, match="say less"):
         asyncio.run(voice.say("and so on"))
     assert not voice.muted
+
+
+def test_while_the_robot_moves_it_is_deaf_for_a_few_seconds_at_most() -> None:
+    voice = lasting(MOST_MOVING - LATE - TAIL + 0.1, Clock())
+    with pytest.raises(Refused, match="no spoken STOP"):
+        asyncio.run(voice.say("and so on", MOST_MOVING))
+    assert not voice.muted
+    asyncio.run(voice.say("and so on"))
+    assert voice.muted
 
 
 def test_in_the_simulated_room_it_is_heard_by_the_robots_clock() -> None:

@@ -148,6 +148,7 @@ CHANGES = [  # asked in a form or of a place that is refused otherwise: nothing 
     ("POST", "/api/calibration/microphones/undo", None, BODYLESS),
     ("POST", "/api/calibration/microphones/clap", {"azimuth_rad": 99.0}, {}),
     ("POST", "/api/hearing/check", {"show": 1}, {}),
+    ("POST", "/api/voice", {"text": ""}, {}),
     ("POST", "/api/hearing", {"listen": False}, {}),
     ("PUT", "/api/people/chosen", {"id": None}, {}),
     ("POST", "/api/sim/place", {"what": "robot", "x_m": 900.0, "y_m": 0.0}, {}),
