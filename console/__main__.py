@@ -8,7 +8,7 @@ import sys
 from importlib.metadata import PackageNotFoundError, version
 
 from console.cli import SUBCOMMANDS
-from core.errors import BeckonError
+from core.errors import BadSettings, BeckonError
 
 DONE, COULD_NOT, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
 
@@ -54,7 +54,7 @@ def main(arguments: list[str] | None = None) -> int:
         return chosen.run(chosen)
     except BeckonError as trouble:
         sys.stderr.write(f"beckon: {trouble}\n")
-        return COULD_NOT
+        return WRONG_USAGE if isinstance(trouble, BadSettings) else COULD_NOT
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:

@@ -75,10 +75,24 @@ class Hub:
     def __init__(self) -> None:
         self.slots: dict[str, tuple[int, str | bytes]] = {}
         self.viewers: set[Viewer] = set()
+        self._number = 0  # of the newest value of all
+
+    def join(self, viewer: Viewer) -> None:
+        """One more watches. What nobody watched until now may be old: it waits for the next."""
+        for kind in viewer.wants:
+            self._begin(kind)
+        self.viewers.add(viewer)
+
+    def want(self, viewer: Viewer, kind: str, *, wanted: bool) -> None:
+        """Whether this viewer wants a kind from now on."""
+        if wanted:
+            self._begin(kind)
+        viewer.want(kind, wanted)
 
     def publish(self, kind: str, value: str | bytes) -> None:
         """Replace the newest value of a kind and wake all who want it."""
-        self.slots[kind] = (self.slots.get(kind, (0, b""))[0] + 1, value)
+        self._number += 1
+        self.slots[kind] = (self._number, value)
         for viewer in self.viewers:
             if kind in viewer.wants:
                 viewer.wake()
@@ -90,6 +104,10 @@ class Hub:
     def watched(self, kind: str) -> bool:
         """Whether anybody wants this kind: what nobody wants need not be made."""
         return any(kind in viewer.wants for viewer in self.viewers)
+
+    def _begin(self, kind: str) -> None:
+        if not self.watched(kind):
+            self.forget(kind)
 
     def close_all(self, code: int, reason: str) -> None:
         """Tell every viewer that it is over."""

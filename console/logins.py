@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import hmac
+import itertools
 import secrets
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 
 RANK = {"public": 0, "viewer": 1, "operator": 2, "admin": 3}
 
+BY_KEY = "token-"  # begins the id of who shows a key with every request
 LIFE = 12 * 3600.0  # [s] of a login
 WINDOW = 60.0  # [s] in which an address may be wrong
 WRONG = 5  # times
@@ -42,6 +45,7 @@ class Token:
     name: str
     role: str
     once: bool = False  # spent by the first login
+    end: float = inf  # [s] after which it opens nothing more
 
 
 class Logins:
@@ -53,17 +57,17 @@ class Logins:
         self._wrong: dict[str, list[float]] = {}
         self._names = 0
 
-    def issue(self, name: str, role: str, *, once: bool = False) -> str:
-        """Make a token of 256 bits, good for one login or for many; only its fingerprint is kept."""
+    def issue(self, name: str, role: str, *, once: bool = False, end: float = inf) -> str:
+        """Make a token of 256 bits, good for one login or for many, until `end` [s]; only its fingerprint is kept."""
         token = secrets.token_urlsafe(32)
-        self._tokens.append(Token(fingerprint(token), name, role, once))
+        self._tokens.append(Token(fingerprint(token), name, role, once, end))
         return token
 
     def bearer(self, token: str) -> Person | None:
         """The script that shows this token."""
         found = self._token(token)
         found = None if found is None or found.once else found
-        return Person(f"token-{found.digest.hex()[:8]}", found.name, found.role) if found else None
+        return Person(f"{BY_KEY}{found.digest.hex()[:8]}", found.name, found.role) if found else None
 
     def open(
         self, token: str, name: str, now: float, shown: str = "", present: Callable[[Person], bool] = lambda _: False
@@ -74,7 +78,7 @@ class Logins:
         a role has too many logins, the eldest of that role whose person is not `present` ends.
         """
         found = self._token(token)
-        if found is None:
+        if found is None or now >= found.end:
             return None
         if found.once:
             self._tokens.remove(found)
@@ -85,7 +89,7 @@ class Logins:
         self._make_room(found.role, present)
         self._names += 1
         cookie = secrets.token_urlsafe(32)
-        person = Person(secrets.token_hex(6), name or f"{found.name} {self._names}", found.role)
+        person = Person(secrets.token_hex(6), self._told_apart(name or f"{found.name} {self._names}"), found.role)
         self._open[cookie] = (person, now + LIFE)
         return cookie, person
 
@@ -119,6 +123,12 @@ class Logins:
         if len(self._wrong) >= MOST_ADDRESSES:
             self._wrong.pop(next(iter(self._wrong)))
         self._wrong.setdefault(address, []).append(now)
+
+    def _told_apart(self, name: str) -> str:
+        """The name, with a number where somebody else is called so."""
+        others = {person.name.casefold() for person, _ in self._open.values()}
+        numbered = (name if number == 1 else f"{name} ({number})" for number in itertools.count(1))
+        return next(name for name in numbered if name.casefold() not in others)
 
     def _make_room(self, role: str, present: Callable[[Person], bool]) -> None:
         alike = [(cookie, person) for cookie, (person, _) in self._open.items() if person.role == role]

@@ -30,6 +30,7 @@ App = Callable[[Scope, Receive, Send], Awaitable[None]]
 AT_ONCE = 16384  # bytes of JSON that are read on the event loop; more would keep it for milliseconds
 BODY_TIME = 10.0  # [s] for an ordinary body
 MOST_LARGE = 4  # bodies beyond what JSON may have that are taken in at the same time
+ON_THIS_MACHINE = {"127.0.0.1", "::1", "::ffff:127.0.0.1"}
 SAFE_METHODS = {"GET", "HEAD", "OPTIONS"}
 HOST_NAME = re.compile(r"\[[0-9a-f:.]+\]|[a-z0-9._-]+")
 HOST = re.compile(rf"({HOST_NAME.pattern})(:[0-9]{{1,5}})?")
@@ -96,6 +97,7 @@ class Guard:
             return
         dressed = send if scope["type"] == "websocket" else with_headers(send)
         try:
+            believe_proxy(scope)
             visit = Visit(scope)
             host = self._check_host(visit)
             need = need_for(self.routes, scope)
@@ -165,6 +167,15 @@ class Guard:
         unproven = by_cookie and origin is None and (visit.socket or site is None)
         if foreign or unproven:
             raise Problem(403, "This request does not come from the console's own page.")
+
+
+def believe_proxy(scope: Scope) -> None:
+    """A program on this machine that speaks TLS for us says so in a header; of whom it speaks is not believed."""
+    told = [value for name, value in scope["headers"] if name == b"x-forwarded-proto"]
+    client = scope.get("client")
+    if client and client[0] in ON_THIS_MACHINE and told in ([b"http"], [b"https"]):
+        secure = told == [b"https"]
+        scope["scheme"] = {"http": "http", "websocket": "ws"}[scope["type"]] + ("s" if secure else "")
 
 
 class ClientGone(Exception):

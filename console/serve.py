@@ -6,11 +6,12 @@ import asyncio
 import contextlib
 import gc
 import ipaddress
+import signal
 import socket
 import ssl
 import sys
 import threading
-import webbrowser
+import time
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from functools import partial
@@ -22,6 +23,7 @@ import uvicorn
 from starlette.types import ASGIApp
 
 from console.app import create_app
+from console.browser import browse
 from console.crowd import MOST, Crowd, raise_file_limit
 from console.folder_lock import locked
 from console.home import home_folder
@@ -34,7 +36,7 @@ from console.security import HOST_NAME, Access
 from console.text_files import TextFiles
 from console.text_orders import TextOrders
 from core.errors import BadInput, Unavailable
-from core.gate.precedence import CONSOLE, come_first, stand_back
+from core.gate.precedence import CONSOLE, come_first
 from core.pilot import Pilot
 from core.settings import load
 
@@ -42,7 +44,12 @@ LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
 SOCKET_MESSAGE = 16384  # [bytes] at most in one message: the longest sentence takes 12,000
 BACKLOG = 64  # connections that wait to be accepted
 SWITCH = 0.001  # [s] after which a computing thread lets the event loop in
+ONCE_LIFE = 120.0  # [s] in which the browser that is opened here has to come
 PING = 5.0  # [s] between pings, and for an answer to one
+READABLE = (
+    "Others on the network can read along and take over: this is plain HTTP, and phones give it no microphone. "
+    "Start with --tls-cert and --tls-key, or put TLS in front of it."
+)
 
 
 @dataclass(frozen=True)
@@ -80,6 +87,15 @@ class Server(uvicorn.Server):
             loop.create_server = partial(loop.create_server, ssl_handshake_timeout=HEADER_TIME)
         await super().startup(sockets)
         self._listening()
+
+    @contextlib.contextmanager
+    def capture_signals(self) -> Generator[None]:
+        """The terminal that was closed ends the console as orderly as Ctrl-C, unless it was started by nohup."""
+        on_main = threading.current_thread() is threading.main_thread()
+        if on_main and signal.getsignal(signal.SIGHUP) == signal.SIG_DFL:
+            signal.signal(signal.SIGHUP, self.handle_exit)
+        with super().capture_signals():
+            yield
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
         """A signal arrived: only word is left here, the event loop does the rest."""
@@ -121,6 +137,8 @@ def serve(options: Options) -> None:
         def listening() -> None:
             gc.freeze()  # what is loaded now stays; to go through it again and again would take 70 ms each time
             announce(options, port, access)
+            if is_readable(options):
+                runtime.board.tell("warning", READABLE)
 
         server = Server(config, runtime, listening)
         recording = options.robot.removeprefix("log:")
@@ -152,8 +170,7 @@ def configured(app: ASGIApp, certificate: Path | None = None, key: Path | None =
         timeout_graceful_shutdown=3,
         access_log=False,
         server_header=False,
-        proxy_headers=True,
-        forwarded_allow_ips="127.0.0.1",
+        proxy_headers=False,  # the guard reads the one that counts
         log_config=None,
         lifespan="on",
     )
@@ -172,21 +189,14 @@ def announce(options: Options, port: int, access: Access) -> None:
         driving, watching = access.logins.issue("operator", "operator"), access.logins.issue("viewer", "viewer")
         sys.stdout.write(f"Beckon is at {address}#t={driving}\nTo watch only: {address}#t={watching}\n")
     sys.stdout.flush()
-    if in_address(options.host) not in LOOPBACK and options.tls_cert is None:
-        sys.stderr.write(
-            "Whoever is on the network between can read along: this is HTTP, and phones give it no microphone. "
-            "Start with --tls-cert and --tls-key, or put TLS in front of it.\n"
-        )
+    if is_readable(options):
+        sys.stderr.write(f"{READABLE}\n")
     if options.open_browser:
         here = f"{scheme}://127.0.0.1:{port}/" if everywhere else address
-        once = "" if access.no_auth else f"#t={access.logins.issue('operator', 'operator', once=True)}"
-        threading.Thread(target=browse, args=(here + once,), name="browser", daemon=True).start()
-
-
-def browse(address: str) -> None:
-    """Open a browser, which has time."""
-    stand_back()
-    webbrowser.open(address)
+        end = time.monotonic() + ONCE_LIFE
+        once = "" if access.no_auth else f"#t={access.logins.issue('operator', 'operator', once=True, end=end)}"
+        opening = (here + once, home_folder(options.data), ONCE_LIFE)
+        threading.Thread(target=browse, args=opening, name="browser", daemon=True).start()
 
 
 def check(options: Options) -> None:
@@ -233,6 +243,11 @@ def _check_tls(options: Options) -> None:
 def _no_password() -> str:
     """A console that starts by itself cannot ask for one."""
     return ""
+
+
+def is_readable(options: Options) -> bool:
+    """Whether keys and pictures go over a network as plain text."""
+    return in_address(options.host) not in LOOPBACK and options.tls_cert is None
 
 
 def is_simulated(url: str) -> bool:

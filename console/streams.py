@@ -62,11 +62,11 @@ class Talk:
 
     async def _converse(self) -> None:
         runtime, person = self._runtime, self._person
-        runtime.hub.viewers.add(self._viewer)
+        runtime.hub.join(self._viewer)
         runtime.scene.tabs[self._tab] = self._tell
         runtime.lease.connected(person, time.monotonic())
         you = wire.You(person.name, person.role, person.id)  # type: ignore[arg-type]
-        self._tell(wire.Hello(you, beckon_version(), card(runtime.robot.profile), self._tab))
+        self._tell(wire.Hello(you, beckon_version(), card(runtime.robot.profile), self._tab, 1000 * time.monotonic()))
         listener = asyncio.create_task(self._listen())
         try:
             await self._speak()
@@ -182,12 +182,12 @@ class Talk:
     def _want(self, wish: wire.Want) -> None:
         """Camera on or off; another calibration session, or none."""
         if isinstance(wish.camera, bool):
-            self._viewer.want("camera", wish.camera)
+            self._runtime.hub.want(self._viewer, "camera", wanted=wish.camera)
         if wish.calibration is not msgspec.UNSET:
             self._viewer.want(f"calibration:{self._session}", wanted=False)
             self._session = wish.calibration
         if isinstance(wish.calibration, str):
-            self._viewer.want(f"calibration:{self._session}", wanted=True)
+            self._runtime.hub.want(self._viewer, f"calibration:{self._session}", wanted=True)
             self._runtime.workbench.show(wish.calibration)
 
     def _brake(self, message: wire.Stop | wire.Halt) -> None:

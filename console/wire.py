@@ -257,6 +257,7 @@ class Hello(Struct, tag_field="kind", tag="hello"):
     version: str
     robot: RobotCard
     tab: str  # names this tab's 3-D scene: scene/ws/<tab>
+    clock_ms: float  # of the console's steady clock now: the frames of a hand count on from it, over reloads
 
 
 class Answer(Struct, tag_field="kind", tag="answer", omit_defaults=True):

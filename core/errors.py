@@ -2,6 +2,7 @@
 
 BeckonError
 ├── BadInput        a file, a number or a text cannot be used; the sentence says why and what to do
+│   └── BadSettings what the program itself was told is wrong: its use, not what it works on
 ├── Unavailable     something needed is not there (a robot, a package, a device)
 │   └── Unwritable  the disk does not take what must be kept (full, read-only, no permission, gone)
 └── Refused         understood, but not allowed now (out of bounds, no lease, latched)
@@ -14,6 +15,10 @@ class BeckonError(Exception):
 
 class BadInput(BeckonError):
     """A file, a number or a text that cannot be used."""
+
+
+class BadSettings(BadInput):
+    """Settings that do not exist or have no such value: wrong usage."""
 
 
 class Unavailable(BeckonError):

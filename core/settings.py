@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from core.calibration.drift import DriftSettings
-from core.errors import BadInput
+from core.errors import BadInput, BadSettings
 from core.gate import Limits
 from core.log import LogSettings
 from core.navigation.company import CompanySettings
@@ -84,11 +84,15 @@ def load(path: Path | str | None) -> Settings:
     try:
         if path.stat().st_size > LARGEST:
             raise BadInput(f"{path.name} is too large for settings.")
-        return read(path.read_text(encoding="utf-8"), path.name)
+        text = path.read_text(encoding="utf-8")
     except OSError as trouble:
         raise BadInput(f"The settings {path.name} cannot be read: {trouble.strerror or trouble}.") from None
     except UnicodeDecodeError:
         raise BadInput(f"{path.name} is not a text file in UTF-8; write it anew.") from None
+    try:
+        return read(text, path.name)
+    except BadInput as wrong:
+        raise BadSettings(str(wrong)) from None
 
 
 def read(text: str, name: str = "settings") -> Settings:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
 import time
+import unicodedata
 from typing import Any
 
 from fastapi import Request, Response
 from pydantic import Field
 
 from console.api import Behind, Who, Wish, router
-from console.logins import ANYBODY, LIFE, Person
+from console.logins import ANYBODY, BY_KEY, LIFE, Person
+from console.people.album import LONGEST, name_of
 from console.problems import Problem
 from console.roles import KEY, needs
 
@@ -20,7 +23,10 @@ class Token(Wish):
     """What the console printed when it started."""
 
     token: str = Field(max_length=200)
-    name: str = Field(default="", max_length=40, pattern=r"^[^\x00-\x1f\x7f]*$")
+    name: str = Field(default="", max_length=4 * LONGEST)
+
+
+OURS = re.compile(r"(operator|viewer|admin|local|console)[\s\d()]*")  # what those are called who say no name
 
 
 @login.post("/login")
@@ -31,11 +37,12 @@ async def sign_in(shown: Token, behind: Behind, request: Request, response: Resp
     if access.no_auth:
         return told(ANYBODY)
     address = request.client.host if request.client else ""
-    if access.logins.blocked(address, now):
-        raise Problem(429, "Too many wrong tokens from your address; wait a minute.", headers={"Retry-After": "60"})
     own = request.cookies.get(access.cookie, "")
-    opened = access.logins.open(shown.token, shown.name.strip(), now, own, behind.sockets.are_open)
+    opened = access.logins.open(shown.token, called(shown.name), now, own, behind.sockets.are_open)
     if opened is None:
+        if access.logins.blocked(address, now):
+            headers = {"Retry-After": "60"}
+            raise Problem(429, "Too many wrong tokens from your address; wait a minute.", headers=headers)
         access.logins.guessed(address, now)
         raise Problem(401, "That token is not valid. Open the address that the console printed when it started.")
     cookie, person = opened
@@ -56,7 +63,11 @@ async def sign_in(shown: Token, behind: Behind, request: Request, response: Resp
 @login.post("/logout")
 @needs("viewer")
 async def sign_out(behind: Behind, who: Who, request: Request, response: Response) -> dict[str, Any]:
-    """Ends the login, its sockets and its lease."""
+    """Ends the login, its sockets and its lease. A key that is shown with every request has no login to end."""
+    if who.id.startswith(BY_KEY):
+        raise Problem(
+            409, "You show your key with every request, so there is nothing to sign out; a restart makes new keys."
+        )
     behind.door.forget(who)
     behind.access.logins.close(who)
     behind.sockets.close_of(who, 1008, "Signed out.")
@@ -70,6 +81,16 @@ async def sign_out(behind: Behind, who: Who, request: Request, response: Respons
 async def me(who: Who) -> dict[str, Any]:
     """Who I am here."""
     return told(who)
+
+
+def called(name: str) -> str:
+    """What somebody wants to be called, or "". Raises Problem 422 for what could not be told from another."""
+    if not name.strip():
+        return ""
+    tidy = name_of(name)
+    if OURS.fullmatch(unicodedata.normalize("NFKC", tidy).casefold()):
+        raise Problem(422, "The console calls people so who say no name; take another.")
+    return tidy
 
 
 def told(person: Person) -> dict[str, Any]:

@@ -46,7 +46,7 @@ export class Drive {
    * @param {() => void} world.ask asks the server for the lease
    * @param {() => number} world.draw a number for a new press, never the same twice
    * @param {() => number} world.count rises over reloads and tabs, so that no frame looks older than one sent before:
-   *   the time of day in milliseconds
+   *   the console's steady clock in milliseconds
    */
   constructor({ send, ask, draw, count }) {
     this.send = send;

@@ -12,6 +12,7 @@ import { remembered } from "./memory.js";
 export class Hands {
   #held = new HeldKeys();
   #session;
+  #ahead = 0; // [ms] by which the console's steady clock is ahead of ours; the wall's may be set back
   singleKeys = remembered("single-keys", "on") === "on";
   /** @type {() => void} */
   toWords = () => undefined;
@@ -29,12 +30,13 @@ export class Hands {
       send: (frame) => session.drive(frame),
       ask: () => void session.lease("acquire"),
       draw: drawPress,
-      count: () => Date.now(),
+      count: () => Math.round(this.#ahead + performance.now()),
     });
     setInterval(() => this.drive.tick(performance.now()), PERIOD_MS);
     session.on("stopped", () => this.drive.trip("Stopped. Let go, then press again."));
     session.on("lost", () => this.drive.trip("The link was lost. Let go, then press again."));
-    session.on("hello", ({ robot }) => {
+    session.on("hello", ({ robot, clock_ms }) => {
+      this.#ahead = clock_ms - performance.now();
       this.drive.limits = { speed: robot.max_speed_m_s, turnRate: robot.max_turn_rate_rad_s };
     });
     document.addEventListener("visibilitychange", () => document.visibilityState === "hidden" && this.letGo());

@@ -242,6 +242,7 @@
  * @property {string} version
  * @property {RobotCard} robot
  * @property {string} tab
+ * @property {number} clock_ms
  */
 
 /**

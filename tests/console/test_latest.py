@@ -29,9 +29,31 @@ def test_a_slow_viewer_skips_to_the_newest() -> None:
 
 def test_a_viewer_that_comes_late_gets_the_newest_at_once() -> None:
     async def story() -> None:
-        hub = Hub()
+        hub, first, late = Hub(), Viewer("state"), Viewer("state")
+        hub.join(first)
         hub.publish("state", "newest")
-        assert await Viewer("state").next(hub) == "newest"
+        hub.join(late)
+        assert await late.next(hub) == "newest"
+
+    run(story)
+
+
+def test_what_was_made_when_somebody_looked_last_is_not_shown_to_who_comes_next() -> None:
+    async def story() -> None:
+        hub, first, next_one = Hub(), Viewer("state", "camera"), Viewer("state")
+        hub.join(first)
+        hub.publish("state", "old")
+        hub.publish("camera", b"old")
+        hub.viewers.discard(first)
+        hub.join(next_one)
+        waiting = asyncio.create_task(next_one.next(hub))
+        await asyncio.sleep(0.01)
+        assert not waiting.done()
+        hub.publish("state", "new")
+        assert await waiting == "new"
+        hub.want(next_one, "camera", wanted=True)
+        hub.publish("camera", b"new")
+        assert await next_one.next(hub) == b"new"
 
     run(story)
 

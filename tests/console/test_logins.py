@@ -79,3 +79,17 @@ def test_another_tab_with_the_same_role_stays_the_same_person() -> None:
     stale = logins.open(driving, "", 2 * LIFE, cookie)
     assert stale is not None and stale[0] != cookie
     assert logins.open(driving, "", 0.0, "forged") not in (None, ("forged", person))
+
+
+def test_two_people_are_never_called_alike() -> None:
+    logins = Logins()
+    driving, watching = logins.issue("operator", "operator"), logins.issue("viewer", "viewer")
+    opened = [logins.open(key, name, 0.0) for key, name in ((driving, "Ann"), (watching, "ANN"), (watching, "Ann"))]
+    assert [one[1].name for one in opened if one] == ["Ann", "ANN (2)", "Ann (3)"]
+
+
+def test_a_token_may_end() -> None:
+    logins = Logins()
+    token = logins.issue("operator", "operator", once=True, end=100.0)
+    assert logins.open(token, "", 100.0) is None
+    assert logins.open(token, "", 99.0) is not None

@@ -246,8 +246,53 @@ def test_a_second_tab_is_the_same_person_and_locks_nobody_out(live: Live) -> Non
 def test_the_sixth_wrong_token_within_a_minute_is_not_even_looked_at(live: Live) -> None:
     live.runtime.access.logins._wrong.clear()
     statuses = [live.ask("POST", "/api/login", {"token": "wrong"}).status for _ in range(6)]
-    live.runtime.access.logins._wrong.clear()
     assert statuses == [401] * 5 + [429]
+    elsewhere = {"X-Forwarded-For": "203.0.113.9"}  # as anybody on this machine may say
+    assert live.ask("POST", "/api/login", {"token": "wrong"}, headers=elsewhere).status == 429
+    assert live.ask("POST", "/api/login", {"token": live.viewer}).status == 200, "nobody locks the right key out"
+    live.runtime.access.logins._wrong.clear()
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "operator",
+        "Operator 3",
+        "ｏｐｅｒａｔｏｒ",
+        "viewer (2)",
+        "admin",
+        "\u202eresu",
+        "a\u200bb",
+        "\u3164",
+        "x" * 41,
+    ],
+    ids=ascii,
+)
+def test_nobody_is_called_what_could_be_taken_for_somebody_else(live: Live, name: str) -> None:
+    assert live.ask("POST", "/api/login", {"token": live.viewer, "name": name}).status == 422
+
+
+def test_people_are_called_as_they_say(live: Live) -> None:
+    for name, called in ((" Zoë  M. ", "Zoë M."), ("操作员", "操作员")):
+        assert live.ask("POST", "/api/login", {"token": live.viewer, "name": name}).json["name"] == called
+    assert live.ask("POST", "/api/login", {"token": live.viewer, "name": " "}).json["name"].startswith("viewer ")
+
+
+def test_who_shows_a_key_each_time_has_nothing_to_sign_out(live: Live) -> None:
+    with live.open() as line:
+        hear(line, "hello")
+        answer = live.ask("POST", "/api/logout", token=live.operator, headers=BODYLESS)
+        assert answer.status == 409 and "key" in answer.json["detail"]
+        say(line, kind="echo", t=1)
+        hear(line, "echo")
+
+
+@pytest.mark.parametrize(("told", "status"), [("https", 200), ("http", 403), ("ftp", 403)])
+def test_who_speaks_tls_for_the_console_says_so(live: Live, told: str, status: int) -> None:
+    headers = {"Origin": f"https://127.0.0.1:{live.port}", "X-Forwarded-Proto": told}
+    answer = live.ask("POST", "/api/login", {"token": live.viewer}, headers=headers)
+    assert answer.status == status
+    assert status != 200 or "Secure" in answer.headers["set-cookie"]
 
 
 @pytest.mark.parametrize(

@@ -14,12 +14,14 @@ import threading
 import time
 import urllib.request
 from pathlib import Path
+from types import SimpleNamespace
 
 import psutil
 import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
+from console.browser import written
 from console.folder_lock import locked
 from console.security import Access
 from console.serve import Options, announce, check, hosts_of
@@ -108,11 +110,12 @@ def test_it_tells_two_addresses_keeps_its_secrets_and_ends_promptly_with_sockets
     assert console.complained.read_text() == ""
 
 
-def test_ctrl_c_ends_it_without_a_traceback(begin) -> None:
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGHUP], ids=lambda how: how.name)
+def test_ctrl_c_and_a_closed_terminal_end_it_without_a_traceback(begin, how: signal.Signals) -> None:
     console = begin("--port", "0", "--no-auth")
     (link,) = console.links(1)
     assert "#" not in link
-    console.end(signal.SIGINT)
+    console.end(how)
     assert console.process.returncode in (0, 130)
     assert "Traceback" not in console.complained.read_text()
 
@@ -249,12 +252,55 @@ def test_a_wildcard_answers_to_the_names_that_are_allowed_and_warns_once(begin) 
     assert told.count("\n") == 1 and "TLS" in told
 
 
-def test_a_browser_that_is_slow_to_open_keeps_nobody_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_browser_that_is_slow_to_open_keeps_nobody_waiting(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened = threading.Event()
     release = threading.Event()
-    monkeypatch.setattr("console.serve.webbrowser.open", lambda _: (opened.set(), release.wait(10)))
+    monkeypatch.setattr("console.browser.webbrowser.open", lambda _: (opened.set(), release.wait(10)))
+    monkeypatch.setattr("console.serve.ONCE_LIFE", 0.0)
     began = time.monotonic()
-    announce(Options(), 8420, Access())
+    announce(Options(data=tmp_path), 8420, Access())
     assert time.monotonic() - began < 2
     assert opened.wait(5)
     release.set()
+
+
+def test_the_browser_gets_its_key_by_a_file_for_this_user_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[str] = []
+    seen = threading.Event()
+    monkeypatch.setattr("console.browser.webbrowser.open", opened.append)
+    monkeypatch.setattr("console.browser.time", SimpleNamespace(sleep=lambda _: seen.wait(10)))
+    access = Access()
+    announce(Options(data=tmp_path), 8420, access)
+    deadline = time.monotonic() + 10
+    while not opened and time.monotonic() < deadline:
+        time.sleep(0.01)
+    page = tmp_path / "open.html"
+    assert opened == [page.as_uri()], "no key in the command line"
+    assert page.stat().st_mode & 0o777 == 0o600
+    (address,) = set(re.findall(r"http://127\.0\.0\.1:8420/#t=[\w-]+", page.read_text()))
+    key = address.partition("#t=")[2]
+    assert access.logins.open(key, "", time.monotonic() + 121.0) is None, "it is good for two minutes"
+    assert access.logins.open(key, "", time.monotonic()) is not None
+    seen.set()
+    while page.exists() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert not page.exists()
+
+
+def test_a_page_that_somebody_left_there_is_not_followed(tmp_path: Path) -> None:
+    (tmp_path / "theirs").write_text("")
+    (tmp_path / "open.html").symlink_to(tmp_path / "theirs")
+    written("http://127.0.0.1:8420/#t=<key>", tmp_path)
+    assert (tmp_path / "theirs").read_text() == ""
+    assert "#t=&lt;key&gt;" in (tmp_path / "open.html").read_text()
+
+
+def test_a_mistyped_setting_is_wrong_usage(begin, tmp_path: Path) -> None:
+    settings = tmp_path / "own.toml"
+    settings.write_text("[limits]\nv_max = -1\n")
+    console = begin("--port", "0", "--settings", str(settings))
+    assert console.process.wait(60) == 2
+    told = console.complained.read_text()
+    assert told.startswith("beckon: own.toml") and told.count("\n") == 1

@@ -9,6 +9,7 @@ export const HELLO = {
   kind: "hello",
   you: { name: "Ada", role: "operator", id: "ada-1" },
   version: "0.1.0",
+  clock_ms: 5000,
   robot: {
     url: "sim:lab",
     kind: "SIM",
