@@ -137,11 +137,18 @@ def rescue(
 
 def information(corners: Corners, solution: Solution, free: tuple[int, ...]) -> Array:
     """(M, P, P) [1/pixel²]: what each view tells about the free parameters once its own pose is accounted for."""
+    return told_and_pull(corners, solution, free)[0]
+
+
+def told_and_pull(corners: Corners, solution: Solution, free: tuple[int, ...]) -> tuple[Array, Array]:
+    """`information` (M, P, P), and the gradient (M, P) of half of every view's cost with its pose following."""
     gram, _ = _gram(corners, solution, free, None)
     pose = _damped(
         gram.pose, np.zeros(len(gram.pose))
     )  # a view without corners tells nothing, and divides by nothing
-    return gram.camera - gram.mixed @ _solve(pose, np.swapaxes(gram.mixed, 1, 2))
+    right = np.concatenate((np.swapaxes(gram.mixed, 1, 2), gram.pose_gradient[..., None]), axis=2)
+    less = gram.mixed @ _solve(pose, right)
+    return gram.camera - less[..., :-1], gram.camera_gradient - less[..., -1]
 
 
 def covariance(told: Array, spread: float) -> Array:

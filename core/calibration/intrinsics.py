@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from core.calibration import bundle, homography
+from core.calibration import bundle, homography, influence
 from core.calibration.board import Board
 from core.calibration.bundle import Corners, Solution
+from core.calibration.influence import Figures
 from core.calibration.projection import PAPER, PARAMETERS, Poses, model_of
 from core.calibration.suspects import accuse, odd_line
 from core.errors import BadInput
@@ -49,7 +50,7 @@ class ViewVerdict:
     name: str
     used: bool
     rms: float  # [pixel], both axes together
-    reason: str = ""  # why it is not used, or what is odd about it; empty: nothing
+    reason: str = ""  # why it is not used and what it would change, or what is odd about it; empty: nothing
     left_out: Array  # (K,) numbers of its corners that were left out
 
 
@@ -66,6 +67,7 @@ class Calibration:
     verdicts: tuple[ViewVerdict, ...]
     corners: Corners  # as they were used
     poses: Poses  # of the board in every view, camera_from_board
+    deciding: str = ""  # a sentence about the view that decides a figure by itself; empty: none does
     warnings: tuple[str, ...] = ()
 
     @property
@@ -110,9 +112,12 @@ def calibrate(
     if _deserves_k3(corners, solution, settings):
         free = (*PAPER, PARAMETERS.index("k3"))
         solution = bundle.refine(corners, solution, free)
-    verdicts = _verdicts(views, corners, everything, solution, board)
     noise = bundle.noise(corners, solution, free)
     covariance = bundle.covariance(bundle.information(corners, solution, free).sum(axis=0), noise)
+    known = influence.figures(solution.camera, covariance)
+    brought = influence.with_each(corners, solution, free)
+    verdicts = _verdicts(views, corners, everything, solution, board, known, brought)
+    deciding = _deciding(views, influence.without_each(corners, solution, free, noise), known)
     squares = np.sum(bundle.errors(corners, solution) ** 2, axis=2)[corners.used]
     return Calibration(
         model=model_of(solution.camera, size),
@@ -124,7 +129,8 @@ def calibrate(
         verdicts=verdicts,
         corners=corners,
         poses=solution.poses,
-        warnings=_warnings(corners, focal_known),
+        deciding=deciding,
+        warnings=(*_warnings(corners, focal_known), *([deciding] if deciding else [])),
     )
 
 
@@ -243,8 +249,15 @@ def hold_out_rms(corners: Corners, solution: Solution, free: tuple[int, ...], fo
 
 
 def _verdicts(
-    views: Sequence[View], corners: Corners, everything: Corners, solution: Solution, board: Board
+    views: Sequence[View],
+    corners: Corners,
+    everything: Corners,
+    solution: Solution,
+    board: Board,
+    known: Figures,
+    brought: Mapping[int, Array],
 ) -> tuple[ViewVerdict, ...]:
+    """What became of every view; `brought`: the figures (5,) [pixel] with each that is not used, by number."""
     errors = bundle.errors(everything, solution)
     lengths = np.linalg.norm(errors, axis=2)
     rms = bundle.view_rms(everything, solution)
@@ -254,12 +267,24 @@ def _verdicts(
         out = np.flatnonzero(~corners.used[number])
         used = len(out) < board.count
         if len(out):
-            without = f"used without {len(out)} of its corners: " if used else ""
-            reason = without + accuse(view.corners, number, solution, board, typical)
+            reason, certain = accuse(view.corners, number, solution, board, typical)
+            if used:
+                reason = f"used without {len(out)} of its corners: {reason}"
+            elif number in brought:
+                reason += f"; {influence.words_with(brought[number], known, advise=not certain)}"
         else:
             reason = odd_line(errors[number].reshape(board.rows, board.columns, 2), typical)
         verdicts.append(ViewVerdict(name=view.name, used=used, rms=float(rms[number]), reason=reason, left_out=out))
     return tuple(verdicts)
+
+
+def _deciding(views: Sequence[View], others: Mapping[int, Figures], known: Figures) -> str:
+    """A sentence about the view that decides most, if that is too much; "" where none does."""
+    if len(others) < influence.FEWEST:
+        return ""
+    number = max(others, key=lambda each: float(influence.sway(others[each], known).max()))
+    words = influence.words_without(others[number], known)
+    return words and f"{views[number].name} {words}."
 
 
 def _warnings(corners: Corners, focal_known: bool) -> tuple[str, ...]:

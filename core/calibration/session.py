@@ -183,6 +183,8 @@ class CameraSession:
             )
         else:
             words = f"Done: 95 % of the picture is known to ±{p95:.2f} px."
+            if self.calibration is not None and self.calibration.deciding:
+                words += f" But {self.calibration.deciding}"
         ready = missing <= 0 and p95 is not None and p95 <= wanted and not self.stale
         spanned = bars([measures(corners, self.board, size) for corners in views])
         return Progress(len(views), p95, wanted, ready, spanned, cells(views, size), words)

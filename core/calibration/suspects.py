@@ -14,8 +14,10 @@ ODD = 6.0  # a whole row or column off by this many standard deviations of its m
 MOST = 0.8  # share of the corners that has to agree before the rest is called misplaced
 
 
-def accuse(pixels: Array, number: int, solution: Solution, board: Board, typical: float) -> str:
-    """Corners (N, 2) of view `number`, of which some or all were left out → what is wrong with them."""
+def accuse(pixels: Array, number: int, solution: Solution, board: Board, typical: float) -> tuple[str, bool]:
+    """Corners (N, 2) of view `number`, of which some or all were left out → what is wrong with them, and whether that
+    is certain whatever the camera is.
+    """
     pose = solution.poses.take(slice(number, number + 1))
     lengths = np.linalg.norm(bundle.errors(_one(board, pixels), Solution(solution.camera, pose))[0], axis=1)
     wrong = lengths > FITS * typical
@@ -23,16 +25,17 @@ def accuse(pixels: Array, number: int, solution: Solution, board: Board, typical
     if lengths.max() > spacing / 2:
         for order, words in _orders(board):
             if _error(pixels[order], board, solution.camera) < FITS * typical:
-                return words
+                return words, True
     if wrong.mean() <= 1 - MOST:
         worst = int(np.argmax(lengths))
         row, column = divmod(worst, board.columns)
         others = f" and {wrong.sum() - 1} more are off" if wrong.sum() > 1 else " is off"
-        return f"the corner in row {row + 1}, column {column + 1}{others}, by up to {lengths[worst]:.1f} px"
-    return (
+        return f"the corner in row {row + 1}, column {column + 1}{others}, by up to {lengths[worst]:.1f} px", True
+    words = (
         f"its corners miss the camera model by {np.sqrt(np.mean(lengths**2)):.1f} px where the others miss by "
         f"{typical:.1f}: blurred, moved during the exposure, corners misplaced, or a bent board"
     )
+    return words, False
 
 
 def odd_line(errors: Array, typical: float) -> str:

@@ -16,6 +16,7 @@ import traceback
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
+from copy import copy
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
@@ -26,16 +27,20 @@ import numpy as np
 from console.microphone import Turn
 from console.wire_audio import AUDIO_RATE, MOST_BYTES
 from console.words_desk import WordsDesk
-from core.errors import BeckonError
+from core.errors import BadInput, BeckonError
 from core.experiments.hearing import Hearer
 from core.experiments.practice_voice import practice_voice
 from core.experiments.side_by_side import side_by_side
+from core.geometry import Pose
 from core.message import Array
 from core.perception.array_check import check
 from core.perception.array_orientation import heard_from
-from core.perception.sound.listener import Listener
+from core.perception.sound.settings import HearingSettings
+from core.pilot.ears import Ears
+from core.robots import Profile
 from core.sensors.microphones import ARRAYS, MicrophoneArray, Sound
 from core.settings import Settings
+from core.slam.estimate import Estimate
 from core.speech.settings import SpeechSettings
 from tests.sound_files import FORMS, write_sound
 
@@ -101,9 +106,9 @@ def samples(chance: np.random.Generator, count: int, channels: int, rate: int, *
 
 
 @cache
-def hearer(profile: int) -> Hearer:
-    """The ears of `beckon hear` with one of PROFILES; -1: with none."""
-    return Hearer(Settings(), None if profile < 0 else PROFILES[profile])
+def hearer() -> Hearer:
+    """The ears of `beckon hear`, whose recognizer takes a second to make."""
+    return Hearer(Settings())
 
 
 @cache
@@ -117,7 +122,8 @@ def recording(chance: np.random.Generator) -> None:
     form = str(chance.choice(FORMS))
     rate, channels = int(chance.choice(RATES)), int(chance.integers(1, 9 if form == "flac" else 17))
     made = samples(chance, length(chance, rate), channels, rate, broken=form in ("float32", "float64"))
-    ears = hearer(int(chance.integers(-1, len(PROFILES))))
+    ears = copy(hearer())
+    ears._array = (None, *PROFILES)[int(chance.integers(len(PROFILES) + 1))]
     channel = int(chance.integers(-1, channels + 1)) if chance.random() < 0.5 else None
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "random.sound"
@@ -182,13 +188,18 @@ def array_words(chance: np.random.Generator) -> None:
 
 
 def directions_live(chance: np.random.Generator) -> None:
-    """The pilot's ears: frame by frame."""
+    """The pilot's ears, frame by frame: what is wrong with the sound is told beside what was heard."""
     array = PROFILES[int(chance.integers(len(PROFILES)))]
     rate, channels = int(chance.choice(RATES)), int(chance.integers(1, 17))
-    listener = Listener(array)
+    ears = Ears(Profile(name="ears", kind="SIM", url="sim:ears", microphones=array), HearingSettings())
     whole = samples(chance, length(chance, rate), channels, rate, broken=True)
     for piece, stamp in pieces(chance, whole, rate, 0.05):
-        listener.feed(Sound(stamp=stamp, rate=rate, samples=piece))
+        sound = Sound(stamp=stamp, rate=rate, samples=piece)
+        here = Estimate(pose=Pose(heading=stamp), covariance=1e-6 * np.eye(3))
+        told = ears.hear(sound, stamp + sound.duration, here)
+        assert told is not None and told.level_db is not None and np.isfinite(told.level_db)
+    if ears.trouble:
+        raise BadInput(ears.trouble)
 
 
 def bench(chance: np.random.Generator) -> None:

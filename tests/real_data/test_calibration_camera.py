@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from core.calibration.offline import calibrate_camera
 from core.calibration.pictures import read_grey
 from core.errors import BadInput
 from core.message import Array
-from tests.real_data.poison import FAULTS
+from tests.real_data.poison import FAULTS, noisy, swapped
 
 pytestmark = pytest.mark.real_data
 BOARD = Board(columns=9, rows=6, square=0.025)
@@ -81,6 +82,18 @@ def test_each_view_in_turn_may_be_poisoned(
         told = calibrate(poisoned, BOARD, SIZE)
         assert told.verdicts[culprit].reason, f"{views[culprit].name} was not named"
         assert abs(told.model.fx - clean.model.fx) < 1.5 and abs(told.model.fy - clean.model.fy) < 1.5
+
+
+def test_no_view_decides_alone_and_one_that_is_left_out_says_what_it_would_change(
+    pictures: list[Path], clean: Calibration
+) -> None:
+    assert clean.deciding == "" and clean.warnings == ()
+    views = corners_of(pictures, 5)
+    for fault in (noisy, swapped):
+        told = calibrate([*views[:3], View(name="bad", corners=fault(views[3].corners)), *views[4:]], BOARD, SIZE)
+        assert not told.verdicts[3].used
+        assert re.search(r"with it f would be 5\d\d\.\d instead of 533\.\d px, \d+ sd", told.verdicts[3].reason)
+        assert ("to decide" in told.verdicts[3].reason) == (fault is noisy)
 
 
 def test_k3_is_not_taken(clean: Calibration) -> None:
