@@ -13,6 +13,8 @@ import { age, metres, speed, whereabouts } from "./format.js";
  */
 
 const STALE_S = 0.8;
+const PLAIN =
+  "Plain HTTP: whoever is on this network can read along and drive the robot. Start Beckon with --tls-cert and --tls-key.";
 
 /**
  * @param {View} view
@@ -38,6 +40,7 @@ export function banners(view) {
     hello.robot.drives && state.slam.looking_around && !state.floor.lost
       ? calmly("looking", "calm", "eye", "Looking around: the robot stands still for a moment to learn the room.")
       : null,
+    view.secure ? null : calmly("plain", "stale", "warning", PLAIN),
   ];
   return told.filter((banner) => banner !== null);
 }

@@ -12,7 +12,7 @@ import { permission } from "./permission.js";
 /** @typedef {import("./link.js").LinkHealth} LinkHealth */
 /** @typedef {import("./drive.js").Permission} Permission */
 /** @typedef {import("./drive.js").DriveFrame} DriveFrame */
-/** @typedef {{text: string, answer: Answer, source: "typed" | "chip" | "click", at: number}} Said `at` [ms]: when it was sent */
+/** @typedef {{text: string, answer: Answer, source: "typed" | "chip" | "click", at: number}} Said `at`: sent [ms] */
 /** @typedef {{seq: number, stamp: number, jpeg: Uint8Array<ArrayBuffer>}} Picture */
 /** @typedef {import("./calibration/shape.js").Calibration} Calibration */
 /**
@@ -23,6 +23,7 @@ import { permission } from "./permission.js";
  * @property {boolean} up
  * @property {Permission} permission
  * @property {boolean} mine we hold the lease
+ * @property {boolean} secure nobody on the way can read along
  */
 
 const STOPS = "stop moving";
@@ -93,7 +94,7 @@ export class Session {
     const { hello, state } = this;
     const up = link.is === "up" && state !== null;
     const mine = up && hello !== null && state.lease.holder_id === hello.you.id;
-    return { hello, state, link, up, mine, permission: permission({ hello, state, up }) };
+    return { hello, state, link, up, mine, permission: permission({ hello, state, up }), secure: isSecureContext };
   }
 
   /**

@@ -110,3 +110,8 @@ test("a lost robot does not say that it looks around as well", () => {
 test("slipping wheels are told", () => {
   assert.match(afloat({ slipping: true })[0]?.text ?? "", /slip/);
 });
+
+test("plain HTTP over a network is told for as long as it is", () => {
+  assert.match(told({ secure: false })[0]?.text ?? "", /Plain HTTP.*--tls-cert/);
+  assert.match(told({ secure: false, ...changed("gate", { state: "halted" }) }).at(-1)?.text ?? "", /Plain HTTP/);
+});

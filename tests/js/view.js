@@ -116,4 +116,5 @@ export const VIEW = {
   up: true,
   mine: true,
   permission: { may: "yes", why: "" },
+  secure: true,
 };
