@@ -35,12 +35,12 @@ class Notices:
         self._troubles[cause] = trouble
         if trouble == before:
             return
-        told = Notice(id=0, stamp=stamp, level=level if trouble else "info", text=trouble or relief, cause=cause)
+        notice = Notice(id=0, stamp=stamp, level=level if trouble else "info", text=trouble or relief, cause=cause)
         hangs = before and any(each.cause == cause for each in self.newest)
         if hangs:
-            self.newest = tuple(replace(told, id=each.id) if each.cause == cause else each for each in self.newest)
+            self.newest = tuple(replace(notice, id=each.id) if each.cause == cause else each for each in self.newest)
         else:
-            self.add(stamp, told.level, told.text, cause)
+            self.add(stamp, notice.level, notice.text, cause)
 
     def watch_pace(self, stamp: float, pace: float) -> None:
         """The share of real time at which the robot's clock runs."""

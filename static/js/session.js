@@ -40,7 +40,7 @@ const STOPS = "stop moving";
  * @property {Said} said
  * @property {api.HistoryRow[]} history
  * @property {api.Kind[]} kinds
- * @property {null} stopped
+ * @property {boolean} stopped STOP was pressed here, and whether it surely left
  * @property {string} trouble a sentence
  * @property {import("./hear/talk.js").Transcript} transcript what was heard in our own microphone
  * @property {null} reading what was said while the button was held is read now
@@ -49,8 +49,7 @@ const STOPS = "stop moving";
  * @property {string} told a sentence for those who do not see the page
  */
 
-/** One press goes two ways; by its number the console records it once. */
-const drawPress = () => Math.floor(Math.random() * 2 ** 53);
+const drawPress = () => Math.floor(Math.random() * 2 ** 53); // one press goes two ways and is recorded once
 
 export class Session {
   /** @type {Hello | null} */
@@ -120,21 +119,19 @@ export class Session {
     }
     const press = drawPress();
     const left = this.link.send({ kind: "stop", press });
-    this.#tell("stopped", null);
-    api.stop(press).catch((refusal) => {
-      if (!left)
-        this.#tell(
-          "trouble",
-          `Stop could not be sent: ${refusal.message} The robot stops by itself when the link is gone.`,
-        );
-    });
+    this.#tell("stopped", left);
+    const why = "The robot stops by itself when the link is gone.";
+    api.stop(press).then(
+      () => left || this.#tell("stopped", true),
+      (refusal) => left || this.complain(`Stop could not be sent: ${refusal.message} ${why}`),
+    );
   }
 
   /** A STOP that stays, by both ways, too. */
   halt() {
     const press = drawPress();
     const left = this.link.send({ kind: "halt", press });
-    const why = "The robot stops by itself when the link is gone, but it may be driven again after that.";
+    const why = "The robot stops by itself when the link is gone, but may be driven again after that.";
     api.halt(press).then(
       (halted) => left || halted.latched || this.complain(halted.why ?? "The halt is not saved."), // the socket says it
       (refusal) => left || this.complain(`Halt could not be sent: ${refusal.message} ${why}`),

@@ -20,7 +20,7 @@ import { fixed, speed, turnRate } from "./format.js";
 /** @typedef {{words: string, why: string, at: number, meant: readonly string[]}} Refusal an answer whose row of the history is still to come */
 
 export const STAYS_MS = 8000; // a result; the history keeps it
-export const ASKS_MS = 20000; // a refusal that offers what may have been meant: somebody must find time to press it
+export const ASKS_MS = 20000; // a refusal that offers what may have been meant: time to read and press it
 export const SLOW_MS = 3000; // of reading what was said, from which on that is told
 export const GIVE_UP_MS = 8000;
 const MOST = 50; // of what is remembered of rows
@@ -39,7 +39,7 @@ const line = (icon, words, remark, state, meant = []) => ({ icon, words, remark,
 
 const LOST = line("unlinked", "Link lost", "The robot stops by itself.", "lost");
 const STOPPED = line("stop", "Stopped", "", "stopped");
-const UNSENT = line("unlinked", "No link", "STOP cannot be sent now; the robot stops by itself.", "lost");
+const UNSENT = line("unlinked", "No link", "STOP may not arrive; the robot stops by itself.", "lost");
 const HALTED = line("halt", "Halted", "Nothing moves until the halt is reset.", "halted");
 const RESET = line("done", "Reset, ready", "The reset moved nothing.", "done");
 const UNHEARD = line("refused", "I did not get it", "Say it again, or type it.", "refused");
@@ -86,13 +86,13 @@ export class StatusLog {
 
   /**
    * STOP was pressed on this page.
-   * @param {boolean} up
+   * @param {boolean} sent
    * @param {number} now [ms]
    */
-  stopped(up, now) {
+  stopped(sent, now) {
     this.#since.delete("reading"); // it is void
     this.#stoppedAt = now;
-    this.#happen(now, up ? STOPPED : UNSENT);
+    this.#happen(now, sent ? STOPPED : UNSENT);
   }
 
   /**
@@ -110,7 +110,8 @@ export class StatusLog {
    */
   answered({ text, answer, at }, now) {
     if (!answer.ok) {
-      this.#refuse(text, answer.detail ?? "", answer.suggestions ?? [], at, now);
+      const row = answer.status > 0; // what was not sent stands in no history
+      this.#refuse({ words: text, why: answer.detail ?? "", at, meant: answer.suggestions ?? [] }, row, now);
     } else if (answer.detail === "stop moving") {
       this.#stoppedAt = Math.max(this.#stoppedAt, at);
       this.#happen(at, STOPPED, now);
@@ -130,7 +131,7 @@ export class StatusLog {
     if (!final) return;
     const awaited = this.#since.delete("reading");
     if (accepted || overtaken) return;
-    if (words) this.#refuse(words, reason, suggestions, now, now);
+    if (words) this.#refuse({ words, why: reason, at: now, meant: suggestions }, true, now);
     else if (awaited) this.#happen(now, { ...UNHEARD, remark: reason || UNHEARD.remark });
   }
 
@@ -167,8 +168,8 @@ export class StatusLog {
       this.#tellOfStop(row);
     } else {
       const room = row.source === "ears" && row.state === "refused";
-      const told = ending(row.remark ? row : { ...row, remark: answered?.why ?? "" });
-      this.#happen(answered?.at ?? at, { ...told, meant: answered?.meant ?? [], room }, now);
+      const result = ending(row.remark ? row : { ...row, remark: answered?.why ?? "" });
+      this.#happen(answered?.at ?? at, { ...result, meant: answered?.meant ?? [], room }, now);
     }
   }
 
@@ -226,23 +227,21 @@ export class StatusLog {
 
   /**
    * @param {number} at [ms] when it came about
-   * @param {StatusLine} told
+   * @param {StatusLine} what
    * @param {number} [now] [ms]
    */
-  #happen(at, told, now = at) {
+  #happen(at, what, now = at) {
     if (this.#event && at < this.#event.at) return;
-    this.#event = { at, until: now + (told.meant.length ? ASKS_MS : STAYS_MS), line: told };
+    this.#event = { at, until: now + (what.meant.length ? ASKS_MS : STAYS_MS), line: what };
   }
 
   /**
-   * @param {string} words
-   * @param {string} why
-   * @param {readonly string[]} meant
-   * @param {number} at [ms] when it was said
+   * @param {Refusal} refusal
+   * @param {boolean} row whether a row of the history will repeat it
    * @param {number} now [ms]
    */
-  #refuse(words, why, meant, at, now) {
-    this.#refused = [...this.#refused, { words, why, at, meant }].slice(-MOST);
+  #refuse({ words, why, at, meant }, row, now) {
+    if (row) this.#refused = [...this.#refused, { words, why, at, meant }].slice(-MOST);
     if (at < this.#stoppedAt) return;
     this.#happen(at, line("refused", words, outcome("refused", why), "refused", meant), now);
   }
@@ -258,9 +257,9 @@ export class StatusLog {
 
   /** @param {HistoryRow} row that ended after a stop, and had begun before it */
   #tellOfStop(row) {
-    const told = this.#event;
-    if (told?.line.state !== "stopped" || row.state !== "cancelled") return;
-    this.#event = { ...told, line: { ...told.line, remark: `${wordsOf(row)}: cancelled.` } };
+    const stop = this.#event;
+    if (stop?.line.state !== "stopped" || row.state !== "cancelled") return;
+    this.#event = { ...stop, line: { ...stop.line, remark: `${wordsOf(row)}: cancelled.` } };
   }
 
   /**

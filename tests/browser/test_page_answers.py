@@ -75,21 +75,31 @@ def test_the_pages_about_the_ears_open_on_a_phone(visit: Open, console: Running)
 
 
 def test_words_heard_with_a_doubt_stand_in_the_box_and_can_be_pressed(visit: Open, console: Running) -> None:
+    rests: list[int] = []
+
     def doubtful(line: WebSocketRoute) -> None:
-        """A console that hears everything with a doubt."""
+        """A console that never comes to an end with the first words, and hears the next with a doubt."""
 
         def answer(told: str | bytes) -> None:
             kind = json.loads(told)["kind"] if isinstance(told, str) else ""
             if kind == "listen":
                 line.send(json.dumps({"kind": "listening", "on": True, "why": ""}))
             elif kind == "rest":
-                line.send(json.dumps(DOUBTED))
+                rests.append(1)
+                if len(rests) > 1:
+                    line.send(json.dumps(DOUBTED))
 
         line.on_message(answer)
 
     here = visit(before=lambda page: page.route_web_socket("**/ws/audio", doubtful))
     wheel = here.find(".lease-text")
     here.until(lambda: wheel.inner_text() in ("You drive", "Nobody drives"), "the wheel is free", 60.0)
+    here.page.keyboard.down("v")
+    expect(here.find(".voice-says")).to_contain_text("Listening", timeout=LONG)
+    here.page.keyboard.up("v")
+    status = here.find("command-status")
+    for told in ("Reading what you said", "slow at reading; type, or wait", "I did not get it"):
+        expect(status).to_contain_text(told)
     here.page.keyboard.down("v")
     expect(here.find(".voice-says")).to_contain_text("Listening", timeout=LONG)
     here.page.keyboard.up("v")

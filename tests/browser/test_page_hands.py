@@ -132,7 +132,7 @@ def test_without_a_link_stop_and_halt_say_what_happens_instead(visit: Open, cons
     expect(here.find(".picture-age")).to_have_text(re.compile("s old$"))
     expect(here.find(".quality-chip")).to_have_text("Old picture")
     here.button("STOP no link").click()
-    expect(here.find("command-status")).to_contain_text("STOP cannot be sent now; the robot stops by itself")
+    expect(here.find("command-status")).to_contain_text("STOP may not arrive; the robot stops by itself")
     expect(here.find("notice-toasts")).to_contain_text("Stop could not be sent")
     here.find("app-menu button").first.click()
     expect(here.find(".menu").get_by_role("button", name="Reset the halt")).to_be_disabled()

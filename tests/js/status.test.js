@@ -55,25 +55,25 @@ function fresh() {
 }
 
 /** @param {StatusLog} log @param {View} view @param {number} now */
-function told(log, view, now) {
+function shown(log, view, now) {
   log.saw(view, now);
   const { words, remark, meant } = log.line(view, now, READY);
   return [words, remark, ...meant].filter(Boolean).join(" | ");
 }
 
 test("with nothing to tell it is ready, and what was before the page opened is no news", () => {
-  assert.equal(told(fresh(), IDLE, 10), "Ready | Type.");
+  assert.equal(shown(fresh(), IDLE, 10), "Ready | Type.");
 });
 
 test("a command runs, is done, and fades", () => {
   const log = fresh();
   log.answered(said("turn left", true, 100, { id: 7, detail: "turn left" }), 120);
-  assert.equal(told(log, IDLE, 130), "turn left");
-  assert.equal(told(log, RUNS, 200), "turn left");
+  assert.equal(shown(log, IDLE, 130), "turn left");
+  assert.equal(shown(log, RUNS, 200), "turn left");
   log.saw(IDLE, 2000);
   log.ended([row(7, "done")], 2000, 2010);
-  assert.equal(told(log, IDLE, 2020), "turn left | done");
-  assert.equal(told(log, IDLE, 2010 + STAYS_MS + 1), "Ready | Type.");
+  assert.equal(shown(log, IDLE, 2020), "turn left | done");
+  assert.equal(shown(log, IDLE, 2010 + STAYS_MS + 1), "Ready | Type.");
 });
 
 test("STOP overtakes every result, also one whose row comes late", () => {
@@ -82,13 +82,13 @@ test("STOP overtakes every result, also one whose row comes late", () => {
   log.saw(IDLE, 1900);
   log.ended([row(7, "done")], 1900, 1910);
   log.stopped(true, 3000);
-  assert.equal(told(log, IDLE, 3010), "Stopped");
+  assert.equal(shown(log, IDLE, 3010), "Stopped");
   const late = fresh();
   late.saw(RUNS, 100);
   late.stopped(true, 3000);
   late.ended([row(7, "done")], 3050, 3060);
-  assert.equal(told(late, IDLE, 3070), "Stopped");
-  assert.equal(told(late, IDLE, 3000 + STAYS_MS + 1), "Ready | Type.");
+  assert.equal(shown(late, IDLE, 3070), "Stopped");
+  assert.equal(shown(late, IDLE, 3000 + STAYS_MS + 1), "Ready | Type.");
 });
 
 test("STOP says which command it cancelled, and a new command is newer than STOP", () => {
@@ -96,8 +96,8 @@ test("STOP says which command it cancelled, and a new command is newer than STOP
   log.saw(RUNS, 100);
   log.stopped(true, 3000);
   log.ended([row(7, "cancelled", { remark: "Stopped by Ada." })], 3050, 3060);
-  assert.equal(told(log, IDLE, 3070), "Stopped | turn left: cancelled.");
-  assert.equal(told(log, seen({ command: { ...RUNNING, id: 8, heard_as: "turn right" } }), 3500), "turn right");
+  assert.equal(shown(log, IDLE, 3070), "Stopped | turn left: cancelled.");
+  assert.equal(shown(log, seen({ command: { ...RUNNING, id: 8, heard_as: "turn right" } }), 3500), "turn right");
 });
 
 test("an answer to words that were sent before STOP does not overtake it", () => {
@@ -105,45 +105,47 @@ test("an answer to words that were sent before STOP does not overtake it", () =>
   log.stopped(true, 1000);
   log.answered(said("turn lift", false, 990, { detail: "Unknown.", suggestions: ["turn left"] }), 1040);
   log.answered(said("turn left", true, 995, { id: 9, detail: "turn left" }), 1050);
-  assert.equal(told(log, IDLE, 1060), "Stopped");
+  assert.equal(shown(log, IDLE, 1060), "Stopped");
 });
 
 test("a stop in words is a stop", () => {
   const log = fresh();
   log.answered(said("stop", true, 1000, { id: 9, detail: "stop moving" }), 1040);
-  assert.equal(told(log, IDLE, 1060), "Stopped");
+  assert.equal(shown(log, IDLE, 1060), "Stopped");
   log.ended([row(9, "done", { name: "stop_moving", words: "stop", heard_as: "stop moving" })], 1100, 1110);
-  assert.equal(told(log, IDLE, 1120), "Stopped");
+  assert.equal(shown(log, IDLE, 1120), "Stopped");
 });
 
 test("after the reset of a halt its refusals are gone", () => {
   const log = fresh();
-  assert.equal(told(log, HALTED, 1000), "Halted | Nothing moves until the halt is reset.");
+  assert.equal(shown(log, HALTED, 1000), "Halted | Nothing moves until the halt is reset.");
   log.answered(said("turn left", false, 1500, { detail: "The robot is halted." }), 1520);
   log.ended([row(9, "refused", { remark: "The robot is halted." })], 1530, 1540);
-  assert.equal(told(log, HALTED, 1600), "turn left | refused. The robot is halted.");
-  assert.equal(told(log, IDLE, 2000), "Reset, ready | The reset moved nothing.");
-  assert.equal(told(log, IDLE, 2000 + STAYS_MS + 1), "Ready | Type.");
-  assert.match(told(log, HALTED, 20_000), /^Halted/);
+  assert.equal(shown(log, HALTED, 1600), "turn left | refused. The robot is halted.");
+  assert.equal(shown(log, IDLE, 2000), "Reset, ready | The reset moved nothing.");
+  assert.equal(shown(log, IDLE, 2000 + STAYS_MS + 1), "Ready | Type.");
+  assert.match(shown(log, HALTED, 20_000), /^Halted/);
 });
 
 test("driving by hand shows its speed and ends what was told before", () => {
   const log = fresh();
   log.ended([row(7, "done")], 900, 910);
-  assert.equal(told(log, BY_HAND, 1000), "Driving by hand | 0.18 m/s");
-  assert.equal(told(log, IDLE, 1500), "Ready | Type.");
-  assert.equal(told(log, { ...BY_HAND, mine: false }, 2000), "Ada drives by hand | 0.18 m/s");
+  assert.equal(shown(log, BY_HAND, 1000), "Driving by hand | 0.18 m/s");
+  assert.equal(shown(log, IDLE, 1500), "Ready | Type.");
+  assert.equal(shown(log, { ...BY_HAND, mine: false }, 2000), "Ada drives by hand | 0.18 m/s");
   log.stopped(true, 2100);
-  assert.equal(told(log, BY_HAND, 2110), "Stopped"); // the wheels still turn: it is the newest all the same
+  assert.equal(shown(log, BY_HAND, 2110), "Stopped"); // the wheels still turn: it is the newest all the same
 });
 
 test("a lost link is newer than a refusal, and STOP without a link does not claim to have stopped anything", () => {
   const log = fresh();
   log.answered(said("sing", false, 900, { detail: "Unknown." }), 910);
-  assert.equal(told(log, LOST, 1000), "Link lost | The robot stops by itself.");
+  assert.equal(shown(log, LOST, 1000), "Link lost | The robot stops by itself.");
   log.stopped(false, 1500);
-  assert.match(told(log, LOST, 1510), /^No link \| STOP cannot be sent now/);
-  assert.equal(told(log, IDLE, 1500 + STAYS_MS + 1), "Ready | Type.");
+  assert.match(shown(log, LOST, 1510), /^No link \| STOP may not arrive/);
+  log.stopped(true, 1550); // by HTTP
+  assert.equal(shown(log, LOST, 1560), "Stopped");
+  assert.equal(shown(log, IDLE, 1550 + STAYS_MS + 1), "Ready | Type.");
 });
 
 test("a refusal leaves the running command alone: told for a while, then what runs is told again", () => {
@@ -151,10 +153,10 @@ test("a refusal leaves the running command alone: told for a while, then what ru
   log.saw(RUNS, 100);
   log.answered(said("come here", false, 1000, { detail: "I heard nobody." }), 1010);
   log.ended([row(8, "refused", { words: "come here", heard_as: "" }), row(7, "running")], 1020, 1030);
-  assert.equal(told(log, RUNS, 1100), "come here | refused. I heard nobody.");
-  assert.equal(told(log, RUNS, 1030 + STAYS_MS + 1), "turn left");
+  assert.equal(shown(log, RUNS, 1100), "come here | refused. I heard nobody.");
+  assert.equal(shown(log, RUNS, 1030 + STAYS_MS + 1), "turn left");
   log.ended([row(8, "refused"), row(7, "failed", { remark: "Blocked." })], 12_000, 12_010); // it is not the newest row
-  assert.equal(told(log, IDLE, 12_020), "turn left | failed. Blocked.");
+  assert.equal(shown(log, IDLE, 12_020), "turn left | failed. Blocked.");
 });
 
 test("what may have been meant stays longer, and a late row of an earlier refusal does not overtake it", () => {
@@ -162,32 +164,32 @@ test("what may have been meant stays longer, and a late row of an earlier refusa
   log.answered(said("continue 99", false, 500, { detail: "Too far." }), 510);
   log.answered(said("turn lift", false, 900, { detail: "Unknown.", suggestions: ["turn left"] }), 910);
   log.ended([row(8, "refused", { words: "continue 99", heard_as: "", remark: "Too far." })], 950, 960);
-  assert.equal(told(log, IDLE, 970), "turn lift | refused. Unknown. | turn left");
+  assert.equal(shown(log, IDLE, 970), "turn lift | refused. Unknown. | turn left");
   log.ended([row(9, "refused", { words: "turn lift", heard_as: "", remark: "Unknown." })], 980, 990);
-  assert.equal(told(log, IDLE, 990 + STAYS_MS + 1), "turn lift | refused. Unknown. | turn left");
-  assert.equal(told(log, IDLE, 990 + ASKS_MS + 1), "Ready | Type.");
+  assert.equal(shown(log, IDLE, 990 + STAYS_MS + 1), "turn lift | refused. Unknown. | turn left");
+  assert.equal(shown(log, IDLE, 990 + ASKS_MS + 1), "Ready | Type.");
 });
 
 test("nothing is offered after STOP, neither what was offered before nor what was said before it", () => {
   const log = fresh();
   log.heard(REFUSED, 1000);
-  assert.match(told(log, IDLE, 1010), /start$/);
+  assert.match(shown(log, IDLE, 1010), /start$/);
   log.heard({ ...REFUSED, words: "stop", final: false, accepted: true, heard_as: "stop moving" }, 1500);
   log.heard({ ...REFUSED, suggestions: [], overtaken: true }, 1600);
   log.ended([row(9, "refused", { words: "start", heard_as: "", source: "voice" })], 1450, 1700);
-  assert.equal(told(log, IDLE, 1710), "Stopped");
+  assert.equal(shown(log, IDLE, 1710), "Stopped");
 });
 
 test("between the spoken words and their result it says that it reads, that this is slow, and that nothing came", () => {
   const log = fresh();
   log.reads(1000);
-  assert.match(told(log, IDLE, 1500), /^Reading what you said… \| 0\.5 s/);
-  assert.match(told(log, IDLE, 1000 + SLOW_MS), /slow at reading; type, or wait/);
-  assert.match(told(log, IDLE, 1000 + GIVE_UP_MS), /^I did not get it/);
+  assert.match(shown(log, IDLE, 1500), /^Reading what you said… \| 0\.5 s/);
+  assert.match(shown(log, IDLE, 1000 + SLOW_MS), /slow at reading; type, or wait/);
+  assert.match(shown(log, IDLE, 1000 + GIVE_UP_MS), /^I did not get it/);
   log.reads(20_000);
   log.heard({ ...REFUSED, words: "", reason: "" }, 20_500);
-  assert.match(told(log, IDLE, 20_510), /^I did not get it/);
+  assert.match(shown(log, IDLE, 20_510), /^I did not get it/);
   log.reads(40_000);
   log.heard({ ...REFUSED, accepted: true, heard_as: "turn left" }, 40_500);
-  assert.equal(told(log, IDLE, 40_510), "Ready | Type.");
+  assert.equal(shown(log, IDLE, 40_510), "Ready | Type.");
 });

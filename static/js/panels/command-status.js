@@ -55,7 +55,7 @@ class CommandStatus extends Panel {
     this.session.on("said", (said) => this.#answered(said));
     this.session.on("transcript", (transcript) => this.#log.heard(transcript, performance.now()));
     this.session.on("reading", () => this.#log.reads(performance.now()));
-    this.session.on("stopped", () => this.#log.stopped(this.session.view.up, performance.now()));
+    this.session.on("stopped", (sent) => this.#log.stopped(sent, performance.now()));
     this.session.on("heard", (view) => this.#log.saw(view, performance.now()));
     this.session.on("history", (rows) => this.#ended(rows));
   }

@@ -48,7 +48,7 @@ class RecordCard extends Panel {
   #open = "history";
   #empty = make("p", { class: "record-empty" });
   #newestNotice = -1;
-  #toldNotices = "";
+  #listedNotices = "";
   #seenNotice = -1;
 
   /** @override */
@@ -99,9 +99,9 @@ class RecordCard extends Panel {
     for (const button of this.#history.querySelectorAll("button")) button.disabled = permission.may === "no";
     const notices = state?.notices ?? [];
     const newest = notices.at(-1)?.id ?? -1;
-    const told = notices.map(({ id, text }) => `${id} ${text}`).join("|"); // a notice may change and end
-    if (told === this.#toldNotices) return;
-    [this.#newestNotice, this.#toldNotices] = [newest, told];
+    const listed = notices.map(({ id, text }) => `${id} ${text}`).join("|"); // a notice may change and end
+    if (listed === this.#listedNotices) return;
+    [this.#newestNotice, this.#listedNotices] = [newest, listed];
     if (this.#open === "notices") this.#seenNotice = newest;
     const unseen = notices.filter(({ id }) => id > this.#seenNotice).length;
     this.#count.hidden = unseen === 0;

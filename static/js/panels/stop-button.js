@@ -11,7 +11,7 @@ const TOUCH_MS = 600; // the click that follows a touch is the same press
 
 const STOPS = "Stops the robot and cancels what it was doing. A software stop: it is no emergency stop.";
 const PAUSES = "Pauses the recording. Nothing moves here.";
-const UNLINKED = "No link: STOP cannot be sent. The robot stops by itself.";
+const UNLINKED = "No link: STOP may not arrive. The robot stops by itself.";
 
 class StopButton extends Panel {
   #icon = icon("stop");
