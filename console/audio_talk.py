@@ -158,6 +158,8 @@ class AudioTalk:
         except Refused as busy:
             self._tell(wire.Listening(False, str(busy)))
             return
+        now = time.monotonic()
+        turn.sent(self._runtime.states.oldest(wish.seen, now), now)
         self._turn = turn
         self._stops.another_clock()
         self._tell(wire.Listening(True))

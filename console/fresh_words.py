@@ -17,7 +17,9 @@ from console.logins import Person
 from core.commands.careful import OBEYED_WITHIN
 
 SPOKEN = ("ears", "voice")  # sources of words that somebody said aloud
+READ = (*SPOKEN, "file")  # sources whose words were there before the console knew them
 TOO_LATE = "The words were understood {:.1f} s after they were spoken, which is too late to act on them."
+ON_ITS_WAY = "This command was {:.1f} s on its way, which is too late to act on it. Give it again."
 VOID = "Not obeyed, because something came after these words: {} Give the command again."
 CLOSED = "{} closed the page after these words; they are not obeyed."
 ABSENT = "Spoken commands take control only for an operator whose page is open. Open the page and say it again."
@@ -82,7 +84,9 @@ class FreshWords:
         now = time.monotonic()
         age = (now if said.taken is None else said.taken) - said.ended
         if age > OBEYED_WITHIN:
-            return TOO_LATE.format(age)
+            return (TOO_LATE if source in READ else ON_ITS_WAY).format(age)
+        if source not in READ:
+            return ""
         others = (
             one for one in reversed(self._stops) if one.utterance is None or one.utterance is not said.utterance
         )

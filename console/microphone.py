@@ -54,14 +54,20 @@ class Turn:
         self._waiting: list[Array] = []
         self._samples = 0  # that wait
         self._start: float | None = None  # [s] of the first that waits, by the browser's clock
+        self._on_its_way = 0.0  # [s] that the first of it may have been, at most
         self._lead = -np.inf  # [s] by which the browser's clock is ahead of ours, as far as its sound shows
+
+    def sent(self, oldest: float, now: float) -> None:
+        """The page began this turn not before `oldest` [s] of our clock; the sound that comes first is from then."""
+        self._on_its_way = max(0.0, now - oldest)
 
     def add(self, samples: Array, stamp: float) -> None:
         """Sound (N,) of full scale ±1, first at `stamp` [s] of the browser's clock."""
         if self.over:
             return
         end = stamp + len(samples) / AUDIO_RATE
-        self._lead = max(self._lead, end - time.monotonic())
+        self._lead = max(self._lead, end - time.monotonic() + self._on_its_way)
+        self._on_its_way = 0.0
         expected = None if self._start is None else self._start + self._samples / AUDIO_RATE
         if expected is None or abs(stamp - expected) > JUMP or self.waiting > MOST_WAITING:
             if self.waiting > MOST_WAITING:

@@ -40,6 +40,7 @@ from console.scene import Scene
 from console.security import Access
 from console.sockets import Sockets
 from console.spoken_orders import SpokenOrders
+from console.state_times import StateTimes
 from console.tasks import end
 from console.watch import Watch
 from core.errors import BeckonError
@@ -81,6 +82,7 @@ class Runtime:
         self.workbench = Workbench(home, robot, self.hub, self.board.tell, self._look_through)
         self.array = ArrayBench(home, robot, lambda: self._look_through(self.workbench.profile()))
         self.people = School(home, robot, self.door, self.board.tell, lambda: self.workbench.newest)
+        self.states = StateTimes()
         self.snapshot: Snapshot | None = None
         self.over = False  # the console is ending
         self.trouble = ""  # why the robot did not come
@@ -167,6 +169,7 @@ class Runtime:
             now=now,
         )
         self._seq += 1
+        self.states.note(self._seq, now)
         return draw(self.snapshot, around, self._seq)
 
     @property

@@ -17,6 +17,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from console import wire
 from console.brakes import latched
+from console.fresh_words import Said
 from console.latest import Closing, Viewer
 from console.logins import Person
 from console.portrait import card
@@ -163,7 +164,9 @@ class Talk:
             case wire.Echo():
                 return wire.EchoBack(message.t)
             case wire.Say():
-                deed = door.submit(message.text, message.source, person)
+                now = time.monotonic()
+                given = self._runtime.states.oldest(message.seen, now)
+                deed = door.submit(message.text, message.source, person, said=Said(now, given))
                 return wire.Answer(message.ref, True, 202, deed.heard_as, id=deed.id)
             case wire.LeaseWish():
                 door.wish(message.do, person)

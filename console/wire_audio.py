@@ -22,9 +22,13 @@ class Inward(Struct, tag_field="kind", forbid_unknown_fields=True):
 
 
 class Listen(Inward, tag="listen"):
-    """What follows is speech: until `rest` (the button is held), or whatever the silences cut out of it (open)."""
+    """What follows is speech: until `rest` (the button is held), or whatever the silences cut out of it (open).
+
+    `seen`: `seq` of the newest state that the page has (0: none), which dates the sound that is sent next.
+    """
 
     mode: ListenMode
+    seen: int = 0
 
 
 class Rest(Inward, tag="rest"):

@@ -34,11 +34,12 @@ class Stop(Inward, tag="stop"):
 
 
 class Say(Inward, tag="command"):
-    """Words for the robot."""
+    """Words for the robot. `seen`: `seq` of the newest state that the page has (0: none), which dates them."""
 
     text: Short
     source: Source
     ref: Count
+    seen: Count = 0
 
 
 class LeaseWish(Inward, tag="lease"):

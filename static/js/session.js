@@ -96,6 +96,11 @@ export class Session {
     return { hello, state, link, up, mine, permission: permission({ hello, state, up }), secure: isSecureContext };
   }
 
+  /** The newest state's number: it dates what we send, should the link hold it up. */
+  get seen() {
+    return this.state?.seq ?? 0;
+  }
+
   /**
    * Words for the robot.
    * @param {string} text
@@ -103,7 +108,9 @@ export class Session {
    */
   async say(text, source) {
     const at = performance.now();
-    const answer = await this.#asking.ask((ref) => this.link.send({ kind: "command", text, source, ref }));
+    const answer = await this.#asking.ask((ref) =>
+      this.link.send({ kind: "command", text, source, ref, seen: this.seen }),
+    );
     if (answer.ok && answer.detail === STOPS) this.#stoppedAt = Math.max(this.#stoppedAt, at);
     this.#tell("said", { text, answer, source, at });
     return answer;

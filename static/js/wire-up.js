@@ -51,12 +51,13 @@
  */
 
 /**
- * Words for the robot.
+ * Words for the robot. `seen`: `seq` of the newest state that the page has (0: none), which dates them.
  * @typedef {object} Say
  * @property {'command'} kind
  * @property {string} text
  * @property {'typed' | 'chip' | 'click'} source
  * @property {number} ref
+ * @property {number} [seen]
  */
 
 /**

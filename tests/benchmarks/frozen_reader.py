@@ -18,7 +18,9 @@ import time
 from typing import Any
 
 import psutil
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
+from websockets.sync.connection import Connection
 
 from console.wire_audio import AUDIO_HEADER, AUDIO_KIND, AUDIO_RATE
 from core.gate.trace import read_trace
@@ -42,22 +44,20 @@ class Page:
         self._control = connect(url, origin=origin, compression=None, max_size=None)
         self._sound = connect(f"{url}/audio", origin=origin, compression=None)
         self._begun = time.monotonic()
-        for act in (self._live, self._read, self._listen):
-            threading.Thread(target=act, daemon=True).start()
-        self.heard: list[dict[str, Any]] = []
+        threading.Thread(target=self._live, daemon=True).start()
+        for line in (self._control, self._sound):
+            threading.Thread(target=self._read, args=(line,), daemon=True).start()
 
     def _live(self) -> None:
-        while True:
-            self._control.send(json.dumps({"kind": "echo", "t": 0.0}))
-            time.sleep(0.5)
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                self._control.send(json.dumps({"kind": "echo", "t": 0.0}))
+                time.sleep(0.5)
 
-    def _read(self) -> None:
-        for _ in self._control:
-            pass
-
-    def _listen(self) -> None:
-        for message in self._sound:
-            self.heard.append(json.loads(message))
+    def _read(self, line: Connection) -> None:
+        with contextlib.suppress(ConnectionClosed):
+            for _ in line:
+                pass
 
     def say(self, samples: bytes) -> None:
         """As fast as one speaks, with the button held."""

@@ -1,7 +1,7 @@
 """Whether words ever move the robot late, in many stories: `python -m tests.benchmarks.late_words [LAST [FIRST]]`.
 
 Each story is nine seconds of people who speak at two ears, write, type, stop, drive by hand, take over and
-close pages, while the reader of words is slow or frozen. Time is only counted; see `tests.console.words_in_time`.
+close pages, while the reader of words is slow or frozen. Time is only counted; see `tests.stories.words_in_time`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from tests.console.words_in_time import told_story
+from tests.stories.words_in_time import told_story
 
 
 def say(words: str) -> None:

@@ -15,6 +15,7 @@ from console.lease import GRACE, Lease
 from console.logins import Person
 from console.notice_board import NoticeBoard
 from console.problems import Problem
+from console.state_times import REMEMBERED, StateTimes
 from console.text_orders import WRITER
 from core.commands.command import Command
 from core.errors import Refused
@@ -175,3 +176,36 @@ def test_a_program_renews_the_lease_that_it_holds(live: Live) -> None:
     assert ask("renew", live.viewer).status == 403
     other = live.runtime.access.logins.issue("other", "operator")
     assert ask("renew", other).status == 409
+
+
+def test_a_command_that_was_long_on_its_way_moves_nothing_and_stop_always_acts(live: Live) -> None:
+    with live.open() as line:
+        old = hear(line, "state")["seq"]
+        for number in range(3):
+            say(
+                line,
+                kind="command",
+                text="turn left",
+                source="typed",
+                ref=number + 1,
+                seen=hear(line, "state")["seq"],
+            )
+            assert hear(line, "answer")["ok"]
+        time.sleep(2.1)
+        say(line, kind="command", text="turn left", source="typed", ref=4, seen=old)
+        refused = hear(line, "answer")
+        assert (refused["status"], "on its way" in refused["detail"]) == (409, True)
+        say(line, kind="command", text="stop", source="typed", ref=5, seen=old)
+        assert hear(line, "answer")["ok"]
+        say(line, kind="command", text="turn left", source="typed", ref=6, seen=10**9)  # of another console's life
+        assert hear(line, "answer")["ok"]
+
+
+def test_what_names_a_state_is_as_old_as_that_and_never_younger_than_its_arrival() -> None:
+    states = StateTimes()
+    assert states.oldest(3, 50.0) == 50.0
+    for seq in range(1, REMEMBERED + 10):
+        states.note(seq, seq / 20)
+    assert states.oldest(100, 99.0) == 5.0
+    assert states.oldest(1, 99.0) == 0.5  # forgotten: not younger than the oldest that is known
+    assert states.oldest(0, 99.0) == states.oldest(REMEMBERED + 10, 99.0) == 99.0

@@ -68,13 +68,16 @@ export class Talk {
     socket?.close(1000);
   }
 
-  /** @param {"held" | "open"} mode */
-  begin(mode) {
+  /**
+   * @param {"held" | "open"} mode
+   * @param {number} seen number of the newest state
+   */
+  begin(mode, seen) {
     const socket = this.#socket;
     if (!socket || this.#speaking) return false;
     this.#speaking = true;
     const say = () => {
-      socket.send(JSON.stringify({ kind: "listen", mode }));
+      socket.send(JSON.stringify({ kind: "listen", mode, seen }));
       for (const { pcm, at } of this.#before) this.#send(pcm, at);
       this.#before = [];
     };

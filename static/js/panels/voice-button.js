@@ -142,7 +142,7 @@ export class VoiceButton extends Panel {
       return;
     }
     if (mode === "held" && !this.#held) return; // let go while the browser asked
-    this.#talk.begin(mode);
+    this.#talk.begin(mode, this.session.seen);
     this.#draw();
   }
 

@@ -13,7 +13,7 @@ import pytest
 
 from console.fresh_words import ABSENT, FreshWords, Said
 from console.logins import Person
-from tests.console.words_in_time import told_story
+from tests.stories.words_in_time import told_story
 
 QUICK = 100  # stories; tests.benchmarks.late_words tells 100,000
 SEARCHED = 600  # stories at most, until one shows that a part of the rule is missing

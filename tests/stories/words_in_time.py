@@ -34,6 +34,7 @@ from console.notice_board import NoticeBoard
 from console.problems import Problem
 from console.sockets import Sockets
 from console.spoken_orders import SpokenOrders
+from console.state_times import StateTimes
 from console.text_files import Written
 from console.text_orders import TextOrders
 from console.wire_audio import AUDIO_HEADER, AUDIO_KIND, AUDIO_RATE
@@ -44,7 +45,7 @@ from core.gate import Twist
 from core.gate.status import GateStatus
 from core.sensors import Sound
 from core.speech.grammar import understand
-from tests.console.virtual_time import WALL, Clock, virtual_time
+from tests.stories.virtual_time import WALL, Clock, virtual_time
 
 ANNA, BERT, GUEST = Person("a", "Anna", "operator"), Person("b", "Bert", "operator"), Person("v", "Vera", "viewer")
 PIECE = 0.25  # [s] of sound
@@ -168,7 +169,7 @@ class Story:
         self.intents = Waiting(self.door, self.lease, history, board)
         self.intents.seen = self.seen
         self.spoken = SpokenOrders(self.ears, self.door, self.lease, self.intents, board)
-        self.sockets, self.history = Sockets(), history
+        self.sockets, self.history, self.states = Sockets(), history, StateTimes()
         self.voice = SimpleNamespace(muted=False)
         self.pages: dict[str, Page] = {}
         self.heard_until = 0.0  # [s]
@@ -378,6 +379,7 @@ class Page:
         self._story, self.ahead = story, story.chance.uniform(0, 1e5)
         self._up: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
         self.heard: list[dict[str, Any]] = []  # what came down
+        self.seen = 0  # number of the newest state
         if control:
             story.lease.connected(who, story.now)
         self._task = asyncio.get_running_loop().create_task(AudioTalk(story, self, who).run())  # type: ignore[arg-type]
@@ -404,7 +406,8 @@ class Page:
         story = self._story
         if story.microphone._turn is not None:
             return
-        self._up.put_nowait({"type": "websocket.receive", "text": '{"kind":"listen","mode":"held"}'})
+        wish = json.dumps({"kind": "listen", "mode": "held", "seen": self.seen})
+        self._up.put_nowait({"type": "websocket.receive", "text": wish})
         await asyncio.sleep(0.001)
         story.page_reader.say(one, self.ahead)
         at = one.begun

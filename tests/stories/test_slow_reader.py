@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from tests.console.virtual_time import virtual_time
-from tests.console.words_in_time import ANNA, GUEST, Page, Story, Uttered
+from tests.stories.virtual_time import virtual_time
+from tests.stories.words_in_time import ANNA, GUEST, Page, Story, Uttered
 
 
 def told(folder: Path, tell: Any) -> Story:
@@ -145,3 +145,17 @@ def test_what_waited_in_the_sockets_of_a_console_that_stood_still_is_not_obeyed(
 
     story = told(tmp_path, tell)
     assert story.seen.motions == [] and "stood still for 4." in rows(story)[-1][2]
+
+
+@pytest.mark.parametrize("held_up", [0.0, 4.0])
+def test_sound_of_a_link_that_held_it_up_is_as_old_as_the_state_that_its_page_had(
+    tmp_path: Path, held_up: float
+) -> None:
+    async def tell(story: Story) -> None:
+        story.states.note(7, story.now - held_up)
+        story.pages["a"].seen = 7
+        await say(story, "voice", "continue 0.5 meters")
+
+    story = told(tmp_path, tell)
+    assert bool(story.seen.motions) == (held_up == 0.0)
+    assert not held_up or "too late to act on them" in rows(story)[-1][2]
