@@ -37,6 +37,7 @@ from console.problems import Problem, problem_of
 from console.roles import check_roles
 from console.runtime import Runtime
 from console.security import Guard, dress
+from console.settled import Settled
 from console.version import beckon_version
 from core.errors import BeckonError
 
@@ -102,6 +103,7 @@ def create_app(runtime: Runtime) -> FastAPI:
     app.add_exception_handler(RequestValidationError, on_invalid)
     app.add_exception_handler(HTTPException, on_http)
     app.add_exception_handler(Exception, on_fault)
+    app.add_middleware(Settled, history=runtime.history)
     app.add_middleware(Guard, routes=app.routes, access=runtime.access)
     return app
 

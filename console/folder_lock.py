@@ -12,7 +12,9 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import IO
 
-from core.errors import Unavailable
+from console.data_folder import prepare
+from core.errors import Unavailable, Unwritable
+from core.files import remove_unfinished
 
 log = logging.getLogger(__name__)
 
@@ -37,13 +39,16 @@ class FolderLock:
 
 @contextlib.contextmanager
 def locked(home: Path) -> Generator[FolderLock]:
-    """Take the data folder. Raises Unavailable when another console has it, or when it cannot be written."""
+    """Take the data folder, and remove what a crash left half-written in it.
+
+    Raises Unavailable when another console has it, Unwritable when nothing can be kept in it.
+    """
+    prepare(home)
     try:
-        home.mkdir(parents=True, exist_ok=True)
         file = (home / NAME).open("a+", encoding="utf-8")
     except OSError as trouble:
-        raise Unavailable(
-            f"The data folder {home} cannot be written ({trouble.strerror}); choose another one with --data."
+        raise Unwritable(
+            f"The file {home / NAME} cannot be written ({trouble.strerror}); choose another folder with --data."
         ) from None
     with file:
         try:
@@ -59,6 +64,7 @@ def locked(home: Path) -> Generator[FolderLock]:
             log.warning("The data folder %s cannot be locked; start no second console on it.", home)
         lock = FolderLock(file)
         lock.announce(0)
+        remove_unfinished(home)
         yield lock
 
 

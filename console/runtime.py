@@ -19,6 +19,7 @@ from console import wire
 from console.array_bench import ArrayBench
 from console.calibration.workbench import Workbench
 from console.camera_feed import CameraFeed, Picture
+from console.data_folder import DataFolder
 from console.door import Door
 from console.hearing import Ears
 from console.history import History
@@ -68,7 +69,8 @@ class Runtime:
         self.sockets = Sockets()
         self.lease = Lease()
         self.board = NoticeBoard()
-        self.history = History(home, self._complain)
+        self.folder = DataFolder(home, self.board)
+        self.history = History(home, partial(self._call, self.folder.history))
         self.door = Door(robot, self.lease, self.history, self.board)
         self.maps = MapDesk(home, robot, self.door, self.lease, self.history)
         self.ears = Ears(self.door, self.history, self.board)
@@ -78,7 +80,7 @@ class Runtime:
         self.voice = RobotVoice()
         self.quality = QualityRuns(home)
         self.player = Player(robot, self.history, self.board)
-        self.scene = Scene(robot, self._complain, lambda: self.intents.command)
+        self.scene = Scene(robot, partial(self._call, self.board.tell, "warning"), lambda: self.intents.command)
         self.workbench = Workbench(home, robot, self.hub, self.board.tell, self._look_through)
         self.array = ArrayBench(home, robot, lambda: self._look_through(self.workbench.profile()))
         self.people = School(home, robot, self.door, self.board.tell, lambda: self.workbench.newest)
@@ -115,7 +117,7 @@ class Runtime:
         await self.scene.open(self.door, self.sockets)
         await asyncio.gather(self.workbench.open(), self.quality.open(), self.array.open(), self.people.open())
         self.pilots.start()
-        for task in (self._beat, *self.beside):
+        for task in (self._beat, self.folder.watch, *self.beside):
             self.keep(asyncio.create_task(task()))
 
     def farewell_soon(self) -> None:
@@ -290,7 +292,3 @@ class Runtime:
         """The newest snapshot may stay the newest for long: what it says is under way has failed."""
         if self.snapshot is not None and self.snapshot.undertaking is not None:
             self.snapshot = replace(self.snapshot, undertaking=None, goal=None)
-
-    def _complain(self, text: str) -> None:
-        """From any thread."""
-        self._call(self.board.tell, "warning", text)

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import gc
 import ipaddress
+import os
 import signal
 import socket
 import ssl
@@ -107,6 +108,7 @@ def serve(options: Options) -> None:
     """Run the console until it is told to end. Raises BadInput and Unavailable with a sentence."""
     check(options)
     settings = load(options.settings)
+    os.umask(0o077)  # what the console writes is its owner's alone
     come_first(CONSOLE)  # all threads: each may hold what the pilot needs next
     sys.setswitchinterval(SWITCH)
     most = raise_file_limit()

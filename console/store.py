@@ -1,6 +1,7 @@
 """What must outlast the console: who did what, and how it ended. SQLite, written by a thread of its own.
 
-Whoever records something never waits; rows that pile up meanwhile are committed together, with `synchronous=FULL`.
+Whoever records something never waits, but may ask when all of it is on disk. Rows that pile up meanwhile are
+committed together, with `synchronous=FULL`; rows that the disk refused are kept and written when it takes them again.
 """
 
 from __future__ import annotations
@@ -9,7 +10,9 @@ import logging
 import queue
 import sqlite3
 import threading
+import time
 from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
@@ -22,6 +25,8 @@ REMEMBERED = 500  # deeds kept at hand
 KEPT = 100_000  # deeds kept on disk
 PRUNE = 1000  # rows written between two times that the oldest are forgotten
 BUSY = 5.0  # [s] to wait for another console that writes to the same file
+AGAIN = 1.0  # [s] after which rows that the disk refused are tried again
+MOST_WAITING = 20_000  # of those rows; beyond, the oldest are lost
 
 
 @dataclass(frozen=True)
@@ -44,37 +49,55 @@ class Deed:
     ended: float | None = None  # [s] since 1970
 
 
+UNREADABLE = "The history of before cannot be read; check history.sqlite in the data folder."
+UNSAVED = (
+    "The history cannot be saved on disk now; it is kept in memory, and written when the disk takes it again. "
+    "Check the data folder."
+)
 COLUMNS = ("run", *(column.name for column in fields(Deed)))
 SCHEMA = f"CREATE TABLE IF NOT EXISTS deeds ({', '.join(COLUMNS)}, PRIMARY KEY (run, id))"
 WRITE = f"INSERT OR REPLACE INTO deeds VALUES ({', '.join('?' * len(COLUMNS))})"
-READ = "SELECT * FROM deeds ORDER BY wall DESC, id DESC LIMIT ?"
-FORGET = "DELETE FROM deeds WHERE wall < (SELECT wall FROM deeds ORDER BY wall DESC LIMIT 1 OFFSET ?)"
+READ = "SELECT * FROM deeds ORDER BY id DESC, run DESC LIMIT ?"
+FORGET = "DELETE FROM deeds WHERE id < (SELECT id FROM deeds ORDER BY id DESC LIMIT 1 OFFSET ?)"
 
 
 class Store:
     """The file of deeds, and its writer."""
 
     def __init__(self, path: Path, run: float, complain: Callable[[str], None]) -> None:
+        """`complain`, from any thread: why rows are not on disk, and "" when they are again."""
         self._path = path
         self._run = run
         self._complain = complain
-        self._waiting: queue.SimpleQueue[Deed | None] = queue.SimpleQueue()
+        self._waiting: queue.SimpleQueue[Deed | Future[bool] | None] = queue.SimpleQueue()
+        self._kept, self._safe = 0, 0  # rows given to it, and how many of them were on disk when it was last idle
+        self._refused: dict[int, Deed] = {}  # what the disk did not take yet, by number
+        self._lost = 0  # rows that were too many to wait
+        self.trouble = ""  # why nothing is written now
         self._writer = threading.Thread(target=self._write, name="store", daemon=True)
 
     def open(self) -> list[Deed]:
         """Start the writer; returns what is remembered, oldest first. An unreadable file is told, not raised."""
         try:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
             remembered = self._read()
         except (OSError, sqlite3.Error, ValueError, TypeError) as trouble:
-            self._trouble(trouble)
+            self._failed(trouble, UNREADABLE)
             remembered = []
         self._writer.start()
         return remembered
 
     def keep(self, deed: Deed) -> None:
         """Write a deed, or write it anew."""
+        self._kept += 1
         self._waiting.put(deed)
+
+    def settled(self) -> Future[bool] | None:
+        """Done when all deeds so far are on disk (True), or were refused by it (False); None when they are there."""
+        if self._safe == self._kept:
+            return None
+        settled: Future[bool] = Future()
+        self._waiting.put(settled)
+        return settled
 
     def close(self) -> None:
         """Write what is waiting and stop."""
@@ -83,6 +106,7 @@ class Store:
             self._writer.join(2.0)
 
     def _connect(self) -> sqlite3.Connection:
+        self._path.parent.mkdir(parents=True, exist_ok=True)
         base = sqlite3.connect(self._path, timeout=BUSY)
         base.execute("PRAGMA journal_mode=WAL")
         base.execute("PRAGMA synchronous=FULL")
@@ -99,29 +123,64 @@ class Store:
 
     def _write(self) -> None:
         base: sqlite3.Connection | None = None
-        over, written = False, 0
+        over, written, kept, tried = False, 0, 0, 0.0
         while not over:
-            batch = [self._waiting.get()]
-            while not self._waiting.empty():
-                batch.append(self._waiting.get())
+            batch = self._next_batch()
             over = None in batch
-            try:
-                base = base or self._connect()
-                with base:
-                    base.executemany(WRITE, [row_of(deed, self._run) for deed in batch if deed is not None])
-                    written += len(batch)
-                    if written >= PRUNE:
-                        base.execute(FORGET, (KEPT,))
-                        written = 0
-            except (OSError, sqlite3.Error) as trouble:
-                self._trouble(trouble)
-                base = None
+            rows = [one for one in batch if isinstance(one, Deed)]
+            kept += len(rows)
+            self._refused |= {deed.id: deed for deed in rows}
+            if time.monotonic() - tried >= AGAIN or not self.trouble or over:
+                tried = time.monotonic()
+                base = self._attempt(base, forget=written >= PRUNE)
+                written = 0 if written >= PRUNE else written + len(rows)
+            if not self._refused:
+                self._safe = kept
+            for one in batch:
+                if isinstance(one, Future) and one.set_running_or_notify_cancel():
+                    one.set_result(not self._refused)
         if base is not None:
             base.close()
 
-    def _trouble(self, trouble: Exception) -> None:
-        log.warning("%s: %s", self._path, trouble)
-        self._complain("The history cannot be saved on disk now; it is kept in memory only. Check the data folder.")
+    def _next_batch(self) -> list[Deed | Future[bool] | None]:
+        """What is waiting; nothing, when it is time to try again what was refused."""
+        batch: list[Deed | Future[bool] | None] = []
+        try:
+            batch.append(self._waiting.get(timeout=AGAIN if self._refused else None))
+            while True:
+                batch.append(self._waiting.get_nowait())
+        except queue.Empty:
+            return batch
+
+    def _attempt(self, base: sqlite3.Connection | None, *, forget: bool) -> sqlite3.Connection | None:
+        """Write what is to be written → the connection, while it is good."""
+        try:
+            if base is not None and not self._path.exists():  # somebody removed it: what is written there is lost
+                base.close()
+                base = None
+            base = base or self._connect()
+            with base:
+                base.executemany(WRITE, [row_of(deed, self._run) for deed in self._refused.values()])
+                if forget:
+                    base.execute(FORGET, (KEPT,))
+        except (OSError, sqlite3.Error) as trouble:
+            self._failed(trouble, UNSAVED)
+            return None
+        self._refused.clear()
+        if self.trouble:
+            log.info("The history is written again; %d rows were lost.", self._lost)
+            self.trouble = ""
+            self._complain("")
+        return base
+
+    def _failed(self, trouble: Exception, words: str) -> None:
+        while len(self._refused) > MOST_WAITING:
+            del self._refused[next(iter(self._refused))]
+            self._lost += 1
+        if self.trouble != words:
+            log.warning("%s: %s", self._path, trouble)
+            self.trouble = words
+            self._complain(words)
 
 
 def row_of(deed: Deed, run: float) -> tuple[Any, ...]:

@@ -139,14 +139,24 @@ class Talk:
             elif self._bound(heard, MOST_PER_SECOND):
                 ref = told["ref"] if isinstance(told, dict) and type(told.get("ref")) is int else 0
                 answer = self._act(msgspec.convert(told, wire.Up))
-                if answer is not None:
+                if isinstance(answer, wire.Answer):
+                    self._answer(answer)
+                elif answer is not None:
                     self._tell(answer)
         except BadInput as trouble:
             self._viewer.close(1007, str(trouble))
         except msgspec.ValidationError:
             self._tell(wire.Answer(ref, False, 422, "This message has not the form that is asked for."))
         except (Problem, BeckonError) as error:
-            self._tell(refused(ref, error))
+            self._answer(refused(ref, error))
+
+    def _answer(self, answer: wire.Answer) -> None:
+        """Tell it when what it tells is on disk."""
+        self._runtime.keep(asyncio.create_task(self._answer_settled(answer)))
+
+    async def _answer_settled(self, answer: wire.Answer) -> None:
+        await self._runtime.history.settled()
+        self._tell(answer)
 
     def _bound(self, heard: int, most: int) -> bool:
         """Whether a message may still be acted on when `heard` came within a second; too many end the socket."""

@@ -9,6 +9,7 @@ import json
 import os
 import secrets
 import stat
+import time
 from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import IO, Any
@@ -17,6 +18,7 @@ from core.errors import Unwritable
 
 UNFINISHED = ".new"  # how the name of a file ends that is being written; it begins with a dot
 SEAL = "sha256"  # the key of a checksum
+ABANDONED = 60.0  # [s] after its last change nobody writes an unfinished file any more
 TRIAL = 4096  # [bytes] that are written to find out whether a folder can be written to
 
 REMEDIES = {
@@ -82,10 +84,11 @@ def sync(path: Path, mode: int = os.O_RDWR) -> None:
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Remove what a crash left half-written; only for who is alone in writing to this folder."""
+    """Remove what a crash left half-written; what is a minute old nobody writes any more."""
     for left in folder.rglob(f".*{UNFINISHED}"):
         with contextlib.suppress(OSError):
-            if stat.S_ISREG(left.lstat().st_mode):
+            found = left.lstat()
+            if stat.S_ISREG(found.st_mode) and abs(time.time() - found.st_mtime) > ABANDONED:
                 left.unlink()
 
 

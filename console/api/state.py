@@ -49,6 +49,8 @@ def troubles(behind: Runtime) -> list[str]:
     told: list[str] = []
     if link != "live":
         told.append(behind.robot.trouble or f"The robot's link is {link}; its newest frame is {age:.1f} s old.")
+    if behind.folder.trouble:
+        told.append(behind.folder.trouble)
     if behind.pilots.trouble:
         told.append(behind.pilots.trouble)
     elif behind.pilots.hangs:

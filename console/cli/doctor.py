@@ -15,6 +15,8 @@ from typing import Any
 
 from console.cli.answer import add_json, tell, write, write_json
 from console.home import home_folder
+from core.errors import Unwritable
+from core.files import check_folder
 from core.gate.precedence import CONSOLE, come_first
 from core.message import message
 
@@ -210,15 +212,12 @@ def home() -> Finding:
     """Where Beckon keeps its things."""
     folder = home_folder()
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        probe = folder / ".writable"
-        probe.write_text("")
-        probe.unlink()
-    except OSError as trouble:
+        check_folder(folder)
+    except Unwritable as trouble:
         return Finding(
             name="data folder",
             good=False,
-            found=f"{folder}: {trouble.strerror}",
+            found=str(trouble),
             remedy="set BECKON_HOME to a folder that you may write to",
         )
     return Finding(name="data folder", good=True, found=str(folder))

@@ -49,5 +49,5 @@ def test_whatever_stands_in_the_file_the_sentence_is_one(tmp_path: Path, left: s
 
 def test_a_folder_that_cannot_be_written_is_refused_in_a_sentence(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(Unavailable, match=r"cannot be written .*--data"), locked(tmp_path / "file" / "home"):
+    with pytest.raises(Unavailable, match=r"Nothing can be kept .*--data"), locked(tmp_path / "file" / "home"):
         pass

@@ -118,6 +118,8 @@ def test_ctrl_c_and_a_closed_terminal_end_it_without_a_traceback(begin, how: sig
     console.end(how)
     assert console.process.returncode in (0, 130)
     assert "Traceback" not in console.complained.read_text()
+    written = [console.home, *console.home.rglob("*")]
+    assert len(written) > 2 and {path.stat().st_mode & 0o077 for path in written} == {0}, "for its owner alone"
 
 
 def test_a_port_in_use_is_told_in_one_sentence(begin) -> None:
