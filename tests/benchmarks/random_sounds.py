@@ -14,18 +14,17 @@ import sys
 import tempfile
 import traceback
 import warnings
-from collections import Counter
 from collections.abc import Callable, Iterator
 from copy import copy
-from dataclasses import asdict
-from functools import cache
+from dataclasses import asdict, dataclass
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from console.microphone import Turn
-from console.wire_audio import AUDIO_RATE, MOST_BYTES
+from console.wire_audio import AUDIO_HEADER, AUDIO_RATE, MOST_BYTES
 from console.words_desk import WordsDesk
 from core.errors import BadInput, BeckonError
 from core.experiments.hearing import Hearer
@@ -46,11 +45,13 @@ from tests.sound_files import FORMS, write_sound
 
 RATES = (16_000, 8_000, 11_025, 22_050, 44_100, 48_000, 96_000, 12_345, 4_000, 192_000)
 BLOCKS = (0.5, 0.2, 0.1, 0.05, 0.032, 0.02, 0.008)  # [s] in which some entrance or its filters cut sound
-PART = 100  # sounds of one process before another takes its place
+PART = 12  # visits of one process, one after the other
+MOST_TOLD = 5  # crashes
 CLOCKS = (0.0, 1e-3, 12.345678, 86_400.5, 1.7e9)  # [s] at which live sound begins
 """The last is a clock of the day: its steps are coarse."""
 
-Entrance = Callable[[np.random.Generator], None]
+Listener = Callable[[], None]
+"""Hears one sound at random."""
 
 
 def line_of(count: int) -> MicrophoneArray:
@@ -117,18 +118,22 @@ def desk() -> WordsDesk:
     return WordsDesk()
 
 
-def recording(chance: np.random.Generator) -> None:
-    """A file through `beckon hear`."""
-    form = str(chance.choice(FORMS))
-    rate, channels = int(chance.choice(RATES)), int(chance.integers(1, 9 if form == "flac" else 17))
-    made = samples(chance, length(chance, rate), channels, rate, broken=form in ("float32", "float64"))
-    ears = copy(hearer())
-    ears._array = (None, *PROFILES)[int(chance.integers(len(PROFILES) + 1))]
-    channel = int(chance.integers(-1, channels + 1)) if chance.random() < 0.5 else None
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "random.sound"
-        write_sound(path, made, rate, form)
-        json.dumps(ears.hear(path, channel), allow_nan=False)
+def recordings(chance: np.random.Generator) -> Listener:
+    """Files through `beckon hear`."""
+
+    def hear() -> None:
+        form = str(chance.choice(FORMS))
+        rate, channels = int(chance.choice(RATES)), int(chance.integers(1, 9 if form == "flac" else 17))
+        made = samples(chance, length(chance, rate), channels, rate, broken=form in ("float32", "float64"))
+        ears = copy(hearer())
+        ears._array = (None, *PROFILES)[int(chance.integers(len(PROFILES) + 1))]
+        channel = int(chance.integers(-1, channels + 1)) if chance.random() < 0.5 else None
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "random.sound"
+            write_sound(path, made, rate, form)
+            json.dumps(ears.hear(path, channel), allow_nan=False)
+
+    return hear
 
 
 def pieces(chance: np.random.Generator, whole: Array, rate: int, usual: float) -> Iterator[tuple[Array, float]]:
@@ -146,21 +151,24 @@ def pieces(chance: np.random.Generator, whole: Array, rate: int, usual: float) -
         yield whole[:0], clock + at / rate
 
 
-def spoken(chance: np.random.Generator, *, held: bool) -> None:
+def spoken(chance: np.random.Generator, *, held: bool) -> Listener:
     """A browser's microphone: its pieces wait for the worker, which reads them."""
-    told: list[str] = []
-    turn = Turn("held" if held else "open", lambda _told, _delay: None, lambda why, _on: told.append(why))
     work = desk()
     work.begin(asdict(SpeechSettings()), held=held, speaker=int(chance.integers(3)))
-    whole = samples(chance, length(chance, AUDIO_RATE), 1, AUDIO_RATE, broken=False)
-    sixteen = np.clip(np.round(whole[:, 0] * 32767), -32768, 32767).astype("<i2")
-    longest = (MOST_BYTES - 16) // 2
-    for piece, stamp in pieces(chance, sixteen, AUDIO_RATE, 0.02):
-        turn.add(piece[:longest].astype(float) / 32768, stamp)
-        if chance.random() < 0.3:
-            feed_waiting(work, turn)
-    feed_waiting(work, turn, empty=chance.random() < 0.3)
-    json.dumps(work.finish(), allow_nan=False)
+    longest = (MOST_BYTES - AUDIO_HEADER.size) // 2
+
+    def hear() -> None:
+        turn = Turn("held" if held else "open", lambda _told, _delay: None, lambda _why, _on: None)
+        whole = samples(chance, length(chance, AUDIO_RATE), 1, AUDIO_RATE, broken=False)
+        sixteen = np.clip(np.round(whole[:, 0] * 32767), -32768, 32767).astype("<i2")
+        for piece, stamp in pieces(chance, sixteen, AUDIO_RATE, 0.02):
+            turn.add(piece[:longest].astype(float) / 32768, stamp)
+            if chance.random() < 0.3:
+                feed_waiting(work, turn)
+        feed_waiting(work, turn, empty=chance.random() < 0.3)
+        json.dumps(work.finish(), allow_nan=False)
+
+    return hear
 
 
 def feed_waiting(work: WordsDesk, turn: Turn, *, empty: bool = False) -> None:
@@ -170,93 +178,129 @@ def feed_waiting(work: WordsDesk, turn: Turn, *, empty: bool = False) -> None:
         json.dumps(work.feed(waiting.astype(np.float32).tobytes(), AUDIO_RATE, start), allow_nan=False)
 
 
-def array_words(chance: np.random.Generator) -> None:
+def room(chance: np.random.Generator) -> Listener:
     """The robot's own sound to the worker that reads words from the beam, or from one microphone."""
     array = PROFILES[int(chance.integers(len(PROFILES)))]
     beam = array.dimensions >= 2 and chance.random() < 0.8
     count = len(array.positions) if beam else 1
-    rate = int(chance.choice(RATES))
     told = {"positions": array.positions.tolist(), "name": array.name, "speed": 343.0, "position_sd": 0.0005}
     work = desk()
     work.begin(asdict(SpeechSettings()), array=told if beam else None)
-    whole = samples(chance, length(chance, rate), count, rate, broken=True)
-    for piece, stamp in pieces(chance, whole, rate, 0.2):
-        with np.errstate(over="ignore"):
-            raw = piece.astype(np.float32).tobytes()
-        json.dumps(work.feed(raw, rate, stamp, channels=count), allow_nan=False)
-    json.dumps(work.finish(), allow_nan=False)
+
+    def hear() -> None:
+        rate = int(chance.choice(RATES))
+        whole = samples(chance, length(chance, rate), count, rate, broken=True)
+        for piece, stamp in pieces(chance, whole, rate, 0.2):
+            with np.errstate(over="ignore"):
+                raw = piece.astype(np.float32).tobytes()
+            json.dumps(work.feed(raw, rate, stamp, channels=count), allow_nan=False)
+        json.dumps(work.finish(), allow_nan=False)
+
+    return hear
 
 
-def directions_live(chance: np.random.Generator) -> None:
+def directions_live(chance: np.random.Generator) -> Listener:
     """The pilot's ears, frame by frame: what is wrong with the sound is told beside what was heard."""
     array = PROFILES[int(chance.integers(len(PROFILES)))]
-    rate, channels = int(chance.choice(RATES)), int(chance.integers(1, 17))
     ears = Ears(Profile(name="ears", kind="SIM", url="sim:ears", microphones=array), HearingSettings())
-    whole = samples(chance, length(chance, rate), channels, rate, broken=True)
-    for piece, stamp in pieces(chance, whole, rate, 0.05):
-        sound = Sound(stamp=stamp, rate=rate, samples=piece)
-        here = Estimate(pose=Pose(heading=stamp), covariance=1e-6 * np.eye(3))
-        told = ears.hear(sound, stamp + sound.duration, here)
-        assert told is not None and told.level_db is not None and np.isfinite(told.level_db)
-    if ears.trouble:
-        raise BadInput(ears.trouble)
+
+    def hear() -> None:
+        rate, channels = int(chance.choice(RATES)), int(chance.integers(1, 17))
+        whole = samples(chance, length(chance, rate), channels, rate, broken=True)
+        for piece, stamp in pieces(chance, whole, rate, 0.05):
+            sound = Sound(stamp=stamp, rate=rate, samples=piece)
+            here = Estimate(pose=Pose(heading=stamp), covariance=1e-6 * np.eye(3))
+            told = ears.hear(sound, stamp + sound.duration, here)
+            assert told is not None and told.level_db is not None and np.isfinite(told.level_db)
+        if ears.trouble:
+            raise BadInput(ears.trouble)
+
+    return hear
 
 
-def bench(chance: np.random.Generator) -> None:
+def bench(chance: np.random.Generator) -> Listener:
     """The self-check of an array and its claps."""
-    array = PROFILES[int(chance.integers(len(PROFILES)))]
-    rate = int(chance.choice(RATES))
-    whole = samples(chance, length(chance, rate), 16, rate, broken=True)
-    sound = Sound(stamp=float(chance.choice(CLOCKS)), rate=rate, samples=whole)
-    work: Callable[..., Any] = check if chance.random() < 0.5 else heard_from
-    work(sound, array)
+
+    def hear() -> None:
+        array = PROFILES[int(chance.integers(len(PROFILES)))]
+        rate = int(chance.choice(RATES))
+        whole = samples(chance, length(chance, rate), 16, rate, broken=True)
+        sound = Sound(stamp=float(chance.choice(CLOCKS)), rate=rate, samples=whole)
+        work: Callable[..., Any] = check if chance.random() < 0.5 else heard_from
+        work(sound, array)
+
+    return hear
 
 
-ENTRANCES: dict[str, Entrance] = {
-    "hear": recording,
-    "push-to-talk": lambda chance: spoken(chance, held=True),
-    "open microphone": lambda chance: spoken(chance, held=False),
-    "words of the room": array_words,
-    "directions, live": directions_live,
-    "array's bench": bench,
+ENTRANCES: dict[str, tuple[Callable[[np.random.Generator], Listener], int]] = {
+    "hear": (recordings, 6),
+    "push-to-talk": (partial(spoken, held=True), 8),
+    "open microphone": (partial(spoken, held=False), 8),
+    "words of the room": (room, 8),
+    "directions, live": (directions_live, 4),
+    "array's bench": (bench, 4),
 }
+"""Name → how it is opened, and how many sounds go through it before it is opened anew."""
+ROUND = sum(count for _, count in ENTRANCES.values())  # sounds of one visit to every entrance
 
 
-def one_sound(number: int, seed: int) -> tuple[str, str, str]:
-    """The sound of that number → its entrance, the sentence of a refusal or "", and the trace of a crash or ""."""
+@dataclass
+class Visit:
+    """Some sounds through one entrance."""
+
+    name: str
+    sounds: int = 0
+    refused: int = 0
+    crash: str = ""  # the trace
+
+
+def visit(number: int, seed: int = 0) -> Visit:
+    """The visit of that number: to the entrances in turn."""
     name = tuple(ENTRANCES)[number % len(ENTRANCES)]
+    opened, count = ENTRANCES[name]
+    told = Visit(name)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            ENTRANCES[name](np.random.default_rng((seed, number)))
-    except BeckonError as refusal:
-        return name, str(refusal), ""
+            listener = opened(np.random.default_rng((seed, number)))
+            for _ in range(count):
+                told.sounds += 1
+                try:
+                    listener()
+                except BeckonError:
+                    told.refused += 1
     except Exception:
-        return name, "", traceback.format_exc()
-    return name, "", ""
+        told.crash = f"visit {number}, sound {told.sounds}\n{traceback.format_exc()}"
+    return told
 
 
-def part(number: int, seed: int = 0) -> list[tuple[str, str, str]]:
-    """PART sounds."""
-    return [one_sound(one, seed) for one in range(number * PART, (number + 1) * PART)]
+def part(number: int) -> list[Visit]:
+    """PART visits."""
+    return [visit(one) for one in range(number * PART, (number + 1) * PART)]
 
 
 def main() -> int:
     """Print the counts of every entrance, one JSON object a line; exit code 1 for any crash."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=10_000)
+    parser.add_argument("--count", type=int, default=10_000, help="sounds, at least")
     parser.add_argument("--workers", type=int, default=2)
     chosen = parser.parse_args()
-    rows = [row for rows in side_by_side(part, -(-chosen.count // PART), chosen.workers, None) for row in rows]
+    parts = -(-chosen.count * len(ENTRANCES) // (ROUND * PART))
+    visits = [one for some in side_by_side(part, parts, chosen.workers, progress) for one in some]
     for name in ENTRANCES:
-        these = [row for row in rows if row[0] == name]
-        refusals = Counter(why for _, why, _ in these if why)
-        crashes = [trace for _, _, trace in these if trace]
-        line = {"entrance": name, "sounds": len(these), "refused": refusals.total(), "crashes": len(crashes)}
+        these = [one for one in visits if one.name == name]
+        line = {"entrance": name, "sounds": sum(one.sounds for one in these)}
+        line |= {"refused": sum(one.refused for one in these), "crashes": sum(bool(one.crash) for one in these)}
         sys.stdout.write(json.dumps(line) + "\n")
-        for trace, count in Counter(crashes).most_common(5):
-            sys.stderr.write(f"{count} times:\n{trace}\n")
-    return 1 if any(trace for _, _, trace in rows) else 0
+    crashes = [one.crash for one in visits if one.crash]
+    for crash in crashes[:MOST_TOLD]:
+        sys.stderr.write(f"{crash}\n")
+    return 1 if crashes else 0
+
+
+def progress(words: str) -> None:
+    """How far it is."""
+    sys.stderr.write(words + "\n")
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ from core.speech.recognizer import at_16_khz
 from core.speech.settings import RATE
 from core.speech.stop_spotter import StopSpotter
 from core.speech.transcriber import Transcriber
-from tests.benchmarks.random_sounds import one_sound
+from tests.benchmarks.random_sounds import ENTRANCES, ROUND, visit
 from tests.core.speech.ears import engine, padded
 from tests.sound_files import FORMS, write_sound
 
@@ -158,6 +158,7 @@ def test_the_self_check_of_an_array_takes_the_shortest_sound(array: MicrophoneAr
 def test_sounds_at_random_break_none_of_the_entrances() -> None:
     """The first of `python -m tests.benchmarks.random_sounds`."""
     engine()
-    told = [one_sound(number, 0) for number in range(25)]
-    assert [trace for _, _, trace in told if trace] == []
-    assert sum(not why for _, why, _ in told) > len(told) / 2
+    told = [visit(number) for number in range(len(ENTRANCES))]
+    assert [one.crash for one in told if one.crash] == []
+    assert sum(one.sounds for one in told) == ROUND
+    assert sum(one.refused for one in told) < ROUND / 2
