@@ -184,9 +184,15 @@ class Runtime:
         return await asyncio.to_thread(self.robot.ask, request)
 
     def keep(self, task: asyncio.Task[None]) -> None:
-        """Hold on to a task until it is done."""
+        """Hold on to a task until it is done; one that fails is told."""
         self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        task.add_done_callback(self._done)
+
+    def _done(self, task: asyncio.Task[None]) -> None:
+        self._tasks.discard(task)
+        if not task.cancelled() and (fault := task.exception()) is not None:
+            log.error("A part of the console failed", exc_info=fault)
+            self.board.tell("error", f"A part of the console failed ({type(fault).__name__}). Restart the console.")
 
     # the pilot
 

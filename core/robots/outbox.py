@@ -43,7 +43,7 @@ class Outbox:
         self._frame: SensorFrame | None = None
         self._wake = threading.Condition()
         self._over = False
-        self.gone = False  # the other end does not listen any more
+        self.gone = False  # nothing is sent any more: the other end does not listen, or the thread has failed
         self._thread = threading.Thread(target=self._run, name="outbox", daemon=True)
         self._thread.start()
 
@@ -67,6 +67,12 @@ class Outbox:
         self._thread.join(patience)
 
     def _run(self) -> None:
+        try:
+            self._send()
+        finally:
+            self.gone = True
+
+    def _send(self) -> None:
         while True:
             with self._wake:
                 self._wake.wait_for(lambda: self._answers or self._frame or self._over)
@@ -80,7 +86,6 @@ class Outbox:
                 raw = pickle.dumps(message, protocol=pickle.HIGHEST_PROTOCOL)
                 self._end.sendall(LENGTH.pack(len(raw)) + raw)
             except OSError:
-                self.gone = True
                 return
 
 

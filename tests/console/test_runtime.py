@@ -186,6 +186,17 @@ def test_what_was_under_way_when_the_link_was_lost_is_not_told_as_running(tmp_pa
         assert live.runtime.snapshot.undertaking is None and live.robot.status().w == 0.0
 
 
+def test_a_part_that_fails_is_among_the_notices(tmp_path: Path) -> None:
+    async def fail() -> None:
+        raise ZeroDivisionError("secret detail")
+
+    live = Live(tmp_path)
+    live.runtime.beside.append(fail)
+    with live:
+        live.until(lambda: any("ZeroDivisionError" in notice.text for notice in live.runtime.board.shown))
+        assert not any("secret" in notice.text for notice in live.runtime.board.shown)
+
+
 def test_a_lost_gate_or_driver_is_among_the_notices(live: Live) -> None:
     live.robot.alarm("The gate has ended. It is started again.")
     live.until(lambda: any(notice.text.startswith("The gate has ended.") for notice in live.runtime.board.shown))

@@ -8,6 +8,7 @@ import time
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from core.geometry import Pose
 from core.robots.letters import Answer, Trouble
@@ -85,3 +86,17 @@ def test_a_listener_who_is_gone_ends_the_outbox() -> None:
             time.sleep(0.005)
         assert outbox.gone
         outbox.close()
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_thread_that_fails_counts_as_gone() -> None:
+    here, there = socket.socketpair()
+    outbox = Outbox(here)
+    outbox.put(lambda: None)  # cannot be pickled
+    ends = time.monotonic() + 5.0
+    while not outbox.gone:
+        assert time.monotonic() < ends
+        time.sleep(0.005)
+    outbox.close()
+    here.close()
+    there.close()
