@@ -81,9 +81,7 @@ class Ears:
         self._voices: tuple[VoiceDirection, ...] = ()
         self._task: asyncio.Task[None] | None = None
         self._stops = SpokenStops()
-        self._moments: deque[tuple[float, float]] = (
-            deque()
-        )  # of the robot's clock [s], and of ours when it sensed them
+        self._moments: deque[tuple[float, float]] = deque()  # [s] by the robot's clock, and by ours
         self._newest = 0
         self._drove = (-np.inf, -np.inf)  # [s] from when to when the robot moved last
         self._prattle = Prattle(history)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from console.hearing import ROOM, Ears
+from console.hearing import ROOM, Ears, Utterance
 from console.history import History
 from core.gate import Twist
 from core.sensors.microphones import RESPEAKER_ODAS, Sound
@@ -82,3 +83,16 @@ def test_talk_on_and_on_stands_in_the_history_once(tmp_path: Path, monkeypatch: 
     assert history.newest_first(commands_only=True)[0].words == "continue"  # those are the robot's own motors
     history.close()
     assert len(ears.utterances) == 10
+
+
+def test_words_are_as_old_as_their_sound_whenever_the_console_takes_it(tmp_path: Path) -> None:
+    """Sensed at 1000 s of our clock, taken by the console ten seconds late."""
+    ears = Ears(SimpleNamespace(), History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
+    for stamp in (4.0, 5.0, 6.0):
+        snapshot: Any = SimpleNamespace(stamp=stamp, hearing=None, velocity=Twist(0.0, 0.0))
+        ears.took(snapshot, None, None, 1000.0 + 1.5 * (stamp - 5.0))  # the robot's clock is slow
+    one = Utterance(1, 4.2, 4.8, "turn left", True, "turn left", "", None, None)
+    said = ears.said(one)
+    assert (said.began, said.ended) == pytest.approx((999.2, 999.8))
+    late = ears.said(replace(one, t0_s=7.0, t1_s=7.5))  # after all that is known of its clock
+    assert late.ended == 1001.5

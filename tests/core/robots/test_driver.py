@@ -15,7 +15,7 @@ import pytest
 from core.gate import ZERO, Twist
 from core.gate.packets import packet_pair, send_packet, take_packets
 from core.robots import Profile
-from core.robots.outbox import Outbox
+from core.robots.outbox import Inbox, Outbox
 from core.robots.process import TIMEOUT, Driver
 from core.sensors import Laser, Scan, SensorFrame
 
@@ -168,3 +168,12 @@ def test_a_laser_that_repeats_one_scan_on_the_move_is_not_told_to_the_gate(runni
         moving += points()
         time.sleep(0.02)
     assert moving <= 2
+
+
+def test_a_frame_tells_when_it_was_sensed_however_late_it_is_read(running: Running) -> None:
+    begun = time.monotonic()
+    time.sleep(0.3)
+    now, inbox, frames = time.monotonic(), Inbox(), list[SensorFrame]()
+    while not frames:
+        frames += inbox.feed(running.stream.recv(65536))
+    assert begun - 1.0 < frames[0].sensed < now - 0.1
