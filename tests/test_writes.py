@@ -11,6 +11,7 @@ OWN = {
     "core/files.py": "does it",
     "core/gate/latch.py": "the gate's own, which has a name of its own for what is unfinished",
     "core/gate/scribe.py": "appends to the trace of a running gate",
+    "console/folder_lock.py": "writes down who holds the lock, which the file itself is",
     "core/experiments/run_log.py": "appends run by run, and syncs every line",
     "console/worker_process.py": "tells the kernel, in /proc",
     "console/wire.py": "writes a source file for developers",
