@@ -59,7 +59,7 @@ MUTANTS = (
     Mutant("driver: orphan", DRIVER, "self._outbox.gone or os.getppid() != self._parent", "self._outbox.gone"),
     Mutant("driver: frozen laser", DRIVER, "and self._freshness.shows(frame.scan, moving=self._twist.moves)", ""),
     Mutant("gate: deadman", GATE, "if now >= order.arrived + self.limits.deadman:", "if False:"),
-    Mutant("gate: heartbeat", GATE, '            return "the console is silent"', '            return ""'),
+    Mutant("gate: heartbeat", GATE, "            return CONSOLE_SILENT", '            return ""'),
     Mutant("gate: late", GATE, "not 0.0 <= now - self._ticked <= LATE", "False"),
     Mutant("gate: blind", GATE, "if now - self._last_sign > BLIND and", "if False and"),
     Mutant("gate: stale scan", GATE, "if now - self._last_sign > self.limits.scan_age:", "if False:"),
