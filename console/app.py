@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import mimetypes
 import secrets
 from collections.abc import AsyncGenerator
 from contextlib import asynccontextmanager
@@ -24,7 +25,7 @@ from console.api.lease import lease
 from console.api.login import login
 from console.api.maps import maps
 from console.api.microphones import microphones
-from console.api.page import PageFiles, page, static_folder
+from console.api.page import PageFiles, page, scene_page_file, static_folder
 from console.api.people import people
 from console.api.playback import playback
 from console.api.simulation import simulation
@@ -76,7 +77,7 @@ def create_app(runtime: Runtime) -> FastAPI:
 
     @asynccontextmanager
     async def life(_: FastAPI) -> AsyncGenerator[None]:
-        runtime.keep(asyncio.create_task(description.write()))  # while the robot is being opened
+        runtime.keep(asyncio.create_task(prepare(description)))  # while the robot is being opened
         try:
             await runtime.open()
             yield
@@ -106,6 +107,13 @@ def create_app(runtime: Runtime) -> FastAPI:
     app.add_middleware(Settled, history=runtime.history)
     app.add_middleware(Guard, routes=app.routes, access=runtime.access)
     return app
+
+
+async def prepare(description: Description) -> None:
+    """Make, not on the event loop, what takes long and is made once: the first who asks makes nobody wait."""
+    await description.written()
+    await asyncio.to_thread(scene_page_file)
+    await asyncio.to_thread(mimetypes.init)
 
 
 def told(problem: Problem) -> Response:

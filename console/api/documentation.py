@@ -51,10 +51,6 @@ class Description:
             self._written = asyncio.create_task(asyncio.to_thread(write, self._app))
         return await asyncio.shield(self._written)
 
-    async def write(self) -> None:
-        """Write it before anybody asks."""
-        await self.written()
-
 
 @dataclass(frozen=True)
 class Written:

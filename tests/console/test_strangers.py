@@ -19,12 +19,14 @@ from typing import Any
 import pytest
 from websockets.exceptions import ConnectionClosed
 
+from console.api.page import scene_page_file
 from console.crowd import MOST_STRANGERS, Crowd, network_of
 from console.logs import MOST_ALIKE, FewAlike
 from console.piecemeal import PIECE, Piecemeal
 from console.protocol import MOST_PINGS, SHORT, ImpatientHttp
 from console.roles import JSON, KEY
 from console.streams import LONGEST_BRAKE, MOST_BYTES
+from tests.benchmarks.loop_share import watched
 from tests.console.live import Live, hear, say
 from tests.console.test_tls import certificate, openssl
 
@@ -188,6 +190,21 @@ def test_a_body_that_is_answered_early_is_read_while_that_is_worth_it(live: Live
         assert size > SHORT
 
 
+def test_no_blow_keeps_the_event_loop(live: Live) -> None:
+    """In processor time, which does not depend on what else the machine does."""
+    blows = [
+        head(live, "/api/login", "Transfer-Encoding: chunked") + b"1\r\n1\r\n" * 40_000,
+        head(live, "/api/login", "Content-Length: 998003") + b"[" + b"1," * 499_000 + b"1]",
+        b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n" + b"a:\r\n" * 60_000,
+    ]
+    assert live._thread.ident is not None
+    with watched(live._thread.ident) as share:
+        for blow in blows:
+            with contextlib.suppress(ConnectionError):
+                live.speak(blow, wait=0.3)
+    assert 0.0 < share.worst < 0.04
+
+
 # a socket's budget
 
 
@@ -322,6 +339,10 @@ def test_who_does_not_even_begin_tls_is_let_go(tmp_path: Path, monkeypatch: pyte
 
 
 # the description, the log
+
+
+def test_the_scenes_page_is_packed_before_anybody_asks(live: Live) -> None:
+    live.until(lambda: scene_page_file.cache_info().currsize == 1)
 
 
 def test_the_description_is_written_before_anybody_asks(live: Live) -> None:
