@@ -26,7 +26,7 @@ VIEWERS = (60, 6.0)  # whatever all viewers together do
 PEOPLE = 1000  # whose rows are counted
 COUNTED = 600.0  # [s] after which another row counts
 MOST_BEYOND = 64  # deeds without a row that are known while they last
-PATIENCE = 1.0  # [s] that an answer waits for the disk
+PATIENCE = 5.0  # [s] that an answer waits for the disk
 
 
 @dataclass

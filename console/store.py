@@ -185,8 +185,9 @@ class Store:
 
 def row_of(deed: Deed, run: float) -> tuple[Any, ...]:
     """A deed → its row; `run`: when its console started, so that two consoles never share a row."""
-    told = {**vars(deed), "words": inert(deed.words), "numbers": msgspec.json.encode(deed.numbers).decode()}
-    return (run, *(told[column] for column in COLUMNS[1:]))
+    told = {**vars(deed), "numbers": msgspec.json.encode(deed.numbers).decode()}
+    values = (told[column] for column in COLUMNS[1:])
+    return (run, *(inert(value) if isinstance(value, str) else value for value in values))
 
 
 def deed_of(row: tuple[Any, ...]) -> Deed:

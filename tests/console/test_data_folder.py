@@ -150,7 +150,8 @@ def test_an_answer_comes_when_its_row_is_on_disk(live: Live) -> None:
     base.close()
 
 
-def test_a_stop_waits_for_no_disk(live: Live) -> None:
+def test_a_stop_waits_for_no_disk(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("console.history.PATIENCE", 1.0)
     base = sqlite3.connect(live.runtime.history._store._path)
     base.execute("BEGIN EXCLUSIVE")
     try:

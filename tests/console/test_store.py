@@ -53,7 +53,7 @@ def test_a_deed_ends_once(tmp_path: Path) -> None:
 
 def test_what_cannot_be_written_in_utf8_is_kept_readable(tmp_path: Path) -> None:
     history = opened(tmp_path)
-    history.add("command", ANNA, words="half \ud800 a character \x00 '); DROP TABLE deeds; --")
+    history.add("command", ANNA, words="half \ud800 a character \x00 '); DROP TABLE deeds; --", remark="\udfff")
     history.close()
     again = opened(tmp_path)
     (row,) = again.newest_first(commands_only=True)
@@ -213,7 +213,8 @@ def test_a_row_that_was_acknowledged_outlives_a_kill(tmp_path: Path) -> None:
         base.close()
 
 
-def test_nobody_waits_long_for_a_disk_that_does_not_answer(tmp_path: Path) -> None:
+def test_nobody_waits_long_for_a_disk_that_does_not_answer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("console.history.PATIENCE", 0.6)
     history = opened(tmp_path)
     history.add("stop", ANNA)
     asyncio.run(history.settled())
