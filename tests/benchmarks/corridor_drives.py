@@ -49,7 +49,7 @@ class Corridor:
 class Drive:
     """One drive, as a filter may hear it, and the truth beside it."""
 
-    corridor: Corridor
+    corridor: Corridor | None  # None: another kind of place
     steps: tuple[SightingStep, ...]  # their sightings have no identity
     names: tuple[tuple[int, ...], ...]  # which landmark every sighting is of; -1: none
     truth: Array  # (K, 3) true pose after every step, seen from where the robot began

@@ -6,7 +6,7 @@ noises; our filter with the identities given, as a bound; and MRPT's kf-slam (ne
 installed, for the first of the seeds only (`--mrpt 3`), as its time grows with every false landmark. Error: RMS of
 the position over all updates after the rigid motion that fits best, and without any (all but MRPT are given the
 start). Landmarks beside those that were sighted three times or more. NEES of the pose, ideal 3. The settings were
-found with other seeds.
+found with other seeds. `--plans`: random storeys with corners found in scans (`plan_drives`) instead of corridors.
 """
 
 from __future__ import annotations
@@ -29,7 +29,9 @@ from core.slam.ekf import EkfSettings, EkfSlam
 from tests.benchmarks import mrpt
 from tests.benchmarks.corridor_drives import HALF_FIELD, REACH, Corridor, Drive, drawn, drive
 from tests.benchmarks.log_scores import aligned
+from tests.benchmarks.long_log import LASER
 from tests.benchmarks.plain_rule import PlainRule
+from tests.benchmarks.plan_drives import plan_drive
 
 LOST = 10.0  # NEES from which a run counts as one with wrong matches
 
@@ -76,8 +78,8 @@ def theirs(told: Drive, limit: float) -> Score | str:
             step.increment.pose,
             step.increment.covariance,
             np.array([(mrpt.NOBODY, one.range, one.bearing) for one in step.sightings]).reshape(-1, 3),
-            REACH + 0.2,
-            HALF_FIELD + math.radians(3),
+            (REACH if told.corridor else LASER.range_max) + 0.2,
+            HALF_FIELD + math.radians(3) if told.corridor else math.pi,
         )
         for step in told.steps
     ]
@@ -140,15 +142,17 @@ def main() -> None:
     """Print a line for every seed and filter, and the sums."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, nargs=2, default=(0, 60), help="the first, and the first not")
+    parser.add_argument("--plans", action="store_true", help="random storeys instead of corridors")
     parser.add_argument("--mrpt", type=int, default=0, help="so many seeds are given to MRPT too")
     parser.add_argument("--limit", type=float, default=600.0, help="[s] that MRPT may take for one seed")
     chosen = parser.parse_args()
     columns: dict[str, list[Score]] = {"ours": [], "plain rule": [], "identities given": []}
     sighted: list[int] = []
     for number, seed in enumerate(range(*chosen.seeds)):
-        told = drive(drawn(seed), seed)
+        told = plan_drive(seed) if chosen.plans else drive(drawn(seed), seed)
         sighted.append(told.sighted)
-        sys.stdout.write(f"{seed}: {words(told.corridor)}; {told.sighted} landmarks\n")
+        place = "a storey" if told.corridor is None else words(told.corridor)
+        sys.stdout.write(f"{seed}: {place}; {told.sighted} landmarks\n")
         rows: dict[str, Score | str] = {
             "ours": ours(told),
             "plain rule": plain(told),

@@ -13,12 +13,14 @@ from core.geometry import Pose, rotation, wrap_all
 from core.message import Array
 from core.slam.floor.closure import Bond, Link, inverted
 from core.slam.floor.easing import eased
+from core.slam.floor.growing import GrowingTable
 from core.slam.floor.keyframe import Keyframe
-from core.slam.floor.pose_graph import Edge, compose_covariance, marginal
+from core.slam.floor.pose_graph import Edge, Marginals, compose_covariance
 from core.slam.floor.submap import Submap
 from core.slam.motion import Increment
 
 UNSURE_WAY, UNSURE_FROM = 20.0, 0.2  # [m per m], [m]: sd of an edge beyond which it counts as a longer way
+SHORTEST = 0.01  # [m] that an edge counts at least
 BENT = 0.1  # [m], [rad] that a view must have moved for that
 
 
@@ -29,9 +31,12 @@ class Atlas:
         self.submaps: list[Submap] = []
         self.views: list[Keyframe] = []
         self.poses: list[Pose] = []  # world, one per view
+        self._rows = GrowingTable(3)  # the same as an array
         self.driven: list[Increment] = []  # from every view to the next one
         self._reckoned: list[tuple[float, float, float]] = []  # the views by the driven ways alone
         self.tied: list[Edge] = []  # from submaps' anchors to their views, as the filters have it
+        self._reaches = GrowingTable(3), GrowingTable(3)  # of the driven ways and the ties: from, to, length [m]
+        self._marginals: tuple[int, Marginals] | None = None  # and the revision that they are of
         self._between: dict[tuple[int, int], Bond] = {}
         self.aligned: dict[tuple[int, int], Edge] = {}  # views laid on each other
         self.bonds: list[Bond] = []
@@ -81,7 +86,8 @@ class Atlas:
 
     def pose_array(self) -> Array:
         """World poses (N, 3) of all views."""
-        return np.array([(pose.x, pose.y, pose.heading) for pose in self.poses]).reshape(-1, 3)
+        self._rows.extend([(pose.x, pose.y, pose.heading) for pose in self.poses[self._rows.count :]])
+        return self._rows.array
 
     def way(self, a: int, b: int) -> Increment:
         """From view a to view b as it was driven, no recognised place in between.
@@ -101,23 +107,29 @@ class Atlas:
         carry = np.array([[c, -s, -arms[:, 1]], [s, c, arms[:, 0]], [none, none, one]]).transpose(2, 0, 1)
         return Increment(move, np.einsum("kij,kjl,kml->im", carry, steps, carry))
 
-    def ways_from(self, view: int) -> Array:
-        """Length [m] of the shortest way to every view (N,) along what holds the views together."""
-        edges = self.edges(self.links(), fine=False)
-        lengths = [max(0.01, float(np.hypot(edge.move.x, edge.move.y))) + _detour(edge) for edge in edges]
-        for number, edge in enumerate(edges):
-            if edge.doubted:
-                lengths[number] = 0.01
-        ends = ([edge.a for edge in edges], [edge.b for edge in edges])
-        graph = sparse.csr_matrix((lengths, ends), shape=(len(self.views), len(self.views)))
-        return csgraph.dijkstra(graph, directed=False, indices=view)
+    def ways_from(self, view: int, limit: float) -> Array:
+        """Length [m] of the shortest way to every view (N,) along what holds the views together.
+
+        Infinite where it is longer than `limit` [m]: so far off nothing is looked at.
+        """
+        ways, ties = self._reaches
+        driven = enumerate(self.driven[ways.count :], ways.count)
+        ways.extend([_reach(Edge(k, k + 1, move.pose, move.covariance)) for k, move in driven])
+        ties.extend([_reach(tie) for tie in self.tied[ties.count :]])
+        linked = np.array([(link.a, link.b, SHORTEST) for link in self.links()]).reshape(-1, 3)
+        a, b, lengths = np.vstack((ways.array, ties.array, linked)).T
+        graph = sparse.csr_matrix((lengths, (a.astype(int), b.astype(int))), shape=(len(self.views), len(self.views)))
+        return csgraph.dijkstra(graph, directed=False, indices=view, limit=limit)
 
     def spread_of(self, submap: int) -> Array:
         """Covariance (3, 3) of a submap's place in the world."""
         anchor = self.submaps[submap].anchor
         if not anchor.id and not anchor.local.vector.any():
             return np.zeros((3, 3))
-        covariance = marginal(self.pose_array(), self.edges(self.links()), [anchor.id])[0]
+        known = self._marginals
+        if known is None or known[0] != self.revision or anchor.id >= known[1].count:
+            known = self._marginals = self.revision, Marginals(self.pose_array(), self.edges(self.links()))
+        covariance = known[1].at(anchor.id)
         return compose_covariance(self.poses[anchor.id], covariance, anchor.local.inverse(), np.zeros((3, 3)))
 
     def bond(self, one: int, other: int) -> Bond:
@@ -144,7 +156,13 @@ class Atlas:
             np.hypot(moved[:, 0], moved[:, 1]).max() > BENT or np.abs(wrap_all(moved[:, 2])).max() > BENT
         )
         self.poses = [Pose(*row) for row in poses.tolist()] + later
+        self._rows = GrowingTable(3)
         self.revision += 1
+
+
+def _reach(edge: Edge) -> tuple[float, float, float]:
+    """From, to, and how long [m] an edge counts on a way."""
+    return edge.a, edge.b, max(SHORTEST, math.hypot(edge.move.x, edge.move.y)) + _detour(edge)
 
 
 def _detour(edge: Edge) -> float:

@@ -88,21 +88,22 @@ def solve(poses: Array, edges: Sequence[Edge], doubt: float) -> Generator[None, 
     return Solution(poses, weights, squared)
 
 
-def marginal(poses: Array, edges: Sequence[Edge], nodes: Sequence[int]) -> Array:
-    """Covariances (K, 3, 3) of those nodes in the axes of the first, which is certain."""
-    held = _Edges(edges)
-    system, _ = _normal_equations(poses, held, np.ones(len(held.a)))
-    columns = np.zeros((system.shape[0], 3 * len(nodes)))
-    covariances = np.zeros((len(nodes), 3, 3))
-    for number, node in enumerate(nodes):
-        if node:
-            columns[3 * node - 3 : 3 * node, 3 * number : 3 * number + 3] = np.eye(3)
-    solved = _factor(system).solve(columns)
-    for number, node in enumerate(nodes):
-        if node:
-            block = solved[3 * node - 3 : 3 * node, 3 * number : 3 * number + 3]
-            covariances[number] = 0.5 * (block + block.T)
-    return covariances
+class Marginals:
+    """How sure each of the poses (N, 3) is, in the axes of the first, which is certain; factored once for all."""
+
+    def __init__(self, poses: Array, edges: Sequence[Edge]) -> None:
+        held = _Edges(edges)
+        self.count = len(poses)
+        self._factor = _factor(_normal_equations(poses, held, np.ones(len(held.a)))[0])
+
+    def at(self, node: int) -> Array:
+        """Covariance (3, 3) of that pose."""
+        if not node:
+            return np.zeros((3, 3))
+        columns = np.zeros((3 * self.count - 3, 3))
+        columns[3 * node - 3 : 3 * node] = np.eye(3)
+        block = self._factor.solve(columns)[3 * node - 3 : 3 * node]
+        return 0.5 * (block + block.T)
 
 
 def _weigh(poses: Array, held: _Edges, doubt: float) -> tuple[Array, Array]:

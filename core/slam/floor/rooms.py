@@ -208,7 +208,7 @@ class Rooms:
         settings, atlas, here = self._parts.floor, self._atlas, self.estimate.pose
         places = atlas.pose_array()
         gaps = np.hypot(places[:, 0] - here.x, places[:, 1] - here.y)
-        ways = atlas.ways_from(len(atlas.views) - 1)
+        ways = atlas.ways_from(len(atlas.views) - 1, settings.return_way)
         for number in np.argsort(gaps, kind="stable").tolist():
             if gaps[number] > settings.return_distance:
                 break

@@ -26,7 +26,7 @@ WAITING = 60  # views that wait to be looked at; the oldest are left to the seco
 BESIDE = 2.5  # [m] to views that a view is laid on finely …
 TURNED = 0.5  # … a radian between them counted as so many metres
 NEIGHBOURS = 12  # of them
-MANY = 300  # alignments after which the map is straightened
+MANY, SHARE = 300, 0.02  # alignments after which the map is straightened, and share of all that they must be then
 READY = 200  # views whose walls are kept ready
 MOVED, MOVED_TURN = 0.2, np.deg2rad(3.0)  # [m], [rad] of a submap against a view: reason to search again
 BENT = 0.04  # [m] and
@@ -40,6 +40,7 @@ class Surveyor:
         self._atlas, self._matching, self.settings = atlas, matching, settings
         self._waiting: deque[int] = deque()  # views to be looked at
         self._looked: dict[int, int] = {}  # view → bends of the atlas when it was looked at
+        self._again, self._bends = list(range(len(atlas.views))), atlas.bends  # views for a second look, newest last
         self._tried: dict[tuple[int, int], Pose] = {}  # view, submap → where in it the view was searched
         self._places: dict[tuple[int, int, int], Place] = {}
         self._ready: dict[int, Walls] = {}
@@ -54,7 +55,7 @@ class Surveyor:
         self._stamp = stamp
         self._waiting.append(view)
         if len(self._waiting) > WAITING:
-            self._waiting.popleft()
+            self._again.append(self._waiting.popleft())
 
     def work(self, pieces: int) -> int:
         """Do so many small pieces of work; returns how many were left over because there was nothing to do."""
@@ -71,11 +72,13 @@ class Surveyor:
 
     def finish(self) -> None:
         """Do all the work that is left, and lay every view on those that have come to lie beside it."""
-        while not self.work(1000):
-            pass
+        self._do_all()
         self._next_view = 0
-        while not self.work(1000):
-            pass
+        self._do_all()
+
+    def _do_all(self) -> None:
+        while not self.work(1000) or self._fresh:
+            self._crooked |= self._labour is None and self._fresh > 0
 
     def believe(self, bond: int, holds: bool) -> bool:
         """Undo a bond, or redo it; returns whether there is one of that number that can be."""
@@ -101,8 +104,12 @@ class Surveyor:
         ):
             self._next_view += 1
             return self._align(self._next_view - 1)
-        self._crooked |= self._fresh > 0
+        self._crooked |= self._is_worth_it(1)
         return self._straighten() if self._crooked else None
+
+    def _is_worth_it(self, least: int) -> bool:
+        """Whether so many new alignments wait, and enough beside the rest: the whole map is solved for them."""
+        return self._fresh >= max(least, SHARE * len(self._atlas.aligned))
 
     def _align(self, number: int) -> Generator[None, None, None]:
         """Lay a view on the older ones beside it, finely."""
@@ -118,8 +125,7 @@ class Surveyor:
                 atlas.aligned[other, number] = Edge(other, number, *found, doubted=True)
                 self._fresh += 1
             yield
-        if self._fresh >= MANY:
-            self._crooked = True
+        self._crooked |= self._is_worth_it(MANY)
 
     def _walls(self, number: int) -> Walls:
         """The walls of a view, the latest kept ready."""
@@ -132,17 +138,18 @@ class Surveyor:
     def _second_look(self) -> int | None:
         """The newest view that was looked at on an older map and has found nothing since."""
         bends = self._atlas.bends
-        for view in range(len(self._atlas.views) - 1, -1, -1):
-            if self._looked.get(view, -1) < bends:
-                return view
-        return None
+        if bends != self._bends:
+            self._again, self._bends = list(range(len(self._atlas.views))), bends
+        while self._again and self._looked.get(self._again[-1], -1) >= bends:
+            self._again.pop()
+        return self._again[-1] if self._again else None
 
     def _look(self, number: int) -> Generator[None, None, None]:
         """Search one view in the submaps around it."""
         self._looked[number] = self._atlas.bends
         view = self._atlas.views[number]
         bases = self._bases(view)
-        ways = self._atlas.ways_from(number) if bases else None
+        ways = self._atlas.ways_from(number, self._longest) if bases else None
         yield
         for base in bases:
             place = self._place(base)
@@ -161,17 +168,17 @@ class Surveyor:
         """The nearest view of every other submap around, at most ROOMS; none where a link is known or undone."""
         atlas, poses = self._atlas, self._atlas.pose_array()
         gaps = np.hypot(*(poses[:, :2] - poses[view.id, :2]).T)
-        near: list[tuple[float, Keyframe]] = []
-        for submap in atlas.submaps:
-            if submap.id == view.submap:
-                continue
-            bond = atlas.bond_between(submap.id, view.submap)
-            if bond is not None and (bond.undone or any(view.id in (link.a, link.b) for link in bond.links)):
-                continue
-            nearest = submap.views[int(np.argmin(gaps[[each.id for each in submap.views]]))]
-            if gaps[nearest.id] < self.settings.near and self._is_untried(view, submap.id):
-                near.append((float(gaps[nearest.id]), nearest))
-        return [base for _, base in sorted(near, key=lambda each: each[0])[:ROOMS]]
+        around = np.flatnonzero(gaps < self.settings.near)
+        nearest: dict[int, Keyframe] = {}  # of every submap, the nearest submap first
+        for number in around[np.argsort(gaps[around], kind="stable")].tolist():
+            nearest.setdefault(atlas.views[number].submap, atlas.views[number])
+        bases: list[Keyframe] = []
+        for submap, base in nearest.items():
+            bond = None if submap == view.submap else atlas.bond_between(submap, view.submap)
+            known = bond is not None and (bond.undone or any(view.id in (link.a, link.b) for link in bond.links))
+            if submap != view.submap and not known and self._is_untried(view, submap):
+                bases.append(base)
+        return bases[:ROOMS]
 
     def _is_untried(self, view: Keyframe, submap: int) -> bool:
         """Whether the map has moved so much that a search that found nothing is worth another one."""
@@ -180,6 +187,13 @@ class Surveyor:
         return before is None or (
             before.distance_to(place.x, place.y) > MOVED or abs(wrap(before.heading - place.heading)) > MOVED_TURN
         )
+
+    @property
+    def _longest(self) -> float:
+        """Way [m] from which on the reach grows no more."""
+        settings = self.settings
+        place = (settings.widest - settings.reach) / max(settings.reach_per_way, 1e-6)
+        return max(place, (settings.widest_angle - settings.angle) / max(settings.angle_per_way, 1e-6))
 
     def _reach(self, way: float) -> tuple[float, float]:
         """How far around to search after a way [m] between the two."""

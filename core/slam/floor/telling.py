@@ -28,7 +28,7 @@ class Telling:
 
     def __init__(self, atlas: Atlas) -> None:
         self._atlas = atlas
-        self._landmarks: dict[int, tuple[Pose, tuple[Landmark, ...], tuple[Landmark, ...]]] = {}
+        self._landmarks: dict[int, tuple[int, tuple[Landmark, ...], tuple[Landmark, ...]]] = {}
         self._rooms: tuple[tuple[int, ...], tuple[SubmapView, ...]] = (), ()
         self._closures: tuple[object, tuple[Closure, ...]] = None, ()
         self._all: tuple[Landmark, ...] = ()
@@ -71,13 +71,13 @@ class Telling:
 
     def landmarks(self) -> tuple[Landmark, ...]:
         """The landmarks of all submaps, in the world, each with a number of its own."""
-        changed = False
+        changed, revision = False, self._atlas.revision
         for submap in self._atlas.submaps:
-            pose, own = self._base(submap), submap.slam.landmarks
-            known = self._landmarks.get(submap.id)
-            if known is not None and known[0] == pose and known[1] is own:
+            own, known = submap.slam.landmarks, self._landmarks.get(submap.id)
+            if known is not None and known[0] == revision and known[1] is own:
                 continue
-            self._landmarks[submap.id] = pose, own, tuple(_placed(mark, pose, submap.id) for mark in own)
+            pose = self._base(submap)
+            self._landmarks[submap.id] = revision, own, tuple(_placed(mark, pose, submap.id) for mark in own)
             changed = True
         if changed:
             self._all = tuple(mark for _, _, told in self._landmarks.values() for mark in told)
