@@ -9,10 +9,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import settings
 from xdist.scheduler import LoadScopeScheduling
 
 for library in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(library, "1")  # as in the console; must come before the first import of numpy
+
+settings.register_profile("beckon", deadline=None)  # on a busy machine an example takes as long as it takes
+settings.load_profile("beckon")
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 BROWSER = "browser/"

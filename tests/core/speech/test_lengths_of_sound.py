@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from core.errors import BadInput
@@ -44,7 +44,6 @@ def in_a_row(lengths: list[int], channels: int) -> list[Sound]:
     return [murmur(count, channels, at / RATE) for count, at in zip(lengths, begins, strict=False)]
 
 
-@settings(deadline=None)
 @given(st.integers(0, 5_000), st.integers(1, 200_000), st.floats(1e-6, 5.0), st.floats(-1e6, 1e9))
 def test_a_sound_in_pieces_is_that_sound(count: int, rate: int, longest: float, stamp: float) -> None:
     whole = Sound(stamp=stamp, rate=rate, samples=np.arange(float(count))[:, None])
