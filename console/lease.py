@@ -32,7 +32,7 @@ class Lease:
     def check_not_anothers(self, person: Person) -> None:
         """Raises Refused with the driver's name while somebody else drives."""
         if self.holder is not None and not self.held_by(person):
-            raise Refused(f"{self.holder.name} drives now. Ask for the wheel, or take over.")
+            raise Refused(f"{self.holder.name} drives now. Take over, or wait until the wheel is given back.")
 
     def acquire(self, person: Person, now: float) -> None:
         """Take the lease when it is free; renews it for its holder. Raises Refused with the holder's name."""
