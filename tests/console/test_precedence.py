@@ -11,7 +11,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from console.serve import browse
+from console.browser import browse
 from core.gate.precedence import CONSOLE, GATE, PILOT, come_first
 from tests.browser.running_console import Running, write_log
 from tests.core.gate.ranks import apart, permitted
@@ -50,13 +50,13 @@ def test_who_only_plays_a_recording_back_comes_before_nobody(tmp_path: Path) -> 
         assert os.sched_getscheduler(driver) == os.SCHED_OTHER
 
 
-def test_the_browser_is_opened_like_any_other_program(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_browser_is_opened_like_any_other_program(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     policies: list[int] = []
-    monkeypatch.setattr("console.serve.webbrowser.open", lambda _: policies.append(os.sched_getscheduler(0)))
+    monkeypatch.setattr("console.browser.webbrowser.open", lambda _: policies.append(os.sched_getscheduler(0)))
 
     def opened() -> None:
         come_first(CONSOLE)
-        browse("http://127.0.0.1:8420/")
+        browse("http://127.0.0.1:8420/", tmp_path, 0.0)
 
     apart(opened)
     assert policies == [os.SCHED_OTHER]

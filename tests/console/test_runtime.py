@@ -219,7 +219,11 @@ def test_a_data_folder_that_cannot_be_written_does_not_stop_the_console(tmp_path
     in_the_way.write_text("no folder")
     with Live(in_the_way / "home") as live:
         assert live.ask("POST", "/api/commands", {"text": "stop"}, token=live.operator).status == 202
-        live.until(lambda: any("cannot be saved" in notice.text for notice in live.runtime.board.shown))
+        live.until(
+            lambda: any(
+                "Nothing can be saved in the data folder" in notice.text for notice in live.runtime.board.shown
+            )
+        )
 
 
 def wait_frames(live: Live, seconds: float = 0.3) -> None:

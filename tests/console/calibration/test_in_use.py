@@ -227,7 +227,8 @@ def test_a_digit_that_changed_after_it_was_saved_is_told_and_not_used(tmp_path: 
     kept = InUse(tmp_path)
     kept.open()
     assert kept.camera is None
-    assert "camera.json cannot be used: It was changed after it was saved" in kept.trouble and SEAL in kept.trouble
+    (trouble,) = kept.troubles
+    assert "camera.json cannot be used: It was changed after it was saved" in trouble and SEAL in trouble
 
 
 def test_a_file_that_somebody_wrote_by_hand_is_used_and_counts_as_not_verified(tmp_path: Path) -> None:
@@ -238,7 +239,7 @@ def test_a_file_that_somebody_wrote_by_hand_is_used_and_counts_as_not_verified(t
     kept = InUse(tmp_path)
     kept.open()
     told = kept.report("camera")
-    assert kept.camera is not None and kept.camera.fx == 505.0 and kept.trouble == ""
+    assert kept.camera is not None and kept.camera.fx == 505.0 and kept.troubles == []
     assert told is not None and told["verified"] is False
     kept.put("camera", document(506.0), {"fx": 506.0}, "somebody")
     told = kept.report("camera")
