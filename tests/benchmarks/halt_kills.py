@@ -19,6 +19,7 @@ import threading
 import time
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
+from http.client import HTTPException
 from pathlib import Path
 from typing import Any
 
@@ -38,8 +39,8 @@ def kill_all(console: Console) -> None:
 
 
 def halt(console: Console, answers: list[Any]) -> None:
-    """POST /api/halt; an answer of 200 is noted."""
-    with contextlib.suppress(OSError, ValueError):
+    """POST /api/halt; a whole answer of 200 is noted."""
+    with contextlib.suppress(OSError, ValueError, HTTPException):
         answers.append(console.answer("/api/halt"))
 
 
