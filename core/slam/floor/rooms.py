@@ -156,7 +156,11 @@ class Rooms:
         pose, views = self.active.slam.filter.pose, self.active.views
         if views and self._driven is not None and not self._apart(pose, views[-1].local):
             return False
-        return sum(not self._apart(pose, view.local) for view in views) < self._parts.floor.alike
+        settings = self._parts.floor
+        gaps = [(pose.distance_to(view.local.x, view.local.y), self._turn(pose, view.local)) for view in views]
+        alike = sum(gap <= settings.view_distance and turn <= settings.view_turn for gap, turn in gaps)
+        crowd = sum(gap <= settings.crowd_distance and turn <= settings.crowd_turn for gap, turn in gaps)
+        return alike < settings.alike and crowd < settings.crowd
 
     def _new(self) -> Submap:
         """A new submap, the robot at its origin."""
@@ -168,7 +172,11 @@ class Rooms:
     def _apart(self, one: Pose, other: Pose) -> bool:
         settings = self._parts.floor
         far = one.distance_to(other.x, other.y) > settings.view_distance
-        return far or abs(wrap(one.heading - other.heading)) > settings.view_turn
+        return far or self._turn(one, other) > settings.view_turn
+
+    @staticmethod
+    def _turn(one: Pose, other: Pose) -> float:
+        return abs(wrap(one.heading - other.heading))
 
     def _leaves(self) -> bool:
         settings, pose = self._parts.floor, self.active.slam.filter.pose

@@ -13,6 +13,7 @@ from core.slam.floor.atlas import Atlas
 from core.slam.floor.closure import ClosureSettings, Link, agreement, departure, inverted, vouched
 from core.slam.floor.floor import Floor
 from core.slam.floor.matching import MatchingSettings
+from core.slam.floor.rooms import Parts, Rooms
 from core.slam.floor.tracker import Tracker
 from core.slam.motion import Increment
 from tests.core.slam.floor.ring import LASER, drive, told
@@ -147,3 +148,20 @@ def test_a_scan_that_went_astray_is_put_where_nothing_is_looked_through() -> Non
     assert abs(off.heading) < math.radians(1.5)
     assert slam.filter.pose_covariance()[0, 0] > 0.04**2
     assert len(floor.atlas.views) == views
+
+
+def test_a_map_grows_with_what_it_shows_and_not_with_how_long_it_is_driven_in() -> None:
+    rng, atlas, parts = np.random.default_rng(3), Atlas(), Parts()
+    rooms = Rooms(parts, None, atlas)
+    bearings = np.linspace(-2.0, 2.0, 9)
+    ends, hits = 3.0 * np.stack((np.cos(bearings), np.sin(bearings)), axis=1), np.ones(9, bool)
+    kept: list[int] = []
+    for number in range(2400):
+        rooms.active.slam.filter.seat(Pose(*rng.uniform((-1, -1, -math.pi), (1, 1, math.pi))), 1e-4 * np.eye(3))
+        rooms.keep(float(number), ends, hits)
+        kept.append(len(atlas.views))
+    quarters = np.diff([0, *kept[599::600]])
+    assert quarters[0] > 60, "every place is seen from every side"
+    assert quarters[3] < 0.1 * quarters[0]
+    sectors = 2 * math.pi / parts.floor.crowd_turn
+    assert kept[-1] < parts.floor.crowd * sectors * 4.0 / (math.pi * (parts.floor.crowd_distance / 2) ** 2) / 2
