@@ -32,7 +32,7 @@ from core.errors import BeckonError
 from core.geometry import wrap
 from core.perception.people.call import Call
 from core.sensors import Sound
-from core.sensors.microphones import MicrophoneArray, joined
+from core.sensors.microphones import MicrophoneArray, joined, usable
 from core.snapshot import Snapshot, VoiceDirection
 from core.speech.settings import MOST_WAITING, PIECE, SpeechSettings
 
@@ -107,8 +107,8 @@ class Ears:
             self._drove = (since if self.stamp - until < FRESH else self.stamp, self.stamp)
         if snapshot.hearing is not None:
             self._voices = snapshot.hearing.voices or self._voices
-        if sound is None or array is None or self.trouble:
-            return
+        if sound is None or array is None or self.trouble or not usable(sound.samples):
+            return  # a piece that is no numbers is a gap; the pilot says that it came
         try:
             heard = array.heard(sound)
             self._array = array if array.dimensions >= 2 else None  # a line of microphones has no directions

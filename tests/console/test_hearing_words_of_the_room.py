@@ -85,6 +85,22 @@ def test_talk_on_and_on_stands_in_the_history_once(tmp_path: Path, monkeypatch: 
     assert len(ears.utterances) == 10
 
 
+@pytest.mark.parametrize("broken", [np.nan, np.inf, 1e300])
+def test_a_piece_that_is_no_numbers_is_a_gap_and_not_the_end_of_all_words(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, broken: float
+) -> None:
+    worker, stops = Reads(), list[str]()
+    monkeypatch.setattr("console.hearing.WordsWorker", lambda: worker)
+    door = SimpleNamespace(stop=lambda who, source: stops.append(source))
+    ears = Ears(door, History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
+    piece = Sound(stamp=1.0, rate=16_000, samples=np.full((3200, 4), broken))
+    snapshot: Any = SimpleNamespace(stamp=1.0, hearing=None, velocity=Twist(0.0, 0.0))
+    ears.took(snapshot, piece, RESPEAKER_ODAS)
+    assert ears.trouble == ""
+    hear([STOP], [1.2], ears, worker)
+    assert stops == ["ears"]
+
+
 def test_words_are_as_old_as_their_sound_whenever_the_console_takes_it(tmp_path: Path) -> None:
     """Sensed at 1000 s of our clock, taken by the console ten seconds late."""
     ears = Ears(SimpleNamespace(), History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
