@@ -125,6 +125,7 @@ def test_without_a_link_stop_and_halt_say_what_happens_instead(visit: Open, cons
         page.route(re.compile(r"/api/(stop|halt)"), lambda route: route.abort() if cut else route.continue_())
 
     here = visit(before=through)
+    expect(here.find(".quality-chip")).to_have_text(re.compile(r"\S"))  # a verdict has come
     cut.append(True)
     routes[-1].close(code=1012, reason="")
     expect(here.find(".stop")).to_contain_text("no link")
