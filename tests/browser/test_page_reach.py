@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 
 import pytest
 from playwright.sync_api import Browser, Locator, expect
@@ -76,18 +77,19 @@ def test_the_camera_is_whole_and_the_status_readable_at_every_size(visit: Open) 
         assert width < 1024 or (seen["height"] >= 200 and seen["words"] >= 140), (width, height, seen)
         here.say("turn lift")
         chip = here.find("command-status .meant button").first
-        chip.scroll_into_view_if_needed()
         for part in (here.find(".status-words"), here.find(".status-remark"), chip):
-            assert at_its_place(here, part), (width, height, part)
+            here.until(partial(at_its_place, part), f"{part} is seen at {width}x{height}")
         assert here.page.evaluate("document.documentElement.scrollWidth <= innerWidth"), (width, height)
 
 
-def at_its_place(here: Visit, part: Locator) -> bool:
-    """Whether the middle of the first line of it is seen, nothing over it."""
-    part.scroll_into_view_if_needed()
+def at_its_place(part: Locator) -> bool:
+    """Whether the middle of the first line of it is seen, nothing over it; it may be drawn again meanwhile."""
     return part.evaluate(
         """(part) => {
-            const { left, top, width, height } = part.getClientRects()[0];
+            part.scrollIntoView({ block: "nearest" });
+            const [box] = part.getClientRects();
+            if (!box) return false;
+            const { left, top, width, height } = box;
             const met = document.elementFromPoint(left + width / 2, top + Math.min(height / 2, 8));
             return width > 20 && height > 8 && (part.contains(met) || met?.contains(part));
         }"""
@@ -224,7 +226,7 @@ def test_a_recording_is_played_and_cannot_be_driven(
         expect(here.button("Play")).to_be_visible()
         before = here.find(".seek").input_value()
         here.find(".seek").press("ArrowRight")
-        assert here.find(".seek").input_value() > before
+        assert float(here.find(".seek").input_value()) > float(before)
         here.find(".seek").fill("500")
         here.until(lambda: abs(playing.ask("api/state")["robot"]["progress"] - 0.5) < 0.1, "half way")
         here.button("2×").click()
