@@ -7,13 +7,14 @@ third of a second.
 from __future__ import annotations
 
 import time
+from abc import ABC, abstractmethod
 from asyncio import AbstractEventLoop, Handle, Transport
 
 PIECE = 256  # [bytes] parsed at once: some 40 of the smallest chunks or frames
 TURN = 0.001  # [s] of parsing, by all connections with much to parse together, before everything else has its turn
 
 
-class Piecemeal:
+class Piecemeal(ABC):
     """Base of a protocol: reads no further while something waits to be parsed."""
 
     loop: AbstractEventLoop
@@ -25,14 +26,14 @@ class Piecemeal:
         self._unread = bytearray()
         self._next: Handle | None = None
 
+    @abstractmethod
     def take(self, piece: bytes) -> None:
         """Parse a piece."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def full(self) -> bool:
         """Whether what was parsed has to be dealt with first."""
-        raise NotImplementedError
 
     @property
     def piece(self) -> int:

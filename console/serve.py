@@ -43,7 +43,8 @@ from core.settings import load
 
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "[::1]"})
 SOCKET_MESSAGE = 16384  # [bytes] at most in one message: the longest sentence takes 12,000
-BACKLOG = 64  # connections that wait to be accepted
+ACCEPTED_AT_ONCE = 16  # connections: each is read before a crowd of strangers behind it can push it out again
+WAITING = 1024  # connections that wait to be accepted; beyond, a client tries again after a whole second
 SWITCH = 0.001  # [s] after which a computing thread lets the event loop in
 ONCE_LIFE = 120.0  # [s] in which the browser that is opened here has to come
 PING = 5.0  # [s] between pings, and for an answer to one
@@ -137,6 +138,7 @@ def serve(options: Options) -> None:
         config = configured(create_app(runtime), options.tls_cert, options.tls_key, most)
 
         def listening() -> None:
+            listener.listen(WAITING)  # uvicorn has set the queue's length to what is accepted at once
             gc.freeze()  # what is loaded now stays; to go through it again and again would take 70 ms each time
             announce(options, port, access)
             if is_readable(options):
@@ -166,7 +168,7 @@ def configured(app: ASGIApp, certificate: Path | None = None, key: Path | None =
         ws=ImpatientSocket,
         ws_per_message_deflate=False,
         ws_max_size=SOCKET_MESSAGE,
-        backlog=BACKLOG,
+        backlog=ACCEPTED_AT_ONCE,
         ws_ping_interval=PING,
         ws_ping_timeout=PING,
         timeout_graceful_shutdown=3,
