@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -10,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-SOURCES = [*ROOT.glob("core/**/*.py"), *ROOT.glob("console/**/*.py")]
+TOOLS = ROOT / "node_modules/.bin"
 TEXTS = [
     path
     for pattern in ("**/*.py", "**/*.js", "**/*.css", "**/*.html", "**/*.md", "pyproject.toml", ".ci/*")
@@ -43,11 +44,6 @@ def test_types_are_strict() -> None:
     assert run("basedpyright", "--pythonpath", sys.executable) == ""
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_a_source_file_holds_one_noun(path: Path) -> None:
-    assert len(path.read_text().splitlines()) <= 300
-
-
 def test_no_text_names_a_machine_path() -> None:
     own = Path(__file__)
     told = [path for path in TEXTS if path != own and re.search(r"(?<![\w.])/(work|farm)/", path.read_text())]
@@ -61,13 +57,26 @@ def test_browser_modules_pass_their_own_tests() -> None:
     assert told == "", told[-4000:]
 
 
-@pytest.mark.skipif(not (ROOT / "node_modules/.bin/tsc").exists(), reason="TypeScript is not installed (npm install)")
-def test_browser_modules_have_sound_types() -> None:
-    told = subprocess.run(
-        [str(ROOT / "node_modules/.bin/tsc"), "-p", "static/jsconfig.json"],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
+needs_node = pytest.mark.skipif(
+    not (TOOLS / "biome").exists() and "BECKON_REQUIRE_BROWSER" not in os.environ,
+    reason="the JavaScript tools are not installed (npm install)",
+)
+
+
+def tool(*command: str) -> str:
+    """Run a tool of package.json; its output when it complains, else ''."""
+    done = subprocess.run(
+        [str(TOOLS / command[0]), *command[1:]], cwd=ROOT, capture_output=True, text=True, check=False
     )
-    assert told.returncode == 0, told.stdout[-4000:]
+    return (done.stdout + done.stderr)[-4000:] if done.returncode else ""
+
+
+@needs_node
+@pytest.mark.parametrize("project", ["static", "tests/js"])
+def test_browser_modules_have_sound_types(project: str) -> None:
+    assert tool("tsc", "-p", f"{project}/jsconfig.json") == ""
+
+
+@needs_node
+def test_browser_modules_are_formatted_and_linted() -> None:
+    assert tool("biome", "check") == ""

@@ -26,46 +26,61 @@ TURN_NOISE = 0.05  # [rad per root rad]: steering tells a turn roughly, and tyre
 SIGHTING_NOISE = 0.4, 0.035  # [m], [rad]
 
 
+class _Graph:
+    """The lines of a file: poses, and what was seen from each."""
+
+    def __init__(self) -> None:
+        self.increments: list[Pose] = []
+        self.reached: dict[int, int] = {}  # node of a pose → how many increments lead to it
+        self.seen: dict[int, array[float]] = {}  # node of a pose → id, range, bearing …
+
+    def add(self, words: list[str]) -> bool:
+        """Take in one line; False: it is cut or no numbers."""
+        odometry = words[0] == "ODOMETRY"
+        try:
+            node, other = int(words[1]), int(words[2])
+            numbers = [float(word) for word in words[3 : 6 if odometry else 5]]
+        except (ValueError, IndexError):
+            return False
+        if len(numbers) < (3 if odometry else 2) or not all(abs(value) < 1e6 for value in numbers):
+            return False
+        if odometry:
+            self.reached.setdefault(node, len(self.increments))
+            self.increments.append(Pose(*numbers))
+            self.reached[other] = len(self.increments)
+        else:
+            x, y = numbers
+            self.seen.setdefault(node, array("d")).extend((other, math.hypot(x, y), math.atan2(y, x)))
+        return True
+
+    def drop_strangers(self) -> int:
+        """Forget what was seen from poses that no increment leads to → how many sightings that were."""
+        strangers = [node for node in self.seen if node not in self.reached]
+        return sum(len(self.seen.pop(node)) // 3 for node in strangers)
+
+
 def read(path: Path, ids: Ids, settings: LogSettings) -> SightingRecording:
     """One step per pose from which something was seen, stamped 1.0 after the first ODOMETRY line. Raises BadInput."""
     tally = Tally(path)
     text = TextLog(path, settings.largest_file)
-    increments: list[Pose] = []
-    reached: dict[int, int] = {}  # node of a pose → how many increments lead to it
-    seen: dict[int, array[float]] = {}  # node of a pose → id, range, bearing …
+    graph = _Graph()
     for number, line in text:
         words = line.split()
-        if not words or words[0] not in ("ODOMETRY", "LANDMARK"):
-            continue
-        try:
-            node, other = int(words[1]), int(words[2])
-            numbers = [float(word) for word in words[3 : 6 if words[0] == "ODOMETRY" else 5]]
-        except (ValueError, IndexError):
-            node, other, numbers = 0, 0, []
-        if len(numbers) < (3 if words[0] == "ODOMETRY" else 2) or not all(abs(value) < 1e6 for value in numbers):
+        if words and words[0] in ("ODOMETRY", "LANDMARK") and not graph.add(words):
             tally.skip("it is cut or no numbers", f"line {number}")
-            continue
-        if len(increments) > MOST_ROWS:
+        if len(graph.increments) > MOST_ROWS:
             raise BadInput(f"{path.name} has more than {MOST_ROWS} steps.")
-        if words[0] == "ODOMETRY":
-            reached.setdefault(node, len(increments))
-            increments.append(Pose(*numbers))
-            reached[other] = len(increments)
-        else:
-            x, y = numbers
-            seen.setdefault(node, array("d")).extend((other, math.hypot(x, y), math.atan2(y, x)))
     if text.cut:
         tally.skip("the packed file is cut or damaged here")
-    if not increments:
+    if not graph.increments:
         raise BadInput(f"{path.name} holds no ODOMETRY lines.")
-    strangers = [node for node in seen if node not in reached]
-    tally.skip("its pose is unknown", count=sum(len(seen.pop(node)) // 3 for node in strangers))
-    by_step = {reached[node]: np.array(rows).reshape(-1, 3) for node, rows in seen.items()}
+    tally.skip("its pose is unknown", count=graph.drop_strangers())
+    by_step = {graph.reached[node]: np.array(rows).reshape(-1, 3) for node, rows in graph.seen.items()}
     moved = Increment()
     steps = Steps(SIGHTING_NOISE, ids, tally)
-    for k in range(len(increments) + 1):
+    for k in range(len(graph.increments) + 1):
         if k:
-            moved = moved.then(_told(increments[k - 1]))
+            moved = moved.then(_increment(graph.increments[k - 1]))
         if k in by_step:
             steps.add(float(k), moved, by_step[k])
             moved = Increment()
@@ -73,6 +88,6 @@ def read(path: Path, ids: Ids, settings: LogSettings) -> SightingRecording:
     return steps.finish(path, "Victoria Park text")
 
 
-def _told(move: Pose) -> Increment:
+def _increment(move: Pose) -> Increment:
     """A move of one line → with its covariance; the file gives every line the same, be it straight or in a bend."""
     return Increment(move, STEP_NOISE + np.diag([0.0, 0.0, TURN_NOISE**2 * abs(move.heading)]))

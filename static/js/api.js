@@ -51,11 +51,9 @@ export function socketAddress(path) {
  * @returns {Promise<any>}
  */
 export async function call(path, options = {}) {
-  const answer = await fetch(address(path), { credentials: "same-origin", cache: "no-store", ...options }).catch(
-    () => {
-      throw new Refusal(0, "Beckon does not answer. Is it still running, and is the network up?");
-    },
-  );
+  const answer = await fetch(address(path), { credentials: "same-origin", cache: "no-store", ...options }).catch(() => {
+    throw new Refusal(0, "Beckon does not answer. Is it still running, and is the network up?");
+  });
   const told = await answer.json().catch(() => null);
   if (answer.ok) return told;
   throw new Refusal(answer.status, told?.detail ?? `Beckon answered ${answer.status}.`);

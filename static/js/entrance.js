@@ -14,8 +14,6 @@ function enterByLink() {
   const token = new URLSearchParams(location.hash.slice(1)).get("t");
   if (!token) return false;
   history.replaceState(null, "", location.pathname + location.search);
-  void (
-    /** @type {import("./panels/login-view.js").LoginView} */ (document.querySelector("login-view")).enter(token)
-  );
+  void (/** @type {import("./panels/login-view.js").LoginView} */ (document.querySelector("login-view")).enter(token));
   return true;
 }

@@ -2,7 +2,7 @@
 
 import { Drive, PERIOD_MS } from "./drive.js";
 import { mayBegin } from "./intent.js";
-import { HeldKeys, intentionOf, scrolls, takesEnter, takesText, TALK } from "./keys.js";
+import { HeldKeys, intentionOf, scrolls, TALK, takesEnter, takesText } from "./keys.js";
 import { remembered } from "./memory.js";
 
 /** @typedef {import("./session.js").Session} Session */

@@ -42,7 +42,8 @@ export function whither({ name, goal, heading_rad, bearing_rad, bearing_sd_rad }
  * Who spoke, and in whose name it is done.
  * @param {{source: string, who: string}} order
  */
-export const speaker = ({ source, who }) => (source === "ears" ? `A voice in the room, for ${who}` : `Spoken by ${who}`);
+export const speaker = ({ source, who }) =>
+  source === "ears" ? `A voice in the room, for ${who}` : `Spoken by ${who}`;
 
 /** @param {IntentState} intent */
 export const countdown = ({ begins_in_s }) => `begins in ${fixed(Math.max(begins_in_s, 0), 1)} s`;

@@ -108,7 +108,10 @@ export function takesText(target) {
  */
 export function scrolls(target) {
   const element = /** @type {Partial<HTMLElement> | null | undefined} */ (target);
-  return element?.closest?.(".record-list, landmark-table, .scrolls, input[type=range], [role=listbox], [role=slider]") != null;
+  return (
+    element?.closest?.(".record-list, landmark-table, .scrolls, input[type=range], [role=listbox], [role=slider]") !=
+    null
+  );
 }
 
 /**

@@ -1,6 +1,6 @@
 // The calls that concern the map: what is saved of it, where the robot is on it, which closures hold.
 
-import { Refusal, address, call, post } from "./api.js";
+import { address, call, post, Refusal } from "./api.js";
 
 /** @typedef {import("./wire.js").ClosureRow} ClosureRow */
 /**

@@ -41,7 +41,7 @@ export class PictureChip {
     const rows = figures(quality, state?.calibration_drift ?? null).flat();
     while (this.#rows.children.length < rows.length) this.#rows.append(make("dt"), make("dd"));
     while (this.#rows.children.length > rows.length) this.#rows.lastElementChild?.remove();
-    rows.forEach((text, index) => write(/** @type {Element} */ (this.#rows.children[index]), text));
+    for (const [index, text] of rows.entries()) write(/** @type {Element} */ (this.#rows.children[index]), text);
   }
 
   #expire() {

@@ -21,7 +21,8 @@ export function figures(quality, drift) {
     ["Edges stand out", `${fixed(quality.margin, 1)} × what can be found`],
     ["Before edges", remedies(quality)],
   ];
-  if (drift) rows.push(["Camera on laser", `turned ${signed(drift.apparent_rad)} ± ${degrees(drift.apparent_sd_rad, 1)}`]);
+  if (drift)
+    rows.push(["Camera on laser", `turned ${signed(drift.apparent_rad)} ± ${degrees(drift.apparent_sd_rad, 1)}`]);
   return rows;
 }
 

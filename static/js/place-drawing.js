@@ -30,7 +30,11 @@ export function drawPlace(canvas, view, { plan, scan, placed, candidates, radius
   const radius = Math.max(7, view.scale * metres);
   for (const [index, { x_m: x, y_m: y, heading_rad: heading }] of candidates.entries()) {
     const strength = index === 0 ? 0.75 : 0.45;
-    drawRobot(context, view.drawn({ x, y }), heading, { radius: 0.8 * radius, colour: colour("--scene-ghost"), strength });
+    drawRobot(context, view.drawn({ x, y }), heading, {
+      radius: 0.8 * radius,
+      colour: colour("--scene-ghost"),
+      strength,
+    });
   }
   if (!placed) return;
   const { heading } = placed;

@@ -28,7 +28,7 @@ export function placed(target, size, space, never, rather = undefined) {
       { ...way, left: free.left - GAP - size.width },
       { ...way, top: free.top - GAP - size.height },
       { ...way, top: free.bottom + GAP },
-    ])
+    ]),
   );
   const inside = [...ways, ...aside].map((way) => ({
     ...way,
@@ -56,8 +56,7 @@ const clamp = (value, low, high) => Math.max(low, Math.min(value, high));
  * @param {Box} a
  * @param {Box} b
  */
-export const apart = (a, b) =>
-  Math.max(a.left - b.right, b.left - a.right, a.top - b.bottom, b.top - a.bottom);
+export const apart = (a, b) => Math.max(a.left - b.right, b.left - a.right, a.top - b.bottom, b.top - a.bottom);
 
 /**
  * Shared area [px²].

@@ -23,10 +23,7 @@ const tokens = (text) => text.toLowerCase().trim().split(/\s+/).filter(Boolean);
  * @param {Kind} kind
  */
 export function readable(pattern, kind) {
-  return pattern.replace(
-    /\{(\w+)\}/g,
-    (_, name) => kind.numbers.find((number) => number.name === name)?.says ?? name,
-  );
+  return pattern.replace(/\{(\w+)\}/g, (_, name) => kind.numbers.find((number) => number.name === name)?.says ?? name);
 }
 
 /**

@@ -33,5 +33,7 @@ export function onTheme(listener) {
   listeners.add(listener);
 }
 
-darkRoom.addEventListener("change", () => listeners.forEach((listener) => listener()));
+darkRoom.addEventListener("change", () => {
+  for (const listener of listeners) listener();
+});
 choose(remembered("theme", "auto"));

@@ -23,7 +23,10 @@ test("an order is echoed, and a stop told", () => {
 test("the end is told once it is worth telling", () => {
   assert.equal(ended({ ...row, state: "done", name: "turn_left", remark: "" }), "Done.");
   assert.equal(ended({ ...row, state: "done", name: "stop_moving", remark: "" }), "");
-  assert.equal(ended({ ...row, state: "failed", name: "continue", remark: "A wall is in the way." }), "A wall is in the way.");
+  assert.equal(
+    ended({ ...row, state: "failed", name: "continue", remark: "A wall is in the way." }),
+    "A wall is in the way.",
+  );
   assert.equal(ended({ ...row, state: "pre-empted", name: "continue", remark: "“x” came after it." }), "");
 });
 
@@ -32,7 +35,10 @@ test("talk that was meant for nobody is not answered, a held button is", () => {
   assert.equal(answer({ ...nothing, held: false }), "");
   assert.equal(answer({ ...nothing, held: true }), "No command.");
   assert.equal(answer({ ...nothing, words: "turn", held: false }), "No command.");
-  assert.equal(answer({ ...nothing, words: "stop", accepted: true, final: false, heard_as: "stop moving" }), "Stopping.");
+  assert.equal(
+    answer({ ...nothing, words: "stop", accepted: true, final: false, heard_as: "stop moving" }),
+    "Stopping.",
+  );
 });
 
 test("the rest of a sentence that said stop offers nothing and is not answered", () => {

@@ -8,7 +8,7 @@ import { known, share } from "../../static/js/calibration/progress.js";
 import { sure } from "../../static/js/calibration/sure.js";
 import { standing } from "../../static/js/calibration/used.js";
 import { webcamRefusal } from "../../static/js/calibration/webcam.js";
-import { Pace, mirrored, quietWords } from "../../static/js/calibration/words.js";
+import { mirrored, Pace, quietWords } from "../../static/js/calibration/words.js";
 
 /** @typedef {import("../../static/js/calibration/shape.js").Verdict} Verdict */
 /** @typedef {import("../../static/js/calibration/shape.js").Calibration} Calibration */
@@ -181,7 +181,16 @@ test("the heat map gets warmer with doubt and says in words where it is least su
 
 test("a session in the list says whether its calibration is in use, or was", () => {
   /** @type {import("../../static/js/calibration/shape.js").Row} */
-  const row = { id: "a", kind: "camera", source: "robot", created_s: 1, views: 6, ready: true, accepted: true, accepted_s: 100 };
+  const row = {
+    id: "a",
+    kind: "camera",
+    source: "robot",
+    created_s: 1,
+    views: 6,
+    ready: true,
+    accepted: true,
+    accepted_s: 100,
+  };
   assert.equal(standing(row, { accepted_s: 99.5 }), "in use");
   assert.match(standing(row, null), /^was in use/);
   assert.match(standing(row, { accepted_s: 400 }), /^was in use/); // another one since

@@ -43,7 +43,7 @@ function page() {
     },
     /** @param {number} ms */
     wait(ms) {
-      for (const end = now + ms; now < end;) {
+      for (const end = now + ms; now < end; ) {
         now += PERIOD_MS;
         self.hear();
         drive.tick(now);

@@ -89,7 +89,10 @@ test("Enter begins the order that waits, and is its own elsewhere", () => {
 test("a button to which the keyboard was led keeps its Enter, STOP always", () => {
   /** @param {boolean} led @param {boolean} stop */
   const control = (led, stop) => {
-    const button = { matches: () => led, closest: (/** @type {string} */ what) => (what === "stop-button" ? stop || null : button) };
+    const button = {
+      matches: () => led,
+      closest: (/** @type {string} */ what) => (what === "stop-button" ? stop || null : button),
+    };
     return /** @type {any} */ (button);
   };
   assert.equal(takesEnter(control(true, false)), true);

@@ -5,7 +5,8 @@ import { test } from "node:test";
 import { inWords, whyNot } from "../../static/js/hear/microphone.js";
 
 /** @param {string} name @param {unknown} value of the browser's global of that name */
-const browserHas = (name, value) => Object.defineProperty(globalThis, name, { value, configurable: true, writable: true });
+const browserHas = (name, value) =>
+  Object.defineProperty(globalThis, name, { value, configurable: true, writable: true });
 
 test("a page by http is told that browsers want https", () => {
   browserHas("isSecureContext", false);

@@ -10,10 +10,7 @@ import { HELLO, STATE } from "./view.js";
  * @param {object} [you]
  */
 function asked(change, you = {}) {
-  const merged = Object.entries(change).map(([key, value]) => [
-    key,
-    { .../** @type {any} */ (STATE)[key], ...value },
-  ]);
+  const merged = Object.entries(change).map(([key, value]) => [key, { .../** @type {any} */ (STATE)[key], ...value }]);
   const state = /** @type {State} */ ({ ...STATE, ...Object.fromEntries(merged) });
   return permission({ hello: { ...HELLO, you: { ...HELLO.you, ...you } }, state, up: true });
 }

@@ -53,8 +53,7 @@ test("a hint stands off the line of words where there is room, and off STOP firs
 test("near is bright, far is dark, and the ramp ends where it ends", () => {
   /** @param {number} range */
   const light = (range) => (rangeColour(range).match(/\d+/g) ?? []).reduce((sum, part) => sum + Number(part), 0);
-  for (let range = 0; range < FARTHEST - 0.5; range += 0.5)
-    assert.ok(light(range) > light(range + 0.5), String(range));
+  for (let range = 0; range < FARTHEST - 0.5; range += 0.5) assert.ok(light(range) > light(range + 0.5), String(range));
   assert.equal(rangeColour(-1), rangeColour(0));
   assert.equal(rangeColour(99), rangeColour(FARTHEST));
 });

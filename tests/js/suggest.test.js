@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { Recall, exampleNumbers, filled, holes, readable, suggest } from "../../static/js/suggest.js";
+import { exampleNumbers, filled, holes, Recall, readable, suggest } from "../../static/js/suggest.js";
 
 /** @typedef {import("../../static/js/suggest.js").Kind} Kind */
 

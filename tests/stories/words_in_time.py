@@ -309,7 +309,14 @@ class Story:
         """One thing that somebody does."""
         who = self.chance.choice((ANNA, ANNA, BERT))
         page = self.pages.get(who.id)
-        match self.chance.choices(ACTS, WEIGHTS)[0]:
+        what = self.chance.choices(ACTS, WEIGHTS)[0]
+        self._say(what, who, page)
+        self._drive(what, who)
+        self._change_page(what, who, page)
+        self._answer_pending(what, who)
+
+    def _say(self, what: str, who: Person, page: Page | None) -> None:
+        match what:
             case "speak" if page is not None:
                 page.speak(self.sentence("voice", who.id))
             case "room" if self.now > self.heard_until:  # the ears hear one utterance after the other
@@ -320,6 +327,11 @@ class Story:
                 self._file = self.utter("file", "", 0.0)
             case "type":
                 self.door.submit(self.utter("typed", who.id, 0.0).words, "typed", who)
+            case _:
+                pass
+
+    def _drive(self, what: str, who: Person) -> None:
+        match what:
             case "stop":
                 self.door.stop(GUEST, "rest")
             case "halt":
@@ -330,6 +342,11 @@ class Story:
                 self.door.wish(wish, who)
             case "forget":
                 self.door.forget(who)
+            case _:
+                pass
+
+    def _change_page(self, what: str, who: Person, page: Page | None) -> None:
+        match what:
             case "freeze":
                 self.frozen = self.now + self.chance.uniform(1, 10)
             case "hang" if page is not None:
@@ -338,6 +355,11 @@ class Story:
                 page.close()
             case "open" if page is None:
                 self.pages[who.id] = Page(self, who, control=self.chance.random() < 0.8)
+            case _:
+                pass
+
+    def _answer_pending(self, what: str, who: Person) -> None:
+        match what:
             case "take on":
                 self.spoken.take_on(who)
             case "drop" if self.intents.waiting is not None:

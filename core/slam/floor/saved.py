@@ -105,16 +105,31 @@ def _complaint(saved: SavedMap) -> str:
     if not 0.005 <= float(facts["resolution_m"]) <= 1.0:
         return "its resolution cannot be"
     counts: dict[str, int] = {}
+    return (
+        _shape_complaint(arrays, counts)
+        or _graph_complaint(saved, counts)
+        or _closure_complaint(saved)
+        or next((complaint for k in range(saved.submaps) if (complaint := _room(saved, k))), "")
+    )
+
+
+def _shape_complaint(arrays: dict[str, Array], counts: dict[str, int]) -> str:
+    """Which array is no table of its shape; `counts` gets the lengths that the shapes name."""
     for key, shape in SHAPES.items():
         array = arrays[key]
         if array.dtype.kind not in "fiub" or array.ndim != len(shape):
             return f"{key} is no table of numbers"
-        for told, side in zip(shape, array.shape, strict=True):
-            if (int(told) if told.isdigit() else counts.setdefault(told, side)) != side:
+        for expected, side in zip(shape, array.shape, strict=True):
+            if (int(expected) if expected.isdigit() else counts.setdefault(expected, side)) != side:
                 return f"{key} has the wrong length"
         if key != "beam_ends" and array.dtype.kind == "f" and not np.isfinite(array).all():
             return f"{key} has numbers that are not finite"
-    views, rooms = counts["views"], saved.submaps
+    return ""
+
+
+def _graph_complaint(saved: SavedMap, counts: dict[str, int]) -> str:
+    """Whether views, submaps and the links between views belong together."""
+    arrays, views, rooms = saved.arrays, counts["views"], saved.submaps
     if views == 0 or rooms == 0 or counts["ways"] != views - 1:
         return "it is empty"
     if int(arrays["view_beams"].sum()) != counts["beams"] or (arrays["view_beams"] < 2).any():
@@ -123,16 +138,22 @@ def _complaint(saved: SavedMap) -> str:
         return "views lie in submaps that are not there"
     if not _within(arrays["tied_ends"], views) or not _within(arrays["link_ends"][:, 1:], views):
         return "its graph names views that are not there"
-    bonds = cast(list[dict[str, Any]], facts["bonds"])
-    if not _within(arrays["link_ends"][:, 0], len(bonds)):
+    return ""
+
+
+def _closure_complaint(saved: SavedMap) -> str:
+    """Whether every closure has its links."""
+    bonds = cast(list[dict[str, Any]], saved.facts["bonds"])
+    ends = saved.arrays["link_ends"][:, 0]
+    if not _within(ends, len(bonds)):
         return "links belong to nothing"
-    counted = np.bincount(arrays["link_ends"][:, 0], minlength=len(bonds)).tolist()
+    counted = np.bincount(ends, minlength=len(bonds)).tolist()
     for bond, links in zip(bonds, counted, strict=True):
         shown = [] if bond["shown"] is None else [bond["shown"]]
         wrong = set(bond) != BOND or bond["state"] not in get_args(ClosureState)
         if wrong or any(not 0 <= int(k) < links for k in (*bond["accepted"], *shown)):
             return "its closures are wrong"
-    return next((told for told in (_room(saved, k) for k in range(rooms)) if told), "")
+    return ""
 
 
 def _room(saved: SavedMap, number: int) -> str:

@@ -96,8 +96,7 @@ export class Bench {
   /** @param {Verdict} verdict that came as an answer, perhaps before the socket told it */
   judge(verdict) {
     if (!this.calibration) return;
-    if (verdict.number > (this.calibration.verdict?.number ?? -1))
-      this.calibration = { ...this.calibration, verdict };
+    if (verdict.number > (this.calibration.verdict?.number ?? -1)) this.calibration = { ...this.calibration, verdict };
     this.#tell();
   }
 

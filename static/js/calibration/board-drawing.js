@@ -21,9 +21,7 @@ export class BoardDrawing extends HTMLElement {
       role: "img",
       "aria-label": `A board of ${columns + 1} by ${rows + 1} squares has ${columns} by ${rows} inner corners: the points where four squares meet.`,
     });
-    drawing.append(
-      svg("rect", { class: "board-paper", x: -3, y: -3, width: width + 6, height: height + 6, rx: 1.5 }),
-    );
+    drawing.append(svg("rect", { class: "board-paper", x: -3, y: -3, width: width + 6, height: height + 6, rx: 1.5 }));
     for (let row = 0; row <= rows; row += 1)
       for (let column = row % 2; column <= columns; column += 2)
         drawing.append(
@@ -35,8 +33,7 @@ export class BoardDrawing extends HTMLElement {
         const place = { cx: column * SQUARE, cy: row * SQUARE, r: counted ? 2.3 : 1.5 };
         drawing.append(svg("circle", { class: counted ? "board-corner is-counted" : "board-corner", ...place }));
       }
-    for (let column = 1; column <= columns; column += 1)
-      drawing.append(number(column * SQUARE, -6.5, column, columns));
+    for (let column = 1; column <= columns; column += 1) drawing.append(number(column * SQUARE, -6.5, column, columns));
     for (let row = 1; row <= rows; row += 1) drawing.append(number(-7, row * SQUARE, row, rows));
     this.replaceChildren(drawing);
   }

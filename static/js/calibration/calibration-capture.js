@@ -3,8 +3,8 @@
 import { make, mark, write } from "../element.js";
 import { remember } from "../memory.js";
 import { action, say } from "./action.js";
-import * as api from "./api.js";
 import { AdviceLine } from "./advice-line.js";
+import * as api from "./api.js";
 import { CameraChoice } from "./camera-choice.js";
 import { takeDrops } from "./drops.js";
 import { EmptyStage } from "./empty-stage.js";
@@ -126,7 +126,11 @@ class CalibrationCapture extends Room {
     this.#cameras.changed = () => {
       if (this.#eye instanceof Webcam) void this.#openWebcam(this.#eye);
     };
-    takeDrops(this, () => this.#eye instanceof Uploads, (files) => this.#add(files));
+    takeDrops(
+      this,
+      () => this.#eye instanceof Uploads,
+      (files) => this.#add(files),
+    );
     const beat = () => {
       requestAnimationFrame(beat);
       if (!this.hidden && this.#eye) this.#paint();

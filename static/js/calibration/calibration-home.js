@@ -71,7 +71,11 @@ class CalibrationHome extends Room {
           icon("upload"),
           make("label", { for: "camera-file", class: "link" }, "Bring a file"),
           this.#file,
-          make("span", { class: "note" }, "of a camera (ROS, OpenCV, Kalibr, Beckon) or of its mount (URDF, static transform, 4x4), to be used as it is"),
+          make(
+            "span",
+            { class: "note" },
+            "of a camera (ROS, OpenCV, Kalibr, Beckon) or of its mount (URDF, static transform, 4x4), to be used as it is",
+          ),
         ),
       ),
     );
@@ -92,7 +96,10 @@ class CalibrationHome extends Room {
   opened() {
     readMicrophones().then(
       (told) => {
-        write(this.#microphones.used, told.microphones ? orientationInWords(told.in_use) : "This robot has no microphones.");
+        write(
+          this.#microphones.used,
+          told.microphones ? orientationInWords(told.in_use) : "This robot has no microphones.",
+        );
         this.#microphones.used.toggleAttribute("data-some", told.in_use !== null);
         this.#microphones.start.disabled = !told.microphones;
       },
@@ -184,7 +191,8 @@ class CalibrationHome extends Room {
     this.#file.value = "";
     if (!file) return;
     const told = await this.bench.tried(async () => api.bring(await file.text()));
-    if (told !== null) this.session.announce(`The ${told.kind === "laser" ? "mount" : "camera"} in the file is in use.`);
+    if (told !== null)
+      this.session.announce(`The ${told.kind === "laser" ? "mount" : "camera"} in the file is in use.`);
     await this.bench.readLists();
   }
 }

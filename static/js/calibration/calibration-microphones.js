@@ -18,7 +18,11 @@ class CalibrationMicrophones extends Room {
   #advice = make("p", { class: "claps-advice", role: "status" });
   #verdict = make("p", { class: "claps-verdict", role: "alert" });
   #bar = make("div", { class: "bar-fill" });
-  #progress = make("div", { class: "progress", role: "progressbar", "aria-label": "Listening", hidden: true }, this.#bar);
+  #progress = make(
+    "div",
+    { class: "progress", role: "progressbar", "aria-label": "Listening", hidden: true },
+    this.#bar,
+  );
   #listen = action("ears", "Listen for a clap");
   #show = action("assistant", "Show me");
   #again = action("undo", "Begin anew");
@@ -40,7 +44,11 @@ class CalibrationMicrophones extends Room {
           "section",
           { class: "card claps-stage", "aria-label": "Claps from known sides" },
           make("h2", {}, "How are the microphones turned?"),
-          make("p", { class: "note" }, "Stand where the ring says, press, and clap twice or say a word. The robot has to stand still."),
+          make(
+            "p",
+            { class: "note" },
+            "Stand where the ring says, press, and clap twice or say a word. The robot has to stand still.",
+          ),
           this.#compass,
           this.#advice,
           this.#progress,
@@ -92,7 +100,8 @@ class CalibrationMicrophones extends Room {
     const { may } = this.bench;
     this.#listen.disabled = this.#again.disabled = this.#busy || !may || !told.microphones;
     this.#show.hidden = !told.simulated;
-    this.#show.disabled = !may || !told.microphones || (this.#busy && !this.#showing) || told.claps.length >= told.asked_rad.length;
+    this.#show.disabled =
+      !may || !told.microphones || (this.#busy && !this.#showing) || told.claps.length >= told.asked_rad.length;
     write(/** @type {Element} */ (this.#show.lastElementChild), this.#showing ? "Enough shown" : "Show me");
     this.#accept.hidden = told.solution === null || !may;
     this.#accept.disabled = this.#busy;
@@ -112,7 +121,10 @@ class CalibrationMicrophones extends Room {
   /** @param {Bench} told */
   #result({ solution, missing, in_use: used }) {
     mark(this.#found, "data-some", solution !== null);
-    write(this.#found, solution ? `Turned by ${api.turned(solution.yaw_rad)} ± ${degrees(2 * solution.sd_yaw_rad, 1)}` : missing);
+    write(
+      this.#found,
+      solution ? `Turned by ${api.turned(solution.yaw_rad)} ± ${degrees(2 * solution.sd_yaw_rad, 1)}` : missing,
+    );
     const agree = solution ? `The claps agree to ${degrees(solution.residual_rad, 1)} (rms).` : "";
     const down = solution?.mirrored ? " The array hangs upside down." : "";
     write(this.#remark, agree + down);
@@ -124,14 +136,22 @@ class CalibrationMicrophones extends Room {
    * @param {number} index
    */
   #row({ asked_rad, heard_rad, sd_rad, gap_rad }, index) {
-    const away = make("button", { type: "button", class: "icon-button small", "aria-label": `Leave out clap ${index + 1}` }, icon("close"));
+    const away = make(
+      "button",
+      { type: "button", class: "icon-button small", "aria-label": `Leave out clap ${index + 1}` },
+      icon("close"),
+    );
     away.addEventListener("click", () => void this.#tried(() => api.drop(index)));
     const gap = gap_rad === null ? "" : ` · misses by ${degrees(Math.abs(gap_rad), 1)}`;
     return make(
       "li",
       {},
       make("span", { class: "clap-asked" }, side(asked_rad)),
-      make("span", { class: "note" }, `heard at ${api.turned(heard_rad)} ± ${degrees(2 * sd_rad, 1)} of the array${gap}`),
+      make(
+        "span",
+        { class: "note" },
+        `heard at ${api.turned(heard_rad)} ± ${degrees(2 * sd_rad, 1)} of the array${gap}`,
+      ),
       this.bench.may && away,
     );
   }

@@ -72,7 +72,10 @@ class CalibrationReview extends Room {
       "click",
       () => bench.calibration && bench.go({ at: "capture", id: bench.calibration.id }),
     );
-    this.#undo.addEventListener("click", () => sure(this.#undo, "Press again to take it back") && void this.#takeBack());
+    this.#undo.addEventListener(
+      "click",
+      () => sure(this.#undo, "Press again to take it back") && void this.#takeBack(),
+    );
     this.#views.chosen = (name) => {
       this.#selected = name;
       this.draw();

@@ -13,7 +13,11 @@ export class ClapCompass extends HTMLElement {
 
   connectedCallback() {
     if (this.firstChild) return;
-    const drawing = svg("svg", { viewBox: "-100 -100 200 200", role: "img", "aria-label": "Where claps are asked for and heard" });
+    const drawing = svg("svg", {
+      viewBox: "-100 -100 200 200",
+      role: "img",
+      "aria-label": "Where claps are asked for and heard",
+    });
     this.#array.append(
       svg("rect", { x: -17, y: -17, width: 34, height: 34, rx: 6 }),
       svg("path", { d: "M0 -9V-30M-5 -24L0 -30L5 -24" }),

@@ -27,10 +27,7 @@ export class ExportsCard extends HTMLElement {
   connectedCallback() {
     if (this.children.length) return;
     this.classList.add("card");
-    this.append(
-      make("div", { class: "card-head" }, make("h2", { class: "card-title" }, "Take it along")),
-      this.#list,
-    );
+    this.append(make("div", { class: "card-head" }, make("h2", { class: "card-title" }, "Take it along")), this.#list);
   }
 
   /** @param {Calibration} calibration */

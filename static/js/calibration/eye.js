@@ -30,5 +30,4 @@ export function eyeFor(source, id, bench, session) {
  * Whether its pictures are shown as in a mirror: one sees oneself in a webcam.
  * @param {import("./shape.js").Source | undefined} source
  */
-export const isMirrored = (source) =>
-  remembered(`mirror.${source}`, source === "webcam" ? "true" : "false") === "true";
+export const isMirrored = (source) => remembered(`mirror.${source}`, source === "webcam" ? "true" : "false") === "true";

@@ -82,9 +82,7 @@ export function mountRows(solution, compare) {
   return Object.entries(DIRECTIONS).map(([key, [name, says]], index) => {
     const turned = index < 3;
     const value = turned ? (turns[index] ?? NaN) : 1e3 * (shifts[index - 3] ?? NaN);
-    const sd = turned
-      ? solution["sd_rotation_deg"]?.[index]
-      : 1e3 * (solution["sd_translation_m"]?.[index - 3] ?? NaN);
+    const sd = turned ? solution["sd_rotation_deg"]?.[index] : 1e3 * (solution["sd_translation_m"]?.[index - 3] ?? NaN);
     const told = compare?.[IN_USE[index] ?? ""]?.[1];
     const other = told === undefined || turned ? told : 1e3 * told;
     const unit = turned ? "°" : " mm";

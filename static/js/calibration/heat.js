@@ -40,7 +40,7 @@ export function heat(sd, target) {
  */
 export function heatPicture({ columns, rows, sd_px: sds }, target) {
   const picture = new ImageData(columns, rows);
-  sds.flat().forEach((sd, index) => picture.data.set([...heat(sd, target), 255], 4 * index));
+  for (const [index, sd] of sds.flat().entries()) picture.data.set([...heat(sd, target), 255], 4 * index);
   return picture;
 }
 

@@ -42,9 +42,7 @@ function middle(pixels) {
 
 /** @param {Pixel[]} pixels @param {Pixel} about */
 function spread(pixels, about) {
-  return Math.sqrt(
-    pixels.reduce((sum, [u, v]) => sum + (u - about[0]) ** 2 + (v - about[1]) ** 2, 0) / pixels.length,
-  );
+  return Math.sqrt(pixels.reduce((sum, [u, v]) => sum + (u - about[0]) ** 2 + (v - about[1]) ** 2, 0) / pixels.length);
 }
 
 /**

@@ -2,7 +2,7 @@
 
 import { make, mark, write } from "../element.js";
 import { fixed } from "../format.js";
-import { SPAN, heatPicture, heatWords } from "./heat.js";
+import { heatPicture, heatWords, SPAN } from "./heat.js";
 
 /** @typedef {import("./shape.js").Calibration} Calibration */
 /** @typedef {import("./shape.js").Uncertainty} Uncertainty */
@@ -22,13 +22,7 @@ export class KnownCard extends HTMLElement {
   #cells = make("div", { class: "cells", role: "img" });
   #heat = make("canvas", { class: "heat", role: "img" });
   #waits = make("p", { class: "heat-waits note" }, "after 4 views");
-  #legend = make(
-    "p",
-    { class: "heat-legend note" },
-    make("span"),
-    make("span", { class: "heat-ramp" }),
-    make("span"),
-  );
+  #legend = make("p", { class: "heat-legend note" }, make("span"), make("span", { class: "heat-ramp" }), make("span"));
   #words = make("p", { class: "note heat-words" });
   #bars = BARS.map(([key, name]) => ({ key, ...bar(name) }));
   #drawn = "";
@@ -42,12 +36,7 @@ export class KnownCard extends HTMLElement {
         "div",
         { class: "tiles" },
         make("figure", {}, this.#cells, make("figcaption", {}, "Seen")),
-        make(
-          "figure",
-          {},
-          make("div", { class: "heat-box" }, this.#heat, this.#waits),
-          make("figcaption", {}, "Sure"),
-        ),
+        make("figure", {}, make("div", { class: "heat-box" }, this.#heat, this.#waits), make("figcaption", {}, "Sure")),
       ),
       this.#legend,
       this.#words,

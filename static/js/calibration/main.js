@@ -22,7 +22,13 @@ import { Bench } from "./bench.js";
 import { Room } from "./room.js";
 
 const SHOW_MS = 200;
-const NAMES = { home: "Calibrate", new: "Which board?", capture: "Views", review: "Review", microphones: "Microphones" };
+const NAMES = {
+  home: "Calibrate",
+  new: "Which board?",
+  capture: "Views",
+  review: "Review",
+  microphones: "Microphones",
+};
 const ROOMS = {
   home: "calibration-home",
   new: "calibration-setup",

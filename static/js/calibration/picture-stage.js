@@ -63,11 +63,7 @@ export class PictureStage extends HTMLElement {
     if (seen?.laser) drawLaser(sheet, seen.laser);
     if (corners.length) drawCorners(sheet, corners, calibration.board.columns, seen?.kind ?? "");
     if (way && seen?.kind !== "counted") drawWay(sheet, way, (words) => (mirrored ? inMirror(words) : words));
-    mark(
-      canvas,
-      "aria-label",
-      corners.length ? "Picture; the board is found in it" : "Picture; no board found in it",
-    );
+    mark(canvas, "aria-label", corners.length ? "Picture; the board is found in it" : "Picture; no board found in it");
   }
 
   /**

@@ -82,8 +82,7 @@ export class ScanView extends HTMLElement {
  * @param {Array<readonly [number, number]>} board
  */
 function reach(scan, board) {
-  if (board.length)
-    return Math.min(MOST, Math.max(LEAST, 1.9 * Math.max(...board.map(([x, y]) => Math.hypot(x, y)))));
+  if (board.length) return Math.min(MOST, Math.max(LEAST, 1.9 * Math.max(...board.map(([x, y]) => Math.hypot(x, y)))));
   const ranges = [...scan.background, ...scan.points].map(([x, y]) => Math.hypot(x, y)).sort((a, b) => a - b);
   return Math.min(MOST, Math.max(LEAST, ranges[Math.floor(0.7 * ranges.length)] ?? LEAST));
 }

@@ -1,8 +1,8 @@
 // How far along: the steps of a wizard, the present one named.
 
 import { make, mark } from "../element.js";
-import { Room } from "./room.js";
 import { hashOf } from "./place.js";
+import { Room } from "./room.js";
 
 const STEPS = /** @type {const} */ (["Board", "Views", "Review", "In use"]);
 

@@ -15,8 +15,7 @@ export function inWords(kind, report) {
   if (kind === "laser") return `In use: ${report["landing_words"] ?? "a calibrated mount"}${when}`;
   const p95 = report["uncertainty"]?.p95_px ?? report["p95_uncertainty_px"];
   const sure = typeof p95 === "number" ? `, 95 % of the picture known to ±${fixed(p95, 2)} px` : "";
-  const focal =
-    typeof report["fx"] === "number" ? `focal length ${fixed(report["fx"], 1)} px` : "a calibrated camera";
+  const focal = typeof report["fx"] === "number" ? `focal length ${fixed(report["fx"], 1)} px` : "a calibrated camera";
   return `In use: ${focal}${sure}${when}.`;
 }
 
@@ -35,9 +34,5 @@ export function standing({ accepted, accepted_s, ready }, used) {
 /** @param {number} at Unix time [s] */
 export function since(at) {
   const seconds = Date.now() / 1000 - at;
-  return seconds < 60
-    ? "just now"
-    : seconds < 86400
-      ? `${age(seconds)} ago`
-      : new Date(at * 1000).toLocaleDateString();
+  return seconds < 60 ? "just now" : seconds < 86400 ? `${age(seconds)} ago` : new Date(at * 1000).toLocaleDateString();
 }

@@ -1,7 +1,7 @@
 // What became of the last attempt, in words: large on the picture, and aloud.
 
 import { icon, make, mark, redraw, write } from "../element.js";
-import { Pace, mirrored as inMirror } from "./words.js";
+import { mirrored as inMirror, Pace } from "./words.js";
 
 /** @typedef {import("./shape.js").Calibration} Calibration */
 

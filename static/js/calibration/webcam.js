@@ -77,7 +77,7 @@ export class Webcam {
       const which = device ? { deviceId: { exact: device } } : { facingMode: "user" };
       const stream = await navigator.mediaDevices.getUserMedia({ video: { ...size, ...which }, audio: false });
       if (turn !== this.#turn) {
-        stream.getTracks().forEach((track) => track.stop());
+        for (const track of stream.getTracks()) track.stop();
         return;
       }
       this.#stream = stream;
@@ -98,7 +98,7 @@ export class Webcam {
   close() {
     this.#turn += 1;
     clearInterval(this.#timer);
-    this.#stream?.getTracks().forEach((track) => track.stop());
+    for (const track of this.#stream?.getTracks() ?? []) track.stop();
     this.#stream = null;
     this.#video.srcObject = null;
     this.#why = "";

@@ -62,7 +62,10 @@ export class Microphone {
     if (this.why) return this.#become("refused");
     this.#become("asking");
     try {
-      const stream = await navigator.mediaDevices.getUserMedia({ audio: { channelCount: 1, ...cleaning }, video: false });
+      const stream = await navigator.mediaDevices.getUserMedia({
+        audio: { channelCount: 1, ...cleaning },
+        video: false,
+      });
       this.#stream = stream;
       const [track] = stream.getAudioTracks();
       this.settings = track?.getSettings() ?? {};

@@ -26,7 +26,9 @@ export class SoundRose extends HTMLElement {
     const drawing = svg("svg", { viewBox: "-60 -60 120 120", role: "img", "aria-label": "Directions of voices" });
     drawing.append(
       svg("circle", { class: "rose-rim", cx: 0, cy: 0, r: RADIUS }),
-      ...[0, 1, 2, 3].map((quarter) => svg("path", { class: "rose-tick", d: "M0 -46V-40", transform: `rotate(${90 * quarter})` })),
+      ...[0, 1, 2, 3].map((quarter) =>
+        svg("path", { class: "rose-tick", d: "M0 -46V-40", transform: `rotate(${90 * quarter})` }),
+      ),
       this.#past,
       this.#wedges,
       this.#level,
@@ -48,7 +50,9 @@ export class SoundRose extends HTMLElement {
     mark(this, "data-listening", ears.listening);
     const loud = Math.max(0, Math.min(1, 1 + (ears.level_dbfs ?? -60) / 60));
     this.#level.setAttribute("r", String(INNER + 6 * loud));
-    const key = voices.map((voice) => [voice.id, voice.azimuth_rad, voice.sd_heard_rad, Math.round(voice.age_s)].join()).join();
+    const key = voices
+      .map((voice) => [voice.id, voice.azimuth_rad, voice.sd_heard_rad, Math.round(voice.age_s)].join())
+      .join();
     if (key === this.#drawn && voices.length === this.#wedges.childElementCount) return;
     this.#drawn = key;
     this.#wedges.replaceChildren(...voices.map((voice, index) => wedge(voice, index)));
@@ -81,7 +85,13 @@ function wedge(voice, index) {
  */
 function dot(azimuth, faded) {
   const [x, y] = at(azimuth, RADIUS + 6).split(" ");
-  return svg("circle", { class: "rose-dot", cx: x ?? "0", cy: y ?? "0", r: 1.6, opacity: (0.7 * (1 - faded)).toFixed(2) });
+  return svg("circle", {
+    class: "rose-dot",
+    cx: x ?? "0",
+    cy: y ?? "0",
+    r: 1.6,
+    opacity: (0.7 * (1 - faded)).toFixed(2),
+  });
 }
 
 /**
@@ -89,6 +99,7 @@ function dot(azimuth, faded) {
  * @param {number} azimuth [rad] counter-clockwise from forward
  * @param {number} radius
  */
-const at = (azimuth, radius) => `${(-radius * Math.sin(azimuth)).toFixed(2)} ${(-radius * Math.cos(azimuth)).toFixed(2)}`;
+const at = (azimuth, radius) =>
+  `${(-radius * Math.sin(azimuth)).toFixed(2)} ${(-radius * Math.cos(azimuth)).toFixed(2)}`;
 
 customElements.define("sound-rose", SoundRose);

@@ -31,7 +31,11 @@ class QualityForm extends Panel {
   #runs = null;
   #distances = DISTANCES.map((metres) => tick("distance", metres, `${metres} m`, metres >= 1 && metres <= 3));
   #noises = NOISES.map(([ratio, says]) => tick("noise", ratio, `${ratio} dB`, ratio === 30 || ratio === 10, says));
-  #around = make("select", { id: "quality-around" }, ...AROUND.map(([name, angle]) => make("option", { value: angle === null ? PLACE : String(angle) }, name)));
+  #around = make(
+    "select",
+    { id: "quality-around" },
+    ...AROUND.map(([name, angle]) => make("option", { value: angle === null ? PLACE : String(angle) }, name)),
+  );
   #x = make("input", { type: "number", id: "quality-x", step: "0.1", value: "2" });
   #y = make("input", { type: "number", id: "quality-y", step: "0.1", value: "1" });
   #place = make(
@@ -43,7 +47,11 @@ class QualityForm extends Panel {
     this.#y,
   );
   #far = make("fieldset", {}, make("legend", {}, "How far away"), make("div", { class: "ticks" }, ...this.#distances));
-  #phrases = make("select", { id: "quality-phrases" }, ...PHRASES.map(([count, says]) => make("option", { value: String(count) }, says)));
+  #phrases = make(
+    "select",
+    { id: "quality-phrases" },
+    ...PHRASES.map(([count, says]) => make("option", { value: String(count) }, says)),
+  );
   #begin = make("button", { type: "submit", class: "button primary large" }, "Measure");
   #why = make("p", { class: "note", role: "status" });
 
@@ -102,7 +110,10 @@ class QualityForm extends Panel {
     const count = distances * ticked(this.#noises).length;
     const why = runs.whyNot || (runs.all && !runs.may ? "You are watching. Only an operator can measure." : "");
     this.#begin.disabled = Boolean(why) || count === 0 || runs.running !== null;
-    const says = count === 0 ? "Choose a place, or at least one distance, and one noise." : `${count} ${count === 1 ? "place" : "places"}; each takes some ten seconds.`;
+    const says =
+      count === 0
+        ? "Choose a place, or at least one distance, and one noise."
+        : `${count} ${count === 1 ? "place" : "places"}; each takes some ten seconds.`;
     write(this.#why, why || (runs.running ? "One measurement is under way." : says));
   }
 }
@@ -116,10 +127,19 @@ class QualityForm extends Panel {
  */
 function tick(name, value, says, on, note = "") {
   const box = make("input", { type: "checkbox", name, value: String(value), checked: on });
-  return make("label", { class: "tick" }, box, make("span", {}, says, note && make("span", { class: "note" }, ` ${note}`)));
+  return make(
+    "label",
+    { class: "tick" },
+    box,
+    make("span", {}, says, note && make("span", { class: "note" }, ` ${note}`)),
+  );
 }
 
 /** @param {HTMLLabelElement[]} ticks */
-const ticked = (ticks) => ticks.map((one) => one.querySelector("input")).filter((box) => box?.checked).map((box) => Number(box?.value));
+const ticked = (ticks) =>
+  ticks
+    .map((one) => one.querySelector("input"))
+    .filter((box) => box?.checked)
+    .map((box) => Number(box?.value));
 
 customElements.define("quality-form", QualityForm);

@@ -1,7 +1,7 @@
 // All measurements that are kept, the newest first.
 
-import { icon, make, mark } from "../element.js";
 import { since } from "../calibration/used.js";
+import { icon, make, mark } from "../element.js";
 import { Panel } from "../panel.js";
 
 /** @typedef {import("./runs.js").Runs} Runs */
@@ -53,7 +53,11 @@ class QualityList extends Panel {
     );
     mark(open, "aria-current", run.id === this.#runs?.shown?.id ? "true" : null);
     open.addEventListener("click", () => this.#runs?.choose(run.id));
-    const away = make("button", { type: "button", class: "icon-button", "aria-label": "Delete this measurement" }, icon("trash"));
+    const away = make(
+      "button",
+      { type: "button", class: "icon-button", "aria-label": "Delete this measurement" },
+      icon("trash"),
+    );
     away.addEventListener("click", () => void this.#runs?.forget(run.id));
     return make("li", {}, open, this.#runs?.may && away);
   }

@@ -34,7 +34,12 @@ class QualityResult extends Panel {
   #table = make(
     "div",
     { class: "quality-scroll", tabindex: "0", role: "group", "aria-label": "Figures" },
-    make("table", {}, make("thead", {}, make("tr", {}, ...HEADS.map((name) => make("th", { scope: "col" }, name)))), this.#body),
+    make(
+      "table",
+      {},
+      make("thead", {}, make("tr", {}, ...HEADS.map((name) => make("th", { scope: "col" }, name)))),
+      this.#body,
+    ),
   );
   #drawn = "";
 
@@ -126,7 +131,12 @@ function line(run, row, index) {
     make("td", {}, difference > 0 ? `+${difference}` : signed(difference)),
     make("td", { title: row.reason }, ratio),
     make("td", {}, (row.stoi ?? 0).toFixed(2)),
-    make("td", {}, run.reports[index] && make("a", { class: "link", href: report(run.id, index), target: "_blank", rel: "noopener" }, "Open")),
+    make(
+      "td",
+      {},
+      run.reports[index] &&
+        make("a", { class: "link", href: report(run.id, index), target: "_blank", rel: "noopener" }, "Open"),
+    ),
   );
 }
 

@@ -46,8 +46,7 @@ class AnswerButton extends Panel {
     this.session.on("history", (rows) => {
       for (const row of rows.filter(({ id }) => this.#known !== null && id > this.#known)) this.#answerSpoken(row);
       this.#known = Math.max(this.#known ?? 0, rows[0]?.id ?? 0);
-      for (const row of rows)
-        if (row.state !== "running" && this.#deeds.delete(row.id)) this.#say(ended(row));
+      for (const row of rows) if (row.state !== "running" && this.#deeds.delete(row.id)) this.#say(ended(row));
     });
     this.session.on("interrupt", () => this.#mouth.hush());
     this.session.on("stopped", () => this.#mouth.hush());

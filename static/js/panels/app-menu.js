@@ -8,11 +8,7 @@ import { popover } from "../popover.js";
 /** @typedef {import("../session.js").View} View */
 
 class AppMenu extends Panel {
-  #button = make(
-    "button",
-    { type: "button", class: "icon-button", "aria-label": "Menu", title: "Menu" },
-    icon("menu"),
-  );
+  #button = make("button", { type: "button", class: "icon-button", "aria-label": "Menu", title: "Menu" }, icon("menu"));
   #halt = item("halt", "Halt", "Stops the robot and keeps it stopped, also over a restart, until it is reset.");
   #reset = item("undo", "Reset the halt", "The reset itself does not move the robot.");
   #keys = item("keys", "Keys", "Every key of this page.");

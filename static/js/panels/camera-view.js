@@ -52,15 +52,7 @@ class CameraView extends Panel {
         this.#edges,
         this.#laser,
       ),
-      make(
-        "div",
-        { class: "picture-box" },
-        this.#canvas,
-        this.#empty,
-        this.#age,
-        this.#scale,
-        this.#quality.panel,
-      ),
+      make("div", { class: "picture-box" }, this.#canvas, this.#empty, this.#age, this.#scale, this.#quality.panel),
     );
     this.session.on("picture", (picture) => void this.#take(picture));
     this.session.on("hello", () => (this.#bornAt = performance.now()));

@@ -192,7 +192,7 @@ export class CommandLine extends Panel {
   /** @param {number} index */
   #choose(index) {
     this.#chosen = index;
-    [...this.#list.children].forEach((row, other) => mark(row, "aria-selected", String(other === index)));
+    for (const [other, row] of [...this.#list.children].entries()) mark(row, "aria-selected", String(other === index));
     mark(this.#box, "aria-activedescendant", `suggestion-${index}`);
   }
 

@@ -1,10 +1,10 @@
 // What is heard: where voices are around the robot, how sure that is, and what was made of their words.
 
-import { icon, make, mark, write } from "../element.js";
-import { SoundRose } from "../hear/sound-rose.js";
-import { degrees, inWords } from "../format.js";
-import { Panel } from "../panel.js";
 import * as api from "../api.js";
+import { icon, make, mark, write } from "../element.js";
+import { degrees, inWords } from "../format.js";
+import { SoundRose } from "../hear/sound-rose.js";
+import { Panel } from "../panel.js";
 
 /** @typedef {import("../session.js").View} View */
 /** @typedef {import("../hear/talk.js").Transcript} Transcript */
@@ -18,7 +18,12 @@ class HearingCard extends Panel {
   #listen = make("button", { type: "button", class: "toggle", "aria-pressed": "false" }, "Listen");
   #obey = make(
     "button",
-    { type: "button", class: "toggle", "aria-pressed": "false", title: "Do what voices in the room say, while you drive" },
+    {
+      type: "button",
+      class: "toggle",
+      "aria-pressed": "false",
+      title: "Do what voices in the room say, while you drive",
+    },
     "Obey",
   );
   #check = make("button", { type: "button" }, CHECK);
@@ -42,7 +47,12 @@ class HearingCard extends Panel {
         this.#listen,
         this.#obey,
       ),
-      make("div", { class: "hearing" }, this.#rose, make("div", { class: "hearing-words" }, this.#where, this.#none, this.#lines)),
+      make(
+        "div",
+        { class: "hearing" },
+        this.#rose,
+        make("div", { class: "hearing-words" }, this.#where, this.#none, this.#lines),
+      ),
       make("div", { class: "hearing-foot" }, this.#check, this.#measure),
       this.#faults,
     );
@@ -90,7 +100,10 @@ class HearingCard extends Panel {
     try {
       const { well, faults } = await api.checkArray(simulated);
       const rows = faults.map(({ sentence, serious }) => fault(sentence, serious ? "warning" : "info"));
-      this.#faults.replaceChildren(...(well ? [fault("Every channel is heard, and all of them fit.", "done")] : []), ...rows);
+      this.#faults.replaceChildren(
+        ...(well ? [fault("Every channel is heard, and all of them fit.", "done")] : []),
+        ...rows,
+      );
       this.#faults.hidden = false;
     } catch (refusal) {
       this.session.complain(refusal instanceof Error ? refusal.message : "That did not work.");
@@ -144,7 +157,8 @@ class HearingCard extends Panel {
  * @param {string} sentence
  * @param {"warning" | "info" | "done"} kind
  */
-const fault = (sentence, kind) => make("li", { class: "fault", "data-kind": kind }, icon(kind), make("span", {}, sentence));
+const fault = (sentence, kind) =>
+  make("li", { class: "fault", "data-kind": kind }, icon(kind), make("span", {}, sentence));
 
 /**
  * What is said while it listens and hears nobody.

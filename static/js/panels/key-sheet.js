@@ -40,11 +40,7 @@ export class KeySheet extends Panel {
           "dl",
           { class: "keys" },
           ...KEYS.flatMap(([keys, says]) => [
-            make(
-              "dt",
-              {},
-              .../** @type {string[]} */ (keys).map((key) => (key === "…" ? "…" : make("kbd", {}, key))),
-            ),
+            make("dt", {}, .../** @type {string[]} */ (keys).map((key) => (key === "…" ? "…" : make("kbd", {}, key)))),
             make("dd", {}, String(says)),
           ]),
         ),

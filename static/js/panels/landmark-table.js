@@ -42,7 +42,7 @@ export class LandmarkTable extends HTMLElement {
       this.#body.append(make("tr", {}, ...COLUMNS.map(() => make("td"))));
     for (const [index, landmark] of landmarks.entries()) {
       const cells = this.#body.rows[index]?.cells ?? [];
-      rowOf(landmark).forEach((text, column) => write(/** @type {Element} */ (cells[column]), text));
+      for (const [column, text] of rowOf(landmark).entries()) write(/** @type {Element} */ (cells[column]), text);
     }
   }
 }

@@ -36,8 +36,7 @@ class LinkChip extends Panel {
     const { link, state } = view;
     const old = link.is === "up" && link.age_s > 0.5;
     const trip = link.round_trip_ms === null ? "" : `${fixed(link.round_trip_ms, 0)} ms · `;
-    const text =
-      link.is !== "up" ? "no link" : old ? `${age(link.age_s)} old` : `${trip}${fixed(link.rate_hz, 0)} Hz`;
+    const text = link.is !== "up" ? "no link" : old ? `${age(link.age_s)} old` : `${trip}${fixed(link.rate_hz, 0)} Hz`;
     write(this.#text, text);
     redraw(this.#icon, link.is === "up" ? "link" : "unlinked");
     mark(this.#button, "data-tone", link.is !== "up" || old ? "stale" : null);
@@ -60,7 +59,7 @@ class LinkChip extends Panel {
       ["Beckon", hello?.version ?? "–"],
     ];
     while (this.#rows.children.length < rows.length * 2) this.#rows.append(make("dt"), make("dd"));
-    rows.flat().forEach((text, index) => write(/** @type {Element} */ (this.#rows.children[index]), text));
+    for (const [index, text] of rows.flat().entries()) write(/** @type {Element} */ (this.#rows.children[index]), text);
   }
 }
 

@@ -1,7 +1,7 @@
 // A number over the last two minutes: a line, what is expected of it as a band or a dashed line, and axes to read.
 
 import { make, mark, svg, write } from "../element.js";
-import { SPAN_S, Series, line, ticks } from "../series.js";
+import { line, Series, SPAN_S, ticks } from "../series.js";
 
 /**
  * @typedef {object} Look

@@ -1,6 +1,6 @@
 // The map to keep: save it under a name, go on in a saved one, take it away as files.
 
-import { Refusal, address } from "../api.js";
+import { address, Refusal } from "../api.js";
 import { icon, make, mark, write } from "../element.js";
 import { fixed, timeOfDay } from "../format.js";
 import * as maps from "../maps.js";

@@ -2,8 +2,8 @@
 
 import { Refusal } from "../api.js";
 import { icon, make, write } from "../element.js";
-import { degrees } from "../format.js";
 import { FloorView, headingOf } from "../floor-view.js";
+import { degrees } from "../format.js";
 import * as maps from "../maps.js";
 import { Panel } from "../panel.js";
 import { drawPlace } from "../place-drawing.js";
@@ -165,8 +165,7 @@ class PlaceView extends Panel {
     this.#fingers.set(event.pointerId, now);
     if (other) {
       const times =
-        Math.hypot(now.x - other.x, now.y - other.y) /
-        Math.max(1, Math.hypot(before.x - other.x, before.y - other.y));
+        Math.hypot(now.x - other.x, now.y - other.y) / Math.max(1, Math.hypot(before.x - other.x, before.y - other.y));
       const middle = { x: (before.x + other.x) / 2, y: (before.y + other.y) / 2 };
       this.#change(middle, times, { x: (now.x - before.x) / 2, y: (now.y - before.y) / 2 });
     } else if (this.#pressed && this.#placed) {

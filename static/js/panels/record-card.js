@@ -3,8 +3,8 @@
 import { qualityRuns, wordsOf } from "../api.js";
 import { icon, make, mark, write } from "../element.js";
 import { age, quantities, timeOfDay } from "../format.js";
-import { Panel } from "../panel.js";
 import { remember, remembered } from "../memory.js";
+import { Panel } from "../panel.js";
 
 /** @typedef {import("../session.js").View} View */
 /** @typedef {import("../api.js").HistoryRow} HistoryRow */
@@ -74,7 +74,10 @@ class RecordCard extends Panel {
     for (const tab of TABS) this.#tabs[tab].addEventListener("click", () => this.#turnTo(tab));
     this.session.on("history", (rows) => this.#list(rows));
     this.session.on("hello", () => void this.#readScore());
-    document.addEventListener("visibilitychange", () => document.visibilityState === "visible" && void this.#readScore());
+    document.addEventListener(
+      "visibilitychange",
+      () => document.visibilityState === "visible" && void this.#readScore(),
+    );
     this.session.on("hello", ({ robot }) => {
       this.#tabs.history.hidden = !robot.drives;
       if (!robot.drives && this.#open === "history") this.#turnTo(innerWidth < 1024 ? "notices" : "slam");

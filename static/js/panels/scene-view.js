@@ -19,11 +19,7 @@ const LAYERS = [
   ["pose", "Robot", "Where the robot believes it is; the ellipse is two standard deviations"],
   ["ghost", "Wheels alone", "Where the robot would believe it is by its wheels alone"],
   ["convex", "Outer corner", "A landmark; the ellipse is two standard deviations, the post grows with what is known"],
-  [
-    "concave",
-    "Inner corner",
-    "A landmark; the ellipse is two standard deviations, the post grows with what is known",
-  ],
+  ["concave", "Inner corner", "A landmark; the ellipse is two standard deviations, the post grows with what is known"],
   ["used", "Used corner", "A ray to every corner of the newest sweep that was matched with a landmark"],
   [
     "refused",

@@ -39,7 +39,12 @@ export class VoiceButton extends Panel {
     { class: "voice-panel", role: "group", "aria-label": "Microphone" },
     make("h2", { class: "card-title" }, "Microphone"),
     make("p", { class: "note" }, "Hold the button or V, speak, let go. “Stop” is obeyed before the sentence is over."),
-    make("label", { class: "voice-row", for: "voice-open" }, this.#open, make("span", {}, "Leave it open: pauses end a sentence")),
+    make(
+      "label",
+      { class: "voice-row", for: "voice-open" },
+      this.#open,
+      make("span", {}, "Leave it open: pauses end a sentence"),
+    ),
     ...SWITCHES.map(([name, says, why]) => this.#cleaner(name, says, why)),
     this.#facts,
   );
@@ -239,7 +244,15 @@ export class VoiceButton extends Panel {
     redraw(this.#icon, state === "refused" ? "muted" : "microphone");
     if (!speaking) this.#ring.style.setProperty("--level", "0");
     const hint = state === "asking" ? "Allow the microphone in the browser…" : "Starting…";
-    const words = speaking ? (this.#listening && state === "on" ? (this.#muted ? "Muted while the robot speaks" : open ? "Open: say a command" : "Listening…") : hint) : "";
+    const words = speaking
+      ? this.#listening && state === "on"
+        ? this.#muted
+          ? "Muted while the robot speaks"
+          : open
+            ? "Open: say a command"
+            : "Listening…"
+        : hint
+      : "";
     write(this.#says, this.#why || words);
     mark(this.#says, "data-tone", this.#why ? "stale" : "live");
     this.#says.hidden = !(this.#why || words);

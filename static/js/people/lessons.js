@@ -102,7 +102,8 @@ export class Lessons {
     const before = this.enrolment;
     this.told = told;
     const { enrolment } = this;
-    if (enrolment?.newest && enrolment.newest.number !== before?.newest?.number) this.session.announce(`${enrolment.newest.words} ${enrolment.advice}`);
+    if (enrolment?.newest && enrolment.newest.number !== before?.newest?.number)
+      this.session.announce(`${enrolment.newest.words} ${enrolment.advice}`);
     this.#tell();
   }
 

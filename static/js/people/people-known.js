@@ -18,7 +18,11 @@ class PeopleKnown extends Panel {
   #trial = make(
     "div",
     { class: "known-trial", hidden: true },
-    make("p", { class: "note" }, "Who showed you the gestures stands in the simulated room still; let them call, and see whether I come."),
+    make(
+      "p",
+      { class: "note" },
+      "Who showed you the gestures stands in the simulated room still; let them call, and see whether I come.",
+    ),
     make("div", { class: "people-buttons" }, this.#call, this.#leave),
     this.#outcome,
   );
@@ -43,7 +47,11 @@ class PeopleKnown extends Panel {
         make("h2", {}, "Whom do I come to?"),
         this.#rows,
         this.#trial,
-        make("p", { class: "note" }, "It is meant for COME HERE and FOLLOW ME. Everything else is obeyed as before, and STOP from everybody."),
+        make(
+          "p",
+          { class: "note" },
+          "It is meant for COME HERE and FOLLOW ME. Everything else is obeyed as before, and STOP from everybody.",
+        ),
         make("p", { class: "note" }, "I know people by their clothes: in others, teach me anew."),
       ),
     );
@@ -68,12 +76,25 @@ class PeopleKnown extends Panel {
 
   /** @param {Known} one @param {boolean} chosen */
   #row(one, chosen) {
-    if (this.#asked?.id === one.id) return make("li", {}, this.#asked.what === "rename" ? this.#rename(one) : this.#farewell(one));
-    const row = make("li", {}, this.#choice(one.id, chosen, `Only ${one.name}`, `Learnt ${since(one.learnt_s)} from ${one.pictures} pictures`));
+    if (this.#asked?.id === one.id)
+      return make("li", {}, this.#asked.what === "rename" ? this.#rename(one) : this.#farewell(one));
+    const row = make(
+      "li",
+      {},
+      this.#choice(one.id, chosen, `Only ${one.name}`, `Learnt ${since(one.learnt_s)} from ${one.pictures} pictures`),
+    );
     if (!this.#lessons?.may) return row;
-    const other = make("button", { type: "button", class: "icon-button", "aria-label": `Rename ${one.name}`, title: "Rename" }, icon("typed"));
+    const other = make(
+      "button",
+      { type: "button", class: "icon-button", "aria-label": `Rename ${one.name}`, title: "Rename" },
+      icon("typed"),
+    );
     other.addEventListener("click", () => this.#ask({ id: one.id, what: "rename" }));
-    const away = make("button", { type: "button", class: "icon-button", "aria-label": `Forget ${one.name}`, title: "Forget" }, icon("trash"));
+    const away = make(
+      "button",
+      { type: "button", class: "icon-button", "aria-label": `Forget ${one.name}`, title: "Forget" },
+      icon("trash"),
+    );
     away.addEventListener("click", () => this.#ask({ id: one.id, what: "forget" }));
     row.append(other, away);
     return row;
@@ -82,9 +103,20 @@ class PeopleKnown extends Panel {
   /** @param {string | null} id @param {boolean} chosen @param {string} name @param {string} note */
   #choice(id, chosen, name, note) {
     const lessons = this.#lessons;
-    const radio = make("input", { type: "radio", name: "chosen", value: id ?? "", checked: chosen, disabled: !lessons?.may });
+    const radio = make("input", {
+      type: "radio",
+      name: "chosen",
+      value: id ?? "",
+      checked: chosen,
+      disabled: !lessons?.may,
+    });
     radio.addEventListener("change", () => void this.#choose(id));
-    return make("label", { class: "known-choice" }, radio, make("span", {}, make("span", { class: "known-name" }, name), make("span", { class: "note" }, note)));
+    return make(
+      "label",
+      { class: "known-choice" },
+      radio,
+      make("span", {}, make("span", { class: "known-name" }, name), make("span", { class: "note" }, note)),
+    );
   }
 
   /** @param {string | null} id */
@@ -105,7 +137,12 @@ class PeopleKnown extends Panel {
   /** @param {Known} one */
   #rename(one) {
     const input = make("input", { type: "text", maxlength: "40", value: one.name, "aria-label": "Name" });
-    return this.#question([input], "Rename", "Leave the name as it is", () => void this.#lessons?.rename(one.id, input.value));
+    return this.#question(
+      [input],
+      "Rename",
+      "Leave the name as it is",
+      () => void this.#lessons?.rename(one.id, input.value),
+    );
   }
 
   /** @param {Known} one */
@@ -117,7 +154,13 @@ class PeopleKnown extends Panel {
   /** @param {HTMLElement[]} what @param {string} yes @param {string} no @param {() => void} act */
   #question(what, yes, no, act) {
     const away = make("button", { type: "button", class: "icon-button", "aria-label": no, title: no }, icon("close"));
-    const form = make("form", { class: "known-asked" }, ...what, make("button", { type: "submit", class: "button primary" }, yes), away);
+    const form = make(
+      "form",
+      { class: "known-asked" },
+      ...what,
+      make("button", { type: "submit", class: "button primary" }, yes),
+      away,
+    );
     away.addEventListener("click", () => this.#ask(null));
     form.addEventListener("keydown", (event) => event.key === "Escape" && this.#ask(null));
     form.addEventListener("submit", (event) => {

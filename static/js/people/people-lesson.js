@@ -15,7 +15,12 @@ import { sketched } from "./sketch.js";
 const SOURCES = /** @type {const} */ ([
   ["robot", "camera", "The robot’s camera", "It looks up from the floor: some four metres away all of you is in it."],
   ["webcam", "webcam", "This device’s camera", "Stand back until all of you is in it."],
-  ["upload", "upload", "Picture files", "One without anybody, then the person, all by the same camera that stands still."],
+  [
+    "upload",
+    "upload",
+    "Picture files",
+    "One without anybody, then the person, all by the same camera that stands still.",
+  ],
 ]);
 const DELAYS = /** @type {const} */ ([
   [0, "At once"],
@@ -37,7 +42,11 @@ class PeopleLesson extends Panel {
     "section",
     { class: "card people-card", "aria-label": "Teach me who you are" },
     make("h2", {}, "Teach me who you are"),
-    make("p", {}, "Then I can come to you and follow you, and to nobody else. It takes one picture of the empty room and at least three of you, with different gestures."),
+    make(
+      "p",
+      {},
+      "Then I can come to you and follow you, and to nobody else. It takes one picture of the empty room and at least three of you, with different gestures.",
+    ),
     make("fieldset", { class: "people-sources" }, make("legend", {}, "Who takes the pictures?"), ...this.#sources),
     make("div", { class: "people-buttons" }, this.#begin),
     this.#whyNot,
@@ -48,16 +57,38 @@ class PeopleLesson extends Panel {
   #verdict = make("p", { class: "people-verdict", role: "alert" });
   #waits = make("p", { class: "people-waits", role: "status" });
   #take = action("camera", "Take it");
-  #delay = make("select", { "aria-label": "When" }, ...DELAYS.map(([seconds, words]) => make("option", { value: String(seconds) }, words)));
-  #files = make("input", { type: "file", accept: "image/jpeg,image/png", multiple: true, class: "visually-hidden", id: "people-files" });
+  #delay = make(
+    "select",
+    { "aria-label": "When" },
+    ...DELAYS.map(([seconds, words]) => make("option", { value: String(seconds) }, words)),
+  );
+  #files = make("input", {
+    type: "file",
+    accept: "image/jpeg,image/png",
+    multiple: true,
+    class: "visually-hidden",
+    id: "people-files",
+  });
   #choose = make("label", { class: "button primary", for: "people-files" }, icon("upload"), "Choose pictures");
   #show = action("assistant", "Show me");
   #anew = action("undo", "Empty room anew");
   #cancel = action("close", "Cancel");
   #strip = make("ul", { class: "people-strip", "aria-label": "Pictures taken" });
-  #name = make("input", { type: "text", id: "people-name", maxlength: "40", autocomplete: "off", placeholder: "Your name" });
+  #name = make("input", {
+    type: "text",
+    id: "people-name",
+    maxlength: "40",
+    autocomplete: "off",
+    placeholder: "Your name",
+  });
   #keep = make("button", { type: "submit", class: "button primary large" }, "That is me");
-  #naming = make("form", { class: "people-naming" }, make("label", { for: "people-name" }, "Who are you?"), this.#name, this.#keep);
+  #naming = make(
+    "form",
+    { class: "people-naming" },
+    make("label", { for: "people-name" }, "Who are you?"),
+    this.#name,
+    this.#keep,
+  );
   #lesson = make(
     "section",
     { class: "card people-card", "aria-label": "The lesson" },
@@ -66,7 +97,17 @@ class PeopleLesson extends Panel {
     this.#stage,
     make("div", { class: "people-told" }, this.#verdict, this.#waits),
     this.#naming,
-    make("div", { class: "people-buttons" }, this.#take, this.#delay, this.#files, this.#choose, this.#show, this.#anew, this.#cancel),
+    make(
+      "div",
+      { class: "people-buttons" },
+      this.#take,
+      this.#delay,
+      this.#files,
+      this.#choose,
+      this.#show,
+      this.#anew,
+      this.#cancel,
+    ),
     this.#strip,
     make("p", { class: "note" }, PRIVACY),
   );
@@ -100,7 +141,11 @@ class PeopleLesson extends Panel {
     });
     this.#name.addEventListener("input", () => this.#draw());
     for (const radio of this.#radios) radio.addEventListener("change", () => remember("people.source", radio.value));
-    takeDrops(this.#stage, () => this.#source === "upload", (files) => void this.#upload(files));
+    takeDrops(
+      this.#stage,
+      () => this.#source === "upload",
+      (files) => void this.#upload(files),
+    );
     this.#draw();
   }
 
@@ -120,7 +165,7 @@ class PeopleLesson extends Panel {
   }
 
   get #idle() {
-    return this.#lessons !== null && this.#lessons.may && !this.#lessons.busy && !this.#lessons.enrolment?.showing;
+    return (this.#lessons?.may ?? false) && !this.#lessons?.busy && !this.#lessons?.enrolment?.showing;
   }
 
   #draw() {
@@ -132,7 +177,14 @@ class PeopleLesson extends Panel {
     this.#lesson.hidden = !lessons.mine;
     this.#offer(told.camera);
     this.#begin.disabled = !lessons.may || lessons.busy || others;
-    write(this.#whyNot, !lessons.may ? "You are watching. Only an operator can teach me." : others ? `${enrolment.who} is teaching me somebody now.` : "");
+    write(
+      this.#whyNot,
+      !lessons.may
+        ? "You are watching. Only an operator can teach me."
+        : others
+          ? `${enrolment.who} is teaching me somebody now.`
+          : "",
+    );
     this.#whyNot.hidden = this.#whyNot.textContent === "";
     if (!lessons.mine || !enrolment) {
       this.#stop();
@@ -152,7 +204,8 @@ class PeopleLesson extends Panel {
     robot.disabled = !camera;
     if (radios.some((radio) => radio.checked && !radio.disabled)) return;
     const wanted = remembered("people.source", "robot");
-    const first = radios.find((radio) => radio.value === wanted && !radio.disabled) ?? radios.find((radio) => !radio.disabled);
+    const first =
+      radios.find((radio) => radio.value === wanted && !radio.disabled) ?? radios.find((radio) => !radio.disabled);
     if (first) first.checked = true;
   }
 
@@ -162,7 +215,8 @@ class PeopleLesson extends Panel {
     const { newest } = enrolment;
     write(this.#advice, enrolment.advice);
     const words = enrolment.trouble || (newest?.words ?? "");
-    const waits = enrolment.waits || (enrolment.showing ? "Somebody takes the gesture." : this.#lessons?.busy ? "One moment…" : "");
+    const waits =
+      enrolment.waits || (enrolment.showing ? "Somebody takes the gesture." : this.#lessons?.busy ? "One moment…" : "");
     write(this.#verdict, words);
     write(this.#waits, waits);
     mark(this.#verdict, "data-tone", enrolment.trouble || (newest && !newest.good) ? "stale" : "live");
@@ -177,15 +231,28 @@ class PeopleLesson extends Panel {
     this.#anew.disabled = !this.#idle;
     this.#naming.hidden = !enrolment.ready;
     this.#keep.disabled = !this.#idle || this.#name.value.trim() === "";
-    const key = JSON.stringify([enrolment.id, enrolment.background, enrolment.next, enrolment.pictures.map((one) => one.number)]);
+    const key = JSON.stringify([
+      enrolment.id,
+      enrolment.background,
+      enrolment.next,
+      enrolment.pictures.map((one) => one.number),
+    ]);
     if (key === this.#drawn) return;
     this.#drawn = key;
     const have = new Set(enrolment.pictures.map((one) => one.gesture));
-    const steps = [["empty", "Empty room", enrolment.background], ...enrolment.gestures.map((name) => [name, NAMES[name] ?? name, have.has(name)])];
+    const steps = [
+      ["empty", "Empty room", enrolment.background],
+      ...enrolment.gestures.map((name) => [name, NAMES[name] ?? name, have.has(name)]),
+    ];
     const now = steps.findIndex(([, , done]) => !done);
     this.#steps.replaceChildren(
       ...steps.map(([, name, done], index) =>
-        make("li", { "data-done": Boolean(done), "aria-current": index === now ? "step" : null }, done ? icon("done") : make("span", { class: "step-dot" }), String(name)),
+        make(
+          "li",
+          { "data-done": Boolean(done), "aria-current": index === now ? "step" : null },
+          done ? icon("done") : make("span", { class: "step-dot" }),
+          String(name),
+        ),
       ),
     );
     this.#strip.replaceChildren(...enrolment.pictures.map((one) => this.#thumb(enrolment, one)));
@@ -194,7 +261,11 @@ class PeopleLesson extends Panel {
   /** @param {Enrolment} enrolment @param {import("./lessons.js").Judged} one */
   #thumb(enrolment, one) {
     const name = NAMES[one.gesture] ?? "More";
-    const away = make("button", { type: "button", class: "icon-button", "aria-label": `Leave out: ${name}`, title: "Leave out" }, icon("trash"));
+    const away = make(
+      "button",
+      { type: "button", class: "icon-button", "aria-label": `Leave out: ${name}`, title: "Leave out" },
+      icon("trash"),
+    );
     away.addEventListener("click", () => void this.#lessons?.drop(one.number));
     return make("li", {}, sketched(enrolment.id, one, name), make("span", { class: "thumb-foot" }, name, away));
   }
@@ -212,7 +283,8 @@ class PeopleLesson extends Panel {
       if (left <= 0) {
         this.#stop();
         if (this.#stage.ready) void this.#lessons?.take(what, this.#stage.snapshot());
-        else this.session.complain("There was no picture to take; look whether the camera runs, and take it once more.");
+        else
+          this.session.complain("There was no picture to take; look whether the camera runs, and take it once more.");
         return;
       }
       this.#stage.count(String(left));
@@ -265,7 +337,13 @@ const NAMES = /** @type {Readonly<Record<string, string>>} */ ({
  */
 function choice(value, drawing, name, note) {
   const radio = make("input", { type: "radio", name: "people-source", value });
-  return make("label", { class: "people-source" }, radio, icon(drawing), make("span", {}, make("span", {}, name), make("span", { class: "note" }, note)));
+  return make(
+    "label",
+    { class: "people-source" },
+    radio,
+    icon(drawing),
+    make("span", {}, make("span", {}, name), make("span", { class: "note" }, note)),
+  );
 }
 
 customElements.define("people-lesson", PeopleLesson);

@@ -1,8 +1,8 @@
 // The picture of whoever is learnt: live from a camera, and for a moment what was found in the one that was taken.
 
-import { icon, make, mark, write } from "../element.js";
 import { RobotEye } from "../calibration/robot-eye.js";
 import { Webcam } from "../calibration/webcam.js";
+import { icon, make, mark, write } from "../element.js";
 import { sketched } from "./sketch.js";
 
 /** @typedef {"robot" | "webcam" | "upload"} Source */
@@ -101,7 +101,8 @@ export class PeopleStage extends HTMLElement {
     this.#again.hidden = looking || this.#source !== "webcam" || !this.#webcam.refused;
     if (!frame || film) return;
     const { image, width, height } = frame;
-    if (this.#canvas.width !== width || this.#canvas.height !== height) [this.#canvas.width, this.#canvas.height] = [width, height];
+    if (this.#canvas.width !== width || this.#canvas.height !== height)
+      [this.#canvas.width, this.#canvas.height] = [width, height];
     this.#canvas.getContext("2d")?.drawImage(image, 0, 0, width, height);
   }
 }
@@ -119,7 +120,9 @@ export async function prepared(file) {
   [canvas.width, canvas.height] = [Math.round(image.width * scale), Math.round(image.height * scale)];
   canvas.getContext("2d")?.drawImage(image, 0, 0, canvas.width, canvas.height);
   image.close();
-  const packed = await new Promise((/** @type {(blob: Blob | null) => void} */ told) => canvas.toBlob(told, "image/jpeg", QUALITY));
+  const packed = await new Promise((/** @type {(blob: Blob | null) => void} */ told) =>
+    canvas.toBlob(told, "image/jpeg", QUALITY),
+  );
   if (!packed) throw new Error(`${file.name} could not be read.`);
   return packed;
 }
