@@ -1,0 +1,287 @@
+"""The recipes of CONTRIBUTING.md, each done exactly as it says on a copy of the sources."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SKIPPED = shutil.ignore_patterns("__pycache__", "img")
+
+DANCE = '''
+"""DANCE: the robot turns once around."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from core.commands.command import Action, Command, CommandFacts, Parameter
+from core.commands.turn import Turning
+from core.navigation.control_context import ControlContext
+
+
+@dataclass(frozen=True)
+class Dance(CommandFacts):
+    """A whole turn."""
+
+    name: str = "dance"
+    words: tuple[str, ...] = ("dance",)
+    summary: str = "Turns once around on the spot."
+    numbers: tuple[Parameter, ...] = ()
+    moves: bool = True
+    example: str = "dance"
+
+    def begin(self, command: Command, here: ControlContext) -> Action:
+        """Start turning."""
+        return Turning(2 * math.pi, here)
+
+
+DANCE = Dance()
+'''
+STILL = '''
+"""A robot that stands: `still:`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from core.errors import Refused
+from core.gate import Twist
+from core.geometry import Pose
+from core.robots import Profile
+from core.sensors import SensorFrame
+from core.sensors.wheels import Wheels
+
+
+class StillRobot:
+    """Reads its wheels and never moves."""
+
+    def __init__(self) -> None:
+        self.profile = Profile(name="Still", kind="LIVE", url="still:")
+        self._frames = 0
+
+    def drive(self, twist: Twist) -> None:
+        """Nothing happens."""
+
+    def read(self) -> SensorFrame:
+        """One frame on."""
+        self._frames += 1
+        wheels = Wheels(odometry=Pose(), speed=0.0, turn_rate=0.0)
+        return SensorFrame(stamp=self._frames / self.profile.rate, wheels=wheels)
+
+    def ask(self, request: dict[str, Any]) -> dict[str, Any]:
+        """It has no requests of its own."""
+        raise Refused("This robot takes no requests.")
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+def open_robot(rest: str, *, seed: int, settings: object | None) -> StillRobot:
+    """`still:` → the robot."""
+    return StillRobot()
+'''
+BEACON = '''
+"""A beacon over the robot."""
+
+from __future__ import annotations
+
+import numpy as np
+from viser import SceneApi
+
+from console.scene.drawing.lines import LongLine
+from console.scene.drawing.palette import TRAIL
+from core.robots import Profile
+from core.snapshot import Snapshot
+
+
+class Beacon:
+    """A short line in front of the robot."""
+
+    def __init__(self, scene: SceneApi, robot: Profile) -> None:
+        self._line = LongLine(scene, "/beacon", TRAIL, 2.4, 0.5)
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Draw it where the robot is."""
+        pose = snapshot.estimate.pose
+        self._line.draw(np.array([[pose.x, pose.y], [pose.x + 0.1, pose.y]]))
+'''
+CLOCK_PANEL = """
+// A clock: the stamp of the newest state.
+
+import { Panel } from "../ui/panel.js";
+
+class ClockCard extends Panel {
+  /** @override */
+  build() {
+    this.textContent = "0 s";
+  }
+}
+
+customElements.define("clock-card", ClockCard);
+"""
+ECHO = '''
+"""Answers with what was asked."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from console.access.roles import needs
+from console.api import router
+
+parrot = router("parrot")
+
+
+@parrot.get("/parrot/{word}")
+@needs("viewer")
+async def say(word: str) -> dict[str, Any]:
+    """Say it again."""
+    return {"word": word}
+'''
+COUNT = '''
+"""Counts its runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+
+def run(
+    *, runs: int | None = None, seed: int = 0, out: Path | None = None, tell: Callable[[str], None] | None = None
+) -> dict[str, Any]:
+    """The number of runs."""
+    return {"runs": runs or 1, "seed": seed, "text": f"{runs or 1} runs"}
+'''
+
+
+class Copy:
+    """The sources in a folder of their own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        for name in ("core", "console", "static"):
+            shutil.copytree(ROOT / name, folder / name, ignore=SKIPPED)
+
+    def write(self, path: str, text: str) -> None:
+        (self.folder / path).write_text(text.lstrip())
+
+    def change(self, path: str, *pairs: tuple[str, str]) -> None:
+        text = (self.folder / path).read_text()
+        for before, after in pairs:
+            assert before in text, f"the recipe no longer fits {path}"
+            text = text.replace(before, after, 1)
+        (self.folder / path).write_text(text)
+
+    def python(self, *arguments: str) -> str:
+        done = subprocess.run(
+            [sys.executable, *arguments],
+            cwd=self.folder,
+            env={**os.environ, "PYTHONPATH": str(self.folder), "PYTHONSAFEPATH": "1"},
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr[-2000:]
+        return done.stdout
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Copy:
+    return Copy(tmp_path)
+
+
+def test_a_command_is_one_file_and_one_row(copy: Copy) -> None:
+    copy.write("core/commands/dance.py", DANCE)
+    copy.change(
+        "core/commands/__init__.py",
+        ("from core.commands.follow_me", "from core.commands.dance import DANCE\nfrom core.commands.follow_me"),
+        ("    FOLLOW_ME,\n", "    FOLLOW_ME,\n    DANCE,\n"),
+    )
+    heard = json.loads(copy.python("-m", "console", "understand", "dance", "--json"))
+    assert heard["accepted"] and heard["command"]["name"] == "dance"
+    assert "dance" in copy.python("-c", "from core.speech.sphinx.jsgf import phrases; print(phrases())")
+
+
+def test_a_robot_is_one_file_and_one_row(copy: Copy) -> None:
+    copy.write("core/robots/still.py", STILL)
+    copy.change(
+        "core/robots/connect.py",
+        ('    "log": Scheme(', '    "still": Scheme("core.robots.still:open_robot", "log"),\n    "log": Scheme('),
+    )
+    code = "from core.robots.connect import connect; robot = connect('still:'); print(robot.read().stamp)"
+    assert float(copy.python("-c", code)) == pytest.approx(1 / 40)
+
+
+def test_a_number_is_a_field_with_its_unit_and_meaning(copy: Copy) -> None:
+    copy.change(
+        "core/navigation/steering.py",
+        ("class SteeringSettings:\n", "class SteeringSettings:\n"),
+        ("    turn_gain: float", "    swing: float = 0.25  # [m] of a curve's outside\n    turn_gain: float"),
+    )
+    rows = json.loads(copy.python("-m", "console", "settings", "steering", "--json"))["steering"]
+    row = next(row for row in rows if row["name"] == "swing")
+    assert (row["default"], row["unit"], row["meaning"]) == ("0.25", "m", "of a curve's outside")
+    (copy.folder / "my.toml").write_text("[steering]\nswing = 0.5\n")
+    assert copy.python("-c", "from core.settings import load; print(load('my.toml').steering.swing)").strip() == "0.5"
+
+
+def test_an_overlay_is_one_file_and_one_row(copy: Copy) -> None:
+    copy.write("console/scene/overlays/beacon.py", BEACON)
+    copy.change(
+        "console/scene/__init__.py",
+        (
+            "from console.scene.overlays.candidates",
+            "from console.scene.overlays.beacon import Beacon\nfrom console.scene.overlays.candidates",
+        ),
+        ("    TrailLine,\n", "    TrailLine,\n    Beacon,\n"),
+    )
+    assert "Beacon" in copy.python("-c", "from console.scene import OVERLAYS; print(OVERLAYS)")
+
+
+def test_a_panel_is_one_file_its_import_and_its_tag(copy: Copy) -> None:
+    copy.write("static/js/panels/clock-card.js", CLOCK_PANEL)
+    copy.change(
+        "static/js/main.js",
+        ('import "./panels/app-menu.js";', 'import "./panels/app-menu.js";\nimport "./panels/clock-card.js";'),
+    )
+    copy.change("static/index.html", ("<live-region>", "<clock-card></clock-card>\n  <live-region>"))
+    tools = ROOT / "node_modules/.bin"
+    if (tools / "tsc").exists():
+        done = subprocess.run(
+            [str(tools / "tsc"), "-p", "static/jsconfig.json"], cwd=copy.folder, capture_output=True, check=False
+        )
+        assert done.returncode == 0, done.stdout.decode()[-2000:]
+
+
+def test_an_endpoint_is_one_file_and_one_row(copy: Copy) -> None:
+    copy.write("console/api/parrot.py", ECHO)
+    copy.change(
+        "console/app.py",
+        (
+            "from console.api.people import people",
+            "from console.api.parrot import parrot\nfrom console.api.people import people",
+        ),
+        ("    people,\n", "    people,\n    parrot,\n"),
+    )
+    copy.python("-m", "console.reference")
+    assert "/api/parrot/{word}" in (copy.folder / "static/docs/reference/rest.md").read_text()
+
+
+def test_an_experiment_is_one_file_and_one_row(copy: Copy) -> None:
+    copy.write("core/experiments/count.py", COUNT)
+    copy.change(
+        "core/experiments/__init__.py",
+        ('    "tour": _in("tour"),', '    "tour": _in("tour"),\n    "count": _in("count"),'),
+    )
+    assert json.loads(copy.python("-m", "console", "experiment", "count", "--runs", "3", "--json"))["runs"] == 3
