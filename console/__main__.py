@@ -5,20 +5,12 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from importlib.metadata import PackageNotFoundError, version
 
+from console import beckon_version
 from console.cli import SUBCOMMANDS
 from core.errors import BadSettings, BeckonError
 
 DONE, COULD_NOT, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
-
-
-def beckon_version() -> str:
-    """The installed version, or "unknown" when run from a bare checkout."""
-    try:
-        return version("beckon")
-    except PackageNotFoundError:
-        return "unknown"
 
 
 def build_parser() -> argparse.ArgumentParser:

@@ -15,17 +15,21 @@ from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.routing import Mount
 
+from console import beckon_version
+from console.access.guard import AccessGuard, dress
+from console.access.roles import check_roles
 from console.api.calibration import calibration
 from console.api.calibration_files import calibration_files
 from console.api.commands import commands
-from console.api.documentation import Description, documentation
+from console.api.documentation import ApiDescription, documentation
 from console.api.hearing import hearing
-from console.api.intent import intent
+from console.api.help import help_pages
 from console.api.lease import lease
 from console.api.login import login
 from console.api.maps import maps
 from console.api.microphones import microphones
 from console.api.page import PageFiles, page, scene_page_file, static_folder
+from console.api.pending_command import pending_command
 from console.api.people import people
 from console.api.playback import playback
 from console.api.simulation import simulation
@@ -34,12 +38,9 @@ from console.api.speech_quality import speech_quality
 from console.api.state import state
 from console.api.stop import stop
 from console.api.voice import voice
-from console.problems import Problem, problem_of
-from console.roles import check_roles
+from console.control.durable_answers import DurableAnswers
+from console.http.problems import Problem, problem_of
 from console.runtime import Runtime
-from console.security import Guard, dress
-from console.settled import Settled
-from console.version import beckon_version
 from core.errors import BeckonError
 
 log = logging.getLogger(__name__)
@@ -47,7 +48,7 @@ log = logging.getLogger(__name__)
 ROUTERS = (
     stop,
     commands,
-    intent,
+    pending_command,
     state,
     hearing,
     lease,
@@ -63,6 +64,7 @@ ROUTERS = (
     microphones,
     people,
     documentation,
+    help_pages,
     page,
 )
 
@@ -94,7 +96,7 @@ def create_app(runtime: Runtime) -> FastAPI:
         openapi_url=None,
     )
     app.state.runtime = runtime
-    app.state.description = description = Description(app)
+    app.state.description = description = ApiDescription(app)
     for router in ROUTERS:
         app.router.routes.extend(router.routes)
     app.router.routes.append(Mount("/static", PageFiles(directory=static_folder()), name="static"))
@@ -104,19 +106,19 @@ def create_app(runtime: Runtime) -> FastAPI:
     app.add_exception_handler(RequestValidationError, on_invalid)
     app.add_exception_handler(HTTPException, on_http)
     app.add_exception_handler(Exception, on_fault)
-    app.add_middleware(Settled, history=runtime.history)
-    app.add_middleware(Guard, routes=app.routes, access=runtime.access)
+    app.add_middleware(DurableAnswers, history=runtime.history)
+    app.add_middleware(AccessGuard, routes=app.routes, access=runtime.access)
     return app
 
 
-async def prepare(description: Description) -> None:
-    """Make, not on the event loop, what takes long and is made once: the first who asks makes nobody wait."""
+async def prepare(description: ApiDescription) -> None:
+    """Prepare slow parts once, not on the event loop, so that the first request delays nobody."""
     await description.written()
     await asyncio.to_thread(scene_page_file)
     await asyncio.to_thread(mimetypes.init)
 
 
-def told(problem: Problem) -> Response:
+def problem_response(problem: Problem) -> Response:
     """A problem as a response."""
     return Response(problem.body(), problem.status, problem.headers, "application/problem+json")
 
@@ -124,20 +126,22 @@ def told(problem: Problem) -> Response:
 async def on_problem(_: Request, problem: Exception) -> Response:
     """A refusal of ours."""
     assert isinstance(problem, Problem)
-    return told(problem)
+    return problem_response(problem)
 
 
 async def on_error(_: Request, error: Exception) -> Response:
     """A sentence of the core."""
     assert isinstance(error, BeckonError)
-    return told(problem_of(error))
+    return problem_response(problem_of(error))
 
 
 async def on_invalid(_: Request, invalid: Exception) -> Response:
-    """A body of the wrong form: which fields, and what is wrong with them; never what they held."""
+    """A body of the wrong form: which fields, and what is wrong with them; never their values."""
     assert isinstance(invalid, RequestValidationError)
     wrong = [{"field": field_of(error), "wrong": error["type"]} for error in invalid.errors()[:10]]
-    return told(Problem(422, "The request has not the form that is asked for; see /docs.", more={"errors": wrong}))
+    return problem_response(
+        Problem(422, "The request has not the form that is asked for; see /docs.", more={"errors": wrong})
+    )
 
 
 def field_of(error: Any) -> str:
@@ -147,10 +151,10 @@ def field_of(error: Any) -> str:
 
 
 async def on_http(_: Request, error: Exception) -> Response:
-    """What the framework refuses by itself: 404, 405."""
+    """An error of the framework itself: 404, 405."""
     assert isinstance(error, HTTPException)
     detail = SENTENCES.get(error.status_code, "This request cannot be answered.")
-    return told(Problem(error.status_code, detail, headers=error.headers))
+    return problem_response(Problem(error.status_code, detail, headers=error.headers))
 
 
 async def on_fault(_: Request, fault: Exception) -> Response:
@@ -158,7 +162,7 @@ async def on_fault(_: Request, fault: Exception) -> Response:
     number = secrets.token_hex(4)
     log.error("Fault %s", number, exc_info=fault)
     problem = Problem(500, "Something went wrong inside the console.", more={"id": number})
-    response = told(problem)
+    response = problem_response(problem)
     for name, value in dress(()):
         response.headers[name.decode()] = value.decode()
     return response

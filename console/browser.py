@@ -12,7 +12,7 @@ import time
 import webbrowser
 from pathlib import Path
 
-from core.gate.precedence import stand_back
+from core.gate.scheduling import stand_back
 
 FILE = "open.html"
 PAGE = """<!doctype html>
@@ -47,7 +47,7 @@ def written(address: str, folder: Path) -> Path:
     """A page for this user alone that leads to `address`. Raises OSError."""
     page = folder.absolute() / FILE
     page.unlink(missing_ok=True)
-    told = PAGE.format(address=html.escape(address))
+    html_text = PAGE.format(address=html.escape(address))
     with os.fdopen(os.open(page, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o600), "w") as file:
-        file.write(told)
+        file.write(html_text)
     return page

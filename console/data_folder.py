@@ -3,24 +3,30 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import errno
+import fcntl
+import json
+import logging
 import os
 import re
 import stat
+from collections.abc import Generator
 from pathlib import Path
+from typing import IO
 
-from console.notice_board import NoticeBoard
-from core.errors import Unwritable
-from core.files import reason, try_writing
+from console.control.notices import Notifications
+from core.errors import Unavailable, Unwritable
+from core.files import reason, remove_unfinished, try_writing
 
 OURS = re.compile(r"history\.sqlite.*|console\.log.*|halt\..*|lock|maps|calibration|people|speech_quality|\..*\.new")
 LOOK, LOOK_AGAIN = 10.0, 2.0  # [s] between looks while all is well, and while it is not
-PATIENCE = 5.0  # [s] after which a disk that does not answer is told
+PATIENCE = 5.0  # [s] after which a disk that does not answer is reported
 CAUSE = "data folder"  # of the notice
 
 
 def prepare(folder: Path) -> None:
-    """Make the folder where it is missing, and close it and what is ours in it to other users of this machine.
+    """Make the folder where it is missing, and close it and our files in it to other users of this machine.
 
     Raises Unwritable when nothing can be kept there.
     """
@@ -37,7 +43,7 @@ def prepare(folder: Path) -> None:
 
 
 def close_to_others(folder: Path) -> None:
-    """Take the rights of group and others from what is ours; from the folder itself where all in it is ours."""
+    """Take the rights of group and others from our files; from the folder itself where all in it is ours."""
     found = list(folder.iterdir())
     ours = [path for path in found if OURS.fullmatch(path.name)]
     for path in [*ours, *([folder] if len(ours) == len(found) else [])]:
@@ -49,10 +55,10 @@ def close_to_others(folder: Path) -> None:
 class DataFolder:
     """Looks now and then, from a thread, whether it can be written. Lives on the event loop."""
 
-    def __init__(self, folder: Path, board: NoticeBoard) -> None:
+    def __init__(self, folder: Path, board: Notifications) -> None:
         self._folder, self._board = folder, board
         self._disk = self._history = ""
-        self._told = ""
+        self._reported = ""
         self._looking: asyncio.Task[str] | None = None
 
     @property
@@ -82,9 +88,9 @@ class DataFolder:
         self._tell()
 
     def _tell(self) -> None:
-        if self.trouble == self._told:
+        if self.trouble == self._reported:
             return
-        self._told = self.trouble
+        self._reported = self.trouble
         if self.trouble:
             self._board.tell("error", self.trouble, CAUSE)
         else:
@@ -97,4 +103,77 @@ class DataFolder:
             try_writing(self._folder)
         except OSError as trouble:
             return f"Nothing can be saved in the data folder {self._folder}: {reason(trouble)}"
+        return ""
+
+
+def home_folder(chosen: str | Path | None = None) -> Path:
+    """`--data DIR`, else $BECKON_HOME, else the user's data folder."""
+    if chosen:
+        return Path(chosen).expanduser()
+    if own := os.environ.get("BECKON_HOME"):
+        return Path(own).expanduser()
+    base = os.environ.get("XDG_DATA_HOME") or "~/.local/share"
+    return Path(base).expanduser() / "beckon"
+
+
+log = logging.getLogger(__name__)
+
+NAME = "lock"
+NO_LOCKS = frozenset({errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP})  # of file systems that know none
+
+
+class FolderLock:
+    """Held as long as this process lives, however it ends: a file that is left behind locks nothing."""
+
+    def __init__(self, file: IO[str]) -> None:
+        self._file = file
+
+    def announce(self, port: int) -> None:
+        """Write down for others who holds the lock and where it listens."""
+        with contextlib.suppress(OSError):
+            self._file.seek(0)
+            self._file.truncate()
+            self._file.write(json.dumps({"pid": os.getpid(), "port": port}) + "\n")
+            self._file.flush()
+
+
+@contextlib.contextmanager
+def locked(home: Path) -> Generator[FolderLock]:
+    """Take the data folder, and remove what a crash left half-written in it.
+
+    Raises Unavailable when another console has it, Unwritable when nothing can be kept in it.
+    """
+    prepare(home)
+    try:
+        file = (home / NAME).open("a+", encoding="utf-8")
+    except OSError as trouble:
+        raise Unwritable(
+            f"The file {home / NAME} cannot be written ({trouble.strerror}); choose another folder with --data."
+        ) from None
+    with file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise Unavailable(
+                f"Another console{_holder(file)} uses the data folder {home}: work with that one, or start this one "
+                "with --data and a folder of its own."
+            ) from None
+        except OSError as trouble:
+            if trouble.errno not in NO_LOCKS:
+                raise Unavailable(f"The data folder {home} cannot be locked ({trouble.strerror}).") from None
+            log.warning("The data folder %s cannot be locked; start no second console on it.", home)
+        lock = FolderLock(file)
+        lock.announce(0)
+        remove_unfinished(home)
+        yield lock
+
+
+def _holder(file: IO[str]) -> str:
+    """Return the owner of the lock, as far as it is written there."""
+    try:
+        file.seek(0)
+        owner = json.loads(file.read(200))
+        port = f", port {owner['port']:d}" if owner["port"] else ""
+        return f" (process {owner['pid']:d}{port})"
+    except (OSError, ValueError, KeyError, TypeError):
         return ""

@@ -1,4 +1,4 @@
-"""What runs behind the page: the robot's process, the pilot's thread, the scene, and twenty times a second the state.
+"""The runtime behind the page: robot process, pilot thread, scene, and twenty times a second the state.
 
 The pilot's thread is one sentence: for each frame of the robot, obey, step, drive, publish. All else lives on the
 event loop. The gate hears the console's heartbeat only from the loop, and only while the pilot steps.
@@ -15,37 +15,37 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from console import wire
-from console.array_bench import ArrayBench
-from console.calibration.workbench import Workbench
-from console.camera_feed import CameraFeed, Picture
+from console import messages
+from console.access.guard import Access
+from console.access.open_sockets import OpenSockets
+from console.broadcast import Broadcaster
+from console.calibration.microphones import MicrophoneCalibration
+from console.calibration.service import CalibrationService
+from console.camera_stream import CameraStream, Picture
+from console.control.dispatcher import CommandDispatcher
+from console.control.history import History
+from console.control.lease import Lease
+from console.control.link_monitor import LinkMonitor
+from console.control.notices import Notifications
+from console.control.pending_commands import PendingCommands
+from console.control.pilot_supervisor import PilotSupervisor
+from console.control.playback import PlaybackController
+from console.control.state_times import StateTimes
 from console.data_folder import DataFolder
-from console.door import Door
-from console.hearing import Ears
-from console.history import History
-from console.intents import Intents
-from console.latest import Hub
-from console.lease import Lease
-from console.map_desk import MapDesk
-from console.microphone import Microphone
-from console.notice_board import NoticeBoard
-from console.people.school import School
-from console.pilot_supervisor import PilotSupervisor
-from console.pilot_thread import Pace, PilotLike, PilotThread
-from console.player import Player
-from console.portrait import Circumstances, draw
-from console.quality_runs import QualityRuns
-from console.robot_link import RobotLink
-from console.robot_voice import RobotVoice
+from console.maps.service import MapService
+from console.people.service import EnrollmentService
+from console.robot.link import RobotLink
+from console.robot.pilot_thread import PilotLike, PilotPace, PilotThread
 from console.scene import Scene
-from console.security import Access
-from console.sockets import Sockets
-from console.spoken_orders import SpokenOrders
-from console.state_times import StateTimes
-from console.tasks import end
-from console.watch import Watch
+from console.speech.browser_microphone import BrowserMicrophone
+from console.speech.quality_runs import QualityRuns
+from console.speech.robot_voice import RobotVoice
+from console.speech.room_transcription import RoomTranscriber
+from console.speech.voice_commands import VoiceCommands
+from console.state_view import StateContext, draw
+from console.workers.tasks import end
 from core.errors import BeckonError
-from core.gate.sleep import SleepWatch
+from core.gate.suspend import SleepWatch
 from core.robots import Profile
 from core.sensors import SensorFrame
 from core.snapshot import Snapshot
@@ -64,36 +64,42 @@ class Runtime:
     ) -> None:
         self.robot = robot
         self.access = access or Access()
-        self.hub = Hub()
-        self.feed = CameraFeed(self.hub)
-        self.sockets = Sockets()
+        self.hub = Broadcaster()
+        self.feed = CameraStream(self.hub)
+        self.sockets = OpenSockets()
         self.lease = Lease()
-        self.board = NoticeBoard()
+        self.board = Notifications()
         self.folder = DataFolder(home, self.board)
         self.history = History(home, partial(self._call, self.folder.history))
-        self.door = Door(robot, self.lease, self.history, self.board)
-        self.maps = MapDesk(home, robot, self.door, self.lease, self.history)
-        self.ears = Ears(self.door, self.history, self.board)
-        self.intents = Intents(self.door, self.lease, self.history, self.board)
-        self.spoken = SpokenOrders(self.ears, self.door, self.lease, self.intents, self.board)
-        self.microphone = Microphone()
+        self.door = CommandDispatcher(robot, self.lease, self.history, self.board)
+        self.maps = MapService(home, robot, self.door, self.lease, self.history)
+        self.ears = RoomTranscriber(self.door, self.history, self.board)
+        self.pending_commands = PendingCommands(self.door, self.lease, self.history, self.board)
+        self.spoken = VoiceCommands(self.ears, self.door, self.lease, self.pending_commands, self.board)
+        self.microphone = BrowserMicrophone()
         self.voice = RobotVoice()
         self.quality = QualityRuns(home)
-        self.player = Player(robot, self.history, self.board)
-        self.scene = Scene(robot, partial(self._call, self.board.tell, "warning"), lambda: self.intents.command)
-        self.workbench = Workbench(home, robot, self.hub, self.board.tell, self._look_through)
-        self.array = ArrayBench(home, robot, lambda: self._look_through(self.workbench.profile()))
-        self.people = School(home, robot, self.door, self.board.tell, lambda: self.workbench.newest)
+        self.player = PlaybackController(robot, self.history, self.board)
+        self.scene = Scene(
+            robot, partial(self._call, self.board.tell, "warning"), lambda: self.pending_commands.command
+        )
+        self.calibration_service = CalibrationService(home, robot, self.hub, self.board.tell, self._look_through)
+        self.array = MicrophoneCalibration(
+            home, robot, lambda: self._look_through(self.calibration_service.profile())
+        )
+        self.people = EnrollmentService(
+            home, robot, self.door, self.board.tell, lambda: self.calibration_service.newest
+        )
         self.states = StateTimes()
         self.snapshot: Snapshot | None = None
         self.over = False  # the console is ending
         self.trouble = ""  # why the robot did not come
-        self.beside: list[Callable[[], Coroutine[Any, Any, None]]] = []  # what runs beside it while it is open
+        self.beside: list[Callable[[], Coroutine[Any, Any, None]]] = []  # tasks that run while it is open
         self._make_pilot = make_pilot
         self.pilots = PilotSupervisor(self._start_pilot, self._pilot_failed, self._leave_out, self.board)
         self._seq = 0
         self._state_at = 0.0
-        self._watch = Watch(robot, self.door, self.board)
+        self._watch = LinkMonitor(robot, self.door, self.board)
         self._sleep = SleepWatch()
         self._opening = False
         self._tasks: set[asyncio.Task[None]] = set()
@@ -115,7 +121,9 @@ class Runtime:
             self._opening = False
         await asyncio.to_thread(self.history.open)
         await self.scene.open(self.door, self.sockets)
-        await asyncio.gather(self.workbench.open(), self.quality.open(), self.array.open(), self.people.open())
+        await asyncio.gather(
+            self.calibration_service.open(), self.quality.open(), self.array.open(), self.people.open()
+        )
         self.pilots.start()
         for task in (self._beat, self.folder.watch, *self.beside):
             self.keep(asyncio.create_task(task()))
@@ -125,7 +133,7 @@ class Runtime:
         self._call(self.farewell)
 
     def farewell(self) -> None:
-        """The console is about to end: the robot stands, every socket is told, nothing more is opened."""
+        """End the console: the robot stands, every socket is closed with a reason, nothing more is opened."""
         if self.over:
             return
         self.over = True
@@ -139,24 +147,24 @@ class Runtime:
         self.farewell()
         await end(*self._tasks)
         await self.pilots.close()
-        parts = (self.workbench, self.ears, self.microphone, self.quality, self.array, self.people)
+        parts = (self.calibration_service, self.ears, self.microphone, self.quality, self.array, self.people)
         await asyncio.gather(*(part.close() for part in parts))
         await asyncio.to_thread(self.robot.close)
         await self.scene.close()
         await asyncio.to_thread(self.history.close)
 
-    # what is shown
+    # state
 
-    def state(self) -> wire.State | None:
+    def state(self) -> messages.State | None:
         """The newest state, or None before the first frame."""
         if self.snapshot is None:
             return None
         (link, age), now = self.robot.link(), time.monotonic()
-        around = Circumstances(
+        around = StateContext(
             profile=self.robot.profile,
             link=link,
             age=round(age, 3),
-            pace=self.pace.told(now),
+            pace=self.pace.measured(now),
             speed=self.player.speed,
             gate=self.robot.status(),
             lease=self.lease,
@@ -165,9 +173,9 @@ class Runtime:
             history_revision=self.history.revision,
             map=self.maps.shown,
             muted=self.voice.muted,
-            obeyed=self.spoken.driver is not None,
+            voice_control=self.spoken.driver is not None,
             words=self.ears.words,
-            intent=self.intents.waiting,
+            pending_command=self.pending_commands.waiting,
             now=now,
         )
         self._seq += 1
@@ -175,7 +183,7 @@ class Runtime:
         return draw(self.snapshot, around, self._seq)
 
     @property
-    def pace(self) -> Pace:
+    def pace(self) -> PilotPace:
         """How the pilot keeps up."""
         return self.pilots.pace
 
@@ -184,7 +192,7 @@ class Runtime:
         return await asyncio.to_thread(self.robot.ask, request)
 
     def keep(self, task: asyncio.Task[None]) -> None:
-        """Hold on to a task until it is done; one that fails is told."""
+        """Hold on to a task until it is done; a task that fails is reported."""
         self._tasks.add(task)
         task.add_done_callback(self._done)
 
@@ -199,10 +207,10 @@ class Runtime:
     def _start_pilot(self) -> PilotThread:
         self.door.pilot = None
         pilot = self._make_pilot()
-        pilot.look_through(self.array.profile(self.workbench.profile()))
+        pilot.look_through(self.array.profile(self.calibration_service.profile()))
         pilot.obey_only(self.people.chosen)
-        told = (self._published, partial(self._call, self.pilots.bury), self.voice.deaf)
-        thread = PilotThread(self.robot, pilot, self.door.helm, *told)
+        callbacks = (self._published, partial(self._call, self.pilots.bury), self.voice.deaf)
+        thread = PilotThread(self.robot, pilot, self.door.setpoint_sender, *callbacks)
         thread.start()
         self.door.pilot = pilot
         return thread
@@ -215,15 +223,15 @@ class Runtime:
     def _leave_out(self, fault: str) -> list[str]:
         """Use no calibration any more → the files that were in use until now."""
         why = f"The pilot failed ({fault}) within seconds of using it."
-        return [*self.workbench.leave_out(why), *self.array.leave_out(why)]
+        return [*self.calibration_service.leave_out(why), *self.array.leave_out(why)]
 
     def _published(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """From the pilot's thread."""
         picture = self.feed.encoded(frame.image)
         self.scene.show(snapshot)
-        self.workbench.newest = frame.image or self.workbench.newest
-        if self.workbench.watching:
-            self._call(self.workbench.saw, frame)
+        self.calibration_service.newest = frame.image or self.calibration_service.newest
+        if self.calibration_service.watching:
+            self._call(self.calibration_service.saw, frame)
         self._call(self._took, snapshot, picture, frame)
 
     def _look_through(self, profile: Profile) -> None:
@@ -246,11 +254,11 @@ class Runtime:
         self.people.took(snapshot)
         sound = None if self.array.helped else frame.sound
         self.ears.took(snapshot, sound, self.robot.profile.microphones, frame.sensed)
-        self.intents.took(snapshot)
+        self.pending_commands.took(snapshot)
         self.array.took(snapshot, frame.sound)
         self.board.adopt(snapshot.notices, snapshot.stamp)
-        for told in snapshot.endings:
-            self.door.ended(told)
+        for ending in snapshot.endings:
+            self.door.ended(ending)
         if picture is not None:
             self.feed.show(picture)
         if time.monotonic() - self._state_at >= STATE_GAP:
@@ -259,7 +267,7 @@ class Runtime:
     def _tell_state(self) -> None:
         self._state_at = time.monotonic()
         if self.hub.watched("state") and (state := self.state()) is not None:
-            self.hub.publish("state", wire.encode(state).decode())
+            self.hub.publish("state", messages.encode(state).decode())
 
     # twenty times a second
 
@@ -283,18 +291,18 @@ class Runtime:
             self.sockets.close_of(person, 1008, "Your login has expired; sign in again.")
         if self._watch.look(hangs=self.pilots.hangs):
             self._nothing_under_way()
-        self.workbench.tick(now)
+        self.calibration_service.tick(now)
         self.microphone.tick(now)
         if now - self._state_at > BEAT + STATE_GAP:
             self._tell_state()
 
     def _look_for_sleep(self) -> None:
-        """What was ordered, or waited to begin, before the machine slept does not go on."""
+        """End commands, active or pending, that were given before the machine slept."""
         if self._sleep.woke():
-            self.door.helm.stop()
+            self.door.setpoint_sender.stop()
             self.door.cancel("failed", "The machine slept; the robot was stopped.")
 
     def _nothing_under_way(self) -> None:
-        """The newest snapshot may stay the newest for long: what it says is under way has failed."""
-        if self.snapshot is not None and self.snapshot.undertaking is not None:
-            self.snapshot = replace(self.snapshot, undertaking=None, goal=None)
+        """The newest snapshot may stay the newest for long: commands that it shows as active have failed."""
+        if self.snapshot is not None and self.snapshot.active_command is not None:
+            self.snapshot = replace(self.snapshot, active_command=None, goal=None)

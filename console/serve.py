@@ -23,21 +23,20 @@ from typing import Any
 import uvicorn
 from starlette.types import ASGIApp
 
+from console.access.guard import HOST_NAME, Access
+from console.access.logins import Logins
 from console.app import create_app
 from console.browser import browse
-from console.crowd import MOST, Crowd, raise_file_limit
-from console.folder_lock import locked
-from console.home import home_folder
-from console.logins import Logins
-from console.logs import start_logging
-from console.protocol import HEADER_TIME, Config, ImpatientHttp, ImpatientSocket
-from console.robot_process import RobotProcess
+from console.control.text_file_commands import TextFileCommands
+from console.control.text_file_reader import TextFileReader
+from console.data_folder import home_folder, locked
+from console.http.connection_limits import MOST, ConnectionLimits, raise_file_limit
+from console.http.timeouts import HEADER_TIME, ServerConfig, TimeoutHttp, TimeoutSocket
+from console.logging_setup import start_logging
+from console.robot.process import RobotProcess
 from console.runtime import Runtime
-from console.security import HOST_NAME, Access
-from console.text_files import TextFiles
-from console.text_orders import TextOrders
 from core.errors import BadInput, Unavailable
-from core.gate.precedence import CONSOLE, come_first
+from core.gate.scheduling import CONSOLE, come_first
 from core.pilot import Pilot
 from core.settings import load
 
@@ -56,7 +55,7 @@ READABLE = (
 
 @dataclass(frozen=True)
 class Options:
-    """What `beckon run` may be told."""
+    """The options of `beckon run`."""
 
     robot: str = "sim:lab"
     host: str = "127.0.0.1"
@@ -83,11 +82,14 @@ class Server(uvicorn.Server):
         self._listening = listening
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Listening; now the address is worth telling."""
+        """Listening; now the address can be shown."""
         loop: Any = asyncio.get_running_loop()
         if self.config.ssl is not None:  # uvicorn hands no such bound on
             loop.create_server = partial(loop.create_server, ssl_handshake_timeout=HEADER_TIME)
         await super().startup(sockets)
+        for listener in (each for server in self.servers for each in server.sockets):
+            with socket.socket(fileno=os.dup(listener.fileno())) as own:
+                own.listen(WAITING)  # asyncio made the queue as long as what is accepted at once
         self._listening()
 
     @contextlib.contextmanager
@@ -106,7 +108,7 @@ class Server(uvicorn.Server):
 
 
 def serve(options: Options) -> None:
-    """Run the console until it is told to end. Raises BadInput and Unavailable with a sentence."""
+    """Run the console until a signal ends it. Raises BadInput and Unavailable with a sentence."""
     check(options)
     settings = load(options.settings)
     os.umask(0o077)  # what the console writes is its owner's alone
@@ -132,14 +134,13 @@ def serve(options: Options) -> None:
         runtime.voice.settings = settings.voice
         runtime.quality.ears, runtime.quality.speech = settings.simulation, settings.speech
         if options.text_files is not None:
-            files = TextFiles(options.text_files)
+            files = TextFileReader(options.text_files)
             parts = (runtime.door, runtime.lease, runtime.history, runtime.board)
-            runtime.beside.append(TextOrders(files, *parts, lambda: runtime.snapshot).run)
+            runtime.beside.append(TextFileCommands(files, *parts, lambda: runtime.snapshot).run)
         config = configured(create_app(runtime), options.tls_cert, options.tls_key, most)
 
         def listening() -> None:
-            listener.listen(WAITING)  # uvicorn has set the queue's length to what is accepted at once
-            gc.freeze()  # what is loaded now stays; to go through it again and again would take 70 ms each time
+            gc.freeze()  # objects loaded by now stay; to go through it again and again would take 70 ms each time
             announce(options, port, access)
             if is_readable(options):
                 runtime.board.tell("warning", READABLE)
@@ -158,14 +159,16 @@ def serve(options: Options) -> None:
             raise Unavailable(runtime.trouble or "The console could not start; the log says why.") from None
 
 
-def configured(app: ASGIApp, certificate: Path | None = None, key: Path | None = None, most: int = MOST) -> Config:
+def configured(
+    app: ASGIApp, certificate: Path | None = None, key: Path | None = None, most: int = MOST
+) -> ServerConfig:
     """How uvicorn runs this application; by HTTPS where there is a certificate; `most` connections at a time."""
-    config = Config(
+    config = ServerConfig(
         app,
         ssl_certfile=certificate,
         ssl_keyfile=key,
-        http=ImpatientHttp,
-        ws=ImpatientSocket,
+        http=TimeoutHttp,
+        ws=TimeoutSocket,
         ws_per_message_deflate=False,
         ws_max_size=SOCKET_MESSAGE,
         backlog=ACCEPTED_AT_ONCE,
@@ -178,7 +181,7 @@ def configured(app: ASGIApp, certificate: Path | None = None, key: Path | None =
         log_config=None,
         lifespan="on",
     )
-    config.crowd = Crowd(most)
+    config.crowd = ConnectionLimits(most)
     return config
 
 
@@ -250,12 +253,12 @@ def _no_password() -> str:
 
 
 def is_readable(options: Options) -> bool:
-    """Whether keys and pictures go over a network as plain text."""
+    """True if keys and pictures go over a network as plain text."""
     return in_address(options.host) not in LOOPBACK and options.tls_cert is None
 
 
 def is_simulated(url: str) -> bool:
-    """Whether nothing real can move."""
+    """True if nothing real can move."""
     return url.partition(":")[0] == "sim"
 
 
@@ -271,7 +274,7 @@ def in_address(host: str) -> str:
 
 
 def is_wildcard(host: str) -> bool:
-    """Whether it means every address of this machine, and none that a browser could open."""
+    """Return whether it means every address of this machine, and none that a browser could open."""
     try:
         return ipaddress.ip_address(host.strip("[]")).is_unspecified
     except ValueError:

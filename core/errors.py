@@ -2,7 +2,7 @@
 
 BeckonError
 ├── BadInput        a file, a number or a text cannot be used; the sentence says why and what to do
-│   └── BadSettings what the program itself was told is wrong: its use, not what it works on
+│   └── BadSettings an option or a setting of the program is wrong: its use, not its data
 ├── Unavailable     something needed is not there (a robot, a package, a device)
 │   └── Unwritable  the disk does not take what must be kept (full, read-only, no permission, gone)
 └── Refused         understood, but not allowed now (out of bounds, no lease, latched)
@@ -10,7 +10,7 @@ BeckonError
 
 
 class BeckonError(Exception):
-    """Base of all errors that are told to people as they stand."""
+    """Base of all errors whose sentence is shown to people unchanged."""
 
 
 class BadInput(BeckonError):

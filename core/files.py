@@ -102,7 +102,7 @@ def saving(failure: str) -> Generator[None]:
 
 
 def reason(trouble: OSError) -> str:
-    """Why a write failed and what to do, after a colon."""
+    """Return why a write failed and what to do, to stand after a colon."""
     remedy = REMEDIES.get(trouble.errno or 0, "Check the folder and who may write to it.")
     return f"{trouble.strerror or trouble}. {remedy}"
 
@@ -147,7 +147,7 @@ def sealed(document: dict[str, Any]) -> dict[str, Any]:
 
 
 def is_intact(document: dict[str, Any]) -> bool | None:
-    """Whether a JSON object is what was sealed; None where it bears no checksum."""
+    """Return whether a JSON object matches its checksum; None where it has none."""
     return None if SEAL not in document else document[SEAL] == _seal(document)
 
 

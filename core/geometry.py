@@ -70,7 +70,7 @@ class Pose:
         return np.array([self.x, self.y, self.heading])
 
     def is_finite(self) -> bool:
-        """Whether all three numbers are finite."""
+        """Return whether all three numbers are finite."""
         return math.isfinite(self.x) and math.isfinite(self.y) and math.isfinite(self.heading)
 
 

@@ -1,4 +1,4 @@
-"""What travels between the rooms: frozen values that own read-only copies of their arrays."""
+"""Messages between the rooms: frozen values that own read-only copies of their arrays."""
 
 from __future__ import annotations
 

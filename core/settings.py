@@ -10,65 +10,77 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import logging
 import math
 import tomllib
 import types
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from core.calibration.drift import DriftSettings
+from core.calibration.laser.drift import DriftSettings
 from core.errors import BadInput, BadSettings
 from core.gate import Limits
-from core.log import LogSettings
-from core.navigation.company import CompanySettings
+from core.navigation.person_following import PersonFollowingSettings
 from core.navigation.planner import PlannerSettings
 from core.navigation.steering import SteeringSettings
 from core.navigation.wall import WallSettings
-from core.perception.corners import CornerSettings
-from core.perception.edges import EdgeSettings
+from core.perception.image_quality.remedy import PictureSettings
+from core.perception.landmarks.corners import CornerSettings
+from core.perception.landmarks.edges import EdgeSettings
 from core.perception.people.parts import PeopleSettings
-from core.perception.people.person import TrackSettings
-from core.perception.remedy import PictureSettings
-from core.perception.sound.settings import HearingSettings
-from core.robots.simulated import SimulationSettings
-from core.slam.ekf import EkfSettings
-from core.slam.floor.alarm import AlarmSettings
-from core.slam.floor.closure import ClosureSettings
-from core.slam.floor.matching import MatchingSettings
-from core.slam.floor.settings import FloorSettings
+from core.perception.people.tracked_person import TrackSettings
+from core.perception.sound.settings import DirectionFindingSettings
+from core.recording import LogSettings
+from core.simulation.robot import SimulationSettings
+from core.slam.ekf_slam import EkfSettings
+from core.slam.map.closure import ClosureSettings
+from core.slam.map.occupancy import OccupancySettings
+from core.slam.map.settings import SubmapSettings
 from core.slam.motion import MotionSettings
-from core.slam.occupancy import OccupancySettings
-from core.slam.scan_odometry import ScanOdometrySettings
+from core.slam.relocalization.kidnap_detector import KidnapSettings
+from core.slam.scan_matching.field_matching import ScanMatchingSettings
+from core.slam.scan_matching.scan_odometry import ScanOdometrySettings
 from core.speech.settings import SpeechSettings
-from core.speech.voice import VoiceSettings
+from core.speech.synthesis import VoiceSettings
+
+log = logging.getLogger(__name__)
 
 LARGEST = 1_000_000  # bytes of a settings file
+FORMER = {
+    "company": "person_following",
+    "floor": "submaps",
+    "alarm": "localization_monitor",
+    "picture": "image_quality",
+    "hearing": "direction_finding",
+}
+"""Sections under their former names, read for one version more."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """One section per room; every section stands beside its algorithm."""
+    """One section per room; every section stands with its algorithm."""
 
     corners: CornerSettings = field(default_factory=CornerSettings)
     edges: EdgeSettings = field(default_factory=EdgeSettings)
-    picture: PictureSettings = field(default_factory=PictureSettings)
+    image_quality: PictureSettings = field(default_factory=PictureSettings)
     drift: DriftSettings = field(default_factory=DriftSettings)
-    hearing: HearingSettings = field(default_factory=HearingSettings)
+    direction_finding: DirectionFindingSettings = field(default_factory=DirectionFindingSettings)
     speech: SpeechSettings = field(default_factory=SpeechSettings)
     voice: VoiceSettings = field(default_factory=VoiceSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     ekf: EkfSettings = field(default_factory=EkfSettings)
     scan_odometry: ScanOdometrySettings = field(default_factory=ScanOdometrySettings)
     occupancy: OccupancySettings = field(default_factory=OccupancySettings)
-    floor: FloorSettings = field(default_factory=FloorSettings)
-    matching: MatchingSettings = field(default_factory=MatchingSettings)
+    submaps: SubmapSettings = field(default_factory=SubmapSettings)
+    matching: ScanMatchingSettings = field(default_factory=ScanMatchingSettings)
     closures: ClosureSettings = field(default_factory=ClosureSettings)
-    alarm: AlarmSettings = field(default_factory=AlarmSettings)
+    localization_monitor: KidnapSettings = field(default_factory=KidnapSettings)
     planner: PlannerSettings = field(default_factory=PlannerSettings)
     steering: SteeringSettings = field(default_factory=SteeringSettings)
     wall: WallSettings = field(default_factory=WallSettings)
-    company: CompanySettings = field(default_factory=CompanySettings)
+    person_following: PersonFollowingSettings = field(default_factory=PersonFollowingSettings)
     people: PeopleSettings = field(default_factory=PeopleSettings)
     tracking: TrackSettings = field(default_factory=TrackSettings)
     log: LogSettings = field(default_factory=LogSettings)
@@ -88,7 +100,7 @@ def load(path: Path | str | None) -> Settings:
     except OSError as trouble:
         raise BadInput(f"The settings {path.name} cannot be read: {trouble.strerror or trouble}.") from None
     except UnicodeDecodeError:
-        raise BadInput(f"{path.name} is not a text file in UTF-8; write it anew.") from None
+        raise BadInput(f"{path.name} is not a text file in UTF-8; save it again in UTF-8.") from None
     try:
         return read(text, path.name)
     except BadInput as wrong:
@@ -98,21 +110,32 @@ def load(path: Path | str | None) -> Settings:
 def read(text: str, name: str = "settings") -> Settings:
     """TOML text → settings. `name` is what the sentences call it. Raises BadInput."""
     try:
-        told = tomllib.loads(text)
+        document = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as trouble:
         raise BadInput(f"{name} is not valid TOML: {trouble}.") from None
-    sections = _checked(told, Settings, f"{name}: there is no section", "[{}]")
+    document = {_renamed(section, document, name): values for section, values in document.items()}
+    sections = _checked(document, Settings, f"{name}: there is no section", "[{}]")
     defaults = Settings()
     changed = {key: _section(getattr(defaults, key), values, f"{name}: [{key}]") for key, values in sections.items()}
     return dataclasses.replace(defaults, **changed)
 
 
-def _section(default: Any, told: Any, where: str) -> Any:
+def _renamed(section: str, document: Mapping[str, Any], name: str) -> str:
+    """Return a section's present name; a former one is reported. Raises BadInput where both stand in the file."""
+    present = FORMER.get(section, section)
+    if present != section:
+        if present in document:
+            raise BadInput(f"{name} has [{present}] and its former name [{section}]; leave only [{present}].")
+        log.warning("%s: [%s] is now [%s]; the former name is read for one version more.", name, section, present)
+    return present
+
+
+def _section(default: Any, given: Any, where: str) -> Any:
     """One section with its changes."""
-    if not isinstance(told, dict):
+    if not isinstance(given, dict):
         raise BadInput(f"{where} must be a section with settings under it.")
     kinds = get_type_hints(type(default))
-    values = _checked(told, type(default), f"{where} has no setting", "{}")
+    values = _checked(given, type(default), f"{where} has no setting", "{}")
     fitted = {key: _fit(value, kinds[key], getattr(default, key), f"{where} {key}") for key, value in values.items()}
     try:
         return dataclasses.replace(default, **fitted)
@@ -120,15 +143,15 @@ def _section(default: Any, told: Any, where: str) -> Any:
         raise BadInput(f"{where} {trouble}") from None
 
 
-def _checked(told: dict[str, Any], kind: type[Any], complaint: str, form: str) -> dict[str, Any]:
+def _checked(given: dict[str, Any], kind: type[Any], complaint: str, form: str) -> dict[str, Any]:
     """The same keys, if all are known."""
     known = [field.name for field in dataclasses.fields(kind)]
-    for key in told:
+    for key in given:
         if key not in known:
             close = difflib.get_close_matches(key, known, 1)
             advice = f"did you mean {form.format(close[0])}?" if close else f"known are {', '.join(known)}."
             raise BadInput(f"{complaint} {form.format(_shown(key))}; {advice}")
-    return told
+    return given
 
 
 def _fit(value: Any, kind: Any, default: Any, where: str) -> Any:

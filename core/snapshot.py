@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import Literal
 
-from core.calibration.drift import Drift
+from core.calibration.laser.drift import Drift
 from core.gate import Twist
 from core.geometry import Pose
 from core.message import Array, message
-from core.perception.edges import Edge
-from core.perception.people.call import Call
-from core.perception.people.person import PersonSeen
-from core.perception.picture_quality import PictureQuality
+from core.perception.image_quality.quality import PictureQuality
+from core.perception.landmarks.edges import ImageEdge
+from core.perception.people.tracked_person import TrackedPerson
+from core.perception.people.voice_bearing import VoiceBearing
 from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
-from core.slam.floor import FloorHealth
-from core.slam.occupancy import Grid
+from core.slam.map.occupancy import OccupancyGrid
+from core.slam.map.status import MapStatus
 
 Level = Literal["info", "warning", "error"]
 Ending = Literal["running", "done", "refused", "cancelled", "pre-empted", "failed"]
@@ -32,7 +32,7 @@ class Notice:
 
 
 @message
-class Undertaking:
+class ActiveCommandStatus:
     """A command and how it goes."""
 
     id: int
@@ -49,19 +49,19 @@ class Undertaking:
 
 @message
 class CameraView:
-    """What perception drew on the newest picture; the picture itself travels beside it."""
+    """The drawings of perception on the newest picture; the picture itself is sent separately."""
 
     stamp: float
     width: int
     height: int
-    edges: tuple[Edge, ...] = ()
+    edges: tuple[ImageEdge, ...] = ()
     laser: Array  # (M, 3): u, v [pixel] and range [m] of the laser points in view
     quality: PictureQuality | None = None
 
 
 @message
 class VoiceDirection:
-    """Where somebody speaks, as heard from the robot."""
+    """The direction of a voice, as heard from the robot."""
 
     id: int
     stamp: float  # [s] when it was last heard
@@ -76,15 +76,17 @@ class VoiceDirection:
     heard_at: Array  # (2,) [m] world: where the robot was when it was last heard
 
     @property
-    def call(self) -> Call:
+    def call(self) -> VoiceBearing:
         """As a command takes it."""
         x, y = self.heard_at.tolist()
-        return Call(stamp=self.stamp, azimuth=self.azimuth_world, sd=self.sd_heard, x=x, y=y, strength=self.strength)
+        return VoiceBearing(
+            stamp=self.stamp, azimuth=self.azimuth_world, sd=self.sd_heard, x=x, y=y, strength=self.strength
+        )
 
 
 @message
 class Hearing:
-    """What the robot's ears make of the sound."""
+    """The sound of the microphones: its level and the voices in it."""
 
     listening: bool  # sound comes in
     speaking: bool  # an utterance is under way
@@ -101,23 +103,23 @@ class Snapshot:
     dead_reckoning: Estimate
     velocity: Twist  # as the wheels report it
     setpoint: Twist  # what the pilot asks of the gate
-    setpoint_press: int = 0  # the undertaking that asks; 0: nobody
+    setpoint_press: int = 0  # id of the active command that asks; 0: none
     nonce: int = 0  # the gate's ticket that came with the frame
     scan_points: Array  # (M, 2) [m], world: the newest scan, de-skewed
     landmarks: tuple[Landmark, ...] = ()
     associations: tuple[Association, ...] = ()
     slam: SlamHealth
-    floor: FloorHealth = FloorHealth()
-    grid: Grid
+    floor: MapStatus = MapStatus()
+    grid: OccupancyGrid
     trail: Array  # (K, 2) [m], world: the path so far, thinned
     dead_reckoning_trail: Array  # (K, 2) [m]
     path: Array  # (P, 2) [m], world: what is planned; empty without a plan
     goal: Array | None = None  # (2,) or (3,) [m], world
-    undertaking: Undertaking | None = None  # the one that runs
-    endings: tuple[Undertaking, ...] = ()  # those that ended with this frame
+    active_command: ActiveCommandStatus | None = None  # the one that runs
+    endings: tuple[ActiveCommandStatus, ...] = ()  # those that ended with this frame
     view: CameraView | None = None
     hearing: Hearing | None = None  # None: the robot has no microphones
-    person: PersonSeen | None = None  # who is looked at by the command that runs
+    person: TrackedPerson | None = None  # who is looked at by the command that runs
     drift: Drift | None = None  # how the camera's mount seems to differ from its calibration
     notices: tuple[Notice, ...] = ()  # newest last, at most 20
     contact: bool = False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import re
 import subprocess
@@ -80,3 +81,49 @@ def test_browser_modules_have_sound_types(project: str) -> None:
 @needs_node
 def test_browser_modules_are_formatted_and_linted() -> None:
     assert tool("biome", "check") == ""
+
+
+RETIRED = re.compile(
+    r"(?<![a-zà-ÿ])(told|undertakings?|obedience|prospects?|foresees?|brakes|helm|workbench|deeds?|portraits?|circumstances|albums?"
+    r"|sitters?|sittings?|lessons?|school|surveyors?|atlas|mosaic|telling|bonds?|vouch(?:es|ed)?|astray|oddness|ballots?"
+    r"|rivalry|likeness|prattle|journeys?|mailbox|outbox|scribe|anew|whoever)(?![a-zà-ÿ])"
+)
+STORED = ('= "bonds"', " deeds ", "orientation: portrait")  # names on disk and of CSS
+PRODUCT = [
+    path
+    for pattern in (
+        "core/**/*.py",
+        "console/**/*.py",
+        "static/**/*.js",
+        "static/**/*.css",
+        "static/*.html",
+        "static/docs/*.md",
+    )
+    for path in ROOT.glob(pattern)
+] + [ROOT / "README.md", ROOT / "core/README.md"]
+
+
+def parts(line: str) -> str:
+    """Identifiers taken apart: `toldAtOnce` and `TOLD_BY` → words in lower case."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", line).replace("_", " ").lower()
+
+
+def test_retired_words_stay_retired() -> None:
+    """`static/docs/glossary.md` says what is written instead; it alone may name them."""
+    left = [
+        f"{path.relative_to(ROOT)}:{number}: {line.strip()[:100]}"
+        for path in PRODUCT
+        if path.name != "glossary.md"
+        for number, line in enumerate(path.read_text().splitlines(), 1)
+        if RETIRED.search(parts(line)) and not any(literal in line for literal in STORED)
+    ]
+    assert left == [], f"{len(left)} lines"
+
+
+def test_a_class_name_means_one_thing() -> None:
+    places: dict[str, list[str]] = {}
+    for path in [*ROOT.glob("core/**/*.py"), *ROOT.glob("console/**/*.py")]:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ClassDef):
+                places.setdefault(node.name, []).append(str(path.relative_to(ROOT)))
+    assert {name: where for name, where in places.items() if len(where) > 1} == {}

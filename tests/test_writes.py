@@ -10,11 +10,12 @@ ROOT = Path(__file__).parent.parent
 OWN = {
     "core/files.py": "does it",
     "core/gate/latch.py": "the gate's own, which has a name of its own for what is unfinished",
-    "core/gate/scribe.py": "appends to the trace of a running gate",
-    "console/folder_lock.py": "writes down who holds the lock, which the file itself is",
+    "core/gate/trace.py": "appends to the trace of a running gate",
+    "console/data_folder.py": "writes down who holds the lock, which the file itself is",
     "core/experiments/run_log.py": "appends run by run, and syncs every line",
-    "console/worker_process.py": "tells the kernel, in /proc",
-    "console/wire.py": "writes a source file for developers",
+    "console/workers/process.py": "tells the kernel, in /proc",
+    "console/messages/generate_js.py": "writes a source file for developers",
+    "console/reference.py": "writes pages for developers",
     "console/serve.py": "only looks whether --gate-trace can be written",
 }
 WRITES = {"write_text", "write_bytes", "save", "savez", "savez_compressed", "savetxt", "imwrite", "tofile"}

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Request
 from pydantic import BaseModel, ConfigDict
 
-from console.logins import Person
+from console.access.logins import Person
 from console.runtime import Runtime
 
 SENTENCES = {
@@ -42,7 +42,7 @@ PROBLEMS: dict[int | str, dict[str, Any]] = {
 }
 
 
-class Wish(BaseModel):
+class RequestBody(BaseModel):
     """Base of all bodies: exact types, finite numbers, nothing that was not asked for."""
 
     model_config = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
@@ -54,7 +54,7 @@ def router(topic: str) -> APIRouter:
 
 
 async def runtime_of(request: Request) -> Runtime:
-    """What runs behind this request. Whoever asks is there: that renews a lease."""
+    """The runtime behind this request. A request is a sign of life of its person: it renews their lease."""
     runtime: Runtime = request.app.state.runtime
     if request.scope["person"] is not None:
         runtime.lease.active(request.scope["person"], time.monotonic())
@@ -62,7 +62,7 @@ async def runtime_of(request: Request) -> Runtime:
 
 
 async def person_of(request: Request) -> Person:
-    """Who asks; the guard has seen to it."""
+    """The person who sent the request; the guard has checked it."""
     return request.scope["person"]
 
 
@@ -71,7 +71,7 @@ Who = Annotated[Person, Depends(person_of)]
 
 
 async def undisturbed(behind: Behind, who: Who) -> Person:
-    """Who asks for what changes how the robot sees, hears or moves. Raises Refused while somebody else drives."""
+    """A person who may change how the robot sees, hears or moves. Raises Refused while another person drives."""
     behind.lease.check_not_anothers(who)
     return who
 

@@ -8,14 +8,14 @@ from typing import Annotated, Any, Literal
 from fastapi import Path, Query, Request, Response
 from pydantic import Field
 
-from console import wire
-from console.api import Behind, Driver, Who, Wish, router
-from console.calibration.sitting import PICTURE_BUDGET, Sitting
-from console.calibration.workbench import listed
-from console.problems import Problem
-from console.roles import PICTURE, needs
+from console import messages
+from console.access.roles import PICTURE, needs
+from console.api import Behind, Driver, RequestBody, Who, router
+from console.calibration.service import listed
+from console.calibration.session import PICTURE_BUDGET, CalibrationSession
+from console.http.problems import Problem
+from console.messages.calibration import CalibrationBoard, CalibrationKind, CalibrationSource
 from console.runtime import Runtime
-from console.wire_calibration import CalibrationBoard, CalibrationKind, CalibrationSource
 from core.errors import BeckonError
 
 calibration = router("calibration")
@@ -34,7 +34,7 @@ Id = Annotated[str, Path(max_length=40)]
 Name = Annotated[str, Path(max_length=200)]
 
 
-class BoardWish(Wish):
+class BoardRequest(RequestBody):
     """The chessboard, counted in inner corners."""
 
     columns: int = Field(ge=3, le=40)
@@ -43,42 +43,42 @@ class BoardWish(Wish):
     panel_m: list[Annotated[float, Field(gt=0, le=5)]] | None = Field(default=None, min_length=2, max_length=2)
 
 
-class SessionWish(Wish):
+class SessionRequest(RequestBody):
     """`height_m`: of the camera above the laser by ruler, for boards that can only be held upright."""
 
     kind: CalibrationKind
-    board: BoardWish
+    board: BoardRequest
     source: CalibrationSource = "robot"
     height_m: float | None = Field(default=None, ge=-2, le=2)
 
 
-class LiveWish(Wish):
-    """Whether to look at what the robot sees."""
+class LiveCaptureRequest(RequestBody):
+    """`on`: look at the robot's own pictures."""
 
     on: bool
 
 
-class AcceptWish(Wish):
-    """`anyway`: although it is not as exact as it should be."""
+class AcceptRequest(RequestBody):
+    """`force`: although it is not as exact as it should be."""
 
-    anyway: bool = False
+    force: bool = False
 
 
-def told(sitting: Sitting, status: int = 200) -> Response:
+def session_response(session: CalibrationSession, status: int = 200) -> Response:
     """A session as JSON."""
-    return Response(wire.encode(sitting.session), status, media_type="application/json")
+    return Response(messages.encode(session.shown), status, media_type="application/json")
 
 
 @calibration.post("/calibration/sessions", status_code=201)
 @needs("operator")
-async def begin(asked: SessionWish, behind: Behind, who: Who) -> Response:
+async def begin(asked: SessionRequest, behind: Behind, who: Who) -> Response:
     """Begin a session of a wizard."""
     panel = None if asked.board.panel_m is None else (asked.board.panel_m[0], asked.board.panel_m[1])
     board = CalibrationBoard(asked.board.columns, asked.board.rows, asked.board.square_m, panel)
-    sitting = await behind.workbench.begin(asked.kind, asked.source, board, asked.height_m)
+    session = await behind.calibration_service.begin(asked.kind, asked.source, board, asked.height_m)
     behind.history.add("calibration", who, words=f"begin {asked.kind}")
-    response = told(sitting, 201)
-    response.headers["Location"] = f"sessions/{sitting.card.id}"
+    response = session_response(session, 201)
+    response.headers["Location"] = f"sessions/{session.card.id}"
     return response
 
 
@@ -86,7 +86,7 @@ async def begin(asked: SessionWish, behind: Behind, who: Who) -> Response:
 @needs("viewer")
 async def sessions(behind: Behind) -> dict[str, Any]:
     """All sessions, the newest first."""
-    rows = [listed(sitting) for sitting in behind.workbench.sittings.values()]
+    rows = [listed(session) for session in behind.calibration_service.sessions.values()]
     return {"sessions": sorted(rows, key=lambda row: -row["created_s"])}
 
 
@@ -94,25 +94,25 @@ async def sessions(behind: Behind) -> dict[str, Any]:
 @needs("viewer")
 async def one(id: Id, behind: Behind) -> Response:
     """Everything about a session."""
-    return told(behind.workbench.find(id))
+    return session_response(behind.calibration_service.find(id))
 
 
 @calibration.delete("/calibration/sessions/{id}", status_code=204)
 @needs("operator")
 async def delete(id: Id, behind: Behind, who: Who) -> Response:
-    """Delete a session; what was accepted from it stays in use."""
-    await behind.workbench.delete(behind.workbench.find(id))
+    """Delete a session; a calibration accepted from it stays in use."""
+    await behind.calibration_service.delete(behind.calibration_service.find(id))
     behind.history.add("calibration", who, words="delete")
     return Response(status_code=204)
 
 
 @calibration.post("/calibration/sessions/{id}/live")
 @needs("operator")
-async def live(id: Id, asked: LiveWish, behind: Behind) -> Response:
-    """Look at the robot's pictures and scans, and take what is good by itself."""
-    sitting = behind.workbench.find(id)
-    behind.workbench.live(sitting, on=asked.on)
-    return told(sitting)
+async def live(id: Id, asked: LiveCaptureRequest, behind: Behind) -> Response:
+    """Look at the robot's pictures and scans, and take good ones automatically."""
+    session = behind.calibration_service.find(id)
+    behind.calibration_service.live(session, on=asked.on)
+    return session_response(session)
 
 
 @calibration.post("/calibration/sessions/{id}/pictures", openapi_extra=PICTURES)
@@ -126,25 +126,25 @@ async def picture(
     stamp_s: Annotated[float, Query(ge=0, le=1e12, allow_inf_nan=False)] = 0.0,
 ) -> Response:
     """A picture, as JPEG or PNG: sent on purpose, or with `live=1` a frame of the browser's webcam."""
-    sitting = behind.workbench.find(id)
-    if sitting.card.kind != "camera":
+    session = behind.calibration_service.find(id)
+    if session.card.kind != "camera":
         raise Problem(409, "The laser's session looks at the robot only; no pictures are sent to it.")
     content = await request.body()
     if live == "1":
         if len(content) > LARGEST_FRAME:
             raise Problem(413, f"A webcam's picture may have {LARGEST_FRAME} bytes; send it smaller.")
-        await sitting.act("frame", {"content": content, "stamp": stamp_s}, budget=PICTURE_BUDGET, stamp=stamp_s)
+        await session.act("frame", {"content": content, "stamp": stamp_s}, budget=PICTURE_BUDGET, stamp=stamp_s)
     else:
-        await take(sitting, content, plain(name))
-    return Response(wire.encode(sitting.session.verdict), media_type="application/json")
+        await take(session, content, plain(name))
+    return Response(messages.encode(session.shown.verdict), media_type="application/json")
 
 
-async def take(sitting: Sitting, content: bytes, name: str) -> None:
-    """Raises BadInput with what is wrong with the picture, which the session shows as well."""
+async def take(session: CalibrationSession, content: bytes, name: str) -> None:
+    """Raises BadInput with the fault of the picture, which the session shows as well."""
     try:
-        await sitting.act("take", {"content": content, "name": name}, budget=PICTURE_BUDGET)
+        await session.act("take", {"content": content, "name": name}, budget=PICTURE_BUDGET)
     except BeckonError as wrong:
-        sitting.trouble(f"{name}: {wrong}", "refused")
+        session.trouble(f"{name}: {wrong}", "refused")
         raise
 
 
@@ -152,15 +152,15 @@ async def take(sitting: Sitting, content: bytes, name: str) -> None:
 @needs("operator")
 async def capture(id: Id, behind: Behind) -> Response:
     """Take the robot's newest picture on purpose."""
-    sitting = behind.workbench.find(id)
-    await behind.workbench.capture(sitting)
-    return Response(wire.encode(sitting.session.verdict), media_type="application/json")
+    session = behind.calibration_service.find(id)
+    await behind.calibration_service.capture(session)
+    return Response(messages.encode(session.shown.verdict), media_type="application/json")
 
 
 @calibration.post("/calibration/sessions/{id}/views/{name}/drop")
 @needs("operator")
 async def drop(id: Id, name: Name, behind: Behind) -> Response:
-    """Leave a view out; the rest is solved anew."""
+    """Leave a view out; the rest is solved again."""
     return await acted(behind, id, "drop", {"name": name})
 
 
@@ -171,18 +171,18 @@ async def restore(id: Id, name: Name, behind: Behind) -> Response:
     return await acted(behind, id, "restore", {"name": name})
 
 
-@calibration.post("/calibration/sessions/{id}/another")
+@calibration.post("/calibration/sessions/{id}/skip")
 @needs("operator")
-async def another(id: Id, behind: Behind) -> Response:
+async def skip(id: Id, behind: Behind) -> Response:
     """Another suggestion, for one who cannot reach the present one."""
-    return await acted(behind, id, "another", {})
+    return await acted(behind, id, "skip", {})
 
 
 @calibration.post("/calibration/sessions/{id}/background")
 @needs("operator")
 async def background(id: Id, behind: Behind) -> Response:
-    """Look at the empty room anew."""
-    if behind.workbench.find(id).card.kind != "laser":
+    """Look at the empty room again."""
+    if behind.calibration_service.find(id).card.kind != "laser":
         raise Problem(409, "Only the laser's session looks at the empty room.")
     return await acted(behind, id, "forget_room", {})
 
@@ -191,25 +191,27 @@ async def background(id: Id, behind: Behind) -> Response:
 @needs("operator")
 async def solve(id: Id, behind: Behind) -> Response:
     """Solve in the background; how it goes stands in the session."""
-    sitting = behind.workbench.find(id)
-    await sitting.solve_now()
-    return told(sitting, 202)
+    session = behind.calibration_service.find(id)
+    await session.solve_now()
+    return session_response(session, 202)
 
 
 @calibration.post("/calibration/sessions/{id}/accept")
 @needs("operator")
-async def accept(id: Id, asked: AcceptWish, behind: Behind, who: Driver) -> dict[str, Any]:
+async def accept(id: Id, asked: AcceptRequest, behind: Behind, who: Driver) -> dict[str, Any]:
     """Use this calibration from now on; the former can be taken back."""
-    report = await behind.workbench.accept(behind.workbench.find(id), anyway=asked.anyway, who=who.name)
+    report = await behind.calibration_service.accept(
+        behind.calibration_service.find(id), force=asked.force, who=who.name
+    )
     behind.history.add("calibration", who, words="accept")
     return report
 
 
 async def acted(behind: Runtime, id: str, do: str, given: dict[str, Any]) -> Response:
     """Do something at the desk and show the session as it is then."""
-    sitting = behind.workbench.find(id)
-    await sitting.act(do, given)
-    return told(sitting)
+    session = behind.calibration_service.find(id)
+    await session.act(do, given)
+    return session_response(session)
 
 
 def plain(name: str) -> str:

@@ -1,4 +1,4 @@
-"""What goes in and out of a calibration: pictures of views, files in every form, what is in use, a board to print."""
+"""Files of a calibration: pictures of views, exports in every form, what is in use, a board to print."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from typing import IO, Annotated, Any, Literal
 
 from fastapi import Path, Query, Request, Response
 
-from console.api import Behind, Driver, Wish, router
+from console.access.roles import TEXT, needs
+from console.api import Behind, Driver, RequestBody, router
 from console.api.calibration import Id, Name
-from console.calibration.folder import small_name
-from console.calibration.sitting import PICTURE_BUDGET, Sitting
-from console.calibration.values import camera_in
-from console.downloads import file_named, zip_named
-from console.problems import Problem
-from console.roles import TEXT, needs
-from console.wire_calibration import CalibrationKind
-from core.calibration.board import Board
-from core.calibration.board_page import board_svg
+from console.calibration.codec import camera_in
+from console.calibration.session import PICTURE_BUDGET, CalibrationSession
+from console.calibration.storage import small_name
+from console.http.downloads import file_named, zip_named
+from console.http.problems import Problem
+from console.messages.calibration import CalibrationKind
+from core.calibration.board.board import Board
+from core.calibration.board.printing import board_svg
 from core.errors import Unwritable
 from core.files import saving
 
@@ -33,21 +33,21 @@ FILE: dict[str, Any] = {
 }
 
 
-class UndoWish(Wish):
+class UndoRequest(RequestBody):
     """Which of the two."""
 
     kind: CalibrationKind
 
 
-class ShowWish(Wish):
-    """Whether the simulated assistant holds the board for this session."""
+class CalibrationDemoRequest(RequestBody):
+    """`on`: the simulated assistant holds the board for this session."""
 
     session: str
     on: bool
 
 
 def answers(*kinds: str) -> dict[int | str, dict[str, Any]]:
-    """For the description: what comes back."""
+    """The responses, for the description."""
     return {200: {"content": {kind: {} for kind in kinds}}}
 
 
@@ -63,17 +63,17 @@ async def view(
     corrected: Annotated[Literal["0", "1"], Query()] = "0",
 ) -> Response:
     """The picture of a view: small, or `full=1` in its own size, or `corrected=1` straight by the solution."""
-    sitting = behind.workbench.find(id)
-    file = sitting.pictures.get(name)
+    session = behind.calibration_service.find(id)
+    file = session.pictures.get(name)
     if file is None:
         raise Problem(404, "There is no picture of that view.")
     small = full == corrected == "0"
     if small:
-        return Response(await read(sitting, small_name(file)), media_type="image/jpeg")
-    camera = straightener(sitting) if corrected == "1" else None
-    async with behind.workbench.picture_turns.taken():
-        given = {"content": await read(sitting, file), "camera": camera}
-        picture = await behind.workbench.back_room.ask("picture", given, budget=PICTURE_BUDGET)
+        return Response(await read(session, small_name(file)), media_type="image/jpeg")
+    camera = straightener(session) if corrected == "1" else None
+    async with behind.calibration_service.picture_turns.taken():
+        given = {"content": await read(session, file), "camera": camera}
+        picture = await behind.calibration_service.solver.ask("picture", given, budget=PICTURE_BUDGET)
     return Response(picture, media_type="image/jpeg")
 
 
@@ -85,32 +85,32 @@ async def view(
 @needs("viewer")
 async def export(id: Id, form: Form, behind: Behind) -> Response:
     """A file: of a camera ros, opencv, kalibr, json; of a laser json, urdf, static_transform, matrix; of both all."""
-    sitting = behind.workbench.find(id)
+    session = behind.calibration_service.find(id)
     if form == "all":
-        async with behind.workbench.export_turns.taken():
-            packed = await pack(sitting)
-        return await zip_named(packed, f"calibration_{sitting.card.kind}.zip")
-    if form not in sitting.exports:
-        wanted = "Solve it first." if not sitting.exports else f"There are: {', '.join(sitting.exports)}, all."
+        async with behind.calibration_service.export_turns.taken():
+            packed = await pack(session)
+        return await zip_named(packed, f"calibration_{session.card.kind}.zip")
+    if form not in session.exports:
+        wanted = "Solve it first." if not session.exports else f"There are: {', '.join(session.exports)}, all."
         raise Problem(404, f"This session has no file of that form. {wanted}")
-    name, text = sitting.exports[form]
+    name, text = session.exports[form]
     return file_named(text.encode(), name, MEDIA.get(name.rpartition(".")[2], "text/plain"))
 
 
 @calibration_files.get("/calibration/in-use")
 @needs("viewer")
-async def in_use(behind: Behind) -> dict[str, Any]:
-    """What was accepted, each with who did when, and why the robot does not use it, or ''; null: as built."""
-    return behind.workbench.used()
+async def active(behind: Behind) -> dict[str, Any]:
+    """The accepted calibrations, each with who accepted it when, and why it is not used, or ''; null: as built."""
+    return behind.calibration_service.used()
 
 
 @calibration_files.post("/calibration/in-use/undo")
 @needs("operator")
-async def undo(asked: UndoWish, behind: Behind, who: Driver) -> dict[str, Any]:
+async def undo(asked: UndoRequest, behind: Behind, who: Driver) -> dict[str, Any]:
     """Take the former calibration back."""
-    await behind.workbench.undo(asked.kind)
+    await behind.calibration_service.undo(asked.kind)
     behind.history.add("calibration", who, words=f"undo {asked.kind}")
-    return await in_use(behind)
+    return await active(behind)
 
 
 @calibration_files.post("/calibration/import", openapi_extra=FILE)
@@ -119,7 +119,7 @@ async def read_file(request: Request, behind: Behind, who: Driver) -> dict[str, 
     """Use what is in a file from now on: a camera (ROS camera_info, OpenCV, Kalibr, Beckon's own JSON) or a mount
     (static transform command, URDF joint, 4x4 matrices, Beckon's own JSON). `kind` in the answer tells which."""
     text = (await request.body()).decode("utf-8", "replace")
-    report = await behind.workbench.read(text, who.name)
+    report = await behind.calibration_service.read(text, who.name)
     behind.history.add("calibration", who, words=f"import {report['kind']}")
     return report
 
@@ -137,38 +137,38 @@ async def board(
     return Response(svg, media_type="image/svg+xml")
 
 
-@calibration_files.post("/calibration/show-me")
+@calibration_files.post("/calibration/demo")
 @needs("operator")
-async def show_me(asked: ShowWish, behind: Behind) -> dict[str, Any]:
+async def show_demo(asked: CalibrationDemoRequest, behind: Behind) -> dict[str, Any]:
     """The simulated assistant holds the board as advised until the session is ready."""
     if behind.robot.profile.kind != "SIM":
         raise Problem(404, "Only in the simulation can an assistant show how it goes.")
-    await behind.workbench.show_me(behind.workbench.find(asked.session), on=asked.on)
-    return {"showing": asked.on}
+    await behind.calibration_service.show_demo(behind.calibration_service.find(asked.session), on=asked.on)
+    return {"demo": asked.on}
 
 
-async def read(sitting: Sitting, name: str) -> bytes:
+async def read(session: CalibrationSession, name: str) -> bytes:
     """A session's file. Raises Problem 404."""
     try:
-        return await asyncio.to_thread(sitting.folder.read, name)
+        return await asyncio.to_thread(session.folder.read, name)
     except OSError:
         raise Problem(404, "The picture cannot be read any more.") from None
 
 
-def straightener(sitting: Sitting) -> dict[str, Any]:
+def straightener(session: CalibrationSession) -> dict[str, Any]:
     """The camera by which a session's pictures are made straight. Raises Problem 409."""
-    camera = sitting.card.camera or camera_in(sitting.session)
+    camera = session.card.camera or camera_in(session.shown)
     if camera is None:
         raise Problem(409, "Solve first; then pictures can be made straight.")
     return camera
 
 
-async def pack(sitting: Sitting) -> IO[bytes]:
+async def pack(session: CalibrationSession) -> IO[bytes]:
     """A session as a zip on the disk. Raises Problem 404, Unwritable."""
     try:
         with saving("The session could not be packed"):
-            return await asyncio.to_thread(sitting.folder.packed, dict(sitting.exports), dict(sitting.pictures))
+            return await asyncio.to_thread(session.folder.packed, dict(session.exports), dict(session.pictures))
     except Unwritable:
-        if not sitting.folder.path.is_dir():
+        if not session.folder.path.is_dir():
             raise Problem(404, "The session's files cannot be read any more.") from None
         raise

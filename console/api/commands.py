@@ -1,4 +1,4 @@
-"""Words for the robot, and what became of them."""
+"""Commands for the robot, and how they ended."""
 
 from __future__ import annotations
 
@@ -7,37 +7,37 @@ from typing import Annotated, Any
 from fastapi import Query, Response
 from pydantic import Field
 
-from console.api import Behind, Who, Wish, router
-from console.problems import Problem
-from console.roles import needs
-from console.store import REMEMBERED, Deed
+from console.access.roles import needs
+from console.api import Behind, RequestBody, Who, router
+from console.control.history_store import REMEMBERED, HistoryEntry
+from console.http.problems import Problem
 from core.commands import VOCABULARY, particulars
-from core.commands.command import Kind
+from core.commands.command import CommandSpec
 
 commands = router("commands")
 
 
-class Words(Wish):
-    """What the robot is told."""
+class CommandRequest(RequestBody):
+    """A command for the robot, in words."""
 
     text: str = Field(max_length=2000, examples=["turn left", "continue 1.5 meters", "stop at 1 and 0.5"])
 
 
 @commands.post("/commands", status_code=202)
 @needs("viewer")
-async def submit(words: Words, behind: Behind, who: Who, response: Response) -> dict[str, Any]:
+async def submit(words: CommandRequest, behind: Behind, who: Who, response: Response) -> dict[str, Any]:
     """Understand words and obey them. Viewers may only stop.
 
     Follow wall and follow me have no end of their own: they are cancelled after 5 s without a sign of life of their
     sender. See `POST /api/lease`. 409 with “already doing that” leaves what is under way alone.
     """
-    deed = behind.door.submit(words.text, "rest", who)
-    response.headers["Location"] = f"commands/{deed.id}"
+    entry = behind.door.submit(words.text, "rest", who)
+    response.headers["Location"] = f"commands/{entry.id}"
     return {
-        "id": deed.id,
-        "command": {"name": deed.name, **particulars(deed.name, deed.numbers)},
-        "heard_as": deed.heard_as,
-        "source": deed.source,
+        "id": entry.id,
+        "command": {"name": entry.name, **particulars(entry.name, entry.numbers)},
+        "heard_as": entry.heard_as,
+        "source": entry.source,
     }
 
 
@@ -51,35 +51,38 @@ async def vocabulary() -> dict[str, Any]:
 @commands.get("/commands/history")
 @needs("viewer")
 async def history(behind: Behind, limit: Annotated[int, Query(ge=1, le=REMEMBERED)] = REMEMBERED) -> dict[str, Any]:
-    """What was heard, from whom, and how it ended; newest first, `limit` of them at most."""
-    deeds = behind.history.newest_first(commands_only=True, limit=limit)
-    return {"revision": behind.history.revision, "commands": [told(deed) for deed in deeds]}
+    """The newest commands, each with its sender and how it ended; newest first, at most `limit`."""
+    entries = behind.history.newest_first(commands_only=True, limit=limit)
+    return {"revision": behind.history.revision, "commands": [entry_row(entry) for entry in entries]}
 
 
 @commands.get("/commands/{number}")
 @needs("viewer")
 async def one(number: int, behind: Behind) -> dict[str, Any]:
     """How one command goes, or how it ended."""
-    deed = behind.history.find(number)
-    if deed is None or deed.what != "command":
+    entry = behind.history.find(number)
+    if entry is None or entry.what != "command":
         raise Problem(404, "There is no such command since the console started.")
-    return told(deed)
+    return entry_row(entry)
 
 
 @commands.get("/audit")
 @needs("operator")
 async def audit(behind: Behind) -> dict[str, Any]:
-    """Whatever gave, took, bounded or ended motion; newest first."""
-    return {"deeds": [told(deed) for deed in behind.history.newest_first(commands_only=False)]}
+    """All events that gave, took, bounded or ended motion; newest first."""
+    return {"entries": [entry_row(entry) for entry in behind.history.newest_first(commands_only=False)]}
 
 
-def row_of(kind: Kind) -> dict[str, Any]:
+def row_of(kind: CommandSpec) -> dict[str, Any]:
     """One row of Table 2."""
     return {
         "name": kind.name,
         "words": list(kind.words),
         "example": kind.example,
         "summary": kind.summary,
+        "icon": kind.icon,
+        "target": kind.target,
+        "endless": kind.endless,
         "numbers": [
             {
                 "name": number.name,
@@ -94,21 +97,21 @@ def row_of(kind: Kind) -> dict[str, Any]:
     }
 
 
-def told(deed: Deed) -> dict[str, Any]:
+def entry_row(entry: HistoryEntry) -> dict[str, Any]:
     """A row of the history."""
     return {
-        "id": deed.id,
-        "what": deed.what,
-        "words": deed.words,
-        "name": deed.name,
-        "numbers": deed.numbers,
-        "heard_as": deed.heard_as,
-        "source": deed.source,
-        "who": deed.who,
-        "role": deed.role,
-        "state": deed.state,
-        "remark": deed.remark,
-        "at_s": deed.wall,
-        "ended_s": deed.ended,
-        "duration_s": None if deed.ended is None else round(deed.ended - deed.wall, 3),
+        "id": entry.id,
+        "what": entry.what,
+        "words": entry.words,
+        "name": entry.name,
+        "numbers": entry.numbers,
+        "heard_as": entry.heard_as,
+        "source": entry.source,
+        "who": entry.who,
+        "role": entry.role,
+        "state": entry.state,
+        "remark": entry.remark,
+        "at_s": entry.wall,
+        "ended_s": entry.ended,
+        "duration_s": None if entry.ended is None else round(entry.ended - entry.wall, 3),
     }

@@ -10,7 +10,7 @@ from typing import Any
 
 from fastapi import APIRouter, FastAPI, Request, Response
 
-from console.roles import needs
+from console.access.roles import needs
 
 documentation = APIRouter()
 
@@ -38,14 +38,14 @@ The whole description is in <a href="openapi.json">openapi.json</a>; back to <a 
 """
 
 
-class Description:
+class ApiDescription:
     """The description in both forms, written once and not on the event loop: it takes a third of a second."""
 
     def __init__(self, app: FastAPI) -> None:
         self._app = app
-        self._written: asyncio.Task[Written] | None = None
+        self._written: asyncio.Task[StaticDescription] | None = None
 
-    async def written(self) -> Written:
+    async def written(self) -> StaticDescription:
         """Wait until it is written."""
         if self._written is None:
             self._written = asyncio.create_task(asyncio.to_thread(write, self._app))
@@ -53,22 +53,24 @@ class Description:
 
 
 @dataclass(frozen=True)
-class Written:
+class StaticDescription:
     """The description, to send as it is."""
 
     openapi: bytes
     page: bytes
 
 
-def write(app: FastAPI) -> Written:
+def write(app: FastAPI) -> StaticDescription:
     """The description of this application, as OpenAPI and as a page."""
-    told = app.openapi()
+    description = app.openapi()
     topics: dict[str, list[str]] = {}
-    for path, operations in told["paths"].items():
+    for path, operations in description["paths"].items():
         for method, operation in operations.items():
-            topics.setdefault(operation["tags"][0], []).append(entry(path, method, operation, told["components"]))
+            topics.setdefault(operation["tags"][0], []).append(
+                entry(path, method, operation, description["components"])
+            )
     sections = [f"<section><h2>{html.escape(topic)}</h2>{''.join(rows)}</section>" for topic, rows in topics.items()]
-    return Written(json.dumps(told).encode(), PAGE.format(sections="\n".join(sections)).encode())
+    return StaticDescription(json.dumps(description).encode(), PAGE.format(sections="\n".join(sections)).encode())
 
 
 @documentation.get("/openapi.json", include_in_schema=False)
@@ -85,14 +87,14 @@ async def page(request: Request) -> Response:
     return Response((await description_of(request).written()).page, media_type="text/html")
 
 
-def description_of(request: Request) -> Description:
-    """What the application was given at its start."""
+def description_of(request: Request) -> ApiDescription:
+    """Return the description that the application was given at its start."""
     return request.app.state.description
 
 
 def entry(path: str, method: str, operation: dict[str, Any], components: dict[str, Any]) -> str:
-    """One operation: what it is called by, what it does, what it takes."""
-    told = html.escape(operation.get("description") or operation.get("summary") or "")
+    """One operation: its name, its purpose, its fields."""
+    text = html.escape(operation.get("description") or operation.get("summary") or "")
     body = operation.get("requestBody", {}).get("content", {}).get("application/json", {}).get("schema", {})
     shape = components["schemas"].get(body.get("$ref", "").rpartition("/")[2], {})
     rows = "".join(
@@ -101,7 +103,7 @@ def entry(path: str, method: str, operation: dict[str, Any], components: dict[st
     takes = f"<dl>{rows}</dl>" if rows else ""
     return (
         f'<article><h3><span class="{method}">{method.upper()}</span> <code>{html.escape(path)}</code></h3>'
-        f"<p>{told}</p>{takes}</article>"
+        f"<p>{text}</p>{takes}</article>"
     )
 
 

@@ -1,18 +1,18 @@
-"""What the robot hears."""
+"""The robot's microphones: listening, and the newest utterances."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from console.api import Behind, Who, Wish, router
-from console.problems import Problem
-from console.roles import needs
+from console.access.roles import needs
+from console.api import Behind, RequestBody, Who, router
+from console.http.problems import Problem
 
 hearing = router("hearing")
 
 
-class Listening(Wish):
-    """Whether the robot listens, and whether it does what voices in the room say; that only its driver may ask."""
+class ListeningRequest(RequestBody):
+    """`listen`: the robot listens; `obey`: it also obeys voices in the room, which only its driver may ask."""
 
     listen: bool
     obey: bool | None = None
@@ -22,10 +22,10 @@ class Listening(Wish):
 @needs("viewer")
 async def newest(behind: Behind) -> dict[str, Any]:
     """The newest utterances near the robot, newest first, and why words are not read, if they are not."""
-    told = behind.snapshot.hearing if behind.snapshot is not None else None
+    hearing_state = behind.snapshot.hearing if behind.snapshot is not None else None
     return {
-        "microphones": told is not None,
-        "listening": told is not None and told.listening,
+        "microphones": hearing_state is not None,
+        "listening": hearing_state is not None and hearing_state.listening,
         "obeying": behind.spoken.driver is not None,
         "trouble": behind.ears.trouble,
         "utterances": behind.ears.shown(),
@@ -34,8 +34,8 @@ async def newest(behind: Behind) -> dict[str, Any]:
 
 @hearing.post("/hearing")
 @needs("operator")
-async def listen(wish: Listening, behind: Behind, who: Who) -> dict[str, Any]:
-    """Let the robot listen, or not. It listens by itself for a minute after somebody in the simulated room spoke."""
+async def listen(wish: ListeningRequest, behind: Behind, who: Who) -> dict[str, Any]:
+    """Let the robot listen, or not. It listens by itself for a minute after a person in the simulated room spoke."""
     if behind.robot.profile.microphones is None:
         raise Problem(404, "This robot has no microphones.")
     if not wish.listen:
@@ -44,6 +44,6 @@ async def listen(wish: Listening, behind: Behind, who: Who) -> dict[str, Any]:
         behind.spoken.take_on(who)
     elif wish.obey is False or not wish.listen:
         behind.spoken.let_go()
-    told = await behind.ask({"do": "listen", "on": wish.listen})
+    answer = await behind.ask({"do": "listen", "on": wish.listen})
     behind.history.add("listen", who, words="on" if wish.listen else "off")
-    return {"listening": bool(told["on"]), "obeying": behind.spoken.driver is not None}
+    return {"listening": bool(answer["on"]), "obeying": behind.spoken.driver is not None}

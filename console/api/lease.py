@@ -1,4 +1,4 @@
-"""Who drives."""
+"""The lease: the right to drive."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from typing import Any, Literal
 
 import msgspec
 
-from console.api import Behind, Who, Wish, router
-from console.portrait import lease as lease_state
-from console.roles import needs
+from console.access.roles import needs
+from console.api import Behind, RequestBody, Who, router
+from console.state_view import lease as lease_state
 
 lease = router("lease")
 
 
-class LeaseWish(Wish):
-    """Take the wheel, show that the driver is still there, take it over from somebody, give it back."""
+class LeaseRequest(RequestBody):
+    """Take control, renew it, take it over from another operator, give it back."""
 
     do: Literal["acquire", "renew", "take", "release"]
 
@@ -22,14 +22,14 @@ class LeaseWish(Wish):
 @lease.get("/lease")
 @needs("viewer")
 async def held(behind: Behind) -> dict[str, Any]:
-    """Who drives now."""
+    """The operator who drives now."""
     return msgspec.to_builtins(lease_state(behind.lease))
 
 
 @lease.post("/lease")
 @needs("operator")
-async def wish(asked: LeaseWish, behind: Behind, who: Who) -> dict[str, Any]:
-    """Ask for the wheel. A take-over goes through zero.
+async def wish(asked: LeaseRequest, behind: Behind, who: Who) -> dict[str, Any]:
+    """Ask for control. A take-over goes through zero.
 
     The lease lapses, and what is under way is cancelled, after 5 s without a sign of life of its holder: a message of
     their page on `/ws`, or any request of theirs. A program that sent an endless command (follow wall, follow me)

@@ -10,17 +10,17 @@ from typing import Any
 from fastapi import Request, Response
 from pydantic import Field
 
-from console.api import Behind, Who, Wish, router
-from console.logins import ANYBODY, BY_KEY, LIFE, Person
-from console.people.album import LONGEST, name_of
-from console.problems import Problem
-from console.roles import KEY, needs
+from console.access.logins import ANYBODY, BY_KEY, LIFE, Person
+from console.access.roles import KEY, needs
+from console.api import Behind, RequestBody, Who, router
+from console.http.problems import Problem
+from console.people.store import LONGEST, name_of
 
 login = router("login")
 
 
-class Token(Wish):
-    """What the console printed when it started."""
+class LoginRequest(RequestBody):
+    """The token that the console printed when it started."""
 
     token: str = Field(max_length=200)
     name: str = Field(default="", max_length=4 * LONGEST)
@@ -31,11 +31,11 @@ OURS = re.compile(r"(operator|viewer|admin|local|console)[\s\d()]*")  # what tho
 
 @login.post("/login")
 @needs("public", body=KEY)
-async def sign_in(shown: Token, behind: Behind, request: Request, response: Response) -> dict[str, Any]:
+async def sign_in(shown: LoginRequest, behind: Behind, request: Request, response: Response) -> dict[str, Any]:
     """A token → a cookie."""
     access, now = behind.access, time.monotonic()
     if access.no_auth:
-        return told(ANYBODY)
+        return person_row(ANYBODY)
     address = request.client.host if request.client else ""
     own = request.cookies.get(access.cookie, "")
     opened = access.logins.open(shown.token, called(shown.name), now, own, behind.sockets.are_open)
@@ -57,7 +57,7 @@ async def sign_in(shown: Token, behind: Behind, request: Request, response: Resp
     )
     if cookie != own:
         behind.history.add("login", person)
-    return told(person)
+    return person_row(person)
 
 
 @login.post("/logout")
@@ -79,12 +79,12 @@ async def sign_out(behind: Behind, who: Who, request: Request, response: Respons
 @login.get("/me")
 @needs("viewer")
 async def me(who: Who) -> dict[str, Any]:
-    """Who I am here."""
-    return told(who)
+    """The person of this login."""
+    return person_row(who)
 
 
 def called(name: str) -> str:
-    """What somebody wants to be called, or "". Raises Problem 422 for what could not be told from another."""
+    """Return the name that a person asks for, or "". Raises Problem 422 for a name that the console gives itself."""
     if not name.strip():
         return ""
     tidy = name_of(name)
@@ -93,6 +93,6 @@ def called(name: str) -> str:
     return tidy
 
 
-def told(person: Person) -> dict[str, Any]:
+def person_row(person: Person) -> dict[str, Any]:
     """A person, without anything secret."""
     return {"id": person.id, "name": person.name, "role": person.role}

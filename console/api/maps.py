@@ -12,23 +12,23 @@ import msgspec
 from fastapi import Path, Query, Response
 from pydantic import Field
 
-from console.api import Behind, Who, Wish, router
-from console.downloads import file_named, zip_named
-from console.journey import laid_out
-from console.map_files import known_part, png
-from console.map_store import LONGEST, MapCard
-from console.roles import needs
-from console.scene.occupancy import paint
-from core.experiments.offline_files import landmarks_csv, trajectory_tum
-from core.navigation.nav2_map import map_pixels, nav2_map
-from core.slam.occupancy import Grid
+from console.access.roles import needs
+from console.api import Behind, RequestBody, Who, router
+from console.http.downloads import file_named, zip_named
+from console.maps.export import known_part, png
+from console.maps.store import LONGEST, MapInfo
+from console.maps.trajectory import laid_out
+from console.scene.overlays.occupancy import paint
+from core.pipelines.nav2_map import map_pixels, nav2_map
+from core.pipelines.slam_files import landmarks_csv, trajectory_tum
+from core.slam.map.occupancy import OccupancyGrid
 
 maps = router("map")
 
 Name = Annotated[str, Path(min_length=1, max_length=4 * LONGEST)]
 
 
-class SaveWish(Wish):
+class SaveMapRequest(RequestBody):
     """Under which name; `replace`: also when there is a map of that name already."""
 
     name: str = Field(max_length=4 * LONGEST, examples=["ground floor"])
@@ -36,7 +36,7 @@ class SaveWish(Wish):
 
 
 def answers(kind: str) -> dict[int | str, dict[str, Any]]:
-    """For the description: what comes back."""
+    """The responses, for the description."""
     return {200: {"content": {kind: {}}}}
 
 
@@ -58,9 +58,9 @@ async def picture(behind: Behind, style: Annotated[Literal["nav2", "page"], Quer
     grid = behind.maps.grid if style == "nav2" else known_part(behind.maps.grid)
     packed = await asyncio.to_thread(drawn, grid, style)
     x, y = (float(value) for value in grid.origin)
-    told = {"Map-Resolution-M": f"{grid.resolution:.9g}", "Map-Origin-M": f"{x:.6f}, {y:.6f}"}
+    frame = {"Map-Resolution-M": f"{grid.resolution:.9g}", "Map-Origin-M": f"{x:.6f}, {y:.6f}"}
     rows, columns = grid.log_odds.shape
-    return Response(packed, media_type="image/png", headers={**told, "Map-Cells": f"{columns}, {rows}"})
+    return Response(packed, media_type="image/png", headers={**frame, "Map-Cells": f"{columns}, {rows}"})
 
 
 @maps.get("/landmarks.csv", response_class=Response, responses=answers("text/csv"))
@@ -73,8 +73,8 @@ async def landmarks(behind: Behind) -> Response:
 @maps.get("/trajectory.tum", response_class=Response, responses=answers("text/plain"))
 @needs("viewer")
 async def trajectory(behind: Behind) -> Response:
-    """Where the robot was: `t tx ty tz qx qy qz qw` a line, as the rooms lie now, every tenth of a second."""
-    rows, floor = behind.maps.journey.rows(), behind.maps.snapshot.floor
+    """The robot's trajectory: `t tx ty tz qx qy qz qw` a line, as the submaps lie now, every tenth of a second."""
+    rows, floor = behind.maps.trajectory.rows(), behind.maps.snapshot.floor
     text = await asyncio.to_thread(lambda: trajectory_tum(*laid_out(rows, floor)))
     return file_named(text.encode(), "trajectory.tum", "text/plain")
 
@@ -83,20 +83,20 @@ async def trajectory(behind: Behind) -> Response:
 @needs("viewer")
 async def saved(behind: Behind) -> dict[str, Any]:
     """Every saved map, the newest first, and the name of the one that the robot goes on in."""
-    return {"current": behind.maps.shown.name, "maps": [told(card) for card in await behind.maps.all()]}
+    return {"current": behind.maps.shown.name, "maps": [map_row(card) for card in await behind.maps.all()]}
 
 
 @maps.post("/maps", status_code=201)
 @needs("operator")
-async def save(asked: SaveWish, behind: Behind, who: Who) -> dict[str, Any]:
+async def save(asked: SaveMapRequest, behind: Behind, who: Who) -> dict[str, Any]:
     """Keep the map in use under a name."""
-    return told(await behind.maps.save(asked.name, who, replace=asked.replace))
+    return map_row(await behind.maps.save(asked.name, who, replace=asked.replace))
 
 
 @maps.post("/maps/{name}/load", status_code=202)
 @needs("operator")
 async def load(name: Name, behind: Behind, who: Who) -> dict[str, Any]:
-    """Go on in a saved map; the robot looks where in it it is. What was not saved of the present map is gone."""
+    """Go on in a saved map; the robot finds its place in it. Unsaved parts of the present map are lost."""
     await behind.maps.load(name, who)
     return {"loads": behind.maps.shown.name}
 
@@ -124,7 +124,7 @@ async def preview(name: Name, behind: Behind) -> Response:
     return Response(await behind.maps.preview(name), media_type="image/png")
 
 
-def zipped(grid: Grid) -> bytes:
+def zipped(grid: OccupancyGrid) -> bytes:
     """A grid as Nav2 reads it, in a zip."""
     text, picture = nav2_map(grid)
     packed = io.BytesIO()
@@ -134,12 +134,12 @@ def zipped(grid: Grid) -> bytes:
     return packed.getvalue()
 
 
-def drawn(grid: Grid, style: str) -> bytes:
+def drawn(grid: OccupancyGrid, style: str) -> bytes:
     """A grid as PNG in one of the styles."""
     return png(paint(grid)) if style == "page" else cv2.imencode(".png", map_pixels(grid))[1].tobytes()
 
 
-def told(card: MapCard) -> dict[str, Any]:
+def map_row(card: MapInfo) -> dict[str, Any]:
     """A saved map; `verified`: it bears checksums, which are compared when it is loaded or packed."""
     shown = {key: value for key, value in msgspec.to_builtins(card).items() if key not in ("version", "files")}
     return shown | {"verified": bool(card.files)}

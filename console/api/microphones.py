@@ -7,22 +7,22 @@ from typing import Annotated, Any
 from fastapi import Path
 from pydantic import Field
 
-from console.api import Behind, Driver, Wish, router
-from console.roles import needs
+from console.access.roles import needs
+from console.api import Behind, Driver, RequestBody, router
 
 microphones = router("microphones")
 
 Number = Annotated[int, Path(ge=0, le=1000)]
 
 
-class CheckWish(Wish):
-    """`show`: in the simulated room somebody speaks meanwhile."""
+class CheckRequest(RequestBody):
+    """`show`: a person in the simulated room speaks meanwhile."""
 
     show: bool = False
 
 
-class ClapWish(Wish):
-    """Where somebody claps, from the robot: 0 is ahead, counter-clockwise."""
+class ClapRequest(RequestBody):
+    """The direction of a clap, seen from the robot: 0 is ahead, counter-clockwise."""
 
     azimuth_rad: float = Field(ge=-7, le=7)
     show: bool = False
@@ -30,8 +30,8 @@ class ClapWish(Wish):
 
 @microphones.post("/hearing/check", status_code=202)
 @needs("operator")
-async def check(asked: CheckWish, behind: Behind, _: Driver) -> dict[str, Any]:
-    """Listen for three seconds, in which somebody should speak; then ask what was found."""
+async def check(asked: CheckRequest, behind: Behind, _: Driver) -> dict[str, Any]:
+    """Listen for three seconds, in which a person should speak; then ask for the result."""
     behind.array.check(show=asked.show)
     return behind.array.checked()
 
@@ -39,23 +39,23 @@ async def check(asked: CheckWish, behind: Behind, _: Driver) -> dict[str, Any]:
 @microphones.get("/hearing/check")
 @needs("viewer")
 async def checked(behind: Behind) -> dict[str, Any]:
-    """What the newest self-check found: identical, dead, faint, swapped, clipped channels."""
+    """The result of the newest self-check: identical, dead, faint, swapped, clipped channels."""
     return behind.array.checked()
 
 
 @microphones.get("/calibration/microphones")
 @needs("viewer")
 async def shown(behind: Behind) -> dict[str, Any]:
-    """Where the wizard of the microphones stands, and what is in use."""
-    return behind.array.told()
+    """The state of the microphones' wizard, and the orientation in use."""
+    return behind.array.to_dict()
 
 
 @microphones.post("/calibration/microphones/clap", status_code=202)
 @needs("operator")
-async def clap(asked: ClapWish, behind: Behind, _: Driver) -> dict[str, Any]:
+async def clap(asked: ClapRequest, behind: Behind, _: Driver) -> dict[str, Any]:
     """Listen for three seconds to a clap or a word from a known direction; it is `busy` meanwhile."""
     behind.array.clap(asked.azimuth_rad, show=asked.show)
-    return behind.array.told()
+    return behind.array.to_dict()
 
 
 @microphones.post("/calibration/microphones/claps/{number}/drop")
@@ -63,15 +63,15 @@ async def clap(asked: ClapWish, behind: Behind, _: Driver) -> dict[str, Any]:
 async def drop(number: Number, behind: Behind) -> dict[str, Any]:
     """Leave a clap out."""
     behind.array.drop(number)
-    return behind.array.told()
+    return behind.array.to_dict()
 
 
 @microphones.post("/calibration/microphones/again")
 @needs("operator")
 async def again(behind: Behind) -> dict[str, Any]:
-    """Forget all claps and begin anew."""
+    """Forget all claps and begin again."""
     behind.array.forget()
-    return behind.array.told()
+    return behind.array.to_dict()
 
 
 @microphones.post("/calibration/microphones/accept")
@@ -80,7 +80,7 @@ async def accept(behind: Behind, who: Driver) -> dict[str, Any]:
     """Use this orientation from now on."""
     await behind.array.accept(who.name)
     behind.history.add("calibration", who, words="accept microphones")
-    return behind.array.told()
+    return behind.array.to_dict()
 
 
 @microphones.post("/calibration/microphones/undo")
@@ -89,4 +89,4 @@ async def undo(behind: Behind, who: Driver) -> dict[str, Any]:
     """The profile's own orientation again."""
     await behind.array.undo()
     behind.history.add("calibration", who, words="undo microphones")
-    return behind.array.told()
+    return behind.array.to_dict()

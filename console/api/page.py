@@ -10,10 +10,10 @@ from fastapi import APIRouter, Request, Response, WebSocket
 from fastapi.responses import FileResponse
 from starlette.staticfiles import StaticFiles
 
-from console.audio_talk import AudioTalk
-from console.roles import needs
-from console.scene.page import ScenePage
-from console.streams import Talk
+from console.access.roles import needs
+from console.api.audio_socket import AudioSocket
+from console.api.state_socket import StateSocket
+from console.scene.viser_host.page import ScenePage
 
 page = APIRouter()
 
@@ -21,7 +21,7 @@ NO_CACHE = {"Cache-Control": "no-cache"}
 
 
 def static_folder() -> Path:
-    """Where the page's files are: inside the installed package, or beside it in a checkout."""
+    """Return the folder of the page's files: inside the installed package, or next to it in a checkout."""
     console = Path(__file__).parent.parent
     packed = console / "_static"
     return packed if packed.is_dir() else console.parent / "static"
@@ -29,7 +29,7 @@ def static_folder() -> Path:
 
 @needs("public")
 class PageFiles(StaticFiles):
-    """The page's files; asked for anew each time, answered with 304 when unchanged."""
+    """The page's files; the browser asks for them each time and gets 304 when unchanged."""
 
     def file_response(self, *given: Any, **more: Any) -> Response:
         """A file, never kept without asking."""
@@ -62,7 +62,7 @@ async def hearing_page() -> FileResponse:
 @page.get("/people", include_in_schema=False)
 @needs("public")
 async def people_page() -> FileResponse:
-    """The page that teaches the robot who somebody is; as open as the other, and as empty."""
+    """The page for the enrollment of people; as open as the other, and as empty."""
     return FileResponse(static_folder() / "people.html", headers=NO_CACHE)
 
 
@@ -82,14 +82,14 @@ async def scene_page(request: Request) -> Response:
 @needs("viewer")
 async def talk(socket: WebSocket) -> None:
     """State and camera down, hand and words up."""
-    await Talk(socket.app.state.runtime, socket, socket.scope["person"]).run()
+    await StateSocket(socket.app.state.runtime, socket, socket.scope["person"]).run()
 
 
 @page.websocket("/ws/audio")
 @needs("viewer")
 async def listen(socket: WebSocket) -> None:
     """A microphone up, transcripts down."""
-    await AudioTalk(socket.app.state.runtime, socket, socket.scope["person"]).run()
+    await AudioSocket(socket.app.state.runtime, socket, socket.scope["person"]).run()
 
 
 @page.websocket("/scene/ws/{tab}")

@@ -1,4 +1,4 @@
-"""Teaching the robot who somebody is, and to whom alone it comes."""
+"""Enrollment of people, and the choice of the one person whom the robot comes to."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal
 from fastapi import Path, Request, Response
 from pydantic import Field
 
-from console.api import Behind, Driver, Who, Wish, router
-from console.people.album import LONGEST
-from console.problems import Problem
-from console.roles import PICTURE, needs
+from console.access.roles import PICTURE, needs
+from console.api import Behind, Driver, RequestBody, Who, router
+from console.http.problems import Problem
+from console.people.store import LONGEST
 
 people = router("people")
 
@@ -25,26 +25,26 @@ Id = Annotated[str, Path(max_length=40)]
 Number = Annotated[int, Path(ge=0, le=10**6)]
 
 
-class ChoiceWish(Wish):
+class ChoiceRequest(RequestBody):
     """To whom alone the robot comes when called; null: to anybody."""
 
     id: str | None = Field(max_length=40)
 
 
-class NameWish(Wish):
-    """What the person is called."""
+class NameRequest(RequestBody):
+    """The name of the person."""
 
     name: str = Field(max_length=4 * LONGEST, examples=["Ann"])
 
 
-class CaptureWish(Wish):
-    """What the robot's newest picture is: the empty room, or somebody in it."""
+class CaptureRequest(RequestBody):
+    """The content of the robot's newest picture: the empty room, or a person in it."""
 
     what: Literal["background", "picture"]
 
 
-class ShowWish(Wish):
-    """Whether a simulated person steps before the camera."""
+class EnrollmentDemoRequest(RequestBody):
+    """`on`: a simulated person steps before the camera."""
 
     on: bool
 
@@ -52,30 +52,30 @@ class ShowWish(Wish):
 @people.get("/people")
 @needs("viewer")
 async def known(behind: Behind) -> dict[str, Any]:
-    """Who is known, who is `chosen`, and the enrolment under way: what to do next, and what each picture gave."""
-    return behind.people.told()
+    """The known people, the `chosen` one, and the enrollment: what to do next, the result of each picture."""
+    return behind.people.to_dict()
 
 
 @people.post("/people", status_code=201)
 @needs("operator")
 async def begin(behind: Behind, who: Who) -> dict[str, Any]:
-    """Begin to teach the robot somebody. Pictures are kept in memory until it is over, and never written."""
-    return behind.people.begin(who).told()
+    """Begin an enrollment. Pictures are kept in memory until it is over, and never written."""
+    return behind.people.begin(who).to_dict()
 
 
 @people.put("/people/chosen")
 @needs("operator")
-async def choose(asked: ChoiceWish, behind: Behind, who: Driver) -> dict[str, Any]:
+async def choose(asked: ChoiceRequest, behind: Behind, who: Driver) -> dict[str, Any]:
     """Come to and follow only this person, or anybody; it outlasts a restart. Other commands are obeyed as before."""
     await behind.people.choose(asked.id)
     behind.history.add("people", who, words="anybody" if asked.id is None else "choose")
-    return behind.people.told()
+    return behind.people.to_dict()
 
 
 @people.delete("/people/assistant", status_code=204)
 @needs("operator")
 async def send_away(behind: Behind) -> Response:
-    """Whoever showed the gestures in the simulated room leaves it."""
+    """Send the person who showed the gestures out of the simulated room."""
     await behind.people.send_away()
     return Response(status_code=204)
 
@@ -83,28 +83,28 @@ async def send_away(behind: Behind) -> Response:
 @people.post("/people/{id}/background", openapi_extra=PICTURES)
 @needs("operator", body=PICTURE)
 async def background(id: Id, request: Request, behind: Behind) -> dict[str, Any]:
-    """A picture without anybody, as JPEG or PNG; begins anew what was taken beside another."""
-    lesson = behind.people.find(id)
-    await behind.people.background(lesson, {"content": await request.body()})
-    return lesson.told()
+    """A picture without anybody, as JPEG or PNG; restarts the pictures that were taken with another background."""
+    enrollment = behind.people.find(id)
+    await behind.people.background(enrollment, {"content": await request.body()})
+    return enrollment.to_dict()
 
 
 @people.post("/people/{id}/pictures", openapi_extra=PICTURES)
 @needs("operator", body=PICTURE)
 async def picture(id: Id, request: Request, behind: Behind) -> dict[str, Any]:
     """A picture of the whole person by the same camera; `newest` says whether it is good, or what to do better."""
-    lesson = behind.people.find(id)
-    await behind.people.take(lesson, {"content": await request.body()})
-    return lesson.told()
+    enrollment = behind.people.find(id)
+    await behind.people.take(enrollment, {"content": await request.body()})
+    return enrollment.to_dict()
 
 
 @people.post("/people/{id}/capture")
 @needs("operator")
-async def capture(id: Id, asked: CaptureWish, behind: Behind) -> dict[str, Any]:
+async def capture(id: Id, asked: CaptureRequest, behind: Behind) -> dict[str, Any]:
     """The same with the newest picture of the robot's own camera."""
-    lesson = behind.people.find(id)
-    await behind.people.capture(lesson, asked.what)
-    return lesson.told()
+    enrollment = behind.people.find(id)
+    await behind.people.capture(enrollment, asked.what)
+    return enrollment.to_dict()
 
 
 @people.get(
@@ -123,35 +123,35 @@ async def shown(id: Id, number: Number, behind: Behind) -> Response:
 @needs("operator")
 async def drop(id: Id, number: Number, behind: Behind) -> dict[str, Any]:
     """Leave a picture out."""
-    lesson = behind.people.find(id)
-    if not lesson.drop(number):
+    enrollment = behind.people.find(id)
+    if not enrollment.drop(number):
         raise Problem(404, "There is no such picture any more.")
-    return lesson.told()
+    return enrollment.to_dict()
 
 
-@people.post("/people/{id}/show-me", status_code=202)
+@people.post("/people/{id}/demo", status_code=202)
 @needs("operator")
-async def show_me(id: Id, asked: ShowWish, behind: Behind) -> dict[str, Any]:
+async def show_demo(id: Id, asked: EnrollmentDemoRequest, behind: Behind) -> dict[str, Any]:
     """In the simulated room a person steps before the camera and takes every gesture, or leaves."""
-    lesson = behind.people.find(id)
-    await behind.people.show_me(lesson, on=asked.on)
-    return lesson.told()
+    enrollment = behind.people.find(id)
+    await behind.people.show_demo(enrollment, on=asked.on)
+    return enrollment.to_dict()
 
 
 @people.post("/people/{id}/finish", status_code=201)
 @needs("operator")
-async def finish(id: Id, asked: NameWish, behind: Behind, who: Who) -> dict[str, Any]:
-    """Keep what was learnt under a name; the pictures are gone."""
-    lesson = behind.people.find(id)
-    card = await behind.people.finish(lesson, asked.name)
+async def finish(id: Id, asked: NameRequest, behind: Behind, who: Who) -> dict[str, Any]:
+    """Save the enrolled person under a name; the pictures are gone."""
+    enrollment = behind.people.find(id)
+    card = await behind.people.finish(enrollment, asked.name)
     behind.history.add("people", who, words="learn")
     return {"id": card.id, "name": card.name, "pictures": card.pictures}
 
 
 @people.post("/people/{id}/rename")
 @needs("operator")
-async def rename(id: Id, asked: NameWish, behind: Behind, who: Who) -> dict[str, Any]:
-    """Call somebody otherwise."""
+async def rename(id: Id, asked: NameRequest, behind: Behind, who: Who) -> dict[str, Any]:
+    """Rename a person."""
     card = await behind.people.rename(id, asked.name)
     behind.history.add("people", who, words="rename")
     return {"id": card.id, "name": card.name, "pictures": card.pictures}
@@ -160,11 +160,11 @@ async def rename(id: Id, asked: NameWish, behind: Behind, who: Who) -> dict[str,
 @people.delete("/people/{id}", status_code=204)
 @needs("operator")
 async def forget(id: Id, behind: Behind, who: Who) -> Response:
-    """Forget somebody for good, or cancel an enrolment. Who was chosen is chosen no more."""
-    if behind.people.lesson is not None and behind.people.lesson.id == id:
-        await behind.people.cancel(behind.people.lesson)
+    """Forget a person for good, or cancel an enrollment. A chosen person is no longer chosen."""
+    if behind.people.enrollment is not None and behind.people.enrollment.id == id:
+        await behind.people.cancel(behind.people.enrollment)
     else:
-        if id == behind.people.told()["chosen"]:
+        if id == behind.people.to_dict()["chosen"]:
             behind.lease.check_not_anothers(who)
         await behind.people.forget(id)
         behind.history.add("people", who, words="forget")

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from console.api import Behind, Who, Wish, router
-from console.roles import needs
+from console.access.roles import needs
+from console.api import Behind, RequestBody, Who, router
 
 playback = router("playback")
 
 
-class PlaybackWish(Wish):
+class PlaybackRequest(RequestBody):
     """`value`: the speed in times real time, or the place to seek from 0 to 1."""
 
     do: Literal["play", "pause", "speed", "seek"]
@@ -19,7 +19,7 @@ class PlaybackWish(Wish):
 
 @playback.post("/playback")
 @needs("operator")
-async def steer(asked: PlaybackWish, behind: Behind, who: Who) -> dict[str, Any]:
+async def steer(asked: PlaybackRequest, behind: Behind, who: Who) -> dict[str, Any]:
     """Play, pause, change the speed, seek. A recording that was just opened waits at its first scan to be played."""
     await behind.player.steer(asked.do, asked.value, who)
     return {"done": asked.do}

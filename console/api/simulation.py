@@ -9,11 +9,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from console.api import Behind, Who, Wish, router
-from console.problems import Problem
-from console.roles import SOUND, needs
+from console.access.roles import SOUND, needs
+from console.api import Behind, RequestBody, Who, router
+from console.http.problems import Problem
 from console.runtime import Runtime
-from core.speech.voice import PERSONS_VOICE, VoiceSettings, pcm, speak
+from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, pcm, speak
 
 PCM = 900_000  # characters of base64, 21 s at 16 kHz
 PIECE = 100_000  # of them that go through the driver's pipe at once; a multiple of 4
@@ -24,8 +24,8 @@ simulation = router("simulation")
 Place = Annotated[list[Annotated[float, Field(ge=-1000, le=1000)]], Field(min_length=2, max_length=2)]  # x, y [m]
 
 
-class Placing(Wish):
-    """What stands where, in the world frame. `robot` carries the robot itself; its wheels do not notice.
+class PlaceRequest(RequestBody):
+    """An object and its place in the world frame. `robot` carries the robot itself; its wheels do not notice.
 
     A person wears `clothes` ("red/blue": shirt and trousers), has a `gesture`, and with `path_m` walks from there
     along these places, `again` in a round.
@@ -47,14 +47,14 @@ class Placing(Wish):
 Number = Annotated[float, Field(ge=-1000, le=1000)]  # [m] or a part of a rotation
 
 
-class BoardInCamera(Wish):
+class BoardInCameraRequest(RequestBody):
     """A board's pose in the camera's frame, P_camera = rotation · P_board + translation, as the advice has it."""
 
     rotation: list[list[Number]] = Field(min_length=3, max_length=3)
     translation_m: list[Number] = Field(min_length=3, max_length=3)
 
 
-class BoardPlacing(Wish):
+class PlaceBoardRequest(RequestBody):
     """A chessboard that is held up: its middle and axes in the world frame, or its pose in the camera's frame.
 
     Where there is one already, it is moved there in `seconds`. With `holder`, a person stands behind it.
@@ -69,13 +69,13 @@ class BoardPlacing(Wish):
     y_m: Number | None = None
     z_m: Number | None = None
     rotation: list[list[Number]] | None = Field(default=None, min_length=3, max_length=3)
-    in_camera: BoardInCamera | None = None
+    in_camera: BoardInCameraRequest | None = None
     seconds: float = Field(default=0.0, ge=0, le=10)
     holder: bool = False
 
 
-class Saying(Wish):
-    """What is said where in the simulated room: as `text`, or `pcm`, 16-bit samples of one channel in base64.
+class SayRequest(RequestBody):
+    """Speech at a place in the simulated room: as `text`, or `pcm`, 16-bit samples of one channel in base64.
 
     Without a place, `id` names a person who stands in the room. With `more`, the next piece of the same `id` goes on.
     """
@@ -92,7 +92,7 @@ class Saying(Wish):
     more: bool = False
 
 
-class Removing(Wish):
+class RemoveRequest(RequestBody):
     """Which of the placed things goes."""
 
     id: str = Field(max_length=40)
@@ -115,7 +115,7 @@ async def plan(behind: Behind) -> dict[str, Any]:
 @simulation.post("/sim/place", status_code=201)
 @needs("operator")
 async def place(
-    asked: Annotated[Placing | BoardPlacing, Field(discriminator="what")], behind: Behind, who: Who
+    asked: Annotated[PlaceRequest | PlaceBoardRequest, Field(discriminator="what")], behind: Behind, who: Who
 ) -> dict[str, Any]:
     """Put a person or a box into the room, hold up a chessboard, or carry the robot."""
     if asked.what == "robot":
@@ -128,7 +128,7 @@ async def place(
 
 @simulation.post("/sim/say", status_code=202)
 @needs("operator", body=SOUND)
-async def say(asked: Saying, behind: Behind, who: Who) -> dict[str, Any]:
+async def say(asked: SayRequest, behind: Behind, who: Who) -> dict[str, Any]:
     """A voice in the room: through its acoustics to the robot's microphones, and on as any voice."""
     wanted = {key: value for key, value in asked.model_dump().items() if value is not None}
     simulated(behind)
@@ -156,7 +156,7 @@ def pieces(wanted: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 @simulation.post("/sim/remove")
 @needs("operator")
-async def remove(asked: Removing, behind: Behind, who: Who) -> dict[str, Any]:
+async def remove(asked: RemoveRequest, behind: Behind, who: Who) -> dict[str, Any]:
     """Take it away again."""
     answer = await simulated(behind).ask({"do": "remove", "id": asked.id})
     behind.history.add("place", who, words="remove")

@@ -1,4 +1,4 @@
-"""How well somebody is understood where the robot stands now: runs, their figures and their pages."""
+"""Measured recognition of voices where the robot stands now: runs, their figures and their pages."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import Annotated, Any
 from fastapi import Path, Response
 from pydantic import Field
 
-from console.api import Behind, Who, Wish, router
+from console.access.roles import needs
+from console.api import Behind, RequestBody, Who, router
 from console.api.simulation import simulated
-from console.problems import Problem
-from console.roles import needs
-from core.speech.quality_style import STYLE
+from console.http.problems import Problem
+from core.speech.quality.report import STYLE
 
 speech_quality = router("speech quality")
 
@@ -31,8 +31,8 @@ DISTANCES = (1.0, 2.0, 3.0)  # [m] when nobody says anything else
 PAGE: dict[int | str, dict[str, Any]] = {200: {"content": {"text/html": {}}}}
 
 
-class QualityWish(Wish):
-    """Where people speak: `distances_m` from the robot, towards a place of the world or in a direction of the robot;
+class QualityRequest(RequestBody):
+    """The places of speakers: `distances_m` from the robot, towards a place of the world or a direction of the robot;
     with a place and without distances at that place.
 
     `snr_db`: of a voice at 1 m over the room's noise. Every pair of both is measured with as many `phrases`.
@@ -49,14 +49,14 @@ class QualityWish(Wish):
 @speech_quality.get("/speech-quality")
 @needs("viewer")
 async def runs(behind: Behind) -> dict[str, Any]:
-    """All runs, newest first; what is missing for another one stands in `why_not`."""
+    """All runs, newest first; `why_not` says why another one cannot begin."""
     why_not = "" if behind.robot.profile.kind == "SIM" else ONLY_SIMULATED
-    return {"runs": [run.told() for run in reversed(behind.quality.runs.values())], "why_not": why_not}
+    return {"runs": [run.to_dict() for run in reversed(behind.quality.runs.values())], "why_not": why_not}
 
 
 @speech_quality.post("/speech-quality", status_code=202)
 @needs("operator")
-async def begin(asked: QualityWish, behind: Behind, who: Who) -> dict[str, Any]:
+async def begin(asked: QualityRequest, behind: Behind, who: Who) -> dict[str, Any]:
     """Measure in the simulated room, from where the robot is now; how it goes stands in the run."""
     if behind.robot.profile.kind != "SIM":
         raise Problem(409, ONLY_SIMULATED)
@@ -76,23 +76,23 @@ async def begin(asked: QualityWish, behind: Behind, who: Who) -> dict[str, Any]:
     }
     run = behind.quality.begin(wish, who)
     behind.history.add("speech quality", who, words="begin")
-    return run.told()
+    return run.to_dict()
 
 
 @speech_quality.get("/speech-quality/{id}")
 @needs("viewer")
 async def one(id: Id, behind: Behind) -> dict[str, Any]:
     """One run: how far it is, and a row of figures for every place."""
-    return behind.quality.find(id).told()
+    return behind.quality.find(id).to_dict()
 
 
 @speech_quality.post("/speech-quality/{id}/cancel")
 @needs("operator")
 async def cancel(id: Id, behind: Behind) -> dict[str, Any]:
-    """Give it up; what was measured so far stays."""
+    """Give it up; the results so far stay."""
     run = behind.quality.find(id)
     await behind.quality.cancel(run)
-    return run.told()
+    return run.to_dict()
 
 
 @speech_quality.delete("/speech-quality/{id}", status_code=204)

@@ -1,4 +1,4 @@
-"""What is the case now."""
+"""The present state of the console and the robot."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from typing import Any
 import msgspec
 from fastapi import Response
 
-from console import wire
+from console import messages
+from console.access.roles import needs
 from console.api import Behind, router
-from console.problems import Problem
-from console.roles import needs
+from console.control.link_monitor import HANGS
+from console.http.problems import Problem
 from console.runtime import Runtime
-from console.watch import HANGS
 
 state = router("state")
 
@@ -24,7 +24,7 @@ async def newest(behind: Behind) -> Response:
     now = behind.state()
     if now is None:
         raise Problem(503, "No frame of the robot has arrived yet.")
-    return Response(wire.encode(now), media_type="application/json")
+    return Response(messages.encode(now), media_type="application/json")
 
 
 @state.get("/health")
@@ -33,28 +33,28 @@ async def health(behind: Behind) -> Response:
     """200 when all is well, 503 with the reasons when it is not."""
     reasons = troubles(behind)
     pace = behind.pace
-    told: dict[str, Any] = {
+    report: dict[str, Any] = {
         "ok": not reasons,
         "reasons": reasons,
         "scene": behind.scene.why_not or "ok",
         "pilot_late_ms": {"p50": pace.late_ms(0.5), "p99": pace.late_ms(0.99)},
         "pilot_step_ms": {"p50": pace.step_ms(0.5), "p99": pace.step_ms(0.99)},
     }
-    return Response(msgspec.json.encode(told), 503 if reasons else 200, media_type="application/json")
+    return Response(msgspec.json.encode(report), 503 if reasons else 200, media_type="application/json")
 
 
 def troubles(behind: Runtime) -> list[str]:
     """Why the console is not well, in sentences; empty when it is."""
     link, age = behind.robot.link()
-    told: list[str] = []
+    sentences: list[str] = []
     if link != "live":
-        told.append(behind.robot.trouble or f"The robot's link is {link}; its newest frame is {age:.1f} s old.")
+        sentences.append(behind.robot.trouble or f"The robot's link is {link}; its newest frame is {age:.1f} s old.")
     if behind.folder.trouble:
-        told.append(behind.folder.trouble)
+        sentences.append(behind.folder.trouble)
     if behind.pilots.trouble:
-        told.append(behind.pilots.trouble)
+        sentences.append(behind.pilots.trouble)
     elif behind.pilots.hangs:
-        told.append(HANGS)
+        sentences.append(HANGS)
     elif behind.snapshot is None:
-        told.append("No frame of the robot has been worked on yet.")
-    return told
+        sentences.append("No frame of the robot has been worked on yet.")
+    return sentences

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from console.access.roles import needs
 from console.api import Behind, Who, router
-from console.brakes import latched
-from console.roles import needs
+from console.control.stop import latched
 
 stop = router("stop")
 

@@ -8,14 +8,14 @@ from typing import Any
 
 from pydantic import Field
 
-from console.api import Behind, Driver, Wish, router
+from console.access.roles import needs
+from console.api import Behind, Driver, RequestBody, router
 from console.api.simulation import pieces
-from console.robot_voice import MOST, MOST_MOVING
-from console.roles import needs
 from console.runtime import Runtime
+from console.speech.robot_voice import MOST, MOST_MOVING
 from core.errors import BeckonError
 from core.sensors.microphones import Sound
-from core.speech.voice import pcm
+from core.speech.synthesis import pcm
 
 LONGEST = 300  # characters
 ABOVE = 0.35  # [m] of the simulated robot's loudspeaker above its microphones
@@ -25,13 +25,13 @@ LAG = 1.5  # [s] until the simulated room has worked out its first echo
 voice = router("voice")
 
 
-class Speech(Wish):
-    """What is to be said."""
+class SpeechRequest(RequestBody):
+    """The text to say."""
 
     text: str = Field(min_length=1, max_length=LONGEST)
 
 
-class Spoken(Wish):
+class PlayedRequest(RequestBody):
     """Which utterance was played to its end, or broken off."""
 
     id: int = Field(ge=0, le=2**53)
@@ -39,12 +39,12 @@ class Spoken(Wish):
 
 @voice.post("/voice")
 @needs("operator")
-async def say(asked: Speech, behind: Behind, _: Driver) -> dict[str, Any]:
+async def say(asked: SpeechRequest, behind: Behind, _: Driver) -> dict[str, Any]:
     """A text → 16-bit samples of one channel in base64, to be played at once; meanwhile nobody is listened to.
 
     While somebody drives, only the driver makes the robot speak: it hears no STOP meanwhile.
     """
-    moves = behind.snapshot is not None and behind.snapshot.undertaking is not None
+    moves = behind.snapshot is not None and behind.snapshot.active_command is not None
     number, sound = await behind.voice.say(asked.text, MOST_MOVING if moves else MOST)
     await in_room(behind, sound)
     samples = base64.b64encode(pcm(sound)).decode()
@@ -53,7 +53,7 @@ async def say(asked: Speech, behind: Behind, _: Driver) -> dict[str, Any]:
 
 @voice.post("/voice/hush")
 @needs("operator")
-async def hush(asked: Spoken, behind: Behind) -> dict[str, Any]:
+async def hush(asked: PlayedRequest, behind: Behind) -> dict[str, Any]:
     """It was said: listening goes on in a moment."""
     behind.voice.hush(asked.id)
     return {"muted": behind.voice.muted}

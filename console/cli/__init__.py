@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from console.cli import calibrate, correct, doctor, experiment, hear, run, slam, speech_quality, understand
+from console.cli import calibrate, correct, doctor, experiment, hear, run, settings, slam, speech_quality, understand
 
-SUBCOMMANDS = (run, calibrate, correct, slam, hear, understand, speech_quality, experiment, doctor)
+SUBCOMMANDS = (run, calibrate, correct, slam, hear, understand, speech_quality, experiment, settings, doctor)

@@ -33,7 +33,7 @@ def add_out_file(parser: argparse.ArgumentParser, name: str, purpose: str) -> No
 
 
 def plain(value: Any) -> Any:
-    """Numbers and arrays → what JSON can say; what is not finite becomes null."""
+    """Numbers and arrays → values that JSON can hold; a number that is not finite becomes null."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):

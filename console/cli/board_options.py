@@ -6,7 +6,7 @@ import argparse
 import re
 from pathlib import Path
 
-from core.calibration.board import Board
+from core.calibration.board.board import Board
 from core.errors import BadInput
 
 
@@ -68,8 +68,8 @@ def board_or_known(chosen: argparse.Namespace, camera: Path) -> Board:
     """The board as described, completed by what the camera file says. Raises BadInput where neither says it all."""
     if chosen.board is not None and chosen.square is not None:
         return board_from(chosen)
-    from core.calibration.camera_files import read_camera  # OpenCV and scipy take a moment: only where needed
-    from core.calibration.offline import board_in
+    from core.calibration.files.camera_files import read_camera  # OpenCV and scipy take a moment: only where needed
+    from core.pipelines.calibrate import board_in
 
     read_camera(camera)
     known = board_in(camera)

@@ -29,25 +29,25 @@ def add(places: Any) -> None:
 def run_camera(chosen: argparse.Namespace) -> int:
     """Pictures → the camera."""
     from console.cli.calibration_words import camera_lines
-    from core.calibration.offline import calibrate_camera
+    from core.pipelines.calibrate import calibrate_camera
 
     board = board_from(chosen)
     with progress() as say:
-        told = calibrate_camera(chosen.images, board, chosen.out, say)
-    return _answer(chosen, told, camera_lines(told, board))
+        report = calibrate_camera(chosen.images, board, chosen.out, say)
+    return _answer(chosen, report, camera_lines(report, board))
 
 
 def run_laser(chosen: argparse.Namespace) -> int:
     """Pairs of pictures and scans → the mount."""
     from console.cli.calibration_words import laser_lines
-    from core.calibration.offline import calibrate_laser
-    from core.experiments.recorded_laser import calibrate_laser_recorded
-    from core.log.sights import is_recording
+    from core.pipelines.calibrate import calibrate_laser
+    from core.pipelines.calibrate_from_recording import calibrate_laser_recorded
+    from core.recording.images_and_scans import is_recording
 
     board = board_or_known(chosen, chosen.camera)
     solve = calibrate_laser_recorded if is_recording(chosen.folder) else calibrate_laser
     with progress() as say:
-        told = solve(
+        report = solve(
             chosen.folder,
             chosen.camera,
             board,
@@ -56,13 +56,13 @@ def run_laser(chosen: argparse.Namespace) -> int:
             with_offset=chosen.offset,
             say=say,
         )
-    return _answer(chosen, told, laser_lines(told, board))
+    return _answer(chosen, report, laser_lines(report, board))
 
 
 def run_board_page(chosen: argparse.Namespace) -> int:
     """A page to print; the smallest that holds the board unless one was chosen."""
-    from core.calibration import written
-    from core.calibration.board_page import board_svg, fitting_page, largest_square
+    from core.calibration.board.printing import board_svg, fitting_page, largest_square
+    from core.calibration.files import written
 
     board = board_from(chosen)
     page = chosen.page or fitting_page(board)
@@ -80,11 +80,11 @@ def run_board_page(chosen: argparse.Namespace) -> int:
     return 0
 
 
-def _answer(chosen: argparse.Namespace, told: dict[str, Any], lines: list[str]) -> int:
+def _answer(chosen: argparse.Namespace, report: dict[str, Any], lines: list[str]) -> int:
     if chosen.json:
-        for warning in told["warnings"]:
+        for warning in report["warnings"]:
             tell(warning)
-        write_json(told)
+        write_json(report)
     else:
         write("\n".join(lines))
     return 0

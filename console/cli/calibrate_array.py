@@ -35,33 +35,33 @@ def add(kinds: Any) -> None:
 
 def run(chosen: argparse.Namespace) -> int:
     """Recordings → the orientation."""
-    from core.experiments.array_calibration import calibrate_array  # scipy takes a moment
+    from core.pipelines.calibrate_microphones import calibrate_array  # scipy takes a moment
     from core.sensors.microphones import load_array
 
     azimuths = [math.radians(angle) for angle in chosen.azimuths]
     with progress() as say:
-        told = calibrate_array(chosen.sounds, azimuths, load_array(chosen.array), chosen.out, say=say)
+        report = calibrate_array(chosen.sounds, azimuths, load_array(chosen.array), chosen.out, say=say)
     if chosen.json:
-        for warning in told["warnings"]:
+        for warning in report["warnings"]:
             tell(warning)
-        write_json(told)
+        write_json(report)
     else:
-        write("\n".join(lines(told)))
+        write("\n".join(lines(report)))
     return 0
 
 
-def lines(told: dict[str, Any]) -> list[str]:
+def lines(report: dict[str, Any]) -> list[str]:
     """For people."""
-    yaw, doubt = math.degrees(told["yaw_rad"]), math.degrees(2 * told["sd_yaw_rad"])
-    down = ", and hangs upside down" if told["mirrored"] else ""
+    yaw, doubt = math.degrees(report["yaw_rad"]), math.degrees(2 * report["sd_yaw_rad"])
+    down = ", and hangs upside down" if report["mirrored"] else ""
     found = [f"The array is turned by {yaw:.1f}° ± {doubt:.1f}° (95 %){down}."]
-    for one in told["claps"]:
+    for one in report["claps"]:
         asked, heard, gap = (math.degrees(one[name]) for name in ("asked_rad", "heard_rad", "gap_rad"))
         found.append(
             f"  {one['sound']}: from {asked:.0f}°, heard at {heard:.1f}° of the array, misses by {gap:+.1f}°"
         )
-    found += [f"  {one['sound']} is left out: {one['reason']}" for one in told["claps_refused"]]
-    return found + [f"note: {warning}" for warning in told["warnings"]] + list(told["files"].values())
+    found += [f"  {one['sound']} is left out: {one['reason']}" for one in report["claps_refused"]]
+    return found + [f"note: {warning}" for warning in report["warnings"]] + list(report["files"].values())
 
 
 def degrees(text: str) -> list[float]:

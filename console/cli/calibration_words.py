@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Iterable
 from typing import Any
 
-from core.calibration.board import Board
+from core.calibration.board.board import Board
 
 SYMBOLS = {
     "fx": "f_u (pixels)",
@@ -25,63 +25,65 @@ NOT_KNOWN = "not known"
 WIDEST = 110  # columns of text
 
 
-def camera_lines(told: dict[str, Any], board: Board) -> list[str]:
+def camera_lines(report: dict[str, Any], board: Board) -> list[str]:
     """The report of a camera → lines."""
-    width, height = told["image_size"]
-    shown = told["views_used"] + len(told["views_refused"])
-    known = told["uncertainty"]
-    rows = [(symbol, told[name], told["sd"][name]) for name, symbol in SYMBOLS.items() if name in told["sd"]]
-    remarks = [(view["image"], view["remark"]) for view in told["views"] if view["used"] and view["remark"]]
+    width, height = report["image_size"]
+    shown = report["views_used"] + len(report["views_refused"])
+    known = report["uncertainty"]
+    rows = [(symbol, report[name], report["sd"][name]) for name, symbol in SYMBOLS.items() if name in report["sd"]]
+    remarks = [(view["image"], view["remark"]) for view in report["views"] if view["used"] and view["remark"]]
     return [
-        f"Camera {width}x{height} from {told['views_used']} of {shown} pictures of {_board(board)}",
+        f"Camera {width}x{height} from {report['views_used']} of {shown} pictures of {_board(board)}",
         "",
         *_table("Parameter", rows),
         "",
-        f"RMS {told['rms_px']:.3f} px; 95 % of the picture is known to ±{known['p95_px']:.2f} px "
+        f"RMS {report['rms_px']:.3f} px; 95 % of the picture is known to ±{known['p95_px']:.2f} px "
         f"(wanted {known['target_px']:.2f}).",
-        _inverse_words(told["correction"]),
-        *_notes("Not used", ((each["image"], each["reason"]) for each in told["views_refused"])),
+        _inverse_words(report["correction"]),
+        *_notes("Not used", ((each["image"], each["reason"]) for each in report["views_refused"])),
         *_notes("Remarks", remarks),
-        *_ending(told),
+        *_ending(report),
     ]
 
 
-def laser_lines(told: dict[str, Any], board: Board) -> list[str]:
-    """The report of a mount → lines. What is not known, or was measured beforehand, gets words and no number."""
-    used = told["poses_used"]
-    values = [*told["turn_deg"], *told["translation_m"]]
-    sds = [*told["sd_rotation_deg"], *told["sd_translation_m"]]
+def laser_lines(report: dict[str, Any], board: Board) -> list[str]:
+    """The report of a mount → lines. A value that is unknown, or measured beforehand, gets words, not a number."""
+    used = report["poses_used"]
+    values = [*report["turn_deg"], *report["translation_m"]]
+    sds = [*report["sd_rotation_deg"], *report["sd_translation_m"]]
     units = ["degrees"] * 3 + ["metres"] * 3
-    worded = told["witnessed"] | dict.fromkeys(told["not_known"], NOT_KNOWN)
+    worded = report["from_ruler"] | dict.fromkeys(report["not_known"], NOT_KNOWN)
     rows: list[tuple[str, float | str, float]] = [
         (f"{name} ({unit})", worded.get(name, value), sd)
-        for name, unit, value, sd in zip(told["axes"], units, values, sds, strict=True)
+        for name, unit, value, sd in zip(report["axes"], units, values, sds, strict=True)
     ]
-    if told["range_offset_m"] is not None:
-        rows.append(("range offset (metres)", told["range_offset_m"]["value"], told["range_offset_m"]["sd"]))
-    complete = not told["not_known"]
+    if report["range_offset_m"] is not None:
+        rows.append(("range offset (metres)", report["range_offset_m"]["value"], report["range_offset_m"]["sd"]))
+    complete = not report["not_known"]
     return [
-        f"Camera on the laser from {used} of {used + len(told['poses_refused'])} poses of {_board(board)}",
+        f"Camera on the laser from {used} of {used + len(report['poses_refused'])} poses of {_board(board)}",
         "",
         *_table("P_laser = R P_camera + t", rows),
         "",
-        *_wrapped(f"RMS {told['residual_rms_m'] * 1e3:.1f} mm. {told['landing_words']} {told['square_words']}."),
-        *_notes("Not known", (("", each) for each in told["weak_directions"])),
-        *_notes("Not used", ((each["image"], each["reason"]) for each in told["poses_refused"])),
-        *_ending(told),
-        *(["", told["static_transform"]] if complete else []),
+        *_wrapped(
+            f"RMS {report['residual_rms_m'] * 1e3:.1f} mm. {report['laser_offset_words']} {report['square_words']}."
+        ),
+        *_notes("Not known", (("", each) for each in report["weak_directions"])),
+        *_notes("Not used", ((each["image"], each["reason"]) for each in report["poses_refused"])),
+        *_ending(report),
+        *(["", report["static_transform"]] if complete else []),
     ]
 
 
-def correction_lines(told: dict[str, Any]) -> list[str]:
+def correction_lines(report: dict[str, Any]) -> list[str]:
     """The report of straightened pictures → lines."""
-    count = len(told["pictures"]) + len(told["pictures_refused"])
-    way = "exactly" if told["method"] == "exact" else "by Table 1's inverse"
+    count = len(report["pictures"]) + len(report["pictures_refused"])
+    way = "exactly" if report["method"] == "exact" else "by Table 1's inverse"
     return [
-        f"{len(told['pictures'])} of {count} pictures straightened {way}.",
-        _inverse_words(told["error"]),
-        *_notes("Not used", ((each["image"], each["reason"]) for each in told["pictures_refused"])),
-        *_notes("Files", ((each["image"], each["file"]) for each in told["pictures"])),
+        f"{len(report['pictures'])} of {count} pictures straightened {way}.",
+        _inverse_words(report["error"]),
+        *_notes("Not used", ((each["image"], each["reason"]) for each in report["pictures_refused"])),
+        *_notes("Files", ((each["image"], each["file"]) for each in report["pictures"])),
     ]
 
 
@@ -106,9 +108,9 @@ def _inverse_words(error: dict[str, Any]) -> str:
     )
 
 
-def _ending(told: dict[str, Any]) -> list[str]:
-    files = _notes("Files", told["files"].items())
-    warnings = _notes("Warnings", (("", each) for each in told["warnings"]))
+def _ending(report: dict[str, Any]) -> list[str]:
+    files = _notes("Files", report["files"].items())
+    warnings = _notes("Warnings", (("", each) for each in report["warnings"]))
     return [*warnings, *(files or ["", "Nothing was saved; --out DIR keeps it."])]
 
 

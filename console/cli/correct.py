@@ -28,11 +28,11 @@ def add(places: Any) -> None:
 def run(chosen: argparse.Namespace) -> int:
     """Straighten, save, tell."""
     from console.cli.calibration_words import correction_lines
-    from core.calibration.straightening import correct
+    from core.pipelines.correct import correct
 
-    told = correct(chosen.images, chosen.camera, chosen.out, chosen.method)
+    report = correct(chosen.images, chosen.camera, chosen.out, chosen.method)
     if chosen.json:
-        write_json(told)
+        write_json(report)
     else:
-        write("\n".join(correction_lines(told)))
+        write("\n".join(correction_lines(report)))
     return 0

@@ -1,4 +1,4 @@
-"""What some experiments can be asked beyond runs, seed and folder: above all `dead-reckoning-vs-slam`."""
+"""Options of some experiments beyond runs, seed and folder: above all `dead-reckoning-vs-slam`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,9 @@ def add(parser: argparse.ArgumentParser) -> None:
     own.add_argument("--noise", type=noise, metavar="X", help="all of eq. 43 X times as large")
     own.add_argument("--field", choices=("laser", "camera"), help="what is seen: 240 degrees (default), or 56")
     own.add_argument("--still", action="store_true", default=None, help="ten frames at rest before the first move")
-    own.add_argument("--ids", choices=("given", "hidden"), help="whether the filter is told which corner it sees")
+    own.add_argument(
+        "--ids", choices=("given", "hidden"), help="given: the filter knows the corners' names; hidden: it does not"
+    )
     own.add_argument(
         "--through",
         choices=("drawn", "sensors"),
@@ -39,7 +41,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def wishes(chosen: argparse.Namespace) -> dict[str, Any]:
-    """What was asked for beyond the usual; ends with wrong usage where the experiment does not know it."""
+    """Return the options beyond the usual; exit with wrong usage where the experiment does not know them."""
     every = sorted({name for names in TAKES.values() for name in names})
     asked = {name: getattr(chosen, name) for name in every if getattr(chosen, name) is not None}
     strange = [f"--{name}" for name in asked if name not in TAKES.get(chosen.name, ())]

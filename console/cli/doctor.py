@@ -1,4 +1,4 @@
-"""`beckon doctor`: what is installed, what is missing, and the command that installs it."""
+"""`beckon doctor`: the installed and the missing parts, and the command that installs each."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from console.cli.answer import add_json, tell, write, write_json
-from console.home import home_folder
+from console.data_folder import home_folder
 from core.errors import Unwritable
 from core.files import check_folder
-from core.gate.precedence import CONSOLE, come_first
+from core.gate.scheduling import CONSOLE, come_first
 from core.message import message
 
 PORT = 8420
@@ -31,7 +31,7 @@ FAILED = "The self-test found something that is not as it should be; the lines m
 
 
 @message
-class Finding:
+class CheckResult:
     """One line of the examination."""
 
     name: str
@@ -66,7 +66,7 @@ def run(chosen: argparse.Namespace) -> int:
         from console.cli.self_test import self_test  # the whole robot: only when it is asked for
 
         tell("The self-test drives the simulated robot; this takes about a minute.")
-        findings += [Finding(name=name, good=good, found=found, tested=True) for name, good, found in self_test()]
+        findings += [CheckResult(name=name, good=good, found=found, tested=True) for name, good, found in self_test()]
     bad = [finding for finding in findings if finding.needed and not finding.good]
     well = not bad
     if chosen.json:
@@ -98,13 +98,13 @@ def run(chosen: argparse.Namespace) -> int:
     return 0 if well else 1
 
 
-def examine() -> list[Finding]:
+def examine() -> list[CheckResult]:
     """Look at everything once."""
     return [python(), *map(package, needed()), words(), voice(), pipe(), precedence(), port(), home(), browser()]
 
 
 def declared() -> list[str]:
-    """What Beckon declares to need, a line each with its conditions; extras are not among it."""
+    """Return the requirements of Beckon, a line each with its conditions, without extras."""
     try:
         lines: list[str] = requires("beckon") or []
     except PackageNotFoundError:  # a bare checkout
@@ -118,10 +118,10 @@ def needed(python: str = HERE) -> list[str]:
     return [name[0] for line in wanted if (name := PACKAGE.match(line))]
 
 
-def python() -> Finding:
+def python() -> CheckResult:
     """The interpreter."""
     running = ".".join(map(str, sys.version_info[:3]))
-    return Finding(
+    return CheckResult(
         name="Python",
         good=sys.version_info >= (3, 11),
         found=running,
@@ -129,33 +129,33 @@ def python() -> Finding:
     )
 
 
-def package(name: str) -> Finding:
+def package(name: str) -> CheckResult:
     """One of the packages Beckon needs."""
     try:
-        return Finding(name=name, good=True, found=version(name))
+        return CheckResult(name=name, good=True, found=version(name))
     except PackageNotFoundError:
-        return Finding(name=name, good=False, found="not installed", remedy=f"pip install {name}")
+        return CheckResult(name=name, good=False, found="not installed", remedy=f"pip install {name}")
 
 
-def words(python: str = HERE) -> Finding:
-    """What reads words out of sound."""
+def words(python: str = HERE) -> CheckResult:
+    """Check the recognizers, which turn sound into words."""
     try:
-        return Finding(name="words (pocketsphinx)", good=True, needed=False, found=version("pocketsphinx"))
+        return CheckResult(name="words (pocketsphinx)", good=True, needed=False, found=version("pocketsphinx"))
     except PackageNotFoundError:
         found, remedy = "not installed: the robot hears where, not what", "pip install 'beckon[speech]'"
         ready = [one for line in declared() if line.startswith("pocketsphinx") for one in PYTHONS.findall(line)]
         if ready and python not in ready:
             found += f" (there is no ready-made package for Python {python})"
             remedy += f" with a C compiler and CMake, or run Beckon on Python {' or '.join(ready)}"
-        return Finding(name="words (pocketsphinx)", good=False, needed=False, found=found, remedy=remedy)
+        return CheckResult(name="words (pocketsphinx)", good=False, needed=False, found=found, remedy=remedy)
 
 
-def voice() -> Finding:
-    """What speaks text."""
-    from core.speech.voice import can_speak  # loads a library: only when it is asked for
+def voice() -> CheckResult:
+    """Check the text-to-speech voices."""
+    from core.speech.synthesis import can_speak  # loads a library: only when it is asked for
 
     there = can_speak()
-    return Finding(
+    return CheckResult(
         name="voice (espeak-ng)",
         good=there,
         needed=False,
@@ -164,10 +164,10 @@ def voice() -> Finding:
     )
 
 
-def pipe() -> Finding:
+def pipe() -> CheckResult:
     """The kind of pipe between console and gate."""
     good = hasattr(socket, "SOCK_SEQPACKET") and sys.platform == "linux"
-    return Finding(
+    return CheckResult(
         name="message pipes",
         good=good,
         needed=False,
@@ -176,13 +176,13 @@ def pipe() -> Finding:
     )
 
 
-def precedence() -> Finding:
-    """Whether a machine that is busy with something else still steers in time."""
+def precedence() -> CheckResult:
+    """Check that a machine that is busy with something else still steers in time."""
     found: list[bool] = []
     asking = threading.Thread(target=lambda: found.append(come_first(CONSOLE)))  # no other thread keeps it
     asking.start()
     asking.join()
-    return Finding(
+    return CheckResult(
         name="precedence",
         good=found == [True],
         needed=False,
@@ -191,43 +191,43 @@ def precedence() -> Finding:
     )
 
 
-def port() -> Finding:
+def port() -> CheckResult:
     """The port of the console."""
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind(("127.0.0.1", PORT))
         except OSError:
-            return Finding(
+            return CheckResult(
                 name=f"port {PORT}",
                 good=False,
                 needed=False,
                 found="in use",
                 remedy="another console may be running; or choose one: beckon --port 0",
             )
-    return Finding(name=f"port {PORT}", good=True, found="free")
+    return CheckResult(name=f"port {PORT}", good=True, found="free")
 
 
-def home() -> Finding:
-    """Where Beckon keeps its things."""
+def home() -> CheckResult:
+    """Check the folder of Beckon's data."""
     folder = home_folder()
     try:
         check_folder(folder)
     except Unwritable as trouble:
-        return Finding(
+        return CheckResult(
             name="data folder",
             good=False,
             found=str(trouble),
             remedy="set BECKON_HOME to a folder that you may write to",
         )
-    return Finding(name="data folder", good=True, found=str(folder))
+    return CheckResult(name="data folder", good=True, found=str(folder))
 
 
-def browser() -> Finding:
+def browser() -> CheckResult:
     """A browser for the project's own tests."""
     names = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
     where = next((found for found in map(shutil.which, names) if found), None)
-    return Finding(
+    return CheckResult(
         name="Chromium (tests only)",
         good=where is not None,
         needed=False,

@@ -1,4 +1,4 @@
-"""`beckon experiment`: one figure or table, computed anew."""
+"""`beckon experiment`: compute one figure or table again."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOST_RUNS = 100_000
 
 def add(places: Any) -> None:
     """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser("experiment", help="compute a figure or a table anew")
+    parser: argparse.ArgumentParser = places.add_parser("experiment", help="compute a figure or a table again")
     parser.add_argument("name", choices=sorted(EXPERIMENTS), metavar="NAME", help=", ".join(sorted(EXPERIMENTS)))
     parser.add_argument("--runs", type=runs, default=None, help="how often (the experiment's own number)")
     parser.add_argument("--seed", type=seed, default=0, help="the same seed gives the same answer (default 0)")
@@ -45,8 +45,8 @@ def run(chosen: argparse.Namespace) -> int:
 
 def board_scene(boards: list[dict[str, Any]], out: Path) -> str:
     """Figure 15 as a scene to be turned, in one file → its path. Raises Unavailable."""
-    from console.scene.boards import boards_html  # viser takes a moment: only where it is needed
-    from core.calibration.written import write as write_file
+    from console.scene.calibration_boards import boards_html  # viser takes a moment: only where it is needed
+    from core.calibration.files.written import write as write_file
     from core.experiments.camera_table import BOARD
     from core.optics import TABLE_3
 

@@ -33,19 +33,19 @@ def add(places: Any) -> None:
 
 def run(chosen: argparse.Namespace) -> int:
     """Listen and tell. Of several files, those that cannot be read are named; exit code 1 when none could be."""
-    from core.experiments.hearing import hear  # scipy and the recognizer take a moment: only where they are needed
+    from core.pipelines.hear import hear  # scipy and the recognizer take a moment: only where they are needed
     from core.sensors.microphones import load_array
     from core.settings import load
 
     settings = load(chosen.settings)
     array = None if chosen.array is None else load_array(chosen.array)
-    told = hear(chosen.sounds, settings, array, chosen.channel)
-    files: dict[str, Any] = told.get("files") or {chosen.sounds[0].name: told}
+    report = hear(chosen.sounds, settings, array, chosen.channel)
+    files: dict[str, Any] = report.get("files") or {chosen.sounds[0].name: report}
     if chosen.json:
         for name, one in files.items():
             for warning in one.get("warnings", [one.get("error")]):
                 tell(f"{name}: {warning}")
-        write_json(told)
+        write_json(report)
     else:
         for name, one in files.items():
             for line in sentences(name, one):
@@ -53,20 +53,22 @@ def run(chosen: argparse.Namespace) -> int:
     return 1 if all("error" in one for one in files.values()) else 0
 
 
-def sentences(name: str, told: dict[str, Any]) -> list[str]:
+def sentences(name: str, report: dict[str, Any]) -> list[str]:
     """One file for people."""
-    if "error" in told:
-        return [f"{name}: {told['error']}"]
+    if "error" in report:
+        return [f"{name}: {report['error']}"]
     from core.perception.sound.direction import side
 
-    lines = [f"{name}: {told['audio_s']:.1f} s in {told['processing_s']:.2f} s, words from the {told['words_from']}"]
-    for one in told["directions"]:
+    lines = [
+        f"{name}: {report['audio_s']:.1f} s in {report['processing_s']:.2f} s, words from the {report['words_from']}"
+    ]
+    for one in report["directions"]:
         azimuth, sd = math.degrees(one["azimuth_rad"]), math.degrees(one["sd_rad"])
         doubt = "" if one["sure"] else " (unsure)"
         where = f"{abs(azimuth):5.1f}° to the {side(one['azimuth_rad'])}, ± {sd:.1f}°{doubt}."
         lines.append(f"  {one['t_s']:7.2f} s  {where} {one['ambiguity']}".rstrip())
-    for one in told["utterances"]:
+    for one in report["utterances"]:
         words = f"“{one['words']}”" if one["words"] else "no words"
         verdict = one["command"]["name"] if one["accepted"] else one["reason"]
         lines.append(f"  {one['t0_s']:7.2f} s  {words}: {verdict}")
-    return lines + [f"  note: {warning}" for warning in told["warnings"]]
+    return lines + [f"  note: {warning}" for warning in report["warnings"]]

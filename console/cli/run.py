@@ -1,4 +1,4 @@
-"""`beckon run`: the console, on the simulated robot unless told otherwise."""
+"""`beckon run`: the console, by default on the simulated robot."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def add(places: Any) -> None:
 
 
 def run(chosen: argparse.Namespace) -> int:
-    """Serve until told to end."""
+    """Serve until a signal ends the program."""
     from console.serve import Options, serve  # the web stack takes a second to import: only here
 
     serve(

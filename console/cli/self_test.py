@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from core.experiments.rehearsal import Rehearsal
 from core.geometry import wrap
-from core.navigation.nav2_map import nav2_map
+from core.pipelines.nav2_map import nav2_map
 
 TURN_WITHIN = math.radians(2.0)
 STRAIGHT_WITHIN = 0.05  # [m]

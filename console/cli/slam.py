@@ -33,24 +33,25 @@ def add(places: Any) -> None:
 
 def run(chosen: argparse.Namespace) -> int:
     """Estimate, save, tell."""
-    from core.experiments.offline import slam_log  # scipy and OpenCV take a moment: only where they are needed
+    from core.pipelines.slam import slam_log  # scipy and OpenCV take a moment: only where they are needed
     from core.settings import load
 
     began = time.perf_counter()
     result = slam_log(chosen.log, load(chosen.settings), chosen.ids, chosen.still, chosen.out)
-    told: dict[str, Any] = result.json() | {"processing_s": round(time.perf_counter() - began, 3)}
+    report: dict[str, Any] = result.json() | {"processing_s": round(time.perf_counter() - began, 3)}
     if chosen.json:
-        for warning in told["warnings"]:
+        for warning in report["warnings"]:
             tell(warning)
-        write_json(told)
+        write_json(report)
         return 0
     write(
-        f"{told['form']}: {told['frames']} readings over {told['duration_s']:.1f} s in {told['processing_s']:.1f} s"
+        f"{report['form']}: {report['frames']} readings over {report['duration_s']:.1f} s "
+        f"in {report['processing_s']:.1f} s"
     )
-    write(f"path {told['path_m']:.2f} m, {len(told['landmarks'])} landmarks, {told['skipped']} records skipped")
-    for warning in told["warnings"]:
+    write(f"path {report['path_m']:.2f} m, {len(report['landmarks'])} landmarks, {report['skipped']} records skipped")
+    for warning in report["warnings"]:
         write(f"note: {warning}")
-    for name, path in told["files"].items():
+    for name, path in report["files"].items():
         if path:
             write(f"{name}: {path}")
     return 0

@@ -11,8 +11,8 @@ from console.cli.answer import add_json, add_out, plain, write, write_json
 from core.errors import BadInput
 
 if TYPE_CHECKING:
-    from core.speech.likeness import Likeness
-    from core.speech.quality import Quality
+    from core.speech.quality.audio_similarity import AudioSimilarity
+    from core.speech.quality.osqe import SpeechQuality
 
 LARGEST = 4_000_000  # [bytes] of a text
 
@@ -34,46 +34,46 @@ def add(places: Any) -> None:
 
 
 def run(chosen: argparse.Namespace) -> int:
-    """Compare, save, tell."""
-    told = marked(chosen) if chosen.marked else compared(chosen)
+    """Compare, save, report."""
+    report = marked(chosen) if chosen.marked else compared(chosen)
     if chosen.json:
-        write_json(told)
+        write_json(report)
         return 0
-    for line in sentences(told):
+    for line in sentences(report):
         write(line)
     return 0
 
 
 def marked(chosen: argparse.Namespace) -> dict[str, Any]:
-    """Texts in which somebody has marked the erroneous words."""
-    from core.speech.marks import as_json
+    """Texts in which a person has marked the erroneous words."""
+    from core.speech.quality.marked_text import as_json
 
     if chosen.person is None or chosen.robot is None:
         raise BadInput("Give both marked texts: --person and --robot.")
-    told = as_json(read_text(chosen.person), read_text(chosen.robot))
-    return told | {"files": save(chosen.out, told, None)}
+    report = as_json(read_text(chosen.person), read_text(chosen.robot))
+    return report | {"files": save(chosen.out, report, None)}
 
 
 def compared(chosen: argparse.Namespace) -> dict[str, Any]:
     """The texts word by word, the recordings by their measures, or both."""
-    from core.speech import likeness as sounds  # scipy takes a moment
-    from core.speech import quality as texts
-    from core.speech.quality_page import page
+    from core.speech.quality import audio_similarity as sounds  # scipy takes a moment
+    from core.speech.quality import osqe as texts
+    from core.speech.quality.report import page
 
-    quality, likeness = of_texts(chosen), of_sounds(chosen)
-    if quality is None and likeness is None:
+    quality, similarity = of_texts(chosen), of_sounds(chosen)
+    if quality is None and similarity is None:
         raise BadInput(
             "Give the three texts (--original, --person, --robot), two recordings (--orig-wav, --rev-wav)."
         )
-    told: dict[str, Any] = {} if quality is None else texts.as_json(quality)
-    if likeness is not None:
-        told["audio"] = sounds.as_json(likeness)
-    return told | {"files": save(chosen.out, told, page(quality, likeness))}
+    report: dict[str, Any] = {} if quality is None else texts.as_json(quality)
+    if similarity is not None:
+        report["audio"] = sounds.as_json(similarity)
+    return report | {"files": save(chosen.out, report, page(quality, similarity))}
 
 
-def of_texts(chosen: argparse.Namespace) -> Quality | None:
+def of_texts(chosen: argparse.Namespace) -> SpeechQuality | None:
     """Three texts, or none of them."""
-    from core.speech.quality import compare
+    from core.speech.quality.osqe import compare
 
     given = (chosen.original, chosen.person, chosen.robot)
     if all(one is None for one in given):
@@ -84,14 +84,14 @@ def of_texts(chosen: argparse.Namespace) -> Quality | None:
     return compare(original, person, robot)
 
 
-def of_sounds(chosen: argparse.Namespace) -> Likeness | None:
+def of_sounds(chosen: argparse.Namespace) -> AudioSimilarity | None:
     """Two recordings, or none."""
     if chosen.orig_wav is None and chosen.rev_wav is None:
         return None
     if chosen.orig_wav is None or chosen.rev_wav is None:
         raise BadInput("Two recordings belong together: --orig-wav and --rev-wav.")
-    from core.log.sound_file import read_sound
-    from core.speech.likeness import liken
+    from core.recording.sound_file import read_sound
+    from core.speech.quality.audio_similarity import liken
 
     return liken(read_sound(chosen.orig_wav), read_sound(chosen.rev_wav))
 
@@ -108,29 +108,29 @@ def read_text(path: Path) -> str:
         raise BadInput(f"The text {path.name} cannot be read: {trouble.strerror or trouble}.") from None
 
 
-def save(out: Path | None, told: dict[str, Any], html: str | None) -> dict[str, str]:
+def save(out: Path | None, report: dict[str, Any], html: str | None) -> dict[str, str]:
     """Figures and page into a folder → what lies where."""
     if out is None:
         return {}
-    from core.calibration.written import write_all
+    from core.calibration.files.written import write_all
 
-    texts = {"json": ("speech_quality.json", json.dumps(plain(told), indent=1, ensure_ascii=False))}
+    texts = {"json": ("speech_quality.json", json.dumps(plain(report), indent=1, ensure_ascii=False))}
     return write_all(out, texts if html is None else texts | {"page": ("speech_quality.html", html)})
 
 
-def sentences(told: dict[str, Any]) -> list[str]:
+def sentences(report: dict[str, Any]) -> list[str]:
     """For people."""
     lines: list[str] = []
-    if "osqe_d" in told:
-        ratio = "undefined" if told["osqe_r"] is None else f"{told['osqe_r']:.3g}"
+    if "osqe_d" in report:
+        ratio = "undefined" if report["osqe_r"] is None else f"{report['osqe_r']:.3g}"
         lines += [
-            f"Erroneous words: person {told['erroneous_words_person']}, robot {told['erroneous_words_robot']}",
-            f"OSQE_D {told['osqe_d']:+d}, OSQE_R {ratio}" + (f" ({told['reason']})" if told["reason"] else ""),
+            f"Erroneous words: person {report['erroneous_words_person']}, robot {report['erroneous_words_robot']}",
+            f"OSQE_D {report['osqe_d']:+d}, OSQE_R {ratio}" + (f" ({report['reason']})" if report["reason"] else ""),
         ]
-    if "verdict" in told:
-        low, high = told["osqe_d_interval_95"]
-        lines += [f"95 % of OSQE_D: {low:g} to {high:g} ({told['words']} words)", told["verdict"]]
-    if audio := told.get("audio"):
+    if "verdict" in report:
+        low, high = report["osqe_d_interval_95"]
+        lines += [f"95 % of OSQE_D: {low:g} to {high:g} ({report['words']} words)", report["verdict"]]
+    if audio := report.get("audio"):
         shown = {"STOI": "stoi", "ESTOI": "estoi", "SI-SDR [dB]": "si_sdr_db", "PESQ": "pesq_wb"}
         found = [f"{name} {audio[key]:.3g}" for name, key in shown.items() if audio[key] is not None]
         lines += [
@@ -139,4 +139,4 @@ def sentences(told: dict[str, Any]) -> list[str]:
         ]
         if audio["pesq_reason"]:
             lines.append(audio["pesq_reason"])
-    return lines + [f"{name}: {path}" for name, path in told["files"].items()]
+    return lines + [f"{name}: {path}" for name, path in report["files"].items()]

@@ -8,7 +8,7 @@ from typing import Any
 from console.cli.answer import add_json, write, write_json
 from core.commands import particulars
 from core.commands.command import Command
-from core.speech.grammar import Refusal, understand
+from core.speech.understanding.grammar import Refusal, understand
 
 
 def add(places: Any) -> None:

@@ -1,1 +1,1 @@
-"""Teaching the robot who somebody is, and keeping what it learnt."""
+"""Enrollment of people, and the stored people."""

@@ -14,30 +14,30 @@ from typing import Protocol
 from starlette.websockets import WebSocket
 from viser import SceneApi
 
-from console import wire
-from console.door import Door
-from console.logins import Person
-from console.robot_link import RobotLink
-from console.scene.associations import Associations
-from console.scene.bridge import Bridge
-from console.scene.candidates import Candidates
-from console.scene.click import ClickToGo
-from console.scene.closures import Closures
-from console.scene.floor import Floor
-from console.scene.ghost import Ghost
-from console.scene.intended import Intended
-from console.scene.landmarks import Landmarks
-from console.scene.mount import NoSocketServer, QuietViser, close_viser, open_viser
-from console.scene.occupancy import Occupancy
-from console.scene.people import People
-from console.scene.plan import Plan
-from console.scene.pose_ellipse import PoseEllipse
-from console.scene.robot import RobotBody
-from console.scene.scan import ScanPoints
-from console.scene.submaps import Submaps
-from console.scene.trail import Trail
-from console.scene.voices import Voices
-from console.sockets import Sockets, TooMany
+from console import messages
+from console.access.logins import Person
+from console.access.open_sockets import OpenSockets, TooMany
+from console.control.dispatcher import CommandDispatcher
+from console.robot.link import RobotLink
+from console.scene.click_to_go import ClickToGo
+from console.scene.overlays.associations import Associations
+from console.scene.overlays.candidates import CandidatePoses
+from console.scene.overlays.command_preview import PreviewLines
+from console.scene.overlays.dead_reckoning import DeadReckoningGhost
+from console.scene.overlays.ground_grid import GroundGrid
+from console.scene.overlays.landmarks import Landmarks
+from console.scene.overlays.loop_closures import LoopClosureArcs
+from console.scene.overlays.occupancy import Occupancy
+from console.scene.overlays.people import People
+from console.scene.overlays.plan import Plan
+from console.scene.overlays.pose_ellipse import PoseEllipse
+from console.scene.overlays.robot import RobotBody
+from console.scene.overlays.scan import ScanPoints
+from console.scene.overlays.submaps import Submaps
+from console.scene.overlays.trail import TrailLine
+from console.scene.overlays.voices import VoiceWedges
+from console.scene.viser_host.bridge import Bridge
+from console.scene.viser_host.mount import NoSocketServer, QuietViser, close_viser, open_viser
 from core.commands.command import Command
 from core.errors import Unavailable
 from core.robots import Profile
@@ -49,7 +49,7 @@ PERIOD = 0.05  # [s] at least between two pictures of the scene
 FAILURES = 5  # in a row after which the scene is left as it is
 
 
-class Shown(Protocol):
+class Drawable(Protocol):
     """Something the scene shows."""
 
     def show(self, snapshot: Snapshot) -> None:
@@ -57,25 +57,25 @@ class Shown(Protocol):
         ...
 
 
-class Overlay(Shown, Protocol):
+class Overlay(Drawable, Protocol):
     """What shows nothing but snapshots."""
 
     def __init__(self, scene: SceneApi, robot: Profile) -> None: ...
 
 
 OVERLAYS: tuple[type[Overlay], ...] = (
-    Floor,
+    GroundGrid,
     Occupancy,
     Submaps,
     ScanPoints,
-    Trail,
-    Ghost,
+    TrailLine,
+    DeadReckoningGhost,
     Landmarks,
     Associations,
-    Closures,
-    Candidates,
+    LoopClosureArcs,
+    CandidatePoses,
     PoseEllipse,
-    Voices,
+    VoiceWedges,
     People,
     Plan,
     RobotBody,
@@ -90,20 +90,20 @@ class Scene:
     ) -> None:
         """`complain`, from any thread: why the scene is left as it is; `waiting`: the order that waits, if any."""
         self.why_not = ""  # why there is no scene; "" when there is one
-        self.tabs: dict[str, Callable[[wire.Answer], None]] = {}  # how to tell each open page something
+        self.tabs: dict[str, Callable[[messages.AnswerMessage], None]] = {}  # how to tell each open page something
         self._robot = robot
         self._complain = complain
         self._waiting = waiting
         self._server: QuietViser | None = None
         self._inside: NoSocketServer | None = None
-        self._sockets = Sockets()
+        self._sockets = OpenSockets()
         self._newest: Snapshot | None = None
         self._watchers = 0
         self._news = threading.Event()
         self._over = threading.Event()
         self._painter: threading.Thread | None = None
 
-    async def open(self, door: Door, sockets: Sockets) -> None:
+    async def open(self, door: CommandDispatcher, sockets: OpenSockets) -> None:
         """Mount it. Without a scene the console goes on, and says why."""
         self._sockets = sockets
         try:
@@ -153,14 +153,14 @@ class Scene:
     def _paint(self, server: QuietViser) -> None:
         try:
             overlays = [overlay(server.scene, self._robot.profile) for overlay in OVERLAYS]
-            intended = Intended(server.scene, self._robot.profile, self._waiting)
+            intended = PreviewLines(server.scene, self._robot.profile, self._waiting)
             self._draw(server, [*overlays, intended])
         except Exception:
             log.exception("The scene could not be drawn any more")
             self.why_not = "The 3-D scene cannot be drawn and stays as it is; the log says why. All else goes on."
             self._complain(self.why_not)
 
-    def _draw(self, server: QuietViser, overlays: Sequence[Shown]) -> None:
+    def _draw(self, server: QuietViser, overlays: Sequence[Drawable]) -> None:
         """Draw what is newest until it is over. Raises what keeps failing."""
         failures = 0
         while not self._over.is_set():

@@ -15,7 +15,7 @@ from core.message import Array
 
 
 class Start(NamedTuple):
-    """Where the refinement starts."""
+    """The starting point of the refinement."""
 
     camera: Array  # (9,), without distortion
     poses: Poses
@@ -50,7 +50,7 @@ def start(points: Array, pixels: Array, size: tuple[int, int]) -> Start:
 
 
 def focal_lengths(mapping: Array, centre: Array) -> Array | None:
-    """Homographies (M, 3, 3) and the principal point (2,) → (fx, fy), or None when the views do not tell.
+    """Homographies (M, 3, 3) and the principal point (2,) → (fx, fy), or None when the views do not determine it.
 
     The first two columns of K⁻¹H are perpendicular and equally long: two linear equations in 1/fx² and 1/fy² a view.
     """

@@ -1,4 +1,4 @@
-"""Whether the numbers of a camera describe a lens: its picture can be mapped to rays and back."""
+"""Check that the numbers of a camera describe a lens: its picture can be mapped to rays and back."""
 
 from __future__ import annotations
 

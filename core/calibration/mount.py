@@ -1,4 +1,4 @@
-"""Where the camera sits on the laser: what is known before and after calibrating."""
+"""The camera's mount on the laser: what is known before and after calibrating."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import field
 
 import numpy as np
 
-from core.calibration.pairs import Guess
+from core.calibration.laser.plane_pairs import Guess
 from core.calibration.projection import cross_matrices
 from core.geometry import OPTICAL, Transform
 from core.message import Array, message
@@ -22,7 +22,7 @@ FREE_TURN, FREE_SHIFT = np.deg2rad(10), 0.3  # [rad], [m]: as good as nothing
 
 @message
 class Mount:
-    """What is known about the mount without calibrating: laser_from_camera and its standard deviations."""
+    """Prior knowledge of the mount, without calibrating: laser_from_camera and its standard deviations."""
 
     nominal: Transform = Transform(rotation=OPTICAL, translation=np.zeros(3))
     spread: tuple[float, ...] = (LOOSE_TURN, LOOSE_TURN, LOOSE_TURN, LOOSE_SHIFT, LOOSE_SHIFT, LOOSE_SHIFT)
@@ -33,7 +33,7 @@ class Mount:
         return np.array(self.spread)
 
     @property
-    def witnessed(self) -> dict[str, str]:
+    def from_ruler(self) -> dict[str, str]:
         """Directions known well enough without any board, and how they were measured."""
         closely = [sd < (CLOSE_TURN if number < 3 else CLOSE_SHIFT) for number, sd in enumerate(self.spread)]
         return {
@@ -70,13 +70,13 @@ class Extrinsics:
         return np.sqrt(np.diag(self.covariance))
 
     @property
-    def witnessed(self) -> dict[str, str]:
+    def from_ruler(self) -> dict[str, str]:
         """Directions that the data leave open and that are known all the same → how they were measured."""
-        return {name: told for name, told in self.measured.items() if name in self.weak}
+        return {name: method for name, method in self.measured.items() if name in self.weak}
 
     @property
     def unknown(self) -> tuple[str, ...]:
-        """The NAMES that neither data nor measurement tell."""
+        """The NAMES that neither data nor measurement determine."""
         return tuple(name for name in self.weak if name not in self.measured)
 
     @property

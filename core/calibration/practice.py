@@ -8,9 +8,9 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from core.calibration.board import Board
+from core.calibration.board.board import Board
+from core.calibration.camera.undistortion import all_pixels
 from core.calibration.projection import Poses, exponential, project, vector_of
-from core.calibration.undistortion import all_pixels
 from core.message import Array
 from core.optics import CameraModel
 
@@ -19,8 +19,8 @@ DARK, LIGHT, WALL = 38.0, 205.0, 120.0  # grey levels
 
 
 @dataclass(frozen=True)
-class Holding:
-    """How the board is held."""
+class BoardPlacement:
+    """Ranges of the board's poses."""
 
     nearest: float = 0.25  # [m]
     farthest: float = 0.9  # [m]
@@ -32,17 +32,19 @@ class Holding:
 
 
 @dataclass(frozen=True)
-class Exposure:
-    """How the picture is taken."""
+class ImageExposure:
+    """Exposure of the picture."""
 
     blur: float = 0.5  # [pixel] standard deviation of the lens
     motion: float = 0.0  # [pixel] smeared to the right
     noise: float = 2.0  # [grey level] standard deviation
 
 
-def held(rng: np.random.Generator, count: int, model: CameraModel, board: Board, how: Holding | None = None) -> Poses:
+def held(
+    rng: np.random.Generator, count: int, model: CameraModel, board: Board, how: BoardPlacement | None = None
+) -> Poses:
     """Random poses with the whole board in the picture: rotations (count, 3, 3), translations (count, 3)."""
-    how = how or Holding()
+    how = how or BoardPlacement()
     rotations, translations = np.empty((0, 3, 3)), np.empty((0, 3))
     for _ in range(1000):
         batch = _any(rng, max(64, 4 * count), model, board, how)
@@ -70,10 +72,10 @@ def seen(rng: np.random.Generator, model: CameraModel, poses: Poses, board: Boar
 
 
 def picture(
-    rng: np.random.Generator, model: CameraModel, poses: Poses, board: Board, exposure: Exposure | None = None
+    rng: np.random.Generator, model: CameraModel, poses: Poses, board: Board, exposure: ImageExposure | None = None
 ) -> Array:
     """The first of the poses as a grey picture (H, W) uint8; every pixel collects SAMPLES x SAMPLES rays."""
-    exposure = exposure or Exposure()
+    exposure = exposure or ImageExposure()
     rotation, translation = poses.rotations[0], poses.translations[0]
     height, width = model.height, model.width
     shade = np.linspace(0.92, 1.05, width)[None, :] * np.linspace(1.03, 0.94, height)[:, None]
@@ -91,7 +93,7 @@ def picture(
     return np.clip(grey + rng.normal(0.0, exposure.noise, grey.shape), 0, 255).astype(np.uint8)
 
 
-def _any(rng: np.random.Generator, count: int, model: CameraModel, board: Board, how: Holding) -> Poses:
+def _any(rng: np.random.Generator, count: int, model: CameraModel, board: Board, how: BoardPlacement) -> Poses:
     depth = rng.uniform(how.nearest, how.farthest, count)
     place = np.column_stack((rng.uniform(0, model.width, count), rng.uniform(0, model.height, count)))
     ideal = model.undistort((place - (model.cx, model.cy)) / (model.fx, model.fy))  # NaN where no ray reaches

@@ -9,21 +9,15 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from core.calibration.board import Board
-from core.calibration.camera_files import camera_entry
-from core.calibration.correction import errors
-from core.calibration.intrinsics import Calibration
-from core.calibration.laser_solve import LaserCalibration
-from core.calibration.laser_words import (
-    landing_words,
-    landings,
-    square_words,
-    warnings,
-    weak_words,
-)
+from core.calibration.board.board import Board
+from core.calibration.camera.intrinsics import Calibration
+from core.calibration.camera.uncertainty import uncertainty_map
+from core.calibration.camera.undistortion import errors
+from core.calibration.files.camera_files import camera_entry
+from core.calibration.files.mount_files import mount_entry, static_transform
+from core.calibration.laser.explanation import landings, laser_offset_words, square_words, warnings, weak_words
+from core.calibration.laser.solve import LaserCalibration
 from core.calibration.mount import NAMES
-from core.calibration.mount_files import mount_entry, static_transform
-from core.calibration.uncertainty import uncertainty_map
 from core.geometry import OPTICAL
 from core.optics import CameraModel
 
@@ -41,14 +35,14 @@ def camera_report(calibration: Calibration) -> dict[str, Any]:
     model, sds = calibration.model, calibration.sds
     known = uncertainty_map(calibration)
     enough = known.p95 <= target(model.width)
-    told = list(calibration.warnings)
+    doubts = list(calibration.warnings)
     if not enough:
-        told.append(
+        doubts.append(
             f"Not yet exact: 95 % of the picture is known to ±{known.p95:.2f} px (wanted {target(model.width):.2f}). "
             "Show the board tilted, close up and near the rims."
         )
     if calibration.free[-1] == "k3":
-        told.append("k3 was needed: it predicts pictures that took no part in the fit better.")
+        doubts.append("k3 was needed: it predicts pictures that took no part in the fit better.")
     return {
         "image_size": [model.width, model.height],
         "views_used": int(np.count_nonzero(calibration.used)),
@@ -74,7 +68,7 @@ def camera_report(calibration: Calibration) -> dict[str, Any]:
             "target_px": target(model.width),
             "reached": enough,
         },
-        "warnings": told,
+        "warnings": doubts,
     }
 
 
@@ -105,7 +99,7 @@ def laser_report(
         "axes": list(NAMES),
         "covariance": covariance.tolist(),
         "not_known": list(found.unknown),
-        "witnessed": found.witnessed,
+        "from_ruler": found.from_ruler,
         "weak_directions": list(weak_words(found)),
         "poses_used": int(np.count_nonzero(calibration.used)),
         "poses_refused": [
@@ -130,10 +124,10 @@ def laser_report(
         "range_offset_m": None if found.offset is None else {"value": found.offset[0], "sd": found.offset[1]},
         "square_m": {"entered": board.square, "by_laser": calibration.square[0], "sd": calibration.square[1]},
         "square_words": square_words(calibration),
-        "landing": [
+        "laser_offset": [
             {"distance_m": each.distance, "sideways_px": each.sideways, "up_down_px": each.up_down} for each in where
         ],
-        "landing_words": landing_words(where),
+        "laser_offset_words": laser_offset_words(where),
         "static_transform": static_transform(found.transform),
         "warnings": list(warnings(calibration, board)),
     }

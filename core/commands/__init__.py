@@ -1,19 +1,19 @@
-"""Table 2: what the robot can be told. One file per command, listed in VOCABULARY."""
+"""Table 2: the vocabulary of the robot. One file per command, listed in VOCABULARY."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from core.commands.come_here import COME_HERE
-from core.commands.command import Kind
+from core.commands.command import Command, CommandSpec
 from core.commands.continue_straight import CONTINUE
 from core.commands.follow_me import FOLLOW_ME
 from core.commands.follow_wall import FOLLOW_WALL
-from core.commands.stand import START, STOP_MOVING
 from core.commands.stop_at import STOP_AT
+from core.commands.stop_moving import START, STOP_MOVING
 from core.commands.turn import TURN_LEFT, TURN_RIGHT
 
-VOCABULARY: tuple[Kind, ...] = (
+VOCABULARY: tuple[CommandSpec, ...] = (
     TURN_LEFT,
     TURN_RIGHT,
     STOP_MOVING,
@@ -24,14 +24,20 @@ VOCABULARY: tuple[Kind, ...] = (
     FOLLOW_ME,
     START,
 )
-"""Every command, in the order of Table 2; the words are those of `Kind.words`."""
+"""Every command, in the order of Table 2; the words are those of `CommandSpec.words`."""
+SPECS = {spec.name: spec for spec in VOCABULARY}
 
 
-def kind_of(name: str) -> Kind:
-    """The command of that name. Raises KeyError."""
-    return next(kind for kind in VOCABULARY if kind.name == name)
+def spec_of(name: str) -> CommandSpec:
+    """Find the command of that name. Raises KeyError."""
+    return SPECS[name]
+
+
+def needs_confirmation(command: Command) -> bool:
+    """Return whether a command waits for the confirmation delay, however surely it was heard."""
+    return spec_of(command.name).needs_confirmation(command.numbers)
 
 
 def particulars(name: str, numbers: Mapping[str, float]) -> dict[str, float | str]:
-    """What JSON tells of a command beside its name: its numbers, and what is no number."""
-    return {**numbers, "side": "right"} if name == FOLLOW_WALL.name else dict(numbers)
+    """Return what JSON says of a command besides its name: its numbers, and its fixed parameters."""
+    return {**numbers, **spec_of(name).fixed}

@@ -4,48 +4,50 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from core.commands.attending import Attending, aim_at, going
-from core.commands.command import Action, Command, Number, Progress
-from core.commands.locating import Locating
-from core.commands.seeking import Seeking, call_for
+from core.commands.command import Action, Command, CommandFacts, Parameter, Progress, Target
+from core.commands.keep_to_person import KeepToPerson, aim_at, going
+from core.commands.locate_voice import LocateVoice
+from core.commands.turn_to_voice import TurnToVoice, call_for
 from core.errors import Refused
-from core.navigation.approach import Approach
-from core.navigation.surroundings import Surroundings
+from core.navigation.control_context import ControlContext
+from core.navigation.goal_controller import GoalController
 
-MISSED = 3.0  # [s] without a sight of somebody, after which the robot says so when it has come
+MISSED = 3.0  # [s] without a sight of the person, after which the robot says so when it has come
 
 
-@dataclass(frozen=True)
-class ComeHere:
-    """To who called."""
+@dataclass(frozen=True, kw_only=True)
+class ComeHere(CommandFacts):
+    """Drive to the person who called."""
 
     name: str = "come_here"
     words: tuple[str, ...] = ("come here", "come")
-    numbers: tuple[Number, ...] = ()
+    numbers: tuple[Parameter, ...] = ()
     example: str = "come here"
     summary: str = "Turns to the voice, looks who spoke, comes and stops half a metre before them."
     moves: bool = True
+    target: Target = "person"
+    icon: str = "come_here"
 
-    def begin(self, command: Command, here: Surroundings) -> Action:
-        """Turn to who spoke. Raises Refused with a sentence without a fresh, sure direction."""
+    def begin(self, command: Command, here: ControlContext) -> Action:
+        """Turn to the person who spoke. Raises Refused with a sentence without a fresh, sure direction."""
         call = call_for(command, here)
         if here.company.mode == "person":
-            return Coming(Seeking(call, here))
+            return Coming(TurnToVoice(call, here))
         if here.who is not None:
             raise Refused(f"I come only to {here.who.name}, and by ear alone I cannot tell who calls.")
-        return Locating(call, here)
+        return LocateVoice(call, here)
 
 
 class Coming:
-    """On the way to somebody who was seen."""
+    """The way to a person who was seen."""
 
-    def __init__(self, seeking: Seeking) -> None:
-        self._attending = Attending(seeking)
-        self._approach: Approach | None = None
+    def __init__(self, seeking: TurnToVoice) -> None:
+        self._attending = KeepToPerson(seeking)
+        self._approach: GoalController | None = None
         self._whole = 1.0
 
-    def drive(self, here: Surroundings) -> Progress:
-        """One frame further."""
+    def drive(self, here: ControlContext) -> Progress:
+        """Take one frame."""
         person = self._attending.watch(here)
         if isinstance(person, Progress):
             return person
@@ -53,7 +55,7 @@ class Coming:
         aim = aim_at(person, short)
         apart = here.pose.distance_to(aim.x, aim.y)
         if self._approach is None:
-            self._approach = Approach(aim, here, cruise=here.company.coming)
+            self._approach = GoalController(aim, here, cruise=here.company.coming)
             self._whole = max(apart - short, 0.05)
         step = self._approach.drive(here, aim)
         if step.state == "there":

@@ -1,19 +1,29 @@
-"""What a command is, and what it needs to be obeyed."""
+"""Commands, and the actions that carry them out."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from typing import Protocol
+from dataclasses import dataclass, field
+from typing import Literal, Protocol
+
+import numpy as np
 
 from core.gate import Twist
+from core.geometry import Pose
 from core.message import Array, message
-from core.navigation.surroundings import Surroundings
-from core.perception.people.call import Call
-from core.perception.people.person import PersonSeen
+from core.navigation.control_context import ControlContext
+from core.perception.people.tracked_person import TrackedPerson
+from core.perception.people.voice_bearing import VoiceBearing
+
+Target = Literal["none", "place", "person"]
+FAR = 2.0  # [m] from which a distance is confirmed
+ARC_STEP = 0.1  # [rad] at most between two points of an arc
+NOWHERE = np.zeros((0, 2))
 
 
 @message
-class Number:
+class Parameter:
     """A parameter of a command."""
 
     name: str  # "distance_m": its key in JSON, with the unit
@@ -33,7 +43,7 @@ class Command:
     numbers: Mapping[str, float]  # {"distance_m": 1.5}
     heard_as: str  # canonical words: "continue 1.5 meters"
     remark: str = ""  # a sentence for the operator: why this and not what the words began to say
-    call: Call | None = None  # from where it was spoken; None: it was not, or nobody knows
+    call: VoiceBearing | None = None  # from where it was spoken; None: it was not spoken, or the direction is unknown
 
 
 @message
@@ -46,19 +56,65 @@ class Progress:
     fraction: float | None = None  # 0..1 of the way
     path: Array | None = None  # (P, 2) [m], world: newly planned; None: unchanged
     goal: Array | None = None  # (2,) [m], world
-    person: PersonSeen | None = None  # who is looked at
+    person: TrackedPerson | None = None  # who is looked at
 
 
 class Action(Protocol):
-    """A command being obeyed: made once by the kind's `begin`, then asked for a twist with every frame."""
+    """A command under way: made once by the kind's `begin`, then asked for a twist with every frame."""
 
-    def drive(self, here: Surroundings) -> Progress:
-        """One frame further."""
+    def drive(self, here: ControlContext) -> Progress:
+        """Take one frame."""
         ...
 
 
-class Kind(Protocol):
-    """One row of Table 2."""
+@dataclass(frozen=True)
+class CommandPreview:
+    """The effect of a command in the world frame, as the robot stands now; the path is not planned yet."""
+
+    path: Array = field(default_factory=lambda: NOWHERE)  # (P, 2) [m]
+    goal: tuple[float, float] | None = None  # [m]
+    heading: float | None = None  # [rad] to which it turns
+
+    @classmethod
+    def turn(cls, pose: Pose, angle: float, radius: float) -> CommandPreview:
+        """A turn by `angle` [rad] on the spot, drawn as an arc of `radius` [m]."""
+        angles = pose.heading + np.linspace(0.0, angle, max(2, math.ceil(abs(angle) / ARC_STEP) + 1))
+        path = np.column_stack((pose.x + radius * np.cos(angles), pose.y + radius * np.sin(angles)))
+        return cls(path=path, heading=math.remainder(pose.heading + angle, math.tau))
+
+    @classmethod
+    def straight(cls, pose: Pose, goal: tuple[float, float]) -> CommandPreview:
+        """A straight line to `goal` [m]."""
+        return cls(path=np.array([(pose.x, pose.y), goal]), goal=goal)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CommandFacts:
+    """What is true of a command besides its words and its motion; its own file says what differs."""
+
+    target: Target = "none"  # where it goes
+    endless: bool = False  # goes on until another command, and gives way to any
+    needs_pose: bool = True  # is not obeyed while the robot does not know where it is
+    icon: str = ""  # its drawing in static/img/icons.svg; "": no button
+    pronunciations: Mapping[str, str] = field(default_factory=dict[str, str])  # of its words, which dictionaries lack
+    fixed: Mapping[str, str] = field(default_factory=dict[str, str])  # said in JSON beside its numbers
+
+    @property
+    def idempotent(self) -> bool:
+        """True where the same command again, while it is active, asks for nothing new."""
+        return self.endless or self.target != "none"
+
+    def needs_confirmation(self, numbers: Mapping[str, float]) -> bool:
+        """Return whether it waits for the confirmation delay, however surely it was heard: it goes far."""
+        return self.target != "none" or abs(numbers.get("distance_m", 0.0)) > FAR
+
+    def preview(self, numbers: Mapping[str, float], pose: Pose, radius: float) -> CommandPreview:
+        """Return what it would do from `pose`; `radius` [m] at which a turn is drawn."""
+        return CommandPreview()
+
+
+class CommandSpec(Protocol):
+    """One row of Table 2. `CommandFacts` has the defaults of everything below `moves`."""
 
     @property
     def name(self) -> str:
@@ -71,7 +127,7 @@ class Kind(Protocol):
         ...
 
     @property
-    def numbers(self) -> tuple[Number, ...]:
+    def numbers(self) -> tuple[Parameter, ...]:
         """The parameters."""
         ...
 
@@ -87,9 +143,52 @@ class Kind(Protocol):
 
     @property
     def moves(self) -> bool:
-        """Whether obeying it moves the robot."""
+        """True if the command moves the robot."""
         ...
 
-    def begin(self, command: Command, here: Surroundings) -> Action:
-        """Start obeying. Raises Refused with a sentence when that is impossible from here."""
+    @property
+    def target(self) -> Target:
+        """Where it goes."""
+        ...
+
+    @property
+    def endless(self) -> bool:
+        """True where it goes on until another command."""
+        ...
+
+    @property
+    def needs_pose(self) -> bool:
+        """True where it is not obeyed while the robot does not know where it is."""
+        ...
+
+    @property
+    def idempotent(self) -> bool:
+        """True where the same command again, while it is active, asks for nothing new."""
+        ...
+
+    @property
+    def icon(self) -> str:
+        """Its drawing in static/img/icons.svg."""
+        ...
+
+    @property
+    def pronunciations(self) -> Mapping[str, str]:
+        """Pronunciations of its words that the dictionary lacks."""
+        ...
+
+    @property
+    def fixed(self) -> Mapping[str, str]:
+        """What JSON says of it beside its numbers."""
+        ...
+
+    def needs_confirmation(self, numbers: Mapping[str, float]) -> bool:
+        """Return whether it waits for the confirmation delay."""
+        ...
+
+    def preview(self, numbers: Mapping[str, float], pose: Pose, radius: float) -> CommandPreview:
+        """Return what it would do from `pose`."""
+        ...
+
+    def begin(self, command: Command, here: ControlContext) -> Action:
+        """Start the command. Raises Refused with a sentence when that is impossible from here."""
         ...

@@ -2,32 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from core.commands.command import Action, Command, Number, Progress
+from core.commands.command import Action, Command, CommandFacts, CommandPreview, Parameter, Progress
 from core.gate import ZERO, Twist
 from core.geometry import Pose
+from core.navigation.control_context import ControlContext
 from core.navigation.obstacle import why_no_headway
-from core.navigation.steering import Arrival, Headway, hold_line
-from core.navigation.surroundings import Surroundings
+from core.navigation.steering import Arrival, StallDetector, hold_line
 
 
-@dataclass(frozen=True)
-class Continue:
+@dataclass(frozen=True, kw_only=True)
+class Continue(CommandFacts):
     """Straight ahead for a distance."""
 
     name: str = "continue"
     words: tuple[str, ...] = ("continue {distance_m} meters",)
-    numbers: tuple[Number, ...] = (
-        Number(name="distance_m", says="x", unit="m", low=0.01, high=20.0, spoken_high=5.0),
+    numbers: tuple[Parameter, ...] = (
+        Parameter(name="distance_m", says="x", unit="m", low=0.01, high=20.0, spoken_high=5.0),
     )
     example: str = "continue 1.5 meters"
     summary: str = "Drives straight ahead for that many metres."
     moves: bool = True
+    icon: str = "continue"
 
-    def begin(self, command: Command, here: Surroundings) -> Action:
+    def preview(self, numbers: Mapping[str, float], pose: Pose, radius: float) -> CommandPreview:
+        """Return the line ahead."""
+        end = pose @ Pose(numbers["distance_m"], 0.0, 0.0)
+        return CommandPreview.straight(pose, (end.x, end.y))
+
+    def begin(self, command: Command, here: ControlContext) -> Action:
         """Start along the present heading."""
         return Continuing(command.numbers["distance_m"], here)
 
@@ -35,18 +42,18 @@ class Continue:
 class Continuing:
     """A straight line under way: holds the line through the start by the estimated pose."""
 
-    def __init__(self, distance: float, here: Surroundings) -> None:
+    def __init__(self, distance: float, here: ControlContext) -> None:
         """`distance` [m]."""
         self._distance = distance
         self._start = here.pose
         end = here.pose @ Pose(distance, 0.0, 0.0)
         self._end = np.array([end.x, end.y])
         self._arrival = Arrival(here.steering.distance_tolerance, here.steering)
-        self._headway = Headway(0.02, here.steering.stalled_after)
+        self._headway = StallDetector(0.02, here.steering.stalled_after)
         self._deadline = here.stamp + 2 * distance / here.body.cruise + 2.0
 
-    def drive(self, here: Surroundings) -> Progress:
-        """One frame further."""
+    def drive(self, here: ControlContext) -> Progress:
+        """Take one frame."""
         done = (self._start.inverse() @ here.pose).x
         left = self._distance - done
         there = self._arrival.reached(left, here.stamp)
@@ -65,7 +72,7 @@ class Continuing:
             goal=self._end,
         )
 
-    def _hold_line(self, left: float, here: Surroundings) -> Twist:
+    def _hold_line(self, left: float, here: ControlContext) -> Twist:
         return hold_line(here.pose, self._start, left, here.body.cruise, here.body.turn, here.steering)
 
 

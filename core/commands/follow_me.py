@@ -4,38 +4,41 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from core.commands.attending import Attending, aim_at, going
-from core.commands.command import Action, Command, Number, Progress
-from core.commands.seeking import Seeking, call_for
-from core.navigation.approach import Approach
-from core.navigation.surroundings import Surroundings
+from core.commands.command import Action, Command, CommandFacts, Parameter, Progress, Target
+from core.commands.keep_to_person import KeepToPerson, aim_at, going
+from core.commands.turn_to_voice import TurnToVoice, call_for
+from core.navigation.control_context import ControlContext
+from core.navigation.goal_controller import GoalController
 
 
-@dataclass(frozen=True)
-class FollowMe:
-    """After who called, until another command."""
+@dataclass(frozen=True, kw_only=True)
+class FollowMe(CommandFacts):
+    """Follow the person who called, until another command."""
 
     name: str = "follow_me"
     words: tuple[str, ...] = ("follow me",)
-    numbers: tuple[Number, ...] = ()
+    numbers: tuple[Parameter, ...] = ()
     example: str = "follow me"
     summary: str = "Turns to the voice and follows who spoke, a metre behind, until another command."
     moves: bool = True
+    target: Target = "person"
+    endless: bool = True
+    icon: str = "follow_me"
 
-    def begin(self, command: Command, here: Surroundings) -> Action:
-        """Turn to who spoke. Raises Refused with a sentence without a fresh, sure direction."""
-        return Following(Seeking(call_for(command, here), here))
+    def begin(self, command: Command, here: ControlContext) -> Action:
+        """Turn to the person who spoke. Raises Refused with a sentence without a fresh, sure direction."""
+        return FollowingPerson(TurnToVoice(call_for(command, here), here))
 
 
-class Following:
-    """After somebody."""
+class FollowingPerson:
+    """Following a person."""
 
-    def __init__(self, seeking: Seeking) -> None:
-        self._attending = Attending(seeking)
-        self._approach: Approach | None = None
+    def __init__(self, seeking: TurnToVoice) -> None:
+        self._attending = KeepToPerson(seeking)
+        self._approach: GoalController | None = None
 
-    def drive(self, here: Surroundings) -> Progress:
-        """One frame further."""
+    def drive(self, here: ControlContext) -> Progress:
+        """Take one frame."""
         person = self._attending.watch(here)
         if isinstance(person, Progress):
             return person
@@ -44,7 +47,7 @@ class Following:
         aim = aim_at(person, here.company.keep)
         if self._approach is None:
             cruise = min(here.company.following, here.body.max_speed)
-            self._approach = Approach(aim, here, lasting=True, cruise=cruise)
+            self._approach = GoalController(aim, here, lasting=True, cruise=cruise)
         step = self._approach.drive(here, aim)
         return going(step, person, "I follow you." if person.state == "seen" else "You are hidden; I wait for you.")
 

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from core.commands.command import Action, Command, Number, Progress
+from core.commands.command import Action, Command, CommandFacts, Parameter, Progress
 from core.errors import Refused
 from core.gate import Twist
 from core.message import Array
-from core.navigation.approach import Aim, Approach
+from core.navigation.control_context import ControlContext
+from core.navigation.goal_controller import GoalAim, GoalController
 from core.navigation.obstacle import free_space, why_no_headway
-from core.navigation.steering import Headway, Pursuit, Travel
-from core.navigation.surroundings import Surroundings
+from core.navigation.steering import Pursuit, StallDetector, Travel
 from core.navigation.wall import APART, RightWall, WallLine, walls_on_the_right
 
 NO_WALL = "I see no wall on my right within {:g} m. Turn me so that one is on my right, or send me nearer to one."
@@ -24,23 +25,30 @@ AT_THE_WALL = "Following the wall on the right"
 LOST = "The wall on my right is gone; I stopped. Send me to another one."
 
 
-@dataclass(frozen=True)
-class FollowWall:
+@dataclass(frozen=True, kw_only=True)
+class FollowWall(CommandFacts):
     """Along the wall on the right, until another command."""
 
     name: str = "follow_wall"
     words: tuple[str, ...] = ("follow wall", "follow the wall")
-    numbers: tuple[Number, ...] = (Number(name="distance_m", says="0.5", unit="m", low=0.5, high=0.5, default=0.5),)
+    numbers: tuple[Parameter, ...] = (
+        Parameter(name="distance_m", says="0.5", unit="m", low=0.5, high=0.5, default=0.5),
+    )
     example: str = "follow wall"
     summary: str = "Drives along the wall on its right, half a metre away, until another command."
     moves: bool = True
+    endless: bool = True
+    icon: str = "follow_wall"
+    fixed: Mapping[str, str] = field(default_factory=lambda: {"side": "right"})
+    pronunciations: Mapping[str, str] = field(default_factory=lambda: {"wall": "W AA L", "follow": "TH AA L OW"})
+    """"Caught" said as "cot", and an F blurred by a room, which is taken for a TH first (Miller and Nicely 1955)."""
 
-    def begin(self, command: Command, here: Surroundings) -> Action:
+    def begin(self, command: Command, here: ControlContext) -> Action:
         """Find the wall. Raises Refused with a sentence when there is none."""
-        return Following(command.numbers["distance_m"], here)
+        return FollowingWall(command.numbers["distance_m"], here)
 
 
-class Following:
+class FollowingWall:
     """A wall under way: first to it, then along it."""
 
     LOOK_EVERY = 0.1  # [s]: a turn of the laser
@@ -48,12 +56,12 @@ class Following:
     BACK_SPEED = 0.05  # [m/s]
     TRIES = 3  # … so often without getting on in between
 
-    def __init__(self, distance: float, here: Surroundings) -> None:
+    def __init__(self, distance: float, here: ControlContext) -> None:
         """`distance` [m]. Raises Refused."""
         self._distance = distance
         self._wall = RightWall(here.wall)
         self._travel = Travel(here.pose)
-        self._headway = Headway(0.05, here.steering.stalled_after)
+        self._headway = StallDetector(0.05, here.steering.stalled_after)
         self._looked = self._seen = -math.inf
         self._line: WallLine | None = None
         self._pursuit: Pursuit | None = None
@@ -62,8 +70,8 @@ class Following:
         self._towards, self._far = np.zeros(2), 0.0
         self._approach = self._to_the_wall(here)
 
-    def drive(self, here: Surroundings) -> Progress:
-        """One frame further."""
+    def drive(self, here: ControlContext) -> Progress:
+        """Take one frame."""
         if self._approach is not None:
             return self._come(self._approach, here)
         self._look(here)
@@ -72,7 +80,7 @@ class Following:
             return Progress(finished="failed" if lost else "", remark=LOST if lost else "Where is the wall?")
         gone = self._travel.gone(here.pose)
         if here.stamp < self._back_until:
-            self._headway = Headway(0.05, here.steering.stalled_after)
+            self._headway = StallDetector(0.05, here.steering.stalled_after)
             words = f"{why_no_headway(here.scan_points, here.body.radius)} I back up."
             return Progress(twist=Twist(-self.BACK_SPEED, 0.0), remark=words)
         space = free_space(here.scan_points, here.body.radius)
@@ -81,8 +89,8 @@ class Following:
             return self._held(here, gone)
         return Progress(twist=twist, remark=self._words(self._line), path=self._pursuit.rest)
 
-    def _to_the_wall(self, here: Surroundings) -> Approach | None:
-        """The way to the nearest wall on the right at which there is room, None where it is near already.
+    def _to_the_wall(self, here: ControlContext) -> GoalController | None:
+        """Plan to the nearest wall on the right at which there is room; None where it is near already.
 
         Raises Refused.
         """
@@ -100,7 +108,7 @@ class Following:
             out = (robot - found) / far
             x, y = (found + self._distance * out).tolist()
             try:
-                approach = Approach(Aim(x=x, y=y, heading=math.atan2(-out[0], out[1])), here)
+                approach = GoalController(GoalAim(x=x, y=y, heading=math.atan2(-out[0], out[1])), here)
             except Refused as refusal:
                 why = why or str(refusal)
                 continue
@@ -108,7 +116,7 @@ class Following:
             return approach
         raise Refused(why or NO_ROOM)
 
-    def _come(self, approach: Approach, here: Surroundings) -> Progress:
+    def _come(self, approach: GoalController, here: ControlContext) -> Progress:
         """To the wall first; to another place at it where this one turns out to be shut."""
         step = approach.drive(here)
         if step.state == "stuck":
@@ -123,8 +131,8 @@ class Following:
         words = step.words or f"To the wall on the right first; it was {self._far:.1f} m away."
         return Progress(twist=step.twist, remark=words, path=step.path, goal=step.stand)
 
-    def _look(self, here: Surroundings) -> None:
-        """Lay the line anew along what is seen."""
+    def _look(self, here: ControlContext) -> None:
+        """Update the line along the wall that is seen."""
         if here.stamp - self._looked < self.LOOK_EVERY - 1e-6:
             return
         self._looked = here.stamp
@@ -138,7 +146,7 @@ class Following:
         turning = self._pursuit is not None and self._pursuit.turning
         self._pursuit = Pursuit(self._line.path, here.steering, turn_first=turning)
 
-    def _held(self, here: Surroundings, gone: float) -> Progress:
+    def _held(self, here: ControlContext, gone: float) -> Progress:
         """Something holds it: back up and try again, a few times."""
         why = why_no_headway(here.scan_points, here.body.radius)
         self._tries = self._tries + 1 if gone - self._tried_at < 1.0 else 1

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from core.commands.command import Action, Command, Number, Progress
-from core.navigation.approach import Aim, Approach
-from core.navigation.surroundings import Surroundings
+from core.commands.command import Action, Command, CommandFacts, CommandPreview, Parameter, Progress, Target
+from core.geometry import Pose
+from core.navigation.control_context import ControlContext
+from core.navigation.goal_controller import GoalAim, GoalController
 
 
-@dataclass(frozen=True)
-class StopAt:
+@dataclass(frozen=True, kw_only=True)
+class StopAt(CommandFacts):
     """To a place in the world frame."""
 
     name: str = "stop_at"
@@ -24,15 +26,21 @@ class StopAt:
         "go to {x_m} and {y_m} meters",
         "go to {x_m} meters and {y_m} meters",
     )
-    numbers: tuple[Number, ...] = (
-        Number(name="x_m", says="x", unit="m", low=-20.0, high=20.0, spoken_high=5.0),
-        Number(name="y_m", says="y", unit="m", low=-20.0, high=20.0, spoken_high=5.0),
+    numbers: tuple[Parameter, ...] = (
+        Parameter(name="x_m", says="x", unit="m", low=-20.0, high=20.0, spoken_high=5.0),
+        Parameter(name="y_m", says="y", unit="m", low=-20.0, high=20.0, spoken_high=5.0),
     )
     example: str = "stop at 1 and 0.5"
     summary: str = "Drives to the point (x, y) of the map and stops there."
     moves: bool = True
+    target: Target = "place"
+    icon: str = "stop_at"
 
-    def begin(self, command: Command, here: Surroundings) -> Action:
+    def preview(self, numbers: Mapping[str, float], pose: Pose, radius: float) -> CommandPreview:
+        """Return the line to the goal."""
+        return CommandPreview.straight(pose, (numbers["x_m"], numbers["y_m"]))
+
+    def begin(self, command: Command, here: ControlContext) -> Action:
         """Plan the way. Raises Refused with a sentence when there is none."""
         return Going((command.numbers["x_m"], command.numbers["y_m"]), here)
 
@@ -40,14 +48,14 @@ class StopAt:
 class Going:
     """A way under way."""
 
-    def __init__(self, goal: tuple[float, float], here: Surroundings) -> None:
+    def __init__(self, goal: tuple[float, float], here: ControlContext) -> None:
         """`goal` (x, y) [m], world. Raises Refused."""
         self._goal = np.array(goal)
         self._whole = max(here.pose.distance_to(*goal), 1e-6)
-        self._approach = Approach(Aim(x=goal[0], y=goal[1]), here)
+        self._approach = GoalController(GoalAim(x=goal[0], y=goal[1]), here)
 
-    def drive(self, here: Surroundings) -> Progress:
-        """One frame further."""
+    def drive(self, here: ControlContext) -> Progress:
+        """Take one frame."""
         step = self._approach.drive(here)
         if step.state == "there":
             return Progress(finished="done", fraction=1.0, goal=self._goal)

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
-from core.commands.command import Action, Command, Number, Progress
+from core.commands.command import Action, Command, CommandFacts, CommandPreview, Parameter, Progress
 from core.gate import Twist
-from core.geometry import wrap
+from core.geometry import Pose, wrap
+from core.navigation.control_context import ControlContext
 from core.navigation.obstacle import why_no_headway
-from core.navigation.steering import Arrival, Headway, spin
-from core.navigation.surroundings import Surroundings
+from core.navigation.steering import Arrival, StallDetector, spin
 
 
-@dataclass(frozen=True)
-class Turn:
+@dataclass(frozen=True, kw_only=True)
+class Turn(CommandFacts):
     """A turn to one side."""
 
     name: str
@@ -22,8 +23,10 @@ class Turn:
     summary: str
     side: int  # +1 left, -1 right
     moves: bool = True
-    numbers: tuple[Number, ...] = (
-        Number(name="angle_rad", says="90 degrees", unit="rad", low=0.0, high=2 * math.pi, default=math.pi / 2),
+    needs_pose: bool = False
+    pronunciations: Mapping[str, str] = field(default_factory=lambda: {"turn": "T AH N"})  # without the R
+    numbers: tuple[Parameter, ...] = (
+        Parameter(name="angle_rad", says="90 degrees", unit="rad", low=0.0, high=2 * math.pi, default=math.pi / 2),
     )
 
     @property
@@ -31,7 +34,11 @@ class Turn:
         """Words that are understood as they stand."""
         return self.words[0]
 
-    def begin(self, command: Command, here: Surroundings) -> Action:
+    def preview(self, numbers: Mapping[str, float], pose: Pose, radius: float) -> CommandPreview:
+        """Return the arc around the robot."""
+        return CommandPreview.turn(pose, self.side * numbers["angle_rad"], radius)
+
+    def begin(self, command: Command, here: ControlContext) -> Action:
         """Start turning from the present heading."""
         return Turning(self.side * command.numbers["angle_rad"], here)
 
@@ -39,17 +46,17 @@ class Turn:
 class Turning:
     """A turn under way: closes the heading that the estimator reports, and waits until it stays."""
 
-    def __init__(self, angle: float, here: Surroundings) -> None:
+    def __init__(self, angle: float, here: ControlContext) -> None:
         """`angle` [rad], counter-clockwise."""
         self._angle = angle
         self._left = angle
         self._heading = here.pose.heading
         self._arrival = Arrival(here.steering.heading_tolerance, here.steering)
-        self._headway = Headway(0.05, here.steering.stalled_after)
+        self._headway = StallDetector(0.05, here.steering.stalled_after)
         self._deadline = here.stamp + 2 * abs(angle) / here.body.turn + 2.0 + here.steering.settle
 
-    def drive(self, here: Surroundings) -> Progress:
-        """One frame further."""
+    def drive(self, here: ControlContext) -> Progress:
+        """Take one frame."""
         self._left -= wrap(here.pose.heading - self._heading)
         self._heading = here.pose.heading
         soon = self._left - here.turn_rate * here.steering.turn_lead
@@ -64,5 +71,17 @@ class Turning:
         return Progress(twist=Twist(0.0, rate), fraction=max(0.0, 1 - abs(self._left) / max(abs(self._angle), 1e-6)))
 
 
-TURN_LEFT = Turn(name="turn_left", words=("turn left",), summary="Turns left 90 degrees on the spot.", side=1)
-TURN_RIGHT = Turn(name="turn_right", words=("turn right",), summary="Turns right 90 degrees on the spot.", side=-1)
+TURN_LEFT = Turn(
+    name="turn_left",
+    words=("turn left",),
+    summary="Turns left 90 degrees on the spot.",
+    side=1,
+    icon="turn_left",
+)
+TURN_RIGHT = Turn(
+    name="turn_right",
+    words=("turn right",),
+    summary="Turns right 90 degrees on the spot.",
+    side=-1,
+    icon="turn_right",
+)

@@ -1,4 +1,4 @@
-"""Table 3 anew: the paper's camera looks at a rendered board, and is calibrated from what it sees (figures 13-15).
+"""Table 3 reproduced: the paper's camera is calibrated from pictures of a rendered board (figures 13-15).
 
 The paper does not give the picture's size; 320x256 is inferred from its principal point. Its last column was printed
 by a toolbox that prints three standard deviations.
@@ -13,14 +13,14 @@ from typing import Any, NamedTuple
 import cv2
 import numpy as np
 
-from core.calibration.board import Board
-from core.calibration.chessboard import find_board
-from core.calibration.intrinsics import Calibration, View, calibrate
+from core.calibration.board.board import Board
+from core.calibration.board.chessboard import find_board
+from core.calibration.board.quality import judge
+from core.calibration.camera.intrinsics import Calibration, ViewCorners, calibrate
+from core.calibration.files.written import folder_at, write
 from core.calibration.practice import held, picture
 from core.calibration.projection import PARAMETERS
-from core.calibration.quality import judge
-from core.calibration.written import folder_at, write
-from core.experiments.boards_drawn import camera_centred
+from core.experiments.figures.figure_15 import camera_centred
 from core.experiments.run_log import RunLog
 from core.message import Array
 from core.optics import TABLE_3
@@ -35,10 +35,10 @@ PRINTED = (1.71848, 1.57392, 1.18310, 1.82011, 0.00763, 0.01870, 0.00195, 0.0005
 
 
 class Captured(NamedTuple):
-    """What a person would have gathered for one calibration."""
+    """The pictures that a person would have taken for one calibration."""
 
     pictures: list[Array]  # (H, W) uint8
-    views: list[View]
+    views: list[ViewCorners]
     shown: int  # boards that were shown until enough had been found
 
 
@@ -60,7 +60,7 @@ def run(
             sds.append([calibration.sds[name] for name in PARAMETERS[:8]])
             log.add({"errors": dict(zip(PARAMETERS, errors[-1], strict=False)), "boards_shown": captured.shown})
     assert first is not None
-    off, told = np.array(errors), np.array(sds)
+    off, stated = np.array(errors), np.array(sds)
     return {
         "runs": wanted,
         "seed": seed,
@@ -68,9 +68,9 @@ def run(
         "boards_found_share": wanted * VIEWS / shown,
         "rms_px": first[0].rms,
         "table": table(first[0]),
-        "within_two_sds": {name: float(share) for name, share in zip(PARAMETERS, _within(off, told), strict=False)},
-        "within_two_sds_pooled": float(np.mean(np.abs(off) < 2 * told)),
-        "mean_three_sds": dict(zip(PARAMETERS, (3 * told.mean(axis=0)).tolist(), strict=False)),
+        "within_two_sds": {name: float(share) for name, share in zip(PARAMETERS, _within(off, stated), strict=False)},
+        "within_two_sds_pooled": float(np.mean(np.abs(off) < 2 * stated)),
+        "mean_three_sds": dict(zip(PARAMETERS, (3 * stated.mean(axis=0)).tolist(), strict=False)),
         "scatter": dict(zip(PARAMETERS, off.std(axis=0).tolist(), strict=False)),
         "f_u_within_printed_share": float(np.mean(np.abs(off[:, 0]) <= PRINTED[0])),
         "text": "\n".join(layout(first[0])),
@@ -82,7 +82,7 @@ def run(
 def capture(rng: np.random.Generator) -> Captured:
     """Show the board until VIEWS pictures are fit to be used."""
     pictures: list[Array] = []
-    views: list[View] = []
+    views: list[ViewCorners] = []
     shown = 0
     while len(views) < VIEWS:
         shown += 1
@@ -90,12 +90,12 @@ def capture(rng: np.random.Generator) -> Captured:
         found = find_board(grey, BOARD)
         if found is not None and not judge(grey, found, BOARD).refusals:
             pictures.append(grey)
-            views.append(View(name=f"view {len(views) + 1}", corners=found.corners))
+            views.append(ViewCorners(name=f"view {len(views) + 1}", corners=found.corners))
     return Captured(pictures, views, shown)
 
 
 def table(calibration: Calibration) -> list[dict[str, Any]]:
-    """The rows of Table 3, ours beside the paper's."""
+    """The rows of Table 3, ours next to the paper's."""
     return [
         {
             "parameter": symbol,
@@ -118,7 +118,7 @@ def layout(calibration: Calibration) -> list[str]:
 
 
 def boards(calibration: Calibration) -> list[dict[str, Any]]:
-    """Where the boards stood in the camera's frame: `rotation` 3x3 and `translation_m` [3]."""
+    """Poses of the boards in the camera's frame: `rotation` 3x3 and `translation_m` [3]."""
     poses = calibration.poses.take(calibration.used)
     return [
         {"rotation": rotation.tolist(), "translation_m": translation.tolist()}

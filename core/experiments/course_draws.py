@@ -1,4 +1,4 @@
-"""One run's luck on the paper's course: what the filter is told of controls and corners, drawn or read from a file.
+"""Random draws of one run on the paper's course: noisy controls and corners, drawn or read from a file.
 
 As in the simulator that the paper used, the true robot does what was commanded; the noise is in what it hears of it.
 """
@@ -15,12 +15,12 @@ import numpy as np
 
 from core.errors import BadInput
 from core.experiments.paper_course import EVERY, Course, paper_course
-from core.log import Ids
-from core.log.npz import Archive
-from core.log.seed_mc import CONTROLS, SIGHTING_NOISE
-from core.log.sightings import MOST_ROWS, grouped
 from core.message import Array, message
-from core.perception.landmarks import Sighting
+from core.perception.landmarks.landmarks import Sighting
+from core.recording import Ids
+from core.recording.npz import Archive
+from core.recording.seed_mc import CONTROLS, SIGHTING_NOISE
+from core.recording.sightings import MOST_ROWS, grouped
 from core.slam.motion import MotionSettings
 
 Field = Literal["laser", "camera"]
@@ -38,7 +38,7 @@ REACH, TURN = 1e4, 7.0  # [m], [m/s] and [rad] beyond which nothing in a file ca
 
 @dataclass(frozen=True)
 class Draws:
-    """Where runs come from: drawn from a seed, or frozen in a file of the seed-mc form."""
+    """The source of runs: drawn from a seed, or frozen in a file of the seed-mc form."""
 
     seed: int = 0
     data: Path | None = None

@@ -11,14 +11,14 @@ from core.experiments.course_draws import Run
 from core.geometry import Pose
 from core.message import Array, message
 from core.slam.consistency import nees
-from core.slam.ekf import EkfSettings, EkfSlam
+from core.slam.ekf_slam import EkfSettings, EkfSlam
 from core.slam.estimate import Estimate, Landmark
 from core.slam.motion import Increment, steered
 
 
 @message
 class Trace:
-    """What one estimator made of one run."""
+    """The result of one estimator on one run."""
 
     times: Array  # (M,) [s] since the first move
     places: Array  # (M, 2) [m]
@@ -30,7 +30,7 @@ class Trace:
 
     @property
     def errors(self) -> Array:
-        """How far off each place is (M,) [m]."""
+        """Position error of each place (M,) [m]."""
         return np.hypot(self.places[:, 0] - self.truth[:, 0], self.places[:, 1] - self.truth[:, 1])
 
     @property
@@ -91,9 +91,9 @@ def mapped(run: Run, ekf: EkfSettings, still: bool) -> Trace:
 
 
 def _moves(run: Run) -> list[Increment]:
-    """What every control update says of the move."""
-    told = zip(run.speeds.tolist(), run.steers.tolist(), strict=True)
-    return [steered(speed, steer, run.motion.step, run.motion) for speed, steer in told]
+    """The move according to every control update."""
+    controls = zip(run.speeds.tolist(), run.steers.tolist(), strict=True)
+    return [steered(speed, steer, run.motion.step, run.motion) for speed, steer in controls]
 
 
 def _truth(run: Run, k: int) -> Pose:
@@ -106,5 +106,5 @@ def _path(run: Run) -> float:
 
 def _mean(values: list[float]) -> float:
     """Mean of those that are numbers."""
-    told = [value for value in values if math.isfinite(value)]
-    return float(np.mean(told)) if told else math.nan
+    finite = [value for value in values if math.isfinite(value)]
+    return float(np.mean(finite)) if finite else math.nan

@@ -1,6 +1,6 @@
-"""Figure 16 anew: the paper's drive 40 times with dead reckoning and with EKF-SLAM, the worst run of each shown.
+"""Figure 16 reproduced: the paper's drive 40 times with dead reckoning and with EKF-SLAM; the worst runs are drawn.
 
-The filter of the figure is the paper's own form unless settings say otherwise; the other form runs beside it on the
+The filter of the figure is the paper's own form unless settings say otherwise; the other form runs too, on the
 same draws. How good a worst run is depends on where the corners are first seen from: after two seconds at rest
 (`still`) it errs by a quarter.
 """
@@ -17,17 +17,17 @@ from typing import Any, Literal
 
 import numpy as np
 
-from core.calibration.written import write_all
+from core.calibration.files.written import write_all
 from core.errors import BadInput
 from core.experiments.course_draws import Field, frozen
 from core.experiments.drawn_drives import drawn_drives
 from core.experiments.drives import Drives
-from core.experiments.figure_16 import Panel, figure_16
+from core.experiments.figures.figure_16 import Panel, figure_16
 from core.experiments.lab_drives import lab_drives
 from core.experiments.run_log import RunLog
 from core.experiments.side_by_side import side_by_side
-from core.log import Ids
 from core.message import Array, message
+from core.recording import Ids
 from core.settings import Settings
 
 Through = Literal["drawn", "sensors"]
@@ -39,7 +39,7 @@ PRINTED = {"dead_reckoning": (0.2, 0.06), "ekf_slam": (0.08, 0.025)}
 
 
 @message
-class Outcome:
+class DriveOutcome:
     """Figures of one run by estimator, and for the figure its errors."""
 
     average: dict[str, float]  # [m]
@@ -60,11 +60,11 @@ class Outcome:
         }
 
 
-def outcome(drives: Drives, number: int) -> Outcome:
+def outcome(drives: Drives, number: int) -> DriveOutcome:
     """One run."""
     traces = drives.traces(number)
     drawn = {name: trace for name, trace in traces.items() if number < SHOWN}
-    return Outcome(
+    return DriveOutcome(
         average={name: trace.average for name, trace in traces.items()},
         path={name: trace.path for name, trace in traces.items()},
         final={name: trace.final for name, trace in traces.items()},
@@ -124,7 +124,7 @@ def run(
 
 
 def layout(rows: dict[str, dict[str, Any]], count: int) -> list[str]:
-    """The table beside the paper's figures."""
+    """The table next to the paper's figures."""
     worst = f"worst of {count}"
     lines = [f"{'Average error':24}{worst:>14}{'mean':>10}{'of the path':>13}{'NEES':>8}{'paper':>10}"]
     for name, row in rows.items():
@@ -145,7 +145,7 @@ TITLES = {
 }
 
 
-def save(out: Path, result: dict[str, Any], done: list[Outcome], drives: Drives) -> dict[str, str]:
+def save(out: Path, result: dict[str, Any], done: list[DriveOutcome], drives: Drives) -> dict[str, str]:
     """Figure 16, every run's errors, and the result itself → what lies where. Raises Unavailable."""
     worst = {name: drives.traces(row["worst_run"])[name] for name, row in result["estimators"].items()}
     panels = [
@@ -168,7 +168,7 @@ def save(out: Path, result: dict[str, Any], done: list[Outcome], drives: Drives)
     return write_all(out, files)
 
 
-def _row(name: str, done: list[Outcome]) -> dict[str, Any]:
+def _row(name: str, done: list[DriveOutcome]) -> dict[str, Any]:
     """The figures of one estimator over all runs."""
     averages = np.array([one.average[name] for one in done])
     worst = int(averages.argmax())
@@ -187,7 +187,7 @@ def _row(name: str, done: list[Outcome]) -> dict[str, Any]:
     return row
 
 
-def _table(done: list[Outcome]) -> str:
+def _table(done: list[DriveOutcome]) -> str:
     """Every run's figures as CSV."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")

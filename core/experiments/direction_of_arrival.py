@@ -1,4 +1,4 @@
-"""How well a voice is found in rooms, in noise and beside a fan: ours and the paper's way on the same sounds."""
+"""Accuracy of voice directions in rooms, noise and next to a fan: our method and the paper's on the same sounds."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from typing import Any
 
 import numpy as np
 
-from core.calibration.written import write_all
-from core.experiments.practice_voice import practice_voice
+from core.calibration.files.written import write_all
 from core.experiments.run_log import RunLog
-from core.experiments.talk_in_rooms import PRE_ROLL, RATE, Scene, make_scene
+from core.experiments.talk_in_rooms import PRE_ROLL, RATE, AcousticScene, make_scene
 from core.geometry import wrap
 from core.message import Array, message
 from core.perception.sound.locate import locate, sure
 from core.perception.sound.paper import locate_as_printed
 from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound, tetrahedron
+from core.speech.practice_voice import practice_voice
 
 ARRAYS = {"square": RESPEAKER_ODAS, "tetrahedron": tetrahedron()}
 REVERBERATION = (0.0, 0.2, 0.3, 0.6)  # [s]
 NOISES = (("diffuse", 20.0), ("diffuse", 10.0), ("diffuse", 0.0), ("fan", 10.0), ("fan", 0.0))  # [dB]
 SPEECH = 2.0  # [s] of every utterance
-FIRST = 0.35  # [s] of speech after which the robot tells a direction
+FIRST = 0.35  # [s] of speech after which the robot reports a direction
 WRONG = math.radians(10)  # beyond, a direction misleads
 LOST = math.pi / 2  # [rad] the mean error of a guess; counted where nothing was found
 UTTERANCES = 240
@@ -35,40 +35,40 @@ COLUMNS = ("estimator", "array", "rt60_s", "noise", "snr_db", "error_deg", "sd_d
 
 
 @message
-class Answer:
-    """What an estimator says of one sound."""
+class DirectionEstimate:
+    """The answer of an estimator for one sound."""
 
     azimuth: float | None  # [rad]
     sd: float | None = None  # [rad]
     declared: bool = True
 
 
-Estimator = Callable[[Sound, MicrophoneArray], Answer]
+Estimator = Callable[[Sound, MicrophoneArray], DirectionEstimate]
 
 
-def ours(sound: Sound, array: MicrophoneArray) -> Answer:
+def ours(sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
     """The default."""
     found = locate(sound, array, speech_from=PRE_ROLL)
     if found is None:
-        return Answer(azimuth=None, declared=False)
-    return Answer(azimuth=found.azimuth, sd=found.azimuth_sd, declared=sure(found))
+        return DirectionEstimate(azimuth=None, declared=False)
+    return DirectionEstimate(azimuth=found.azimuth, sd=found.azimuth_sd, declared=sure(found))
 
 
-def ours_at_once(sound: Sound, array: MicrophoneArray) -> Answer:
+def ours_at_once(sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
     """The default, with the first 0.35 s of speech only."""
     return ours(sound.part(0.0, PRE_ROLL + FIRST), array)
 
 
-def printed(sound: Sound, array: MicrophoneArray) -> Answer:
+def printed(sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
     """The paper's way."""
-    return Answer(azimuth=locate_as_printed(sound, array).azimuth)
+    return DirectionEstimate(azimuth=locate_as_printed(sound, array).azimuth)
 
 
 ESTIMATORS: dict[str, Estimator] = {"beckon": ours, "beckon_first_0.35_s": ours_at_once, "as_printed": printed}
 
 
 @message
-class Trial:
+class DirectionTrial:
     """One sound and one answer."""
 
     estimator: str
@@ -83,11 +83,11 @@ class Trial:
 
 
 def trials(
-    scene: Scene, estimators: Mapping[str, Estimator], noises: Sequence[tuple[str, float]] = NOISES
-) -> list[Trial]:
+    scene: AcousticScene, estimators: Mapping[str, Estimator], noises: Sequence[tuple[str, float]] = NOISES
+) -> list[DirectionTrial]:
     """Every estimator on every array and noise of one scene."""
     truth = math.atan2(scene.towards[1], scene.towards[0])
-    done: list[Trial] = []
+    done: list[DirectionTrial] = []
     for number, (name, array) in enumerate(ARRAYS.items()):
         for noise, ratio in noises:
             sound = scene.sound(number, noise, ratio)
@@ -97,7 +97,7 @@ def trials(
                 took = (time.process_time() - began) / sound.duration
                 error = LOST if said.azimuth is None else abs(wrap(said.azimuth - truth))
                 done.append(
-                    Trial(
+                    DirectionTrial(
                         estimator=estimator,
                         array=name,
                         rt60=scene.rt60,
@@ -112,7 +112,7 @@ def trials(
     return done
 
 
-def figures(some: Sequence[Trial]) -> dict[str, Any]:
+def figures(some: Sequence[DirectionTrial]) -> dict[str, Any]:
     """Errors [deg] of some trials, and how many declared ones lie within two standard deviations."""
     errors = np.degrees([one.error for one in some])
     result: dict[str, Any] = {
@@ -122,22 +122,22 @@ def figures(some: Sequence[Trial]) -> dict[str, Any]:
         "beyond_10_deg": float(np.mean(errors > math.degrees(WRONG))),
         "real_time_factor": float(np.median([one.took for one in some])),
     }
-    told = [(one.error, one.sd) for one in some if one.declared and one.sd is not None]
-    if told:
-        ratio = np.array([error / sd for error, sd in told])
-        wrong = np.mean([error > WRONG for error, _ in told])
+    declared = [(one.error, one.sd) for one in some if one.declared and one.sd is not None]
+    if declared:
+        ratio = np.array([error / sd for error, sd in declared])
+        wrong = np.mean([error > WRONG for error, _ in declared])
         result |= {
-            "declared": len(told) / len(some),
+            "declared": len(declared) / len(some),
             "declared_beyond_10_deg": float(wrong),
             "within_1_sd": float(np.mean(ratio < 1)),
             "within_2_sd": float(np.mean(ratio < 2)),
-            "median_sd_deg": math.degrees(float(np.median([sd for _, sd in told]))),
+            "median_sd_deg": math.degrees(float(np.median([sd for _, sd in declared]))),
         }
     return result
 
 
 def scenes_for(utterances: int) -> int:
-    """How many rooms hold at least so many sounds."""
+    """The number of rooms that gives at least so many sounds."""
     return max(len(REVERBERATION), math.ceil(utterances / (len(ARRAYS) * len(NOISES))))
 
 
@@ -148,15 +148,15 @@ def campaign(
     voices: Sequence[Array] = (),
     tell: Callable[[str], None] | None = None,
     part: tuple[int, int] = (1, 1),
-    kept: Callable[[list[Trial]], None] | None = None,
-) -> list[Trial]:
+    kept: Callable[[list[DirectionTrial]], None] | None = None,
+) -> list[DirectionTrial]:
     """At least `utterances` sounds: rooms in turn of every reverberation, all arrays and noises in each.
 
     `voices` (N,) at 16 kHz are used in turn; without any, a voice is made up. `part` (k, n): only the k-th of n
     parts, which together are the whole. `kept`: given the trials of every room as soon as they are there.
     """
     scenes = scenes_for(utterances)
-    done: list[Trial] = []
+    done: list[DirectionTrial] = []
     for number in range(scenes * (part[0] - 1) // part[1], scenes * part[0] // part[1]):
         rng = np.random.default_rng([seed, number])
         made = practice_voice(rng, SPEECH, RATE)
@@ -171,9 +171,9 @@ def campaign(
     return done
 
 
-def summary(done: Sequence[Trial]) -> dict[str, Any]:
+def summary(done: Sequence[DirectionTrial]) -> dict[str, Any]:
     """Figures of every estimator: all, per array, and per cell of the grid."""
-    told: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for estimator in dict.fromkeys(one.estimator for one in done):
         own = [one for one in done if one.estimator == estimator]
         cells = {
@@ -192,8 +192,8 @@ def summary(done: Sequence[Trial]) -> dict[str, Any]:
             f"{noise} {ratio:g} dB": figures([one for one in own if (one.noise, one.ratio) == (noise, ratio)])
             for noise, ratio in NOISES
         }
-        told[estimator] = {"all": figures(own), "arrays": arrays, "noises": noises, "cells": cells}
-    return told
+        result[estimator] = {"all": figures(own), "arrays": arrays, "noises": noises, "cells": cells}
+    return result
 
 
 def run(
@@ -207,25 +207,25 @@ def run(
     utterances = runs or UTTERANCES
     with RunLog(out, "direction-of-arrival", scenes_for(utterances), seed, tell) as log:
 
-        def keep(here: list[Trial]) -> None:
+        def keep(here: list[DirectionTrial]) -> None:
             log.add({"trials": [vars(one) for one in here]})
 
         done = campaign(utterances, seed, ESTIMATORS, tell=tell, kept=keep)
-    told = summary(done)
+    totals = summary(done)
     result: dict[str, Any] = {
-        "utterances": told["beckon"]["all"]["utterances"],
+        "utterances": totals["beckon"]["all"]["utterances"],
         "seed": seed,
         "voice": "made up: pulses and hiss through resonances",
-        "estimators": {name: {key: one[key] for key in ("all", "arrays", "noises")} for name, one in told.items()},
+        "estimators": {name: {key: one[key] for key in ("all", "arrays", "noises")} for name, one in totals.items()},
         "files": {},
     }
     if out is not None:
-        cells = {name: one["cells"] for name, one in told.items()}
+        cells = {name: one["cells"] for name, one in totals.items()}
         result["files"] = save(out, result | {"cells": cells}, done) | log.files
     return result
 
 
-def save(out: Path, result: dict[str, Any], done: Sequence[Trial]) -> dict[str, str]:
+def save(out: Path, result: dict[str, Any], done: Sequence[DirectionTrial]) -> dict[str, str]:
     """Write the figures and every single trial → what lies where."""
     table = io.StringIO(newline="")
     rows = csv.writer(table)
@@ -233,7 +233,7 @@ def save(out: Path, result: dict[str, Any], done: Sequence[Trial]) -> dict[str, 
     for one in done:
         sd = "" if one.sd is None else f"{math.degrees(one.sd):.4g}"
         error = f"{math.degrees(one.error):.4g}"
-        told = one.estimator, one.array, one.rt60, one.noise, one.ratio, error, sd, int(one.declared)
-        rows.writerow((*told, f"{one.took:.3g}"))
+        fields = one.estimator, one.array, one.rt60, one.noise, one.ratio, error, sd, int(one.declared)
+        rows.writerow((*fields, f"{one.took:.3g}"))
     whole = json.dumps(result, indent=1)
     return write_all(out, {"json": ("direction.json", whole), "csv": ("direction.csv", table.getvalue())})

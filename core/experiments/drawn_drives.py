@@ -10,16 +10,16 @@ from typing import Any
 from core.errors import BadInput
 from core.experiments.course_draws import Draws, Field, frozen
 from core.experiments.course_traces import Trace, mapped, reckoned
-from core.experiments.drives import FIGURED, PLAIN, Room
+from core.experiments.drives import FIGURED, PLAIN, DriveSurroundings
 from core.experiments.paper_course import EVERY
-from core.log import Ids
+from core.recording import Ids
 from core.settings import Settings
-from core.slam.ekf import EkfSettings
+from core.slam.ekf_slam import EkfSettings
 
 
 @dataclass(frozen=True)
 class DrawnDrives:
-    """Draws, and the filter they go through; its other form goes beside it."""
+    """Draws, and the filter they go through; its other form runs next to it."""
 
     draws: Draws
     ekf: EkfSettings
@@ -31,9 +31,9 @@ class DrawnDrives:
         return PLAIN, *self._forms
 
     @property
-    def room(self) -> Room:
+    def room(self) -> DriveSurroundings:
         """The corners."""
-        return Room(corners=self.draws.run(0).landmarks)
+        return DriveSurroundings(corners=self.draws.run(0).landmarks)
 
     @property
     def setup(self) -> dict[str, Any]:
@@ -88,7 +88,7 @@ def drawn_drives(
     still: bool = False,
     ids: Ids = "given",
 ) -> DrawnDrives:
-    """From a seed, or from a file. Without settings the filter has the paper's form. Raises BadInput."""
+    """Drives from a seed, or from a file. Without settings the filter has the paper's form. Raises BadInput."""
     ekf = EkfSettings(mode="paper", soft_gate=0.0) if settings is None else settings.ekf  # the paper trusts all alike
     ekf = replace(ekf, sighting_noise="corner")  # every sighting brings its own noise
     if data is not None:
@@ -97,13 +97,13 @@ def drawn_drives(
         if still and not len(frozen(data).still):
             raise BadInput(f"{data.name} has no frames at rest (still_obs).")
         return DrawnDrives(Draws(seed=seed, data=data, ids=ids), ekf, still)
-    told, factor = settings or Settings(), 1.0 if noise is None else noise
+    chosen, factor = settings or Settings(), 1.0 if noise is None else noise
     motion = replace(
-        told.motion,
+        chosen.motion,
         model="paper",
-        speed_sd=factor * told.motion.speed_sd,
-        steer_sd=factor * told.motion.steer_sd,
+        speed_sd=factor * chosen.motion.speed_sd,
+        steer_sd=factor * chosen.motion.steer_sd,
     )
-    spread = factor * told.ekf.range_sd, factor * told.ekf.bearing_sd
+    spread = factor * chosen.ekf.range_sd, factor * chosen.ekf.bearing_sd
     draws = Draws(seed=seed, motion=motion, sighting_noise=spread, field=field or "laser", ids=ids)
     return DrawnDrives(draws, ekf, still)

@@ -1,4 +1,4 @@
-"""What an experiment over many drives needs to know of them, wherever they come from."""
+"""Interface of drives for experiments over many of them, independent of their source."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ FIGURED = "ekf_slam"
 
 
 @dataclass(frozen=True)
-class Room:
-    """What stands around, for the picture."""
+class DriveSurroundings:
+    """Surroundings to draw in the picture."""
 
     corners: Array = field(default_factory=lambda: np.zeros((0, 2)))  # (N, 2) [m]
     walls: Array = field(default_factory=lambda: np.zeros((0, 2, 2)))  # (W, 2, 2) [m]: ends
@@ -31,8 +31,8 @@ class Drives(Protocol):
         ...
 
     @property
-    def room(self) -> Room:
-        """Where they take place."""
+    def room(self) -> DriveSurroundings:
+        """The place of the drives."""
         ...
 
     @property

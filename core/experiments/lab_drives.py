@@ -15,7 +15,7 @@ import numpy as np
 from core.errors import Unavailable
 from core.experiments.course_draws import FIRST, SEEDS
 from core.experiments.course_traces import Trace
-from core.experiments.drives import FIGURED, PLAIN, Room
+from core.experiments.drives import FIGURED, PLAIN, DriveSurroundings
 from core.experiments.paper_course import GOALS
 from core.experiments.rehearsal import Rehearsal
 from core.message import Array
@@ -43,10 +43,10 @@ class LabDrives:
         return PLAIN, FIGURED
 
     @property
-    def room(self) -> Room:
+    def room(self) -> DriveSurroundings:
         """The walls at the laser's height."""
         plan = Rehearsal(PLACE, settings=self.settings).robot.ask({"do": "plan"})
-        return Room(walls=np.array(plan["segments"], float).reshape(-1, 2, 2))
+        return DriveSurroundings(walls=np.array(plan["segments"], float).reshape(-1, 2, 2))
 
     @property
     def setup(self) -> dict[str, Any]:
@@ -81,15 +81,15 @@ class LabDrives:
     def traces(self, number: int) -> dict[str, Trace]:
         """One drive."""
         rehearsal = Rehearsal(PLACE, seed=FIRST + SEEDS * self.seed + number, settings=self.settings)
-        drive = Drive(rehearsal.snapshot)
+        drive = DriveRecorder(rehearsal.snapshot)
         for x, y in GOALS:
-            order = rehearsal.tell(f"stop at {x} and {y}")
-            while rehearsal.ended(order) is None and drive.path < PATH and rehearsal.snapshot.stamp < LONGEST:
+            number = rehearsal.tell(f"stop at {x} and {y}")
+            while rehearsal.ended(number) is None and drive.path < PATH and rehearsal.snapshot.stamp < LONGEST:
                 drive.add(rehearsal.step())
         return drive.traces()
 
 
-class Drive:
+class DriveRecorder:
     """Gathers a drive, frame by frame, from the first move on."""
 
     def __init__(self, first: Snapshot) -> None:
@@ -110,12 +110,12 @@ class Drive:
             self._begun = snapshot.stamp
         elif self._frames % EVERY == 0:
             self._truth.append((snapshot.stamp - self._begun, truth.x, truth.y))
-            for name, told in ((PLAIN, snapshot.dead_reckoning), (FIGURED, snapshot.estimate)):
-                self._found[name].append((told.pose.x, told.pose.y, nees(told, truth)))
+            for name, pose_estimate in ((PLAIN, snapshot.dead_reckoning), (FIGURED, snapshot.estimate)):
+                self._found[name].append((pose_estimate.pose.x, pose_estimate.pose.y, nees(pose_estimate, truth)))
         self._last = snapshot
 
     def traces(self) -> dict[str, Trace]:
-        """What came of it. Raises Unavailable."""
+        """The results of the drive. Raises Unavailable."""
         if not self._truth:
             raise Unavailable(f"The robot would not move in {PLACE}; do the settings let it?")
         truth = np.array(self._truth).reshape(-1, 3)
@@ -137,14 +137,14 @@ class Drive:
 
 
 def lab_drives(settings: Settings | None, seed: int) -> LabDrives:
-    """With the paper's wheels. Without settings the filter has the paper's form."""
-    told = settings or Settings()
+    """Drives with the paper's wheels. Without settings the filter has the paper's form."""
+    chosen = settings or Settings()
     return LabDrives(
         replace(
-            told,
-            simulation=replace(told.simulation, wheel_noise="paper"),
-            motion=replace(told.motion, model="paper"),
-            ekf=replace(told.ekf, mode="paper") if settings is None else told.ekf,
+            chosen,
+            simulation=replace(chosen.simulation, wheel_noise="paper"),
+            motion=replace(chosen.motion, model="paper"),
+            ekf=replace(chosen.ekf, mode="paper") if settings is None else chosen.ekf,
         ),
         seed,
     )

@@ -1,4 +1,4 @@
-"""Ears in an experiment: reading takes the time that it takes on this machine, and the room goes on meanwhile.
+"""Speech recognition in an experiment: it takes the time that it needs on this machine, while the room goes on.
 
 As in the console, sound that comes while a piece is being read waits, and is read with the next one.
 """
@@ -10,20 +10,20 @@ from collections.abc import Sequence
 
 from core.sensors import SensorFrame
 from core.sensors.microphones import Sound, joined
-from core.speech.recognizer import Recognizer
+from core.speech.recognition.acceptance import RecognizedUtterance, judge
+from core.speech.recognition.recognizer import Recognizer
 from core.speech.settings import MOST_WAITING, PIECE
-from core.speech.spoken import Spoken, judge
 
-BEFORE = 1.0  # [s] of sound before somebody listens that are read too: the noise before the words is known
+BEFORE = 1.0  # [s] of sound before listening starts that are read too: the noise before the words is known
 
 
-class Listening:
+class TimedListening:
     """Neither the robot nor the room is known here: a room that is left goes at once, with all that it heard."""
 
     def __init__(self, recognizer: Recognizer) -> None:
         self._recognizer = recognizer
         self._waiting: Sound | None = None
-        self._told: Sequence[Spoken] = ()  # what will be known at the end of the newest reading
+        self._pending: Sequence[RecognizedUtterance] = ()  # what will be known at the end of the newest reading
         self._readings: list[tuple[float, float]] = []  # [s] robot's clock, from when to when
 
     def keep(self, frame: SensorFrame) -> None:
@@ -33,23 +33,23 @@ class Listening:
 
     def begin(self) -> None:
         """Listen from now on; what was heard long before is forgotten."""
-        sound, self._readings, self._told = self._waiting, self._readings[-1:], ()
+        sound, self._readings, self._pending = self._waiting, self._readings[-1:], ()
         if sound is not None:
             now = sound.stamp + sound.duration
             self._waiting = sound.part(now - BEFORE, now)
 
-    def heard(self, now: float) -> tuple[Spoken, ...]:
-        """What is known by `now` [s] of words that were said; once for every frame."""
+    def heard(self, now: float) -> tuple[RecognizedUtterance, ...]:
+        """Return the words that became known by `now` [s]; call it once for every frame."""
         if self._readings and now < self._readings[-1][1]:
             return ()
-        told, self._told = self._told, ()
+        known, self._pending = self._pending, ()
         sound = self._waiting
         if sound is not None and sound.duration >= PIECE:
             self._waiting, begun = None, time.process_time()
-            self._told = [judge(one) for one in self._recognizer.feed(sound)]
+            self._pending = [judge(one) for one in self._recognizer.feed(sound)]
             self._readings.append((now, now + time.process_time() - begun))
-        return tuple(told)
+        return tuple(known)
 
     def reading(self, begin: float, end: float) -> float:
-        """How long [s] something was being read between two moments [s] since `begin`."""
+        """Time [s] that recognition was busy between two moments [s] since `begin`."""
         return sum(max(min(end, until) - max(begin, since), 0.0) for since, until in self._readings)

@@ -8,15 +8,15 @@ from dataclasses import replace
 
 from core.commands.command import Command
 from core.errors import Refused
-from core.gate import TICK, Gate, Row, Setpoint, TraceWriter, check
+from core.gate import TICK, Gate, Setpoint, TraceRow, TraceWriter, check
 from core.geometry import Pose
 from core.pilot import Pilot
 from core.robots.connect import connect
 from core.robots.nearness import field_of, near_points
 from core.sensors import SensorFrame
 from core.settings import Settings
-from core.snapshot import Snapshot, Undertaking
-from core.speech.grammar import Refusal, understand
+from core.snapshot import ActiveCommandStatus, Snapshot
+from core.speech.understanding.grammar import Refusal, understand
 
 EPOCH = 1
 
@@ -37,8 +37,8 @@ class Rehearsal:
         self._writer = TraceWriter()
         self.gate = Gate(self.settings.limits, trace=self._writer)
         self.gate.arm(EPOCH, "rehearsal", 0.0)
-        self.endings: list[Undertaking] = []
-        self.when_stepped: list[Callable[[SensorFrame], None]] = []  # told of every frame
+        self.endings: list[ActiveCommandStatus] = []
+        self.when_stepped: list[Callable[[SensorFrame], None]] = []  # called with every frame
         self.contacts = 0
         self._touching = False
         self._ticks = itertools.count()
@@ -49,17 +49,17 @@ class Rehearsal:
 
     @property
     def truth(self) -> Pose:
-        """Where the robot really is, in the world frame."""
+        """The true pose of the robot, in the world frame."""
         assert self.snapshot.truth is not None
         return self.snapshot.truth
 
     @property
-    def trace(self) -> list[Row]:
-        """What the wheels were told."""
+    def trace(self) -> list[TraceRow]:
+        """The log of the wheels' setpoints."""
         return self._writer.rows
 
     def faults(self) -> list[str]:
-        """What the trace checker has to say; empty when everything was in order."""
+        """Faults found by the trace checker; empty when everything was in order."""
         return check(self.trace, self.settings.limits)
 
     def step(self) -> Snapshot:
@@ -105,21 +105,21 @@ class Rehearsal:
         return self.snapshot
 
     def tell(self, words: str) -> int:
-        """Give a command and do not wait → the undertaking's id. Raises Refused for words that are not understood."""
+        """Give a command and do not wait → its id. Raises Refused for words that are not understood."""
         heard = understand(words)
         if isinstance(heard, Refusal):
             raise Refused(heard.reason)
-        return self.order(heard)
+        return self.begin(heard)
 
-    def order(self, command: Command, source: str = "typed") -> int:
-        """Give a command that was understood → the undertaking's id. Raises Refused."""
+    def begin(self, command: Command, source: str = "typed") -> int:
+        """Give a command that was understood → its id. Raises Refused."""
         number = next(self._ids)
         self.pilot.tell(number, command, source, "rehearsal")
         return number
 
     def say(
         self, words: str, *, seconds: float = 300.0, watch: Callable[[Snapshot], None] | None = None
-    ) -> Undertaking:
+    ) -> ActiveCommandStatus:
         """Give a command, wait for its end; `watch` sees every frame. Raises Refused, or TimeoutError."""
         number = self.tell(words)
         for snapshot in self.frames(seconds):
@@ -130,6 +130,6 @@ class Rehearsal:
                     return ended
         raise TimeoutError(f"“{words}” did not end within {seconds:g} s.")
 
-    def ended(self, number: int) -> Undertaking | None:
-        """How an undertaking ended, or None while it runs."""
+    def ended(self, number: int) -> ActiveCommandStatus | None:
+        """The result of a command, or None while it runs."""
         return next((ended for ended in self.endings if ended.id == number), None)

@@ -30,7 +30,7 @@ class RunLog:
 
     @property
     def files(self) -> dict[str, str]:
-        """Where they are."""
+        """Paths of the files."""
         return {} if self._path is None else {"runs": str(self._path)}
 
     def add(self, figures: Mapping[str, Any]) -> None:
@@ -53,7 +53,7 @@ class RunLog:
         """Say what an interrupted experiment leaves."""
         if self._file is None:
             return
-        with contextlib.suppress(OSError):  # a line that the disk did not take was told already
+        with contextlib.suppress(OSError):  # a line that could not be written was reported already
             self._file.close()
         if kind is not None and self._tell is not None:
             self._tell(f"Ended after {self._done} of {self._runs} runs; their figures are in {self._path}.")

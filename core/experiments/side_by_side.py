@@ -12,7 +12,7 @@ from typing import TypeVar
 T = TypeVar("T")
 
 WORTH = 8  # numbers that a process of its own is worth: it takes a second to start
-TOLD = 10  # times progress is told
+REPORTS = 10  # of the progress
 
 
 def side_by_side(
@@ -29,7 +29,7 @@ def side_by_side(
     """
     workers = min(workers or min(os.cpu_count() or 1, math.ceil(count / WORTH)), count)
     done: list[T] = []
-    every = max(1, count // TOLD)
+    every = max(1, count // REPORTS)
     if workers == 1:
         for number in range(count):
             done.append(work(number))

@@ -1,4 +1,4 @@
-"""How well speech survives the robot's hearing (section 6.3): Fig. 17, then a sweep over noise and distance.
+"""Loss of speech quality in the robot's hearing (section 6.3): Fig. 17, then a sweep over noise and distance.
 
 The loop of Figs. 10 and 11 in the simulated room: a text is spoken, once close to a quiet microphone (the person's
 path) and once somewhere in the room (the robot's path). The same recognizer reads both sounds, and then texts and
@@ -18,24 +18,24 @@ from typing import Any
 import numpy as np
 from scipy.signal import resample_poly
 
-from core.acoustics import Room, heard, impulse_responses, pink_noise
-from core.calibration.written import write_all
+from core.calibration.files.written import write_all
 from core.errors import Unavailable
-from core.experiments.practice_voice import practice_voice
 from core.experiments.run_log import RunLog
 from core.message import Array, message
 from core.sensors.microphones import Sound
-from core.speech.alignment import phrases_of
-from core.speech.engines import open_writer
-from core.speech.likeness import Likeness, liken
-from core.speech.marks import FIGURE_17_PERSON, FIGURE_17_ROBOT
-from core.speech.marks import as_json as marks_json
-from core.speech.quality import Quality, compare
-from core.speech.quality import as_json as quality_json
-from core.speech.quality_page import page
-from core.speech.recognizer import Engine, Utterance
+from core.simulation.acoustics.shoebox import ShoeboxRoom, heard, impulse_responses, pink_noise
+from core.speech.practice_voice import practice_voice
+from core.speech.quality.audio_similarity import AudioSimilarity, liken
+from core.speech.quality.marked_text import FIGURE_17_PERSON, FIGURE_17_ROBOT
+from core.speech.quality.marked_text import as_json as marks_json
+from core.speech.quality.osqe import SpeechQuality, compare
+from core.speech.quality.osqe import as_json as quality_json
+from core.speech.quality.report import page
+from core.speech.quality.word_alignment import phrases_of
+from core.speech.recognition.engines import open_writer
+from core.speech.recognition.recognizer import Engine, Utterance
 from core.speech.settings import SpeechSettings
-from core.speech.voice import PERSONS_VOICE, VoiceSettings, can_speak, speak
+from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, can_speak, speak
 
 RATE = 16_000  # [Hz]
 ENDINGS = {"json": "json", "csv": "csv", "page": "html"}
@@ -56,7 +56,7 @@ TEXT = (
 SPEEDS = (150, 130, 170)  # [words/min] at which the text is said, one after the other
 RATIOS = (30.0, 20.0, 10.0, 5.0, 0.0)  # [dB] voice over noise at the robot, 1 m away
 DISTANCES = (0.5, 1.0, 2.0, 3.0, 4.0)  # [m], with the quietest noise
-ROOM = Room((7.0, 5.5, 2.7), 0.3)
+ROOM = ShoeboxRoom((7.0, 5.5, 2.7), 0.3)
 EAR = np.array([1.2, 1.4, 0.3])  # [m] in the room
 LEAD, TAIL = 0.6, 0.3  # [s] of silence around every phrase
 PERSON_NOISE = 1e-3  # of the voice's power: a headset
@@ -79,28 +79,28 @@ SETTINGS = (
 
 
 @message
-class Spoken:
+class SpokenPhrase:
     """One phrase of the text as a dry sound."""
 
     text: str
     dry: Array  # (N,) at RATE, RMS LEVEL
 
 
-def spoken(rng: np.random.Generator, phrases: Sequence[str]) -> tuple[list[Spoken], str]:
+def spoken(rng: np.random.Generator, phrases: Sequence[str]) -> tuple[list[SpokenPhrase], str]:
     """The phrases said, and by what; without text to speech by a made-up voice, of which nothing can be read."""
-    told: list[Spoken] = []
+    said: list[SpokenPhrase] = []
     for number, text in enumerate(phrases):
         if can_speak():
             sound = speak(text, VoiceSettings(voice=PERSONS_VOICE, speed=SPEEDS[number // len(TEXT) % len(SPEEDS)]))
             dry = resample_poly(sound.samples[:, 0], RATE, sound.rate)
         else:
             dry = practice_voice(rng, 0.35 * len(text.split()) + 0.3, RATE)
-        told.append(Spoken(text=text, dry=LEVEL * dry / np.std(dry)))
-    return told, "espeak-ng" if can_speak() else "made up: pulses and hiss through resonances, without words"
+        said.append(SpokenPhrase(text=text, dry=LEVEL * dry / np.std(dry)))
+    return said, "espeak-ng" if can_speak() else "made up: pulses and hiss through resonances, without words"
 
 
 def responses_at(place: Setting) -> Array:
-    """From a mouth there to the robot's first microphone, (1, L)."""
+    """Impulse response from a mouth there to the robot's first microphone, (1, L)."""
     aside = place.distance / math.sqrt(2)
     mouth = EAR + np.array([aside, aside, 0.0])
     mouth[2] = min(1.5, EAR[2] + place.distance)
@@ -120,13 +120,13 @@ def read(engine: Engine, samples: Array) -> str:
     return engine.read(Utterance(sound=sound, begin=LEAD, end=end)).words
 
 
-def padded(one: Spoken) -> Array:
+def padded(one: SpokenPhrase) -> Array:
     """A phrase with silence around it."""
     return np.concatenate((np.zeros(round(LEAD * RATE)), one.dry, np.zeros(round(TAIL * RATE))))
 
 
-def close_by(engine: Engine, said: Sequence[Spoken], seed: int) -> str:
-    """What the person's own microphone makes of all phrases (stt.txt)."""
+def close_by(engine: Engine, said: Sequence[SpokenPhrase], seed: int) -> str:
+    """Recognize all phrases from the person's own microphone (stt.txt)."""
     rng = np.random.default_rng(seed)
     sounds = [padded(one) for one in said]
     noise = LEVEL * math.sqrt(PERSON_NOISE)
@@ -134,36 +134,36 @@ def close_by(engine: Engine, said: Sequence[Spoken], seed: int) -> str:
 
 
 def measure(
-    engine: Engine | None, said: Sequence[Spoken], person: str, place: Setting, seed: int
-) -> tuple[Quality | None, Likeness]:
+    engine: Engine | None, said: Sequence[SpokenPhrase], person: str, place: Setting, seed: int
+) -> tuple[SpeechQuality | None, AudioSimilarity]:
     """All phrases at one place: the texts compared, where there is a recognizer, and the recordings."""
     rng = np.random.default_rng(seed)  # the same noise everywhere, so that only the place makes a difference
     clean = [padded(one) for one in said]
     responses = responses_at(place)
     received = [received_at(rng, sound, responses, place.ratio) for sound in clean]
     whole = [Sound(stamp=0.0, rate=RATE, samples=np.concatenate(some)[:, None]) for some in (clean, received)]
-    likeness = liken(*whole)
+    similarity = liken(*whole)
     if engine is None:
-        return None, likeness
+        return None, similarity
     robot = "; ".join(read(engine, sound) for sound in received)
-    return compare("; ".join(one.text for one in said), person, robot), likeness
+    return compare("; ".join(one.text for one in said), person, robot), similarity
 
 
-def row(place: Setting, quality: Quality | None, likeness: Likeness) -> dict[str, Any]:
+def row(place: Setting, quality: SpeechQuality | None, similarity: AudioSimilarity) -> dict[str, Any]:
     """The figures of one place."""
-    told: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "sweep": place.sweep,
         "snr_db": place.ratio,
         "distance_m": place.distance,
-        "stoi": likeness.stoi,
-        "estoi": likeness.estoi,
-        "si_sdr_db": likeness.si_sdr_db,
+        "stoi": similarity.stoi,
+        "estoi": similarity.estoi,
+        "si_sdr_db": similarity.si_sdr_db,
     }
     if quality is None:
-        return told
+        return fields
     figures = quality_json(quality)
     names = ("erroneous_words_person", "erroneous_words_robot", "osqe_d", "osqe_r", "osqe_r_bounded")
-    return told | {name: figures[name] for name in names} | {"commands_exact": figures["robot"]["commands_exact"]}
+    return fields | {name: figures[name] for name in names} | {"commands_exact": figures["robot"]["commands_exact"]}
 
 
 def run(
@@ -183,14 +183,14 @@ def run(
         say(why_not)
     person = "" if engine is None else close_by(engine, said, seed)
     rows: list[dict[str, Any]] = []
-    shown: tuple[Quality | None, Likeness] | None = None
+    shown: tuple[SpeechQuality | None, AudioSimilarity] | None = None
     with RunLog(out, "speech-quality", len(SETTINGS), seed, tell) as log:
         for number, place in enumerate(SETTINGS):
-            quality, likeness = measure(engine, said, person, place, seed)
-            rows.append(row(place, quality, likeness))
+            quality, similarity = measure(engine, said, person, place, seed)
+            rows.append(row(place, quality, similarity))
             log.add(rows[-1])
             if place.distance == 2.0:
-                shown = quality, likeness
+                shown = quality, similarity
             say(f"{number + 1} of {len(SETTINGS)} places…")
     result: dict[str, Any] = {
         "figure_17": marks_json(FIGURE_17_PERSON, FIGURE_17_ROBOT),
@@ -218,16 +218,21 @@ def _engine() -> tuple[Engine | None, str]:
         return None, str(absent)
 
 
-def save(out: Path, result: dict[str, Any], shown: tuple[Quality | None, Likeness]) -> dict[str, str]:
+def save(out: Path, result: dict[str, Any], shown: tuple[SpeechQuality | None, AudioSimilarity]) -> dict[str, str]:
     """Figures, table and the page of the place at 2 m → what lies where."""
     table = io.StringIO(newline="")
     writer = csv.DictWriter(table, list(result["sweep"][0]))
     writer.writeheader()
     writer.writerows(result["sweep"])
-    told = {"voice": str(result["voice"]), "room": "7 x 5.5 x 2.7 m, RT60 0.3 s", "distance": "2 m", "noise": "30 dB"}
+    surroundings = {
+        "voice": str(result["voice"]),
+        "room": "7 x 5.5 x 2.7 m, RT60 0.3 s",
+        "distance": "2 m",
+        "noise": "30 dB",
+    }
     texts = {
         "json": json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1),
         "csv": table.getvalue(),
-        "page": page(*shown, told),
+        "page": page(*shown, surroundings),
     }
     return write_all(out, {name: (f"speech_quality.{ENDINGS[name]}", text) for name, text in texts.items()})

@@ -13,31 +13,31 @@ from typing import Any
 
 import numpy as np
 
-from core.commands import kind_of
-from core.commands.careful import LONGEST, MOMENT, OBEYED_WITHIN, Moment, is_careful
+from core.commands import needs_confirmation, spec_of
 from core.commands.command import Command
-from core.commands.stand import STOP_MOVING
+from core.commands.confirmation_delay import LONGEST, MOMENT, OBEYED_WITHIN, ConfirmationDelay
+from core.commands.stop_moving import STOP_MOVING
 from core.errors import BadInput, Refused
-from core.experiments.listening import Listening
-from core.experiments.practice_voice import practice_voice
+from core.experiments.listening import TimedListening
 from core.experiments.rehearsal import Rehearsal
 from core.geometry import Pose, wrap
 from core.message import Array, message
-from core.perception.people.call import Call
+from core.perception.people.voice_bearing import VoiceBearing
 from core.settings import Settings
-from core.snapshot import Snapshot, Undertaking
-from core.speech.array_transcriber import ArrayTranscriber
-from core.speech.engines import open_engine
-from core.speech.grammar import Refusal, understand
-from core.speech.recognizer import Engine
+from core.simulation.world import World, world_named
+from core.snapshot import ActiveCommandStatus, Snapshot
+from core.speech.practice_voice import practice_voice
+from core.speech.recognition.acceptance import RecognizedUtterance
+from core.speech.recognition.engines import open_engine
+from core.speech.recognition.recognizer import Engine
 from core.speech.settings import RATE
-from core.speech.spoken import Spoken
-from core.speech.voice import PERSONS_VOICE, VoiceSettings, speak
-from core.speech.voice import pcm as pcm_of
-from core.world import World, world_named
+from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
+from core.speech.synthesis import pcm as pcm_of
+from core.speech.transcription.array_transcriber import ArrayTranscriber
+from core.speech.understanding.grammar import Refusal, understand
 
 BODY = np.array([[aside, up] for aside in (-0.12, 0.0, 0.12) for up in (0.5, 0.9, 1.3)])
-"""[m] (9, 2) of a body, aside of its middle and over the floor, that are looked at to tell whether it is seen."""
+"""[m] (9, 2) points on a body, to the side of its middle and above the floor, that are checked for visibility."""
 SEEN = 2 / 3  # of them, at least
 SIGHT = 0.05  # [m] between places of a line of sight
 LISTEN = 2.6  # [s] after a voice without words began
@@ -53,22 +53,22 @@ SENSES = ("laser_m", "camera_rad", "sound_rad", "fused_m")
 
 
 @message
-class Heard:
-    """What became of a sentence."""
+class SentenceOutcome:
+    """The outcome of a sentence."""
 
-    number: int | None  # of the undertaking; None: it was not understood, or refused
-    call: Call | None  # from where it was heard
-    why: str = ""  # a sentence where there is no undertaking
+    number: int | None  # of the command; None: it was not understood, or refused
+    call: VoiceBearing | None  # from where it was heard
+    why: str = ""  # a sentence where there is no command
     tries: int = 1  # how often it was said
     wrong: tuple[str, ...] = ()  # commands that were understood instead
     ended: float = 0.0  # [s] robot's clock: when the voice truly had said its words
     understood: float = 0.0  # [s] the same: when they were
-    begun: float = 0.0  # [s] the same: when it was begun; a careful order waits a moment
+    begun: float = 0.0  # [s] the same: when it was begun; a pending command waits for confirmation
     read: float = 0.0  # [s] of the time until it was understood, in which sound was being read
 
 
 class SpokenRoom:
-    """One robot, its people, one seed. `words`: said and read; else they are typed beside a voice that says none."""
+    """One robot, its people, one seed. `words`: said and read; else they are typed with a voice without words."""
 
     def __init__(
         self,
@@ -85,12 +85,14 @@ class SpokenRoom:
         self.robot = Rehearsal(f"sim:{world}", seed=seed, start=start, settings=settings)
         self.errors: dict[str, list[float]] = {sense: [] for sense in SENSES}
         self.world: World = world_named(world)
-        self._ears: Listening | None = None
+        self._ears: TimedListening | None = None
         array = self.robot.robot.profile.microphones
         if words and array is not None:
             chosen = self.robot.settings
             reads = engine or open_engine(chosen.speech)
-            self._ears = Listening(ArrayTranscriber(array, chosen.speech, chosen.hearing, engine=reads))
+            self._ears = TimedListening(
+                ArrayTranscriber(array, chosen.speech, chosen.direction_finding, engine=reads)
+            )
             self.robot.when_stepped.append(self._ears.keep)
         self.robot.robot.ask({"do": "listen", "on": True})
         self.robot.run(2.0)
@@ -104,28 +106,28 @@ class SpokenRoom:
             away, angle = self.chance.uniform(nearest, farthest), self.chance.uniform(-math.pi, math.pi)
             x, y = float(here.x + away * math.cos(angle)), float(here.y + away * math.sin(angle))
             shirt, trousers = (str(self.chance.choice(CLOTHES)) for _ in range(2))
-            wish = {"x_m": x, "y_m": y, "heading_rad": float(self.chance.uniform(-3, 3))}
+            place = {"x_m": x, "y_m": y, "heading_rad": float(self.chance.uniform(-3, 3))}
             if self.hidden(here, x, y) or any(math.hypot(x - u, y - v) < 1.0 for u, v in off):
                 continue
             try:
-                self.put(ANN, clothes=f"{shirt}/{trousers}", **wish, **more)
+                self.put(ANN, clothes=f"{shirt}/{trousers}", **place, **more)
             except BadInput:
                 continue
             return x, y
         raise Refused("There is no room for a person near the robot.")
 
-    def put(self, name: str, **wish: Any) -> None:
-        """Set somebody down, or move them. Raises BadInput."""
-        self.robot.robot.ask({"do": "place", "what": "person", "id": name, **wish})
+    def put(self, name: str, **fields: Any) -> None:
+        """Put a person there, or move them. Raises BadInput."""
+        self.robot.robot.ask({"do": "place", "what": "person", "id": name, **fields})
 
     def where(self, name: str) -> tuple[float, float]:
-        """Where somebody stands now (x, y) [m]."""
+        """Position of a person now (x, y) [m]."""
         things = self.robot.robot.ask({"do": "plan"})["things"]
         one = next(thing for thing in things if thing["id"] == name)
         return one["x_m"], one["y_m"]
 
     def hidden(self, here: Pose, x: float, y: float) -> bool:
-        """Whether walls or things hide somebody there from the camera, which is low: nobody unseen is come to."""
+        """Return whether walls or things hide a person there from the low camera: it comes only to visible people."""
         camera = self.robot.robot.profile.camera
         eye = np.array([here.x, here.y, 0.0 if camera is None else camera.mounting.translation[2]])
         way = np.array([x - here.x, y - here.y])
@@ -137,8 +139,8 @@ class SpokenRoom:
 
     def command(
         self, words: str, tries: int = 1, *, watch: Watch = lambda _: None, pcm: bytes | None = None
-    ) -> Heard:
-        """Ann says it, again while nothing is understood → what became of it; `watch` sees every frame meanwhile.
+    ) -> SentenceOutcome:
+        """Ann says it, again while nothing is understood → the outcome; `watch` sees every frame until then.
 
         `pcm`: a recording of the words, 16-bit samples at 16 kHz, instead of a synthetic voice.
         """
@@ -147,15 +149,15 @@ class SpokenRoom:
             self._utter(voice.clip(-32768, 32767).astype("<i2").tobytes())
             call = self._hear(LISTEN)[1]
             now = self.robot.snapshot.stamp
-            return Heard(number=self.robot.tell(words), call=call, ended=now, understood=now, begun=now)
-        meant = understand(words, spoken=True)
-        if isinstance(meant, Refusal):
-            raise Refused(meant.reason)
+            return SentenceOutcome(number=self.robot.tell(words), call=call, ended=now, understood=now, begun=now)
+        suggested_command = understand(words, spoken=True)
+        if isinstance(suggested_command, Refusal):
+            raise Refused(suggested_command.reason)
         wrong: list[str] = []
         why, call = "", None
         for attempt in range(1, tries + 1):
             ended = self._say(words) if pcm is None else self._utter(pcm)
-            said, call = self._hear(READ, watch, early=meant.name == STOP_MOVING.name)
+            said, call = self._hear(READ, watch, early=suggested_command.name == STOP_MOVING.name)
             if said is None or said.command is None:
                 why = "not understood"
                 continue
@@ -163,33 +165,33 @@ class SpokenRoom:
             if said.command.name != STOP_MOVING.name and now - said.end > OBEYED_WITHIN:
                 why = f"understood {now - said.end:.1f} s after it was said"
                 continue
-            right = (said.command.name, said.command.numbers) == (meant.name, meant.numbers)
+            right = (said.command.name, said.command.numbers) == (suggested_command.name, suggested_command.numbers)
             read = self._ears.reading(ended, now)
-            heard = Heard(number=None, call=call, tries=attempt, ended=ended, understood=now, read=read)
+            heard = SentenceOutcome(number=None, call=call, tries=attempt, ended=ended, understood=now, read=read)
             if not right:
                 why = f"heard “{said.echo}”"
-                if not kind_of(said.command.name).moves:
+                if not spec_of(said.command.name).moves:
                     continue  # it stands: no wrong motion
-            if (said.unsure or is_careful(said.command)) and self._held_back(right, watch):
+            if (said.uncertain or needs_confirmation(said.command)) and self._rejects(right, watch):
                 continue
             if not right:
                 wrong.append(said.echo)
                 break
             return self._order(heard, said.command)
-        return Heard(number=None, call=call, why=why, tries=tries, wrong=tuple(wrong))
+        return SentenceOutcome(number=None, call=call, why=why, tries=tries, wrong=tuple(wrong))
 
-    def _order(self, heard: Heard, command: Command) -> Heard:
+    def _order(self, heard: SentenceOutcome, command: Command) -> SentenceOutcome:
         heard = dataclasses.replace(heard, begun=self.robot.snapshot.stamp)
         try:
-            number = self.robot.order(dataclasses.replace(command, call=heard.call), "ears")
+            number = self.robot.begin(dataclasses.replace(command, call=heard.call), "ears")
         except Refused as refused:
             return dataclasses.replace(heard, why=str(refused))
         return dataclasses.replace(heard, number=number)
 
-    def _held_back(self, right: bool, watch: Watch) -> bool:
-        """The moment before an order begins → whether a STOP was heard: Ann says it when the order is not hers."""
+    def _rejects(self, right: bool, watch: Watch) -> bool:
+        """Wait until the command begins → whether a STOP was heard: Ann says it when the command is wrong."""
         now = self.robot.snapshot.stamp
-        objects, moment = now + REACTION, Moment.from_now(now)
+        objects, moment = now + REACTION, ConfirmationDelay.from_now(now)
         for snapshot, spoken in self.overheard(MOMENT + LONGEST):
             watch(snapshot)
             if not right and snapshot.stamp >= objects:
@@ -218,12 +220,12 @@ class SpokenRoom:
 
     def _hear(
         self, seconds: float, watch: Watch = lambda _: None, *, early: bool = False
-    ) -> tuple[Spoken | None, Call | None]:
+    ) -> tuple[RecognizedUtterance | None, VoiceBearing | None]:
         """Listen for so long, or until a command was understood; what was heard just before is listened to, too.
 
         `early`: a STOP before the end of the sentence is enough. Else it stops what stands, and listening goes on.
         """
-        call: Call | None = None
+        call: VoiceBearing | None = None
         if self._ears is not None:
             self._ears.begin()
         for snapshot, spoken in self.overheard(seconds):
@@ -235,13 +237,13 @@ class SpokenRoom:
                     return said, call
         return None, call
 
-    def overheard(self, seconds: float) -> Iterator[tuple[Snapshot, tuple[Spoken, ...]]]:
+    def overheard(self, seconds: float) -> Iterator[tuple[Snapshot, tuple[RecognizedUtterance, ...]]]:
         """The frames of the next so many seconds, each with what became of words that were understood in it."""
         for snapshot in self.robot.frames(seconds):
             yield snapshot, () if self._ears is None else self._ears.heard(snapshot.stamp)
 
     def measure(self, x: float, y: float) -> Watch:
-        """Who watches the errors of every sense against where the person truly is."""
+        """Return a watcher that records the errors of every sense against the person's true position."""
 
         def watch(snapshot: Snapshot) -> None:
             person, truth = snapshot.person, snapshot.truth
@@ -258,7 +260,7 @@ class SpokenRoom:
 
         return watch
 
-    def wait(self, number: int, seconds: float, watch: Watch = lambda _: None) -> Undertaking | None:
+    def wait(self, number: int, seconds: float, watch: Watch = lambda _: None) -> ActiveCommandStatus | None:
         """Until it has ended; None: it has not."""
         for snapshot in self.robot.frames(seconds):
             watch(snapshot)

@@ -18,25 +18,25 @@ from typing import Any
 
 import numpy as np
 
-from core.calibration.written import write_all
-from core.commands.stand import STOP_MOVING
+from core.calibration.files.written import write_all
+from core.commands.stop_moving import STOP_MOVING
 from core.errors import Refused, Unavailable
 from core.experiments.run_log import RunLog
 from core.experiments.side_by_side import side_by_side
-from core.experiments.spoken_room import SENSES, Heard, SpokenRoom
-from core.experiments.table_2_trials import TRIALS, TRIES, Outcome
-from core.speech.engines import open_engine
-from core.speech.recognizer import Engine
+from core.experiments.spoken_room import SENSES, SentenceOutcome, SpokenRoom
+from core.experiments.table_2_trials import TRIALS, TRIES, TrialOutcome
+from core.simulation.world import world_named
+from core.speech.recognition.engines import open_engine
+from core.speech.recognition.recognizer import Engine
 from core.speech.settings import SpeechSettings
-from core.speech.voice import NO_VOICE, can_speak
-from core.world import world_named
+from core.speech.synthesis import NO_VOICE, can_speak
 
 RUNS = 50
-DELAYS = ("endpoint_s", "read_s", "moment_s", "wheels_s")  # from the end of the words to the wheels
+DELAYS = ("endpoint_s", "read_s", "delay_s", "wheels_s")  # from the end of the words to the wheels
 
 
 def trial(name: str, number: int, seed: int, *, words: bool = True) -> dict[str, Any]:
-    """One run of one command → its row; without `words` the command is typed beside a voice that says none."""
+    """One run of one command → its row; without `words` the command is typed with a voice without words."""
     kind = TRIALS[name]
     place = kind.places[number % len(kind.places)]
     luck = np.random.SeedSequence((seed, number, tuple(TRIALS).index(name)))
@@ -47,7 +47,10 @@ def trial(name: str, number: int, seed: int, *, words: bool = True) -> dict[str,
     try:
         heard, outcome = kind.obey(room, said)
     except Refused as refused:
-        heard, outcome = Heard(number=None, call=None, why=str(refused)), Outcome(success=False, why=str(refused))
+        heard, outcome = (
+            SentenceOutcome(number=None, call=None, why=str(refused)),
+            TrialOutcome(success=False, why=str(refused)),
+        )
     robot = room.robot
     return {
         "command": name,
@@ -64,14 +67,14 @@ def trial(name: str, number: int, seed: int, *, words: bool = True) -> dict[str,
         "faults": robot.faults(),
         "endpoint_s": heard.understood - heard.ended - heard.read if heard.number is not None else None,
         "read_s": heard.read if heard.number is not None else None,
-        "moment_s": heard.begun - heard.understood if heard.number is not None else None,
+        "delay_s": heard.begun - heard.understood if heard.number is not None else None,
         "wheels_s": _first_motion(name, room, heard),
         "errors": room.errors,
     }
 
 
-def _first_motion(name: str, room: SpokenRoom, heard: Heard) -> float | None:
-    """From the moment when the order was begun until the wheels were told to turn [s]."""
+def _first_motion(name: str, room: SpokenRoom, heard: SentenceOutcome) -> float | None:
+    """Time from the begin of the command to the first wheel setpoint [s]."""
     if heard.number is None or name == STOP_MOVING.name:
         return None
     rows = [row.t_mono_ns / 1e9 for row in room.robot.trace if row.event == "" and (row.v or row.w)]

@@ -1,6 +1,6 @@
 """The eight commands of Table 2 as trials: where one begins, what is said there, and what counts as success.
 
-Every definition is printed beside its figure; `core.experiments.table_2` runs them.
+Every definition is printed next to its figure; `core.experiments.table_2` runs them.
 """
 
 from __future__ import annotations
@@ -13,11 +13,35 @@ from functools import partial
 import numpy as np
 
 from core.commands.follow_wall import AT_THE_WALL
-from core.experiments.beside_wall import aside
-from core.experiments.spoken_room import ANN, Heard, SpokenRoom
+from core.experiments.spoken_room import ANN, SentenceOutcome, SpokenRoom
 from core.geometry import Pose, wrap
+from core.message import Array
+from core.simulation.world import World, cast
 from core.snapshot import Snapshot
-from core.world import World, cast
+
+
+def aside(truth: Pose, faces: Array, posts: Array, distance: float = 0.5, alone: float = 0.8) -> float | None:
+    """Deviation [m] of a straight wall on the right from `distance` [m]; None with more than that one wall.
+
+    `faces` (F, 4) x0 y0 x1 y1 [m] with the open side on the left, `posts` (P, 3) x y radius. It counts where nothing
+    else that turns its open side to the robot lies within `alone` [m], the wall lies to the robot's right, and both
+    its ends are farther along it than `distance`: nearer to them the way already turns.
+    """
+    start, edge = faces[:, :2], faces[:, 2:] - faces[:, :2]
+    length = np.hypot(*edge.T)
+    along = edge / length[:, None]
+    away = (truth.x, truth.y) - start
+    foot = np.einsum("ij,ij->i", away, along)
+    side = along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0]
+    gap = np.where(side > 0, np.hypot(side, foot - np.clip(foot, 0.0, length)), np.inf)
+    if len(posts) and (np.hypot(*(posts[:, :2] - (truth.x, truth.y)).T) - posts[:, 2] < alone).any():
+        return None
+    near = np.flatnonzero(gap < alone)
+    if len(near) != 1 or not distance < foot[near[0]] < length[near[0]] - distance:
+        return None
+    turned = wrap(math.atan2(along[near[0], 1], along[near[0], 0]) - truth.heading)
+    return float(gap[near[0]] - distance) if abs(turned) < math.radians(45) else None
+
 
 PLACES = ("lab", "floor")
 TRIES = 3
@@ -39,8 +63,8 @@ ROUND = Pose(0.0, 0.0, 0.0)  # where FOLLOW ME begins: its walk is in sim:lab
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """How a run went beyond its words."""
+class TrialOutcome:
+    """The outcome of a run besides its words."""
 
     success: bool
     why: str = ""
@@ -48,13 +72,13 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class Trial:
+class CommandTrial:
     """One command of the table."""
 
     definition: str
     unit: str  # of the figure
     start: Callable[[World, np.random.Generator], tuple[Pose, str]]  # a place to begin, and what is said there
-    obey: Callable[[SpokenRoom, str], tuple[Heard, Outcome]]
+    obey: Callable[[SpokenRoom, str], tuple[SentenceOutcome, TrialOutcome]]
     places: tuple[str, ...] = PLACES
 
 
@@ -70,7 +94,7 @@ def _anywhere(words: str, world: World, chance: np.random.Generator) -> tuple[Po
 
 
 def _before_free_floor(words: str, world: World, chance: np.random.Generator) -> tuple[Pose, str]:
-    """So that the longest way is free."""
+    """Set the stage so that the longest way is free."""
     length = 3.0 if "stop" in words else float(chance.choice(LENGTHS))
     while True:
         pose, _ = _anywhere("", world, chance)
@@ -105,7 +129,7 @@ def _in_the_round(words: str, world: World, chance: np.random.Generator) -> tupl
 
 
 def _free_ahead(world: World, pose: Pose) -> float:
-    """How far [m] the body could go straight on."""
+    """Free distance [m] straight ahead of the body."""
     c, s = math.cos(pose.heading), math.sin(pose.heading)
     side = np.array([[-s, c]]) * np.linspace(-BODY, BODY, RAYS)[:, None]
     origins = np.array([[pose.x, pose.y]]) + side
@@ -120,27 +144,27 @@ def _spoken(value: float) -> str:
 # what is done, and whether it was right
 
 
-def _turn(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
+def _turn(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
     before = room.robot.truth
     room.place()
     heard, state, why = _done(room, words, 30.0)
     after = room.robot.truth
     off = wrap(after.heading - before.heading - math.copysign(math.pi / 2, 1 if "left" in words else -1))
     good = state == "done" and abs(off) < TURNED and before.distance_to(after.x, after.y) < CREPT
-    return heard, Outcome(success=good, why=why, figure=math.degrees(abs(off)))
+    return heard, TrialOutcome(success=good, why=why, figure=math.degrees(abs(off)))
 
 
-def _go(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
+def _go(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
     before = room.robot.truth
     length = float(words.split()[1])
     room.place(off=along(before, length))
     heard, state, why = _done(room, words, 90.0)
     after = before.inverse() @ room.robot.truth
     off = math.hypot(after.x - length, after.y)
-    return heard, Outcome(success=state == "done" and off < ALONG, why=why, figure=off)
+    return heard, TrialOutcome(success=state == "done" and off < ALONG, why=why, figure=off)
 
 
-def _stop_at(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
+def _stop_at(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
     before = room.robot.truth
     x, y = (float(part.replace("minus ", "-")) for part in words.removeprefix("stop at ").split(" and "))
     towards = before @ Pose(0.0, 0.0, math.atan2(y, x))
@@ -148,10 +172,10 @@ def _stop_at(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
     heard, state, why = _done(room, words, 120.0)
     after = before.inverse() @ room.robot.truth
     off = math.hypot(after.x - x, after.y - y)
-    return heard, Outcome(success=state == "done" and off < AT, why=why, figure=off)
+    return heard, TrialOutcome(success=state == "done" and off < AT, why=why, figure=off)
 
 
-def _stop(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
+def _stop(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
     """While it goes straight on."""
     before = room.robot.truth
     room.place(off=along(before, 3.0))
@@ -159,7 +183,7 @@ def _stop(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
     room.robot.run(float(room.chance.uniform(1.0, 4.0)))
     heard = room.command(words, TRIES)
     if heard.number is None:
-        return heard, Outcome(success=False, why=heard.why)
+        return heard, TrialOutcome(success=False, why=heard.why)
     stood = math.inf
     for snapshot in room.robot.frames(3.0):
         if abs(room.robot.gate.twist.v) < 1e-9 and stood == math.inf:
@@ -167,19 +191,21 @@ def _stop(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
     ended = room.robot.ended(going)
     late = max(stood - heard.ended, 0.0)
     good = ended is not None and ended.state != "done" and late < STILL
-    return heard, Outcome(success=good, why="" if good else f"it stood {late:.2f} s after the words", figure=late)
+    return heard, TrialOutcome(
+        success=good, why="" if good else f"it stood {late:.2f} s after the words", figure=late
+    )
 
 
-def _follow_wall(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
+def _follow_wall(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
     room.place()
     heard = room.command(words, TRIES)
     if heard.number is None:
-        return heard, Outcome(success=False, why=heard.why)
+        return heard, TrialOutcome(success=False, why=heard.why)
     surfaces, off, since = room.world.surfaces(0.12), list[float](), math.inf
 
     def watch(snapshot: Snapshot) -> None:
         nonlocal since
-        if snapshot.undertaking is not None and snapshot.undertaking.remark.startswith(AT_THE_WALL):
+        if snapshot.active_command is not None and snapshot.active_command.remark.startswith(AT_THE_WALL):
             since = min(since, snapshot.stamp)
         if snapshot.stamp - since < SETTLING or snapshot.truth is None:
             return
@@ -190,30 +216,30 @@ def _follow_wall(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
     ended = room.wait(heard.number, FOLLOWING, watch)
     straight = float(np.sqrt(np.mean(np.square(off)))) if off else None
     good = ended is None and (straight is None or straight < STRAIGHT)
-    return heard, Outcome(success=good, why=ended.remark if ended else "", figure=straight)
+    return heard, TrialOutcome(success=good, why=ended.remark if ended else "", figure=straight)
 
 
-def _come(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
+def _come(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
     x, y = room.place()
     truth = room.robot.truth
     heard = room.command(words, TRIES)
     if heard.call is not None:
         room.errors["sound_rad"].append(wrap(heard.call.azimuth - _azimuth(room, truth, x, y)))
     if heard.number is None:
-        return heard, Outcome(success=False, why=heard.why)
+        return heard, TrialOutcome(success=False, why=heard.why)
     ended = room.wait(heard.number, 120.0, room.measure(x, y))
     apart = room.robot.truth.distance_to(x, y)
     state, why = (ended.state, ended.remark) if ended else ("running", "it took too long")
     good = state == "done" and NEAR[0] <= apart <= NEAR[1]
-    return heard, Outcome(success=good, why="" if good else why, figure=apart)
+    return heard, TrialOutcome(success=good, why="" if good else why, figure=apart)
 
 
-def _follow_me(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
+def _follow_me(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
     """Ann walks a round, Bob crosses it."""
     room.put(ANN, x_m=1.6, y_m=0.2, clothes="red/blue")
     heard = room.command(words, TRIES)
     if heard.number is None:
-        return heard, Outcome(success=False, why=heard.why)
+        return heard, TrialOutcome(success=False, why=heard.why)
     ended = room.wait(heard.number, 4.0)
     if ended is None:
         walk = [list(place) for place in WALK]
@@ -223,10 +249,10 @@ def _follow_me(room: SpokenRoom, words: str) -> tuple[Heard, Outcome]:
         ended = room.wait(heard.number, MINUTE)
     apart = room.robot.truth.distance_to(*room.where(ANN))
     good = ended is None and apart < FOLLOWED
-    return heard, Outcome(success=good, why=ended.remark if ended else "", figure=apart)
+    return heard, TrialOutcome(success=good, why=ended.remark if ended else "", figure=apart)
 
 
-def _done(room: SpokenRoom, words: str, seconds: float) -> tuple[Heard, str, str]:
+def _done(room: SpokenRoom, words: str, seconds: float) -> tuple[SentenceOutcome, str, str]:
     """Say it and wait for its end → what was heard, the state at the end and why."""
     heard = room.command(words, TRIES)
     if heard.number is None:
@@ -245,33 +271,35 @@ def along(pose: Pose, length: float) -> list[tuple[float, float]]:
 
 
 def _azimuth(room: SpokenRoom, truth: Pose, x: float, y: float) -> float:
-    """Where somebody is [rad], on the robot's own map."""
+    """Azimuth [rad] of a person, on the robot's own map."""
     known = room.robot.snapshot.estimate.pose
     return truth.bearing_to(x, y) + known.heading
 
 
 TRIALS = {
-    "turn_left": Trial(
+    "turn_left": CommandTrial(
         "within 2° of 90° to the left, on the spot (5 cm)", "deg", partial(_anywhere, "turn left"), _turn
     ),
-    "turn_right": Trial(
+    "turn_right": CommandTrial(
         "within 2° of 90° to the right, on the spot (5 cm)", "deg", partial(_anywhere, "turn right"), _turn
     ),
-    "stop_moving": Trial(
+    "stop_moving": CommandTrial(
         "the wheels stand within 1 s after the words", "s", partial(_before_free_floor, "stop moving"), _stop
     ),
-    "continue": Trial(
+    "continue": CommandTrial(
         "within 5 cm of the place straight ahead", "m", partial(_before_free_floor, "continue {x} meters"), _go
     ),
-    "stop_at": Trial("within 10 cm of the place", "m", partial(_before_a_goal, "stop at {x} and {y}"), _stop_at),
-    "follow_wall": Trial(
-        "still beside the wall after 75 s, RMS of its 0.5 m on straight walls below 3 cm",
+    "stop_at": CommandTrial(
+        "within 10 cm of the place", "m", partial(_before_a_goal, "stop at {x} and {y}"), _stop_at
+    ),
+    "follow_wall": CommandTrial(
+        "still next to the wall after 75 s, RMS of its 0.5 m on straight walls below 3 cm",
         "m",
         partial(_beside_a_wall, "follow wall"),
         _follow_wall,
     ),
-    "come_here": Trial("stands 0.5 ± 0.1 m from the person", "m", partial(_anywhere, "come here"), _come),
-    "follow_me": Trial(
+    "come_here": CommandTrial("stands 0.5 ± 0.1 m from the person", "m", partial(_anywhere, "come here"), _come),
+    "follow_me": CommandTrial(
         "has the person after a minute's walk with another one crossing, within 1.8 m",
         "m",
         partial(_in_the_round, "follow me"),

@@ -7,19 +7,26 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from core.acoustics import Room, diffuse_noise, heard, impulse_responses, pink_noise, plane_waves
 from core.message import Array, message
 from core.sensors.microphones import MicrophoneArray, Sound
+from core.simulation.acoustics.shoebox import (
+    ShoeboxRoom,
+    diffuse_noise,
+    heard,
+    impulse_responses,
+    pink_noise,
+    plane_waves,
+)
 
 RATE = 16_000  # [Hz]
 PRE_ROLL = 0.5  # [s] of noise before the first word
 ASKED_SD = math.radians(5)  # [rad] by which a person misses the azimuth where they were asked to stand
-FAN_APART = math.radians(25)  # a fan stands at least this far beside the talker
+FAN_APART = math.radians(25)  # a fan stands at least this far from the talker
 
 
 @message
-class Scene:
-    """What all microphones of all arrays hear of the talker, of noise from everywhere, and of a fan; power 1 each."""
+class AcousticScene:
+    """The sound at all microphones of all arrays from the talker, diffuse noise and a fan; power 1 each."""
 
     rt60: float  # [s]
     distance: float  # [m]
@@ -44,13 +51,13 @@ def make_scene(
     voice: Array,
     arrays: Sequence[MicrophoneArray],
     asked: float | None = None,
-) -> Scene:
+) -> AcousticScene:
     """A room of 5-9 x 4-7 x 2.5-3.2 m, a talker 1-4 m away at 1.2-1.8 m height, arrays at 0.25-1 m.
 
     Every microphone stands where its profile says give or take the profile's `position_sd`. A talker who was `asked`
     to stand at an azimuth [rad] does so to a few degrees, 1.5-2.5 m away.
     """
-    room = Room((rng.uniform(5, 9), rng.uniform(4, 7), rng.uniform(2.5, 3.2)), rt60)
+    room = ShoeboxRoom((rng.uniform(5, 9), rng.uniform(4, 7), rng.uniform(2.5, 3.2)), rt60)
     centre, mouth = _places(rng, room, asked)
     places = np.vstack(
         [one.positions + rng.normal(scale=one.position_sd, size=one.positions.shape) for one in arrays]
@@ -61,7 +68,7 @@ def make_scene(
     azimuth = math.atan2(towards[1], towards[0]) + rng.uniform(FAN_APART, 2 * math.pi - FAN_APART)
     blowing = np.array([[math.cos(azimuth), math.sin(azimuth), 0.0]])
     ends = np.cumsum([len(one.positions) for one in arrays])
-    return Scene(
+    return AcousticScene(
         rt60=rt60,
         distance=float(np.linalg.norm(mouth - centre)),
         towards=towards,
@@ -72,8 +79,8 @@ def make_scene(
     )
 
 
-def _places(rng: np.random.Generator, room: Room, asked: float | None) -> tuple[Array, Array]:
-    """Where the arrays (3,) and the mouth (3,) are, both well inside."""
+def _places(rng: np.random.Generator, room: ShoeboxRoom, asked: float | None) -> tuple[Array, Array]:
+    """Places of the arrays (3,) and the mouth (3,), both well inside."""
     while True:
         x, y, _ = room.size
         centre = np.array([rng.uniform(0.8, x - 0.8), rng.uniform(0.8, y - 0.8), rng.uniform(0.25, 1.0)])

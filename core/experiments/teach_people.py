@@ -18,29 +18,29 @@ import numpy as np
 from scipy.optimize import minimize
 
 from core.errors import Unwritable
-from core.experiments.crowd import Scene, Stage
+from core.experiments.drawn_people import DrawnScene, Stage
 from core.files import check_file
 from core.message import Array
-from core.perception.people.billboard import Billboards
-from core.perception.people.cells import edge_cells
-from core.perception.people.levelling import levelled
-from core.perception.people.model import FILE, PartModel, keep_model, likelihoods
+from core.perception.people.brightness import levelled
+from core.perception.people.edge_orientation import edge_cells
+from core.perception.people.part_model import FILE, PartModel, keep_model, likelihoods
 from core.perception.people.parts import CELLS_PER_METRE, HIGHEST_SHIFT, LOWEST_SHIFT, PARTS, TALL, Part
-from core.world import FLOOR
+from core.perception.people.vertical_plane import VerticalPlanes
+from core.simulation.world import FLOOR
 
 log = logging.getLogger(__name__)
 
 REACH = 0.375 + 0.5  # [m] of a view to either side
 SHOWN = 0.35  # share of a part in the picture from which it teaches
-STRAYS = (0.32, -0.32, 0.45, -0.45)  # [m] beside somebody: nobody stands there
-WRONG_DISTANCES = (0.7, 1.4)  # times the true one: nobody stands there
+STRAYS = (0.32, -0.32, 0.45, -0.45)  # [m] to the side of a person: no person stands there
+WRONG_DISTANCES = (0.7, 1.4)  # times the true one: no person stands there
 LOOKS = 20  # distances at which one picture is searched for mistakes
-MISTAKEN = -1.0  # log odds from which something is worth a lesson
+MISTAKEN = -1.0  # log odds from which something is used as a training sample
 
 
 @dataclass
-class Lessons:
-    """Rows of cells of one part, and whether each is somebody."""
+class TrainingSamples:
+    """Rows of cells of one part, and whether each is a person."""
 
     rows: list[Array]
     truth: list[float]
@@ -56,36 +56,36 @@ def cut_part(part: Part, cells: Array, valid: Array, column: float, shift: int) 
 
 
 def teach(seed: int, scenes: int, rounds: int = 3, regularity: float = 3.0) -> tuple[PartModel, ...]:
-    """The model of anybody."""
+    """Train the model of any person."""
     rng = np.random.default_rng(seed)
     stage = Stage(FLOOR, rng)
-    lessons = {part.name: Lessons([], []) for part in PARTS}
+    samples = {part.name: TrainingSamples([], []) for part in PARTS}
     for scene in (stage.scene(people=1, clutter=4) for _ in range(scenes)):
-        _learn_from(scene, lessons, rng)
-    models = tuple(_fitted(part, lessons[part.name], regularity) for part in PARTS)
+        _learn_from(scene, samples, rng)
+    models = tuple(_fitted(part, samples[part.name], regularity) for part in PARTS)
     for _ in range(rounds):
         for scene in (stage.scene(people=0, clutter=8) for _ in range(scenes // 3)):
-            _learn_mistakes(scene, models, lessons, rng)
-        models = tuple(_fitted(part, lessons[part.name], regularity) for part in PARTS)
+            _learn_mistakes(scene, models, samples, rng)
+        models = tuple(_fitted(part, samples[part.name], regularity) for part in PARTS)
     return models
 
 
-def _learn_from(scene: Scene, lessons: dict[str, Lessons], rng: np.random.Generator) -> None:
-    """One person, the places beside them, the wrong distances, and somewhere else."""
+def _learn_from(scene: DrawnScene, samples: dict[str, TrainingSamples], rng: np.random.Generator) -> None:
+    """One person, the places next to them, the wrong distances, and other places."""
     person = scene.people[0]
-    boards = Billboards(levelled(scene.pixels), scene.camera)
+    boards = VerticalPlanes(levelled(scene.pixels), scene.camera)
     shift = round((person.height - TALL) * CELLS_PER_METRE)
     shift = min(HIGHEST_SHIFT, max(LOWEST_SHIFT, shift))
     if person.shown > 0.8:
         pixels, valid = boards.cut(person.distance, person.bearing + rng.normal(0, 0.015), REACH)
         cells = edge_cells(pixels)
-        _add(lessons, cells, valid, cells.shape[1] / 2, shift, 1.0)
-        _add(lessons, cells[:, ::-1][:, :, _mirrored()], valid[:, ::-1], cells.shape[1] / 2, shift, 1.0)
+        _add(samples, cells, valid, cells.shape[1] / 2, shift, 1.0)
+        _add(samples, cells[:, ::-1][:, :, _mirrored()], valid[:, ::-1], cells.shape[1] / 2, shift, 1.0)
         for stray in STRAYS:
-            _add(lessons, cells, valid, cells.shape[1] / 2 + stray * CELLS_PER_METRE, shift, 0.0)
+            _add(samples, cells, valid, cells.shape[1] / 2 + stray * CELLS_PER_METRE, shift, 0.0)
         for factor in WRONG_DISTANCES:
             pixels, valid = boards.cut(person.distance * factor, person.bearing, REACH)
-            _add(lessons, edge_cells(pixels), valid, cells.shape[1] / 2, 0, 0.0)
+            _add(samples, edge_cells(pixels), valid, cells.shape[1] / 2, 0, 0.0)
     for _ in range(2):
         bearing = person.bearing + math.copysign(rng.uniform(0.35, 0.7), -person.bearing)
         distance = float(rng.uniform(0.8, 6.0))
@@ -93,7 +93,7 @@ def _learn_from(scene: Scene, lessons: dict[str, Lessons], rng: np.random.Genera
             pixels, valid = boards.cut(distance, bearing, REACH)
             cells = edge_cells(pixels)
             column = cells.shape[1] / 2 + rng.integers(-6, 7)
-            _add(lessons, cells, valid, column, int(rng.integers(LOWEST_SHIFT, HIGHEST_SHIFT + 1)), 0.0)
+            _add(samples, cells, valid, column, int(rng.integers(LOWEST_SHIFT, HIGHEST_SHIFT + 1)), 0.0)
 
 
 def _mirrored() -> Array:
@@ -101,19 +101,21 @@ def _mirrored() -> Array:
     return np.arange(9)[::-1]
 
 
-def _add(lessons: dict[str, Lessons], cells: Array, valid: Array, column: float, shift: int, truth: float) -> None:
+def _add(
+    samples: dict[str, TrainingSamples], cells: Array, valid: Array, column: float, shift: int, truth: float
+) -> None:
     for part in PARTS:
         rows, seen = cut_part(part, cells, valid, column, shift)
         if seen.shape == (part.rows, part.columns) and seen.mean() >= SHOWN:
-            lessons[part.name].rows.append(rows.astype(np.float32))
-            lessons[part.name].truth.append(truth)
+            samples[part.name].rows.append(rows.astype(np.float32))
+            samples[part.name].truth.append(truth)
 
 
 def _learn_mistakes(
-    scene: Scene, models: tuple[PartModel, ...], lessons: dict[str, Lessons], rng: np.random.Generator
+    scene: DrawnScene, models: tuple[PartModel, ...], samples: dict[str, TrainingSamples], rng: np.random.Generator
 ) -> None:
-    """What looks most like somebody where nobody is."""
-    boards = Billboards(levelled(scene.pixels), scene.camera)
+    """Add the places without people that look most like a person."""
+    boards = VerticalPlanes(levelled(scene.pixels), scene.camera)
     bearing = float(rng.uniform(-0.42, 0.42))
     for distance in np.geomspace(0.6, 6.0, LOOKS) * rng.uniform(0.95, 1.05):
         pixels, valid = boards.cut(float(distance), bearing, REACH)
@@ -121,20 +123,20 @@ def _learn_mistakes(
         for model in models:
             part = model.part
             rises = range(round(part.rise * LOWEST_SHIFT), round(part.rise * HIGHEST_SHIFT) + 1)
-            told, share = likelihoods(model, cells, valid, rises)
-            odds = np.where(share >= SHOWN, told, -np.inf)
+            evidence, share = likelihoods(model, cells, valid, rises)
+            odds = np.where(share >= SHOWN, evidence, -np.inf)
             row, column = np.unravel_index(int(odds.argmax()), odds.shape)
             if odds[row, column] > MISTAKEN:
                 shift = round(rises[int(row)] / part.rise) if part.rise else 0
                 rows, _ = cut_part(part, cells, valid, column + part.columns / 2, shift)
-                lessons[part.name].rows.append(rows.astype(np.float32))
-                lessons[part.name].truth.append(0.0)
+                samples[part.name].rows.append(rows.astype(np.float32))
+                samples[part.name].truth.append(0.0)
 
 
-def _fitted(part: Part, lessons: Lessons, regularity: float) -> PartModel:
+def _fitted(part: Part, samples: TrainingSamples, regularity: float) -> PartModel:
     """Logistic regression; people and everything else weigh the same."""
-    rows = np.array(lessons.rows)
-    truth = np.array(lessons.truth)
+    rows = np.array(samples.rows)
+    truth = np.array(samples.truth)
     usual = np.nanmean(rows, axis=0)
     table = np.nan_to_num(rows - usual).reshape(len(rows), -1)
     share = np.where(truth > 0, 0.5 / truth.sum(), 0.5 / (1 - truth).sum()) * len(truth)
@@ -148,7 +150,7 @@ def _fitted(part: Part, lessons: Lessons, regularity: float) -> PartModel:
 
     found = minimize(loss, np.zeros(table.shape[1] + 1), jac=True, method="L-BFGS-B", options={"maxiter": 150})
     numbers = cast(Array, found.x)
-    log.info("%s: %d lessons, %d of people", part.name, len(truth), int(truth.sum()))
+    log.info("%s: %d samples, %d of people", part.name, len(truth), int(truth.sum()))
     weights = numbers[:-1].reshape(usual.shape)
     return PartModel(part, usual.astype(np.float32), weights.astype(np.float32), float(numbers[-1]))
 

@@ -1,4 +1,4 @@
-"""A tour of the laboratory by commands only: how far the estimate strays from the truth, dead reckoning beside it."""
+"""A tour of the laboratory by commands only: error of the estimate, compared with dead reckoning."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from core.calibration.written import write
+from core.calibration.files.written import write
 from core.experiments.rehearsal import Rehearsal
 from core.experiments.run_log import RunLog
 from core.geometry import Pose, wrap
@@ -42,7 +42,7 @@ ROUTE = (
 def tour(seed: int, minutes: float = MINUTES, settings: Settings | None = None) -> dict[str, Any]:
     """One tour → its figures; `contacts` and `faults` (what the trace checker says) ought to be 0 and empty."""
     rehearsal = Rehearsal("sim:lab", seed=seed, settings=settings)
-    score = Score()
+    score = TourScore()
     ends: dict[str, int] = {}
     sentences = 0
     while rehearsal.snapshot.stamp < 60 * minutes:
@@ -64,7 +64,7 @@ def tour(seed: int, minutes: float = MINUTES, settings: Settings | None = None) 
     }
 
 
-class Score:
+class TourScore:
     """Gathers errors against the truth, frame by frame."""
 
     def __init__(self) -> None:

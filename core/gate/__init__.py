@@ -4,7 +4,7 @@ from core.gate.gate import LATE, TICK, Gate
 from core.gate.limits import Limits
 from core.gate.setpoint import Setpoint
 from core.gate.status import GateStatus
-from core.gate.trace import Row, TraceWriter, check, read_trace
+from core.gate.trace import TraceRow, TraceWriter, check, read_trace
 from core.gate.twist import ZERO, Twist
 
 __all__ = [
@@ -14,8 +14,8 @@ __all__ = [
     "Gate",
     "GateStatus",
     "Limits",
-    "Row",
     "Setpoint",
+    "TraceRow",
     "TraceWriter",
     "Twist",
     "check",

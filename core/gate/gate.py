@@ -1,8 +1,8 @@
-"""The gate's logic: from orders that may be late, repeated or nonsense to what the wheels are told.
+"""The gate's logic, watchdog and deadman: from setpoints that may be late, repeated or malformed to a twist.
 
 No clock, no thread, no file: every call brings the time `now` [s] of one steady clock. `tick`, every 20 ms, is the
-only source of motion. An order counts for a quarter of a second, only under the lease that is in force, and only
-if it returns a ticket that the gate gave out less than `ticket_age` ago: so the age of the order itself is
+only source of motion. A setpoint counts for a quarter of a second, only under the lease that is in force, and only
+if it returns a ticket that the gate gave out less than `ticket_age` ago: so the age of the setpoint itself is
 bounded, whatever was buffered on its way. After every stop, what was pressed then never moves the robot again.
 """
 
@@ -11,12 +11,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from core.gate.guard import Guard, Permitted
+from core.gate.freshness import AgeTokens, InputIds
+from core.gate.guard import ObstacleGuard, Permitted
 from core.gate.limits import Limits, is_count, is_number, speed_cap
-from core.gate.presses import Presses
-from core.gate.setpoint import Order, Setpoint, Source
+from core.gate.setpoint import AcceptedSetpoint, Setpoint, Source
 from core.gate.status import CONSOLE_SILENT, GATE_LATE, SILENCE, GateStatus, State
-from core.gate.tickets import Tickets
 from core.gate.trace import Event, TraceWriter
 from core.gate.twist import ZERO, Twist
 
@@ -39,34 +38,34 @@ class Gate:
     ) -> None:
         self.limits = limits
         self._trace = trace
-        self._guard = Guard(limits)
+        self._guard = ObstacleGuard(limits)
         self._state: State = "halted" if halted else "disarmed"
         self._reason = "halted before the restart" if halted else ""
         self._remark = ""  # on the halt that is in force
         self._epoch, self._owner = 0, ""
-        self._order: Order | None = None
+        self._accepted: AcceptedSetpoint | None = None
         self._twist = ZERO
         self._permitted = Permitted(ZERO)
         self._refused = ""
-        self._tickets = Tickets(first_ticket, limits.ticket_age)
+        self._tickets = AgeTokens(first_ticket, limits.ticket_age)
         self._last_seq: dict[str, int] = {}
-        self._presses = Presses(spent)
+        self._presses = InputIds(spent)
         self._need_neutral = True
         self._trips = 0
         self._ticked: float | None = None
-        self._told = -math.inf  # when `_twist` was last set
+        self._set_at = -math.inf  # when `_twist` was last set
         self._beat = self._seen = self._heard = -math.inf
         self._contact, self._contact_side, self._side = False, 0.0, 0.0
 
     # what is asked
 
     def accept(self, setpoint: Setpoint, now: float) -> str:
-        """Judge one order → "" when it is in force now, else the reason in words."""
+        """Judge one setpoint → "" when it is in force now, else the reason in words."""
         self._refused = self._judge(setpoint, now)
         return self._refused
 
     def arm(self, epoch: int, owner: str, now: float) -> str:
-        """Obey the holder of this lease from now on; through zero, and never moving by itself → "" or why not."""
+        """Accept setpoints under this lease from now on, starting at zero → "" or why not."""
         if self._state == "halted":
             return "The robot is halted: reset the halt first."
         if not is_count(epoch) or epoch < self._epoch:
@@ -82,22 +81,22 @@ class Gate:
         return ""
 
     def disarm(self, now: float, reason: str = "") -> None:
-        """Obey nobody."""
+        """Accept no setpoint."""
         if self._state == "armed":
             self._state = "disarmed"
         self._stand("disarm", reason, now)
 
     def stop(self, now: float) -> None:
-        """Zero at once; what is pressed now never moves again, a new press may."""
+        """Set zero at once; the present press never moves the robot again, a new press may."""
         self._stand("stop", "stopped", now)
 
     def halt(self, now: float) -> None:
-        """Zero at once, and nothing moves until `reset` and a new `arm`."""
+        """Set zero at once; nothing moves until `reset` and a new `arm`."""
         self._state, self._remark = "halted", ""
         self._stand("halt", "halted", now)
 
     def wake(self, now: float) -> None:
-        """The machine slept, and the clock stood still meanwhile: everything that was ordered before is over."""
+        """Trip after a sleep of the machine, in which the clock stood still: every earlier setpoint is over."""
         self._trip("the machine slept", now)
 
     def reset(self, now: float) -> None:
@@ -107,31 +106,31 @@ class Gate:
             self._stand("reset", "", now)
 
     def remark(self, reason: str) -> None:
-        """Something to know of the status: as long as a halt lasts, else until the next motion or stop."""
+        """Set a reason for the status: as long as a halt lasts, else until the next motion or stop."""
         self._reason = self._remark = reason
 
     # what is known
 
     def see(self, points: Sequence[Sequence[float]], now: float, field: float = math.pi) -> None:
-        """Near scan points (x, y) [m], robot frame, up to `field` [rad] to either side; the scan is fresh."""
+        """Take near scan points (x, y) [m], robot frame, up to `field` [rad] to either side; the scan is fresh."""
         self._guard.see(points, field)
         self._seen = self._heard = now
 
     def touch(self, contact: bool, now: float) -> None:
-        """The bumper, and that the robot is alive. A new contact trips; out of it leads the other direction only."""
+        """Take the bumper's state; the robot is alive. A new contact trips; only the other direction leads out."""
         self._heard = now
         if contact and not self._contact:
             self._contact_side = self._side
-            if self._order is not None:
+            if self._accepted is not None:
                 self._trip("the bumper touches something", now)
         self._contact = contact
 
     def heartbeat(self, now: float) -> None:
-        """The console is alive."""
+        """Note that the console is alive."""
         self._beat = now
 
     def status(self) -> GateStatus:
-        """The gate now."""
+        """Return the gate's status now."""
         permitted = self._permitted
         return GateStatus(
             state=self._state,
@@ -141,7 +140,7 @@ class Gate:
             nonce=self._tickets.newest,
             v=self._twist.v,
             w=self._twist.w,
-            source=self._order.source if self._order else "",
+            source=self._accepted.source if self._accepted else "",
             limit_v=permitted.limit,
             blocked_by=permitted.point,
             need_neutral=self._need_neutral,
@@ -151,33 +150,33 @@ class Gate:
 
     @property
     def twist(self) -> Twist:
-        """What the wheels are told now; a stop shows here at once, before the next tick."""
+        """The twist of the wheels now; a stop shows here at once, before the next tick."""
         return self._twist
 
     @property
     def expires(self) -> float:
-        """When the order in force ends [s] unless a new one or a heartbeat comes; a tick is due then, too."""
-        if self._order is None:
+        """Time [s] at which the setpoint ends unless a new one or a heartbeat comes; a tick is due then, too."""
+        if self._accepted is None:
             return math.inf
-        return min(self._order.arrived + self.limits.deadman, self._beat + self.limits.heartbeat)
+        return min(self._accepted.arrived + self.limits.deadman, self._beat + self.limits.heartbeat)
 
     # what follows
 
     def tick(self, now: float) -> Twist:
-        """Every 20 ms → what the wheels are told."""
-        if self._order is not None and (trouble := self._trouble(self._order, now)):
+        """Advance by one tick, every 20 ms → the twist of the wheels."""
+        if self._accepted is not None and (trouble := self._trouble(self._accepted, now)):
             self._trip(trouble, now)
         self._ticked = now
-        self._tell(self._permit(min(max(now - self._told, 0.0), LATE), now), now)
+        self._tell(self._permit(min(max(now - self._set_at, 0.0), LATE), now), now)
         self._tickets.issue(now)
         self._write("", now)
         return self._twist
 
-    def _trouble(self, order: Order, now: float) -> str:
-        """Why an order that is in force must end, "" if it need not."""
+    def _trouble(self, accepted: AcceptedSetpoint, now: float) -> str:
+        """Return why the setpoint in force must end, "" if it need not."""
         if self._ticked is not None and not 0.0 <= now - self._ticked <= LATE:
             return GATE_LATE
-        if now >= order.arrived + self.limits.deadman:
+        if now >= accepted.arrived + self.limits.deadman:
             return SILENCE
         if now >= self._beat + self.limits.heartbeat:
             return CONSOLE_SILENT
@@ -187,22 +186,22 @@ class Gate:
 
     @property
     def _last_sign(self) -> float:
-        """When something last said where the robot goes [s]."""
+        """Time [s] of the newest reading that shows the robot's motion or surroundings."""
         return self._seen if self.limits.guard else self._heard
 
     def _permit(self, elapsed: float, now: float) -> Permitted:
-        """The order in force → what of it the wheels may be told after `elapsed` seconds more."""
-        if self._order is None:
+        """The setpoint in force → the part of it that is permitted after `elapsed` seconds more."""
+        if self._accepted is None:
             return Permitted(ZERO)
         if now - self._last_sign > self.limits.scan_age:
             return Permitted(
                 ZERO, 0.0, None, "waiting for a fresh scan" if self.limits.guard else "the robot is silent"
             )
-        wanted = self._order.twist
+        wanted = self._accepted.twist
         if self._contact and wanted.v * self._contact_side > 0.0:
             return Permitted(ZERO, 0.0, None, "the bumper touches something: drive away from it")
         limits = self.limits
-        cap = speed_cap(limits, self._order.age)
+        cap = speed_cap(limits, self._accepted.age)
         if limits.guard and wanted.v < 0.0:
             cap = min(cap, self._guard.backing_speed)
         wanted = wanted.clamped(cap, limits.max_turn_rate)
@@ -214,13 +213,13 @@ class Gate:
 
     def _judge(self, setpoint: Setpoint, now: float) -> str:
         if not setpoint.is_well_formed:
-            return "That is no order."
+            return "The setpoint is malformed."
         if self._state != "armed":
             return "The robot is halted." if self._state == "halted" else "The robot is not armed."
         if setpoint.epoch != self._epoch:
             return "Stale: another lease is in force."
         if setpoint.seq <= self._last_seq.get(setpoint.source, -1):
-            return "Stale: a newer order has been here."
+            return "Stale: a newer setpoint came before it."
         self._last_seq[setpoint.source] = setpoint.seq
         age = self._tickets.age(setpoint.nonce, now)
         if age is None:
@@ -234,26 +233,26 @@ class Gate:
         if setpoint.v == 0.0 and setpoint.w == 0.0:
             return self._rest(setpoint.source, after_stop, now)
         if not after_stop:
-            return "Ordered before the robot was stopped."
+            return "It was sent before the robot was stopped."
         return self._obey(setpoint, age, now)
 
     def _rest(self, source: Source, after_stop: bool, now: float) -> str:
-        """A zero order: no ramp, and the hand has let go."""
+        """Take a zero setpoint: no ramp, and the hand has let go."""
         if source == "jog" and after_stop:
             self._need_neutral = False
-        if self._order is not None and self._order.source == source:
-            self._order = None
+        if self._accepted is not None and self._accepted.source == source:
+            self._accepted = None
             self._tell(Permitted(ZERO), now)
             self._write("", now)
         return ""
 
     def _obey(self, setpoint: Setpoint, age: float, now: float) -> str:
-        """A moving order under the present lease, young enough."""
+        """Take a moving setpoint under the present lease, young enough."""
         source, press = setpoint.source, setpoint.press
         if now >= self._beat + self.limits.heartbeat:
             return "The console's heartbeat is missing."
         over = "This was stopped: press again." if source == "jog" else "This command was stopped: give a new one."
-        driven = self._order is not None and self._order.source == "jog"
+        driven = self._accepted is not None and self._accepted.source == "jog"
         if (source == "jog" and self._need_neutral) or (source == "goal" and driven):
             self._presses.refuse(source, press)
             over = (
@@ -265,7 +264,7 @@ class Gate:
             return over
         if source == "jog":
             self._presses.end("goal")
-        self._order = Order(Twist(setpoint.v, setpoint.w), source, press, now, age)
+        self._accepted = AcceptedSetpoint(Twist(setpoint.v, setpoint.w), source, press, now, age)
         self._reason = ""
         return ""
 
@@ -274,9 +273,9 @@ class Gate:
         self._stand("trip", reason, now)
 
     def _stand(self, event: Event, reason: str, now: float) -> None:
-        """Zero at once; what was pressed never moves again; a new ticket tells later orders from earlier ones."""
+        """Set zero; no earlier press moves the robot again; a new ticket separates later setpoints from earlier."""
         self._presses.end_all()
-        self._order = None
+        self._accepted = None
         self._tell(Permitted(ZERO), now)
         self._need_neutral = True
         self._reason = self._remark or "halted" if self._state == "halted" else reason
@@ -284,14 +283,14 @@ class Gate:
         self._write(event, now)
 
     def _tell(self, permitted: Permitted, now: float) -> None:
-        """Set what the wheels are told from now on."""
+        """Set the twist of the wheels from now on."""
         if self._twist.moves:
-            self._guard.roll(self._twist, min(max(now - self._told, 0.0), LATE))
-        self._permitted, self._twist, self._told = permitted, permitted.twist, now
+            self._guard.roll(self._twist, min(max(now - self._set_at, 0.0), LATE))
+        self._permitted, self._twist, self._set_at = permitted, permitted.twist, now
         if self._twist.v != 0.0:
             self._side = math.copysign(1.0, self._twist.v)
 
     def _write(self, event: Event, now: float) -> None:
         if self._trace is not None:
-            status, press = self.status(), self._order.press if self._order else 0
+            status, press = self.status(), self._accepted.press if self._accepted else 0
             self._trace.write(status, press, event, now)

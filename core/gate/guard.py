@@ -1,4 +1,4 @@
-"""What is in the way: near scan points against the arc that the body is about to sweep."""
+"""The obstacle guard: near scan points against the arc that the body is about to sweep."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from core.gate.limits import Limits, is_number
 from core.gate.twist import ZERO, Twist
 
-HORIZON = 1.5  # [m] up to which points are told; beyond, nothing is known to be free
+HORIZON = 1.5  # [m] up to which points are given; farther away, nothing is known to be free
 REACTION = 0.2  # [s] from a point's appearance to slower wheels: a turn of the laser, its way here, a tick
 TOUCH = 0.005  # [m] around the body that count as touching
 GRAZE_SPEED = 0.1  # [m/s] past something that is within the margin at the side
@@ -23,7 +23,7 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Permitted:
-    """What remains of a twist."""
+    """The part of a twist that the guard permits."""
 
     twist: Twist
     limit: float | None = None  # [m/s] that the surroundings allow in this direction, None: anything
@@ -31,7 +31,7 @@ class Permitted:
     reason: str = ""  # "" when nothing was taken away
 
 
-class Guard:
+class ObstacleGuard:
     """Remembers the newest near points, carried along with the wheels, and takes speed away.
 
     It only ever reduces, and never refuses what leads away from a point. A round body turns freely on the spot.
@@ -53,8 +53,8 @@ class Guard:
     def see(self, points: Sequence[Sequence[float]], field: float = math.pi) -> None:
         """New near points (x, y) [m], robot frame, by a laser that looks `field` [rad] to either side.
 
-        What is no pair of finite numbers is left out. What was seen before and lies out of its sight now still counts
-        for a while.
+        Anything but a pair of finite numbers is left out. A point that was seen before and is out of sight now still
+        counts for a while.
         """
         kept = [
             (point, until)
@@ -68,7 +68,7 @@ class Guard:
         self._moved, self._field = (0.0, 0.0, 0.0), field
 
     def roll(self, twist: Twist, elapsed: float) -> None:
-        """The wheels turned like this for `elapsed` seconds: the points are elsewhere now."""
+        """Move the points by `elapsed` seconds of this twist."""
         self._rolled += elapsed
         x, y, heading = self._moved
         middle = heading + 0.5 * twist.w * elapsed
@@ -94,7 +94,7 @@ class Guard:
         return Permitted(Twist(twist.v * part, twist.w * part), allowed, nearest, "slowed for something near")
 
     def _turn(self, twist: Twist, points: list[Point]) -> Permitted:
-        """What remains of turning on the spot: everything, unless a point lies inside the outline."""
+        """Permit turning on the spot unless a point lies inside the outline."""
         nearest = min(points, key=lambda point: math.hypot(*point), default=None)
         if nearest is None or math.hypot(*nearest) >= self._limits.radius - 2 * TOUCH:
             return Permitted(twist)

@@ -1,4 +1,4 @@
-"""The halt that survives everything: a file that is there while the robot is halted."""
+"""The latch of a halt, which survives everything: a file that is there while the robot is halted."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Latch:
 
     @property
     def is_set(self) -> bool:
-        """Whether the robot is halted; also when nobody can tell."""
+        """True while the robot is halted, and also when that cannot be read."""
         try:
             self._path.lstat()
         except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""What no order may exceed."""
+"""The limits that no setpoint may exceed."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ class Limits:
     max_turn_rate: float = 1.5  # [rad/s]
     max_acceleration: float = 1.0  # [m/s²]
     max_turn_acceleration: float = 6.0  # [rad/s²]
-    deadman: float = 0.25  # [s] of silence after which an order ends
-    ticket_age: float = 0.4  # [s] that may pass from a ticket to the order that returns it: covers the round trip
+    deadman: float = 0.25  # [s] of silence after which a setpoint ends
+    ticket_age: float = 0.4  # [s] that may pass from a ticket to the setpoint that returns it: covers the round trip
     scan_age: float = 0.3  # [s] after which a scan says nothing about what is in the way
     heartbeat: float = 0.15  # [s] without the console's: three are missing
     radius: float = 0.09  # [m] of the round body
@@ -58,19 +58,19 @@ STOPPING_WAY = 0.5  # [m] within which a robot must stand whose operator sees la
 
 
 def speed_cap(limits: Limits, age: float) -> float:
-    """The speed [m/s] that orders may ask for which are `age` [s] old: v·(age + 0.3) + v²/(2a) ≤ STOPPING_WAY."""
+    """The highest speed [m/s] for setpoints of `age` [s]: v·(age + 0.3) + v²/(2a) ≤ STOPPING_WAY."""
     reach = limits.max_acceleration * (age + 0.3)
     cap = math.sqrt(reach * reach + 2 * limits.max_acceleration * STOPPING_WAY) - reach
     return min(cap, limits.max_speed if limits.guard else min(limits.max_speed, UNGUARDED_SPEED))
 
 
 def is_number(value: object) -> bool:
-    """Whether a value is a finite number; a bool is none."""
+    """Return whether a value is a finite number; a bool is not."""
     if type(value) is int:
         return abs(value) < 2**53
     return type(value) is float and math.isfinite(value)
 
 
 def is_count(value: object) -> bool:
-    """Whether a value is a whole number from 0 to what a browser can count; a bool is none."""
+    """Return whether a value is an integer from 0 to what a browser can count; a bool is not."""
     return type(value) is int and 0 <= value < 2**53

@@ -43,7 +43,7 @@ def send_packet(end: socket.socket, packet: Mapping[str, Any]) -> bool:
 
 
 def take_packets(end: socket.socket) -> tuple[list[dict[str, Any]], bool]:
-    """All that has come, without waiting, and whether the other end is still there. Nonsense is left out."""
+    """Return all valid packets that have come, without waiting, and whether the other end is there."""
     packets: list[dict[str, Any]] = []
     for _ in range(AT_ONCE):
         try:
@@ -73,7 +73,7 @@ def _refuse_constant(name: str) -> NoReturn:
 
 
 def _refuse_twice(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    told = dict(pairs)
-    if len(told) != len(pairs):
+    packet = dict(pairs)
+    if len(packet) != len(pairs):
         raise ValueError("a key was said twice")
-    return told
+    return packet

@@ -1,6 +1,6 @@
 """The gate's own process: `python -m core.gate.process`. Standard library only, so nothing can make it late.
 
-From the console: orders, stops, and its heartbeat. From the driver: what is near. To the driver: the twist with the
+From the console: setpoints, stops, and its heartbeat. From the driver: near points. To the driver: the twist with the
 newest ticket, every tick. When the console is gone it sends zeros for two seconds and ends.
 """
 
@@ -24,10 +24,10 @@ from core.gate.gate import TICK, Gate
 from core.gate.latch import Latch
 from core.gate.limits import Limits, is_count, is_number
 from core.gate.packets import packet_socket, send_packet, take_packets
-from core.gate.precedence import GATE, come_first
+from core.gate.scheduling import GATE, come_first
 from core.gate.setpoint import Setpoint
-from core.gate.sleep import SleepWatch, time_asleep
 from core.gate.status import GateStatus
+from core.gate.suspend import SleepWatch, time_asleep
 from core.gate.trace import TraceWriter, open_trace
 from core.gate.twist import ZERO
 
@@ -51,27 +51,27 @@ class GateLoop:
         self._sleep = SleepWatch(asleep)
         self._console, self._driver = console, driver
         self._ends_at: float | None = None
-        self._told_driver = ZERO
-        self._told_console: GateStatus | None = None
+        self._sent_twist = ZERO
+        self._sent_status: GateStatus | None = None
         self._ticks = 0
         self._kept = False  # whether the latch was set by this process
         self._latched = 0  # number of the newest halt that is on disk
         self._selector = selectors.DefaultSelector()
         self._selector.register(console, selectors.EVENT_READ, self._hear_console)
         self._selector.register(driver, selectors.EVENT_READ, self._hear_driver)
-        self._wishes: dict[str, Callable[[dict[str, Any], float], object]] = {
+        self._requests: dict[str, Callable[[dict[str, Any], float], object]] = {
             "set": self._set,
             "beat": lambda _, now: gate.heartbeat(now),
             "stop": lambda _, now: gate.stop(now),
             "halt": self._halt,
             "reset": self._reset,
-            "arm": lambda told, now: gate.arm(told["epoch"], str(told["owner"])[:200], now),
+            "arm": lambda packet, now: gate.arm(packet["epoch"], str(packet["owner"])[:200], now),
             "disarm": lambda _, now: gate.disarm(now),
             "leave": self._leave,
         }
 
     def run(self) -> None:
-        """Until the console is gone and the robot has been told to stand for a while."""
+        """Run until the console is gone and zeros have been sent to the robot for a while."""
         parent, due, looked = os.getppid(), time.monotonic(), time.monotonic()
         try:
             while True:
@@ -110,13 +110,13 @@ class GateLoop:
     def _hear_console(self) -> None:
         packets, there = take_packets(self._console)
         for packet in packets:
-            wish = self._wishes.get(str(packet.get("kind")))
+            request = self._requests.get(str(packet.get("kind")))
             try:
-                if wish is not None:
-                    wish(packet, time.monotonic())
+                if request is not None:
+                    request(packet, time.monotonic())
             except (KeyError, TypeError):
-                continue  # not of the form that the console sends: no order
-            if self._gate.twist != self._told_driver and not self._gate.twist.moves:
+                continue  # not of the form that the console sends
+            if self._gate.twist != self._sent_twist and not self._gate.twist.moves:
                 self._tell_driver()
         if not there:
             self._console_gone()
@@ -135,16 +135,16 @@ class GateLoop:
             self._selector.unregister(self._driver)
             self._gate.disarm(now, "the robot's driver is gone")
             self._ends_at = now if self._ends_at is not None else None
-        if not self._gate.twist.moves and self._told_driver.moves:
+        if not self._gate.twist.moves and self._sent_twist.moves:
             self._tell_driver()
         self._tell_console(always=False)
 
-    def _set(self, told: dict[str, Any], now: float) -> None:
-        del told["kind"]
-        self._gate.accept(Setpoint(**told), now)
+    def _set(self, packet: dict[str, Any], now: float) -> None:
+        del packet["kind"]
+        self._gate.accept(Setpoint(**packet), now)
 
-    def _halt(self, told: dict[str, Any], now: float) -> None:
-        """Zero first, then what must last; only then the console hears that the robot is halted."""
+    def _halt(self, packet: dict[str, Any], now: float) -> None:
+        """Set zero first, then the latch on disk; only then tell the console that the robot is halted."""
         self._gate.halt(now)
         self._tell_driver()
         try:
@@ -154,10 +154,10 @@ class GateLoop:
             self._gate.remark(f"halted, but a restart may forget it: {trouble.strerror}")
             return
         self._kept = True
-        self._latched = told["number"] if is_count(told.get("number")) else 0
+        self._latched = packet["number"] if is_count(packet.get("number")) else 0
 
-    def _reset(self, told: dict[str, Any], now: float) -> None:
-        del told
+    def _reset(self, packet: dict[str, Any], now: float) -> None:
+        del packet
         self._kept, self._latched = False, 0
         try:
             self._latch.clear()
@@ -166,8 +166,8 @@ class GateLoop:
             return
         self._gate.reset(now)
 
-    def _leave(self, told: dict[str, Any], now: float) -> None:
-        del told
+    def _leave(self, packet: dict[str, Any], now: float) -> None:
+        del packet
         self._gate.disarm(now, "the console ends")
         self._tell_driver()
         self._ends_at = now
@@ -181,15 +181,15 @@ class GateLoop:
             self._selector.unregister(self._console)
 
     def _tell_driver(self) -> None:
-        self._told_driver = self._gate.twist
+        self._sent_twist = self._gate.twist
         send_packet(
-            self._driver, {"v": self._told_driver.v, "w": self._told_driver.w, "nonce": self._gate.status().nonce}
+            self._driver, {"v": self._sent_twist.v, "w": self._sent_twist.w, "nonce": self._gate.status().nonce}
         )
 
     def _tell_console(self, *, always: bool) -> None:
         status = replace(self._gate.status(), latched=self._latched)
-        if always or self._told_console is None or _without_ticket(status) != _without_ticket(self._told_console):
-            self._told_console = status
+        if always or self._sent_status is None or _without_ticket(status) != _without_ticket(self._sent_status):
+            self._sent_status = status
             send_packet(self._console, status.to_json())
 
 
@@ -217,7 +217,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--limits", default="{}", help="JSON")
     parser.add_argument("--spent", default="[]", help="presses of an earlier gate, JSON")
     parser.add_argument("--halted", action="store_true", help="begin halted whatever the home folder remembers")
-    parser.add_argument("--trace", type=Path, help="file for the diary")
+    parser.add_argument("--trace", type=Path, help="file for the trace")
     given = parser.parse_args(arguments)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _end)
@@ -225,10 +225,10 @@ def main(arguments: list[str] | None = None) -> None:
     latch = Latch(given.home)
     try:
         limits = Limits.of(json.loads(given.limits))
-        scribe = open_trace(given.trace) if given.trace else None
+        line_writer = open_trace(given.trace) if given.trace else None
     except (ValueError, OSError) as trouble:
         raise SystemExit(f"The gate does not start: {trouble}") from None
-    trace = TraceWriter(scribe) if scribe else None
+    trace = TraceWriter(line_writer) if line_writer else None
     gate = Gate(
         limits,
         halted=given.halted or latch.is_set,
@@ -241,8 +241,8 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         GateLoop(gate, latch, packet_socket(given.console), packet_socket(given.driver)).run()
     finally:
-        if scribe is not None:
-            scribe.close()
+        if line_writer is not None:
+            line_writer.close()
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What somebody asks of the wheels, and for how long the asking counts."""
+"""Setpoints: the speed asked of the wheels, and for how long the request counts."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ SOURCES: tuple[Source, ...] = ("jog", "goal")
 
 @dataclass(frozen=True)
 class Setpoint:
-    """One order: it may come from far away and be late, repeated or nonsense; the gate judges."""
+    """One request for a speed: it may come from far away and be late, repeated or malformed; the gate judges."""
 
     epoch: int  # of the lease under which it was given
     seq: int  # rises within an epoch and source
-    source: Source  # jog: a hand on keys or stick; goal: a command being obeyed
-    press: int  # jog: a number drawn with every key press; goal: the undertaking's id
+    source: Source  # jog: a hand on keys or stick; goal: a command under way
+    press: int  # jog: a number drawn with every key press; goal: the active command's id
     v: float  # [m/s]
     w: float  # [rad/s]
-    nonce: int  # the newest ticket of the gate that its giver had seen
+    nonce: int  # the newest ticket of the gate that its sender had seen
 
     @property
     def is_well_formed(self) -> bool:
-        """Whether everything but the speeds is what it should be."""
+        """True if every field but the speeds has the right type and range."""
         counts = is_count(self.epoch) and is_count(self.seq) and is_count(self.press) and is_count(self.nonce)
         return counts and self.source in SOURCES
 
 
 @dataclass(frozen=True)
-class Order:
+class AcceptedSetpoint:
     """A setpoint that was accepted."""
 
     twist: Twist

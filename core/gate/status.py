@@ -1,4 +1,4 @@
-"""What the gate tells about itself."""
+"""The status of the gate."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 State = Literal["disarmed", "armed", "halted"]
 
-SILENCE = "silence: no order came for too long"
+SILENCE = "silence: no setpoint came for too long"
 CONSOLE_SILENT = "the console is silent"
 GATE_LATE = "the gate was late"
 BUSY = (SILENCE, CONSOLE_SILENT, GATE_LATE)  # what a computer that does not come to its work does to a command
@@ -23,22 +23,22 @@ class GateStatus:
 
     state: State = "disarmed"
     reason: str = ""  # in words: why it stands, or what slows it
-    epoch: int = 0  # of the lease it obeys, or obeyed last
+    epoch: int = 0  # of the lease in force, or of the last one
     owner: str = ""  # who holds that lease
-    nonce: int = 0  # the newest ticket; an order returns it
-    v: float = 0.0  # [m/s] that the wheels are told
+    nonce: int = 0  # the newest ticket; a setpoint returns it
+    v: float = 0.0  # [m/s] of the wheels
     w: float = 0.0  # [rad/s]
-    source: str = ""  # "jog" | "goal" | "": whose order it is
+    source: str = ""  # "jog" | "goal" | "": the source of the setpoint in force
     limit_v: float | None = None  # [m/s] while something holds the speed below its usual maximum
     blocked_by: tuple[float, float] | None = None  # (x, y) [m] in the robot frame: what is in the way
-    need_neutral: bool = False  # jogging begins with a zero order
+    need_neutral: bool = False  # jogging begins with a zero setpoint
     trips: int = 0  # how often it stopped by itself
     latched: int = 0  # number of the newest halt that is on disk
-    refused: str = ""  # why the last order was refused; "" when it was accepted
+    refused: str = ""  # why the last setpoint was refused; "" when it was accepted
 
     @property
     def stopped_because(self) -> str:
-        """Why a command ended when the robot stopped by itself, and what can be done about it."""
+        """A sentence that says why the robot stopped by itself, and what to do."""
         if self.reason in BUSY:
             return TOO_BUSY
         return f"The robot stopped by itself: {self.reason or 'the gate tripped'}."
@@ -48,7 +48,7 @@ class GateStatus:
         return asdict(self)
 
     @staticmethod
-    def of_json(told: dict[str, Any]) -> GateStatus:
-        """What `to_json` made → the status."""
-        at = told.pop("blocked_by")
-        return GateStatus(**told, blocked_by=None if at is None else (float(at[0]), float(at[1])))
+    def of_json(fields: dict[str, Any]) -> GateStatus:
+        """Read a status from the output of `to_json`."""
+        at = fields.pop("blocked_by")
+        return GateStatus(**fields, blocked_by=None if at is None else (float(at[0]), float(at[1])))

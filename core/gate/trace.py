@@ -1,18 +1,52 @@
-"""The gate's diary: what the wheels were told, when, on whose order, and why not; and the checker of diaries."""
+"""The gate's trace: the twist of the wheels, its time, source and reason; and the checker of traces."""
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import io
 import math
+import queue
+import threading
 from collections.abc import Iterable, Sequence
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import Literal
 
 from core.gate.limits import Limits
-from core.gate.scribe import Scribe
 from core.gate.status import GateStatus
+
+
+class LineWriter:
+    """Appends what `write` is given, in order; beginning with `heading` when the file is new."""
+
+    def __init__(self, path: Path, heading: str = "") -> None:
+        """Raises OSError when the file cannot be opened."""
+        self._file = path.open("a", newline="", encoding="utf-8")
+        self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._run, name="gate-trace", daemon=True)
+        if self._file.tell() == 0:
+            self.write(heading)
+        self._thread.start()
+
+    def write(self, lines: str) -> None:
+        """Write this as soon as the disk takes it; never waits."""
+        self._lines.put(lines)
+
+    def close(self, patience: float = 1.0) -> None:
+        """Write what is left, for `patience` [s] at most."""
+        self._lines.put(None)
+        self._thread.join(patience)
+
+    def _run(self) -> None:
+        while (lines := self._lines.get()) is not None:
+            with contextlib.suppress(OSError):
+                self._file.write(lines)
+                if self._lines.empty():
+                    self._file.flush()
+        with contextlib.suppress(OSError):
+            self._file.close()
+
 
 Event = Literal["", "boot", "arm", "disarm", "stop", "halt", "reset", "trip"]
 EVENTS: tuple[Event, ...] = ("", "boot", "arm", "disarm", "stop", "halt", "reset", "trip")
@@ -20,8 +54,8 @@ QUIET = 500_000_000  # [ns] after which a row is written though nothing changed
 
 
 @dataclass(frozen=True)
-class Row:
-    """One line of the diary."""
+class TraceRow:
+    """One row of the trace."""
 
     t_mono_ns: int
     v: float  # [m/s]
@@ -34,26 +68,26 @@ class Row:
     event: str  # what was done to the gate at this instant; "" for a tick
 
 
-HEADER = tuple(field.name for field in fields(Row))
+HEADER = tuple(field.name for field in fields(TraceRow))
 
 
 class TraceWriter:
     """Keeps rows, in memory or as lines of a file: every change, the instant before it, and at least 2 a second."""
 
-    def __init__(self, scribe: Scribe | None = None) -> None:
+    def __init__(self, line_writer: LineWriter | None = None) -> None:
         """Into a file that was opened by `open_trace`, or into `rows`."""
-        self.rows: list[Row] = []
-        self._scribe = scribe
-        self._written: Row | None = None
-        self._unwritten: Row | None = None
+        self.rows: list[TraceRow] = []
+        self._line_writer = line_writer
+        self._written: TraceRow | None = None
+        self._unwritten: TraceRow | None = None
 
     def write(self, status: GateStatus, press: int, event: Event, now: float) -> None:
         """Note what the gate says at `now` [s]."""
         stamp = round(now * 1e9)
-        told = (status.v, status.w, status.source, status.epoch, status.reason, status.state, press)
-        row = Row(stamp, *told, event)
+        state = (status.v, status.w, status.source, status.epoch, status.reason, status.state, press)
+        row = TraceRow(stamp, *state, event)
         last = self._written
-        changed = last is None or event != "" or astuple(last)[1:-1] != told
+        changed = last is None or event != "" or astuple(last)[1:-1] != state
         if last is not None and not changed and stamp - last.t_mono_ns < QUIET:
             self._unwritten = row
             return
@@ -63,16 +97,16 @@ class TraceWriter:
         self._put(row)
         self._written = row
 
-    def _put(self, row: Row) -> None:
-        if self._scribe is None:
+    def _put(self, row: TraceRow) -> None:
+        if self._line_writer is None:
             self.rows.append(row)
         else:
-            self._scribe.write(_line(astuple(row)))
+            self._line_writer.write(_line(astuple(row)))
 
 
-def open_trace(path: Path) -> Scribe:
-    """A diary to go on with, or a new one. Raises OSError."""
-    return Scribe(path, _line(HEADER))
+def open_trace(path: Path) -> LineWriter:
+    """Open a trace to append to, or a new one. Raises OSError."""
+    return LineWriter(path, _line(HEADER))
 
 
 def _line(values: Iterable[object]) -> str:
@@ -81,23 +115,23 @@ def _line(values: Iterable[object]) -> str:
     return line.getvalue()
 
 
-def read_trace(path: Path) -> list[Row]:
-    """The rows of a diary; a last line that was cut off is left out. Raises ValueError for anything else."""
+def read_trace(path: Path) -> list[TraceRow]:
+    """Read the rows of a trace; a last line that was cut off is left out. Raises ValueError for anything else."""
     text = path.read_text()
     whole = text[: text.rfind("\n") + 1]
     lines = list(csv.reader(whole.splitlines()))
     if not lines or tuple(lines[0]) != HEADER:
         raise ValueError(f"{path.name} is no trace of the gate.")
     return [
-        Row(int(t), float(v), float(w), source, int(epoch), reason, state, int(press), event)
+        TraceRow(int(t), float(v), float(w), source, int(epoch), reason, state, int(press), event)
         for t, v, w, source, epoch, reason, state, press, event in lines[1:]
     ]
 
 
-def check(rows: Iterable[Row], limits: Limits) -> list[str]:
-    """A diary and the limits that were in force → what was wrong, in words; empty when everything was in order.
+def check(rows: Iterable[TraceRow], limits: Limits) -> list[str]:
+    """A trace and the limits that were in force → what was wrong, in words; empty when everything was in order.
 
-    Checks: speeds and their change within the limits; motion only while armed, under the armed lease, on the order
+    Checks: speeds and their change within the limits; motion only while armed, under the armed lease, on the setpoint
     of a hand or a command; none of a press that was stopped (stop, trip, halt, reset, arming, a restart) or, for a
     command, overridden by a hand; a halt ends by a reset only; every event stands still; no gap while moving.
     """
@@ -113,15 +147,15 @@ class _Inspector:
     def __init__(self, limits: Limits) -> None:
         self.complaints: list[str] = []
         self._limits = limits
-        self._last: Row | None = None
+        self._last: TraceRow | None = None
         self._armed: int | None = None
         self._halted = False
         self._epoch = 0
         self._moved: set[tuple[str, int]] = set()
         self._spent: set[tuple[str, int]] = set()
 
-    def look(self, row: Row) -> None:
-        """One row further."""
+    def look(self, row: TraceRow) -> None:
+        """Check the next row."""
         if row.event not in EVENTS:
             self._complain(row, f"there is no event {row.event!r}")
         self._look_at_speeds(row)
@@ -131,7 +165,7 @@ class _Inspector:
             self._look_at_motion(row)
         self._last = row
 
-    def _look_at_speeds(self, row: Row) -> None:
+    def _look_at_speeds(self, row: TraceRow) -> None:
         last, limits = self._last, self._limits
         if not (math.isfinite(row.v) and math.isfinite(row.w)):
             self._complain(row, "a speed is not a finite number")
@@ -153,7 +187,7 @@ class _Inspector:
             if not excused and abs(now - was) > most * max(elapsed, 0.0) + 1e-6:
                 self._complain(row, f"{name} changed by {now - was:g} in {elapsed:.3f} s")
 
-    def _look_at_event(self, row: Row) -> None:
+    def _look_at_event(self, row: TraceRow) -> None:
         if row.v != 0.0 or row.w != 0.0:
             self._complain(row, f"it moves during {row.event!r}")
         if row.epoch < self._epoch and row.event != "boot":
@@ -172,24 +206,24 @@ class _Inspector:
             self._armed = row.epoch
         self._epoch = row.epoch
 
-    def _look_at_motion(self, row: Row) -> None:
+    def _look_at_motion(self, row: TraceRow) -> None:
         press = (row.source, row.press)
         if self._halted or self._armed is None or row.state != "armed":
             self._complain(row, "it moves and is not armed")
         elif row.epoch != self._armed:
             self._complain(row, f"it moves for lease {row.epoch} while {self._armed} is in force")
         if row.source not in ("jog", "goal"):
-            self._complain(row, "it moves on nobody's order")
+            self._complain(row, "it moves without a source")
         if press in self._spent:
             self._complain(row, f"{row.source} {row.press} moves again after it was stopped")
         if row.source == "jog":
             self._spent |= {moved for moved in self._moved if moved[0] == "goal"}
         self._moved.add(press)
 
-    def _complain(self, row: Row, words: str) -> None:
+    def _complain(self, row: TraceRow, words: str) -> None:
         self.complaints.append(f"at {row.t_mono_ns * 1e-9:.3f} s: {words}")
 
 
-def motion_after(rows: Sequence[Row], t: float) -> list[Row]:
+def motion_after(rows: Sequence[TraceRow], t: float) -> list[TraceRow]:
     """The rows later than `t` [s] in which something moves."""
     return [row for row in rows if row.t_mono_ns > round(t * 1e9) and (row.v != 0.0 or row.w != 0.0)]

@@ -1,4 +1,4 @@
-"""What the wheels are asked to do."""
+"""Twists: forward speed and turn rate."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ class Twist:
 
     @property
     def moves(self) -> bool:
-        """Whether anything would turn."""
+        """True unless both speeds are zero."""
         return self.v != 0.0 or self.w != 0.0
 
     def is_finite(self) -> bool:
-        """Whether both are finite numbers."""
+        """Return whether both are finite numbers."""
         return math.isfinite(self.v) and math.isfinite(self.w)
 
     def clamped(self, v: float, w: float) -> Twist:

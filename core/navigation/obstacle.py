@@ -1,4 +1,4 @@
-"""What stands in the way, by the newest scan."""
+"""Obstacles in the way, by the newest scan."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def free_space(points: Array, radius: float) -> float:
 def obstacle_ahead(points: Array, radius: float, reach: float = 0.5) -> float | None:
     """Scan points (M, 2) [m], robot frame → way [m] until the body touches the first one ahead, if within reach.
 
-    Points up to 4 cm beside the body's track count: the gate's guard stops for them too.
+    Points up to 4 cm from the body's track count: the gate's guard stops for them too.
     """
     ahead = points[(points[:, 0] > 0) & (np.abs(points[:, 1]) < radius + 0.04)]
     if not len(ahead):

@@ -13,13 +13,13 @@ from scipy.sparse.csgraph import dijkstra
 from core.errors import BadInput, Refused
 from core.geometry import Pose
 from core.message import Array
-from core.navigation.terrain import Terrain, survey
-from core.slam.occupancy import Grid
+from core.navigation.costmap import Costmap, survey
+from core.slam.map.occupancy import OccupancyGrid
 
 
 @dataclass(frozen=True)
 class PlannerSettings:
-    """What a way may cost."""
+    """Costs and clearances of a path."""
 
     stride: float = 0.1  # [m] of the lattice that is searched; narrow gaps are looked for on the map's own
     spacing: float = 0.05  # [m] between the points of a path
@@ -41,7 +41,7 @@ class PlannerSettings:
                 raise BadInput(f"{name} must lie between {low:g} and {high:g}.")
 
 
-SOMEBODY = 0.35  # [m] around a place that somebody there may take up
+SOMEBODY = 0.35  # [m] around a place that a person there may take up
 
 BOUNDS = {
     "stride": (0.02, 1.0),
@@ -58,7 +58,7 @@ BOUNDS = {
 
 
 def plan(
-    grid: Grid, seen: Array, start: Pose, goal: tuple[float, float], radius: float, settings: PlannerSettings
+    grid: OccupancyGrid, seen: Array, start: Pose, goal: tuple[float, float], radius: float, settings: PlannerSettings
 ) -> Array:
     """Way from the robot to a goal: points (P, 2) [m], world, the first at the robot, the last at the goal.
 
@@ -72,7 +72,7 @@ def plan(
 
 
 def plan_beside(
-    grid: Grid,
+    grid: OccupancyGrid,
     seen: Array,
     start: Pose,
     place: tuple[float, float],
@@ -82,7 +82,7 @@ def plan_beside(
 ) -> Array:
     """Way (P, 2) [m], world, to where the robot can stand `keep` [m] from a place with nothing in between.
 
-    The place itself may be taken: somebody stands there. Where the ring of that distance is not free, a wider one is
+    The place itself may be taken by a person. Where the ring of that distance is not free, a wider one is
     tried. Raises Refused with a sentence when the place is too far away or there is nowhere to stand.
     """
     ends = np.array([[start.x, start.y], place])
@@ -94,8 +94,8 @@ def plan_beside(
     return _find_way(grid, seen, near, ends[0], stands, radius, settings)
 
 
-def stands_around(terrain: Terrain, place: tuple[float, float], keep: float, room: float, wider: float) -> Array:
-    """Where a body that needs `room` [m] can stand `keep` [m] from a place and see it: (K, 2) [m], none: (0, 2).
+def stands_around(terrain: Costmap, place: tuple[float, float], keep: float, room: float, wider: float) -> Array:
+    """Find places (K, 2) [m] where a body that needs `room` [m] can stand `keep` [m] from a place and see it.
 
     Where nothing is free at that distance, the next one that is free counts, up to `wider` [m] more.
     """
@@ -112,13 +112,19 @@ def stands_around(terrain: Terrain, place: tuple[float, float], keep: float, roo
     return np.empty((0, 2))
 
 
-def _window(grid: Grid, seen: Array, ends: Array, margin: float, settings: PlannerSettings) -> Terrain:
+def _window(grid: OccupancyGrid, seen: Array, ends: Array, margin: float, settings: PlannerSettings) -> Costmap:
     """The terrain around places (N, 2) [m]."""
     return survey(grid, seen, ends.min(axis=0) - margin, ends.max(axis=0) + margin, settings.occupied)
 
 
 def _find_way(
-    grid: Grid, seen: Array, near: Terrain, start: Array, goals: Array, radius: float, settings: PlannerSettings
+    grid: OccupancyGrid,
+    seen: Array,
+    near: Costmap,
+    start: Array,
+    goals: Array,
+    radius: float,
+    settings: PlannerSettings,
 ) -> Array:
     """Way from `start` (2,) to the cheapest of `goals` (G, 2) [m], in the window or in the whole map."""
     way = _search(near, start, goals, radius, settings.stride, settings)
@@ -135,7 +141,7 @@ def _find_way(
     raise Refused("I know of no way there: walls or too narrow gaps close it off.")
 
 
-def check_reach(terrain: Terrain, start: Pose, goal: tuple[float, float], settings: PlannerSettings) -> None:
+def check_reach(terrain: Costmap, start: Pose, goal: tuple[float, float], settings: PlannerSettings) -> None:
     """Raises Refused for what lies far away and outside the map."""
     if start.distance_to(*goal) > settings.reach and not terrain.known_at(*goal):
         raise Refused(
@@ -145,7 +151,7 @@ def check_reach(terrain: Terrain, start: Pose, goal: tuple[float, float], settin
 
 
 def check_goal(
-    terrain: Terrain, start: Pose, goal: tuple[float, float], radius: float, settings: PlannerSettings
+    terrain: Costmap, start: Pose, goal: tuple[float, float], radius: float, settings: PlannerSettings
 ) -> None:
     """Raises Refused when the robot cannot stand at the goal, naming the nearest place where it can."""
     check_reach(terrain, start, goal, settings)
@@ -163,14 +169,14 @@ def check_goal(
     raise Refused(f"That place is {what}; I need {needed:.2f} m around me.{advice}")
 
 
-def is_free(terrain: Terrain, path: Array, radius: float, settings: PlannerSettings) -> bool:
-    """Whether a path (P, 2) [m], world, still leads through free space."""
+def is_free(terrain: Costmap, path: Array, radius: float, settings: PlannerSettings) -> bool:
+    """Return whether a path (P, 2) [m], world, still leads through free space."""
     at_robot = np.hypot(*(path - path[0]).T) < settings.escape
     return bool(((terrain.clearance_at(path) >= radius + settings.guard) | at_robot).all())
 
 
-def _cost(terrain: Terrain, clearance: Array, known: Array, radius: float, settings: PlannerSettings) -> Array:
-    """What a metre costs in cells of that clearance [m]."""
+def _cost(terrain: Costmap, clearance: Array, known: Array, radius: float, settings: PlannerSettings) -> Array:
+    """Return the cost of a metre in cells of that clearance [m]."""
     space = np.maximum(clearance - radius, 0.0)
     cost = 1 + settings.near * np.exp(-settings.falloff * space)
     cost = np.where(space < settings.comfort + 0.5 * terrain.resolution, cost * settings.tight, cost)
@@ -178,7 +184,7 @@ def _cost(terrain: Terrain, clearance: Array, known: Array, radius: float, setti
 
 
 def _search(
-    terrain: Terrain, start: Array, goals: Array, radius: float, stride: float, settings: PlannerSettings
+    terrain: Costmap, start: Array, goals: Array, radius: float, stride: float, settings: PlannerSettings
 ) -> Array | None:
     """Dijkstra from the goals (G, 2) on a lattice of that stride [m]: points (P, 2) [m] to one of them, or None."""
     every = max(1, round(stride / terrain.resolution))
@@ -228,7 +234,7 @@ def _nearest(places: Array, open_: Array, end: Array, reach: float) -> tuple[int
     return (int(row), int(column)) if gap[row, column] <= reach else None
 
 
-def _pull_tight(terrain: Terrain, way: Array, radius: float, settings: PlannerSettings) -> Array:
+def _pull_tight(terrain: Costmap, way: Array, radius: float, settings: PlannerSettings) -> Array:
     """Replace stretches of the way (P, 2) by straight lines wherever these cost no more."""
     legs = np.hypot(*np.diff(way, axis=0).T)
     toll = np.concatenate(([0.0], np.cumsum(_price(terrain, way[:-1], way[1:], radius, settings) * legs)))
@@ -243,7 +249,7 @@ def _pull_tight(terrain: Terrain, way: Array, radius: float, settings: PlannerSe
     return way[kept]
 
 
-def _price(terrain: Terrain, starts: Array, ends: Array, radius: float, settings: PlannerSettings) -> Array:
+def _price(terrain: Costmap, starts: Array, ends: Array, radius: float, settings: PlannerSettings) -> Array:
     """Mean cost per metre of straight lines, starts (N, 2) to ends (N, 2) [m] → (N,); inf through walls."""
     longest = float(np.hypot(*(ends - starts).T).max())
     share = np.linspace(0, 1, max(2, math.ceil(longest / terrain.resolution) + 1))

@@ -1,4 +1,4 @@
-"""From a path to a speed: regulated pure pursuit, turning on the spot first when the path lies aside."""
+"""From a path to a speed: regulated pure pursuit, turning on the spot first when the path lies to the side."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class SteeringSettings:
     turn_deceleration: float = 1.5  # [rad/s²]
     approach_gain: float = 1.5  # [1/s] speed per distance left
     approach_floor: float = 0.02  # [m/s]
-    side_gain: float = 2.5  # [rad/m] heading aimed back at the line per distance beside it
+    side_gain: float = 2.5  # [rad/m] heading aimed back at the line per distance from it
     lookahead: float = 0.22  # [m]
     pivot_above: float = 0.9  # [rad] the path lies so far aside that the robot turns on the spot …
     pivot_below: float = 0.12  # [rad] … until it lies so nearly ahead
@@ -105,7 +105,7 @@ class Pursuit:
 
     @property
     def turning(self) -> bool:
-        """Whether it turns on the spot."""
+        """True while it turns on the spot."""
         return self._pivoting
 
     @property
@@ -130,11 +130,11 @@ class Pursuit:
         return Twist(speed, speed * curvature)
 
     def effort(self, pose: Pose) -> float:
-        """What is left, a turn towards the path counted as a way of its own [m]: falls while the robot gets on."""
+        """Return the way left [m], with a turn towards the path counted as a way; it falls as the robot proceeds."""
         return self.left(pose) + 0.2 * abs(pose.bearing_to(*self._carrot()))
 
     def _advance(self, pose: Pose) -> None:
-        """The nearest point of the path is never behind the one before."""
+        """Advance to the nearest point of the path, never behind the one before."""
         window = self.path[self._at : self._at + 40]
         gaps = np.hypot(window[:, 0] - pose.x, window[:, 1] - pose.y)
         self._at += int(gaps.argmin())
@@ -147,7 +147,7 @@ class Pursuit:
 
 
 class Arrival:
-    """Has come near enough, and stays: where the estimate trembles or orders lag, it does not set out again."""
+    """Has come near enough, and stays: where the estimate jitters or commands lag, it does not set out again."""
 
     def __init__(self, tolerance: float, settings: SteeringSettings) -> None:
         """`tolerance`: what is left when it has arrived, in any unit."""
@@ -165,12 +165,12 @@ class Arrival:
         return self._there
 
     def settled(self, stamp: float) -> bool:
-        """Whether it has stood there long enough to be done."""
+        """Return whether it has stood there long enough to be done."""
         return self._there and stamp - self._since >= self._hold
 
 
 class Travel:
-    """How far the robot has come, turns counted as ways of their own; the estimate's trembling does not count."""
+    """Distance travelled, with turns counted as ways of their own; jitter of the estimate does not count."""
 
     STEP = 0.05  # [m]
 
@@ -185,7 +185,7 @@ class Travel:
         return self._gone
 
 
-class Headway:
+class StallDetector:
     """Watches that what is left grows less."""
 
     def __init__(self, step: float, patience: float) -> None:

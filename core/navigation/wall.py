@@ -17,7 +17,38 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from core.errors import BadInput
 from core.geometry import Pose
 from core.message import Array, message
-from core.navigation.rolling import rolled
+
+
+def rolled(here: Array, contact: Array, wall: Array, radius: tuple[float, float], steps: tuple[float, int]) -> Array:
+    """From a contact (2,) [m] on along the wall (C, 2) [m] → the line (P, 2) [m].
+
+    `here` (2,) gives the side of the contact; `radius` [m]: of the line, and what the ball is larger; `steps`: how
+    long one is [m], and how many.
+    """
+    size = sum(radius)
+    away = here - contact
+    place = contact + size * away / max(float(np.hypot(*away)), 1e-6)
+    line: list[Array] = []
+    for _ in range(steps[1]):
+        place, out = _pushed_out(place, wall, size)
+        line.append(place - radius[1] * out)
+        place = place + steps[0] * np.array([out[1], -out[0]])
+    return np.array(line)
+
+
+def _pushed_out(place: Array, wall: Array, radius: float) -> tuple[Array, Array]:
+    """A ball's centre (2,) [m] → the same so that it only touches the wall; the direction (2,) away from the wall."""
+    for _ in range(2):
+        place = _touching(place, wall, radius)[0]
+    return _touching(place, wall, radius)
+
+
+def _touching(place: Array, wall: Array, radius: float) -> tuple[Array, Array]:
+    gaps = np.hypot(*(wall - place).T)
+    nearest = int(gaps.argmin())
+    out = (place - wall[nearest]) / max(float(gaps[nearest]), 1e-6)
+    return wall[nearest] + radius * out, out
+
 
 NOTHING = np.empty((0, 2))
 APART = 0.5  # [m] between places at the walls that can be gone to
@@ -27,13 +58,13 @@ RIGHT = (math.radians(-170.0), math.radians(-5.0))  # bearings that count as the
 
 @dataclass(frozen=True)
 class WallSettings:
-    """What counts as the wall, and how far ahead it is looked at."""
+    """Criteria for a wall, and how far ahead it is followed."""
 
     cell: float = 0.03  # [m] points nearer together than this are averaged
     sight: float = 2.5  # [m] up to which points are looked at while following
     link: float = 0.65  # [m] what stands nearer to the wall than this belongs to it: there is no way in between
     gap: float = 1.1  # [m] openings up to this are passed by
-    aslant: float = 0.35  # [rad] by which the far side of an opening may lie aside of the wall's direction
+    aslant: float = 0.35  # [rad] by which the far side of an opening may lie to the side of the wall's direction
     deep: float = 0.4  # [m] that an opening is seen to go in: less is a recess, or the shadow of something
     smooth: float = 0.07  # [m] around a point, over which the wall is averaged
     larger: float = 0.05  # [m] the ball is larger than the distance
@@ -72,7 +103,7 @@ BOUNDS = {
 
 @message
 class WallLine:
-    """Where to drive."""
+    """The line to drive along a wall."""
 
     path: Array  # (P, 2) [m], world
     contact: Array  # (2,) [m], world: the nearest point of the wall
@@ -153,11 +184,11 @@ def walls_on_the_right(pose: Pose, points: Array, settings: WallSettings) -> Arr
         return NOTHING
     rest = cells[_on_the_right(pose, cells) & _wide(cells, settings.least)]
     rest = rest[np.hypot(*(rest - (pose.x, pose.y)).T).argsort(kind="stable")]
-    told = []
+    spread = []
     while len(rest):
-        told.append(rest[0])
+        spread.append(rest[0])
         rest = rest[np.hypot(*(rest - rest[0]).T) >= APART]
-    return np.array(told).reshape(-1, 2)
+    return np.array(spread).reshape(-1, 2)
 
 
 def _on_the_right(pose: Pose, cells: Array) -> Array:
@@ -213,7 +244,7 @@ def _near(path: Array, place: Array, reach: float) -> bool:
 
 
 def _openings(pose: Pose, cells: Array, settings: WallSettings) -> list[tuple[Array, Array]]:
-    """Where the wall on the right ends and goes on in its direction at most `gap` further: the two ends, each."""
+    """Find openings of at most `gap` in the wall on the right: the two ends of each (2,) [m]."""
     local = pose.inverse().apply(cells)
     bearing, away = np.arctan2(local[:, 1], local[:, 0]), np.hypot(*local.T)
     order = np.argsort(bearing)

@@ -1,4 +1,4 @@
-"""The pilot: obey, perceive, estimate, decide, publish."""
+"""The pilot: take commands, perceive, estimate, decide, publish."""
 
 from core.pilot.pilot import Pilot
 

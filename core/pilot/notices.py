@@ -23,14 +23,14 @@ class Notices:
         self.newest: tuple[Notice, ...] = ()
 
     def add(self, stamp: float, level: Level, text: str, cause: str = "") -> None:
-        """Tell something once; of one cause, the older is gone."""
+        """Add a notice; it replaces an older one of the same cause."""
         self._count += 1
         notice = Notice(id=self._count, stamp=stamp, level=level, text=text, cause=cause)
         kept = tuple(each for each in self.newest if not cause or each.cause != cause)
         self.newest = (*kept, notice)[-self._most :]
 
     def watch(self, stamp: float, cause: str, trouble: str, level: Level, relief: str) -> None:
-        """What is wrong with something in this frame ("" = nothing); `relief` is told when it is over."""
+        """Show the trouble of one cause in this frame ("" = none); `relief` is shown when it is over."""
         before = self._troubles.get(cause, "")
         self._troubles[cause] = trouble
         if trouble == before:

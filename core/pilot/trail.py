@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from core.message import Array
-from core.slam.floor.floor import Floor, Stand
+from core.slam.mapper import AnchoredPose, Mapper
 
 
 def frozen(points: Array) -> Array:
-    """Points (N, 2) of which nobody else has a writable view → the same, read-only; messages need not copy them."""
+    """Points (N, 2) of which no other code has a writable view → the same, read-only; messages need not copy them."""
     owned = points if points.base is None else points.copy()
     owned.setflags(write=False)
     return owned
@@ -44,15 +44,15 @@ class MapTrail:
 
     def __init__(self, step: float = 0.02, most: int = 2000) -> None:
         self._step, self._most = step, most
-        self._stands: list[Stand] = []
+        self._stands: list[AnchoredPose] = []
         self._points: list[tuple[float, float]] = []
         self._array = NO_POINTS
         self._revision = 0  # of the map
 
-    def add(self, floor: Floor) -> Array:
+    def add(self, floor: Mapper) -> Array:
         """Go on to where the robot is now → the trail (K, 2) [m], world, read-only."""
-        if self._revision != floor.atlas.revision:
-            self._revision = floor.atlas.revision
+        if self._revision != floor.graph.revision:
+            self._revision = floor.graph.revision
             poses = [floor.where(stand) for stand in self._stands]
             self._points = [(pose.x, pose.y) for pose in poses]
             self._array = frozen(np.array(self._points).reshape(-1, 2))

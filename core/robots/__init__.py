@@ -9,15 +9,15 @@ from core.message import message
 from core.sensors import Camera, Laser, SensorFrame
 from core.sensors.microphones import MicrophoneArray
 
-Kind = Literal["SIM", "LOG", "LIVE"]
+RobotKind = Literal["SIM", "LOG", "LIVE"]
 
 
 @message
 class Profile:
-    """What a robot is: body, limits, sensors and their mountings."""
+    """The profile of a robot: body, limits, sensors and their mountings."""
 
     name: str
-    kind: Kind
+    kind: RobotKind
     url: str
     radius: float = 0.09  # [m] of the round footprint
     wheelbase: float = 0.10  # [m] (section 6)
@@ -36,12 +36,12 @@ class Robot(Protocol):
     """A robot as its driver sees it. One thread owns it; nothing here waits on a clock.
 
     `read` returns the next frame at once: the simulator advances its own time by one frame (1/rate),
-    a recording steps to its next reading. Whoever calls it decides whether that happens in real time.
+    a recording steps to its next reading. The caller decides whether that happens in real time.
     """
 
     @property
     def profile(self) -> Profile:
-        """What this robot is."""
+        """The profile of this robot."""
         ...
 
     def drive(self, twist: Twist) -> None:

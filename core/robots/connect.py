@@ -11,14 +11,14 @@ from core.robots import Robot
 
 
 class Scheme(NamedTuple):
-    """Where a kind of robot is opened, and which section of the settings it is given."""
+    """The function that opens a kind of robot, and the section of the settings that it is given."""
 
     opened_by: str  # module:function(rest, *, seed, settings)
     section: str
 
 
 SCHEMES = {
-    "sim": Scheme("core.robots.simulated:open_robot", "simulation"),
+    "sim": Scheme("core.simulation.robot:open_robot", "simulation"),
     "log": Scheme("core.robots.replayed:open_robot", "log"),
 }
 

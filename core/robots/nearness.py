@@ -1,4 +1,4 @@
-"""What of a scan the gate's guard needs: the nearest points around the robot, a hundred instead of a thousand."""
+"""The part of a scan that the gate's guard needs: the nearest points around the robot, a hundred of a thousand."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from core.gate.guard import HORIZON
 from core.message import Array
-from core.perception.deskew import deskew
+from core.perception.landmarks.deskew import deskew
 from core.sensors import Laser, Scan, SensorFrame
 
 SECTOR = math.radians(2.0)  # one point each
@@ -29,7 +29,7 @@ def near_points(scan: Scan, laser: Laser, frame: SensorFrame) -> list[tuple[floa
 
 
 def field_of(laser: Laser) -> float:
-    """How far it looks to either side of the robot's front, at least [rad]; π: all around."""
+    """Return the angle that the laser sees to either side of the robot's front, at least [rad]; π: all around."""
     first = laser.mounting.heading + laser.angle_min
     last = first + (laser.beams - 1) * laser.angle_step
     if last - first > 2 * math.pi - 2 * SECTOR:
@@ -46,7 +46,7 @@ class Freshness:
         self._nearest = 0.0  # [m], of the last scan with an echo
 
     def shows(self, scan: Scan, *, moving: bool) -> bool:
-        """Whether a scan says anything about now.
+        """Return whether a scan shows the present surroundings.
 
         Enough beams came back, and not the same as before on the move. A scan without a single echo is believed only
         after one in which nothing was near: what was near does not vanish from one scan to the next, and a laser that

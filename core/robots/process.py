@@ -23,31 +23,31 @@ from core.errors import BadInput, BeckonError
 from core.gate import ZERO, Twist
 from core.gate.limits import is_number
 from core.gate.packets import LARGEST, packet_socket, parse_packet, send_packet, take_packets
-from core.gate.precedence import stand_back
+from core.gate.scheduling import stand_back
 from core.robots import Robot
 from core.robots.connect import connect
-from core.robots.letters import Answer, Hello, Opening, Trouble
+from core.robots.frame_sender import FrameSender
+from core.robots.ipc_messages import DriverHello, DriverTrouble, OpenRequest, RobotAnswer
 from core.robots.nearness import Freshness, field_of, near_points
-from core.robots.outbox import Outbox
 from core.sensors import SensorFrame
 
-TIMEOUT = 0.3  # [s] without a twist, then the base is told to stop
+TIMEOUT = 0.3  # [s] without a twist after which the base is stopped
 BEHIND = 0.1  # [s] that may be caught up; more is given up, and said when it goes on
 PACE_WINDOW = 10.0  # [s] over which the pace is measured
 CALM = 6  # windows without a delay after which the computer keeps up again: a busy one is quick now and then
 
 
-class Driver:
+class DriverLoop:
     """One robot between its gate and its console."""
 
-    def __init__(self, robot: Robot, control: socket.socket, gate: socket.socket, outbox: Outbox) -> None:
-        self._robot, self._outbox = robot, outbox
+    def __init__(self, robot: Robot, control: socket.socket, gate: socket.socket, frame_sender: FrameSender) -> None:
+        self._robot, self._frame_sender = robot, frame_sender
         self._profile = robot.profile
         self._control, self._gate = control, gate
         self._nonce = 0
         self._twist, self._twist_at = ZERO, 0.0
         self._freshness = Freshness()
-        self._pace = Pace(1 / self._profile.rate)
+        self._pace = DriverPace(1 / self._profile.rate)
         self._over = False
         self._parent = os.getppid()
         self._selector = selectors.DefaultSelector()
@@ -75,22 +75,22 @@ class Driver:
         frame = replace(self._robot.read(), sensed=time.monotonic())
         self._tell_gate(frame)
         self._pace.step(time.monotonic())
-        self._outbox.put_frame(replace(frame, nonce=nonce, pace=self._pace.share))
-        if self._outbox.gone or os.getppid() != self._parent:
+        self._frame_sender.put_frame(replace(frame, nonce=nonce, pace=self._pace.share))
+        if self._frame_sender.gone or os.getppid() != self._parent:
             self._has_console = False
         self._over = self._over or not (self._has_gate or self._has_console)
 
     def _tell_gate(self, frame: SensorFrame) -> None:
-        told: dict[str, Any] = {"contact": bool(frame.contact)}
+        packet: dict[str, Any] = {"contact": bool(frame.contact)}
         laser = self._profile.laser
         if (
             frame.scan is not None
             and laser is not None
             and self._freshness.shows(frame.scan, moving=self._twist.moves)
         ):
-            told |= {"points": near_points(frame.scan, laser, frame), "field": field_of(laser)}
+            packet |= {"points": near_points(frame.scan, laser, frame), "field": field_of(laser)}
         if self._has_gate and frame.running:
-            send_packet(self._gate, told)
+            send_packet(self._gate, packet)
 
     def _hear_gate(self) -> None:
         packets, there = take_packets(self._gate)
@@ -126,7 +126,7 @@ class Driver:
         if packet.get("kind") == "leave":
             self._over = True
         if packet.get("kind") == "ask" and isinstance(ref := packet.get("ref"), int):
-            self._outbox.put(Answer(ref, self._answer(packet.get("request"))))
+            self._frame_sender.put(RobotAnswer(ref, self._answer(packet.get("request"))))
 
     def _take_gate(self, descriptor: int) -> None:
         """A new gate in place of the old one."""
@@ -138,19 +138,19 @@ class Driver:
         self._selector.register(self._gate, selectors.EVENT_READ, self._hear_gate)
         self._has_gate = True
 
-    def _answer(self, request: Any) -> dict[str, Any] | Trouble:
+    def _answer(self, request: Any) -> dict[str, Any] | DriverTrouble:
         try:
             if not isinstance(request, dict):
                 raise BadInput("A request is an object.")
             return self._robot.ask(request)
         except BeckonError as refusal:
-            return Trouble.of(refusal)
+            return DriverTrouble.of(refusal)
         except Exception:
             details = traceback.format_exc()
-            return Trouble("Unavailable", "The robot's driver failed at this request.", details)
+            return DriverTrouble("Unavailable", "The robot's driver failed at this request.", details)
 
 
-class Pace:
+class DriverPace:
     """Real time: when the next frame is due, and whether the robot keeps up."""
 
     def __init__(self, period: float) -> None:
@@ -159,10 +159,10 @@ class Pace:
         self._period = period  # [s]
         self._given_up = 0.0  # [s] in this window
         self._since = 0.0  # [s] begin of this window
-        self._calm = 0  # windows without a delay
+        self._cancel_deadline = 0  # windows without a delay
 
     def start(self, now: float) -> None:
-        """The first frame is due now."""
+        """Set the first frame due now."""
         self.due = self._since = now
 
     def step(self, now: float) -> None:
@@ -175,10 +175,10 @@ class Pace:
         if window < PACE_WINDOW:
             return
         slow = self._given_up > 0.1 * window
-        self._calm = 0 if slow else self._calm + 1
+        self._cancel_deadline = 0 if slow else self._cancel_deadline + 1
         if slow:
             self.share = 1 - self._given_up / window
-        elif self._calm >= CALM:
+        elif self._cancel_deadline >= CALM:
             self.share = 1.0
         self._given_up, self._since = 0.0, now
 
@@ -192,28 +192,28 @@ def main(arguments: list[str] | None = None) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: _leave())
     control, gate = packet_socket(given.control), packet_socket(given.gate)
-    outbox = Outbox(socket.socket(fileno=given.stream))
+    frame_sender = FrameSender(socket.socket(fileno=given.stream))
     code = 1
     try:
         control.setblocking(True)
-        opening: Opening = pickle.loads(control.recv(LARGEST))
+        opening: OpenRequest = pickle.loads(control.recv(LARGEST))
         control.setblocking(False)
         if opening.url.startswith("log:"):
             stand_back()  # nothing moves, and reading a long recording takes a whole processor
         robot = connect(opening.url, seed=opening.seed, settings=opening.settings)
         try:
-            outbox.put(Hello(robot.profile))
-            Driver(robot, control, gate, outbox).run()
+            frame_sender.put(DriverHello(robot.profile))
+            DriverLoop(robot, control, gate, frame_sender).run()
         finally:
             robot.drive(ZERO)
             robot.close()
         code = 0
     except BeckonError as refusal:
-        outbox.put(Trouble.of(refusal))
+        frame_sender.put(DriverTrouble.of(refusal))
     except Exception as fault:
         sentence = f"The robot's driver failed ({type(fault).__name__})."
-        outbox.put(Trouble("Unavailable", sentence, traceback.format_exc()))
-    outbox.close()
+        frame_sender.put(DriverTrouble("Unavailable", sentence, traceback.format_exc()))
+    frame_sender.close()
     logging.shutdown()
     os._exit(code)  # everything is closed; the interpreter's own farewell would take longer than an operator waits
 

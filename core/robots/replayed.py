@@ -9,7 +9,7 @@ from typing import Any
 
 from core.errors import BadInput
 from core.gate import Twist
-from core.log import LogSettings, ScanRecording, logged_stamp, open_log
+from core.recording import LogSettings, ScanRecording, logged_stamp, open_log
 from core.robots import Profile
 from core.sensors import SensorFrame
 
@@ -17,7 +17,7 @@ SLOWEST, FASTEST = 0.1, 10.0  # times the speed of life
 
 
 def profile_of(recording: ScanRecording, url: str = "") -> Profile:
-    """What is known of the robot that was recorded."""
+    """The profile of the robot that was recorded, as far as the log gives it."""
     return Profile(
         name=recording.path.name,
         kind="LOG",
@@ -31,7 +31,7 @@ def profile_of(recording: ScanRecording, url: str = "") -> Profile:
 class ReplayedRobot:
     """Plays the scans of a recording in the log's own time; between them come frames with the wheels alone.
 
-    It shows its first scan and waits there until it is told to play, so that nobody comes too late for its beginning.
+    It shows its first scan and waits there for a request to play, so that nobody misses its beginning.
     No scan is left out, and a frame has room for one: that bounds the speed.
     """
 
@@ -47,11 +47,11 @@ class ReplayedRobot:
 
     @property
     def profile(self) -> Profile:
-        """What is known of the robot that was recorded."""
+        """The profile of the robot that was recorded, as far as the log gives it."""
         return self._profile
 
     def drive(self, twist: Twist) -> None:
-        """A recording does not move; the twist is forgotten."""
+        """Ignore the twist: a recording does not move."""
 
     def read(self) -> SensorFrame:
         """One step of 1/rate further at the chosen speed, or the next scan that is due."""
@@ -79,7 +79,7 @@ class ReplayedRobot:
     def ask(self, request: dict[str, Any]) -> dict[str, Any]:
         """`{"do": "play" | "pause"}`, `{"do": "speed", "value": 0.1 … 10}`, `{"do": "seek", "value": 0 … 1}`.
 
-        The place to seek is a share of the whole. The answer tells where the playback stands and its speed, which is
+        The place to seek is a share of the whole. The answer gives the place of the playback and its speed, which is
         `fastest` at most. Raises BadInput.
         """
         doing = request.get("do")
@@ -102,7 +102,7 @@ class ReplayedRobot:
         }
 
     def close(self) -> None:
-        """Nothing is held open: the recording was read whole."""
+        """Close nothing: the recording was read whole."""
 
     @property
     def fastest(self) -> float:
@@ -116,7 +116,7 @@ class ReplayedRobot:
 
     @property
     def _due(self) -> bool:
-        """Whether a scan is waiting for its frame."""
+        """True while a scan is waiting for its frame."""
         scans = self._recording.scans
         return self._next < len(scans) and logged_stamp(scans[self._next]) <= self._clock
 

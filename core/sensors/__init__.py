@@ -17,12 +17,12 @@ class SensorFrame:
     """All that the robot sensed at one instant; a sensor with nothing new is None."""
 
     stamp: float  # [s], the robot's own clock
-    sensed: float = 0.0  # [s] of this computer's monotonic clock when the driver had it; 0: nobody noted it
+    sensed: float = 0.0  # [s] of this computer's monotonic clock when the driver had it; 0: not recorded
     nonce: int = 0  # the gate's newest ticket when this was sensed; a setpoint made from it returns the ticket
     wheels: Wheels | None = None
     scan: Scan | None = None
     image: Image | None = None
-    sound: Sound | None = None  # since the last frame; None: nobody listens
+    sound: Sound | None = None  # since the last frame; None: no sound was recorded
     contact: bool = False  # the bumper is pressed
     truth: Pose | None = None  # simulator only: the true pose in the world frame. For scoring, never for an estimator
     note: str = ""  # what the driver wants the operator to know: "the recording ends here"

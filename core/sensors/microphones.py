@@ -47,7 +47,7 @@ class Sound:
 
     @property
     def channels(self) -> int:
-        """How many."""
+        """The number of channels."""
         return self.samples.shape[1]
 
     def part(self, begin: float, end: float) -> Sound:
@@ -65,7 +65,7 @@ class Sound:
 
 
 def usable(samples: Array) -> bool:
-    """Whether samples of any shape are all numbers, and none is absurdly far beyond full scale."""
+    """Return whether samples of any shape are all numbers, and none is absurdly far beyond full scale."""
     return bool(np.abs(samples).max(initial=0.0) <= LOUDEST)
 
 
@@ -203,30 +203,30 @@ def load_array(path: str | Path) -> MicrophoneArray:
     try:
         if file.stat().st_size > LARGEST:
             raise BadInput(f"{file.name} is too large for an array profile; a few lines are expected.")
-        told = tomllib.loads(file.read_text(encoding="utf-8"))
+        fields = tomllib.loads(file.read_text(encoding="utf-8"))
     except tomllib.TOMLDecodeError as trouble:
         raise BadInput(f"{file.name} is not valid TOML: {trouble}.") from None
     except (OSError, ValueError):
         raise BadInput(
             f"The array profile {file.name[:60]} cannot be read; give a TOML file or one of {', '.join(ARRAYS)}."
         ) from None
-    return array_of(told, file.stem)
+    return array_of(fields, file.stem)
 
 
-def array_of(told: dict[str, Any], name: str = "microphones") -> MicrophoneArray:
+def array_of(fields: dict[str, Any], name: str = "microphones") -> MicrophoneArray:
     """The keys of a profile (`positions_m`, `channels`, …) → the array. Raises BadInput."""
-    unknown = [key for key in told if key not in KEYS]
+    unknown = [key for key in fields if key not in KEYS]
     if unknown:
         raise BadInput(f"The array profile has an unknown key {unknown[0][:40]!r}; known are {', '.join(KEYS)}.")
-    if "positions_m" not in told:
+    if "positions_m" not in fields:
         raise BadInput("The array profile needs positions_m = [[x, y, z], …] in metres.")
     return MicrophoneArray(
-        positions=_positions(told["positions_m"]),
-        channels=_channels(told.get("channels", [])),
-        name=_text(told.get("name", name)),
-        rate=None if "sample_rate_hz" not in told else _whole(told["sample_rate_hz"]),
-        speed=_number(told.get("speed_of_sound_m_s", 343.0), "speed_of_sound_m_s"),
-        position_sd=_number(told.get("position_sd_m", 0.0005), "position_sd_m"),
+        positions=_positions(fields["positions_m"]),
+        channels=_channels(fields.get("channels", [])),
+        name=_text(fields.get("name", name)),
+        rate=None if "sample_rate_hz" not in fields else _whole(fields["sample_rate_hz"]),
+        speed=_number(fields.get("speed_of_sound_m_s", 343.0), "speed_of_sound_m_s"),
+        position_sd=_number(fields.get("position_sd_m", 0.0005), "position_sd_m"),
     )
 
 

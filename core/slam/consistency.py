@@ -1,4 +1,4 @@
-"""Whether an estimator is as sure as it should be."""
+"""Consistency of an estimator: its errors against its covariance (NEES, NIS)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def squared_error(error: Array, covariance: Array) -> float:
 
 
 def faded_band(memory: float, share: float = 0.95) -> tuple[float, float]:
-    """Where a fading mean of normalised innovations of two coordinates lies for `share` of the time; its ideal is 1.
+    """Return the band in which a fading mean of 2-D normalised innovations lies for `share` of the time; ideal 1.
 
     Each, divided by its two degrees of freedom, is exponentially distributed. The mean that keeps `memory` (0..1) of
     itself with every new one weighs (1 + memory) / (1 - memory) of them, and is close to a gamma distribution.

@@ -1,11 +1,11 @@
-"""Where the wheels alone say the robot is."""
+"""Dead reckoning: the pose by the wheels alone."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from core.geometry import Pose
-from core.perception.landmarks import Sighting
+from core.perception.landmarks.landmarks import Sighting
 from core.sensors import SensorFrame
 from core.slam.estimate import Estimate
 from core.slam.motion import Increment, MotionSettings, WheelTrack
@@ -21,7 +21,7 @@ class DeadReckoning:
     def update(
         self, frame: SensorFrame, sightings: Sequence[Sighting] | None = None, increment: Increment | None = None
     ) -> Estimate:
-        """One frame further; sightings change nothing. `increment`: a move that does not come from the wheels."""
+        """Take one frame; sightings change nothing. `increment`: a move that does not come from the wheels."""
         step = self._track.step(frame) if increment is None else increment
         if not step.still:
             self._way = self._way.then(step)

@@ -1,4 +1,4 @@
-"""What an estimator says: the pose, the landmarks, and how sure it is."""
+"""The output of an estimator: the pose, the landmarks, and their covariances."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Landmark:
 
 @message
 class Association:
-    """What became of one sighting in the newest update."""
+    """The association of one sighting in the newest update."""
 
     position: Array  # (2,) [m], world: where the sighting lies by the present estimate
     landmark: int | None  # whose it is
@@ -39,7 +39,7 @@ class Association:
 
 @message
 class SlamHealth:
-    """How the filter fares."""
+    """The health of the filter."""
 
     mode: str = ""  # "invariant" | "paper" | "dead_reckoning"
     updates: int = 0

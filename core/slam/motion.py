@@ -1,4 +1,4 @@
-"""How far the robot has moved, and how sure that is (eq. 18-23)."""
+"""The motion model: increments and their covariances (eq. 18-23)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class MotionSettings:
     """Noise of the odometry.
 
     `encoder`: slip, and the sizes of wheels and wheelbase, which no data sheet gives exactly. `paper`: the control
-    noise Q (eq. 43) of speed and steering angle, drawn anew with every control step.
+    noise Q (eq. 43) of speed and steering angle, drawn again with every control step.
     """
 
     model: Literal["encoder", "paper"] = "encoder"
@@ -53,7 +53,7 @@ class Increment:
 
     @property
     def still(self) -> bool:
-        """Whether nothing has moved."""
+        """True if nothing has moved."""
         return math.hypot(self.pose.x, self.pose.y) + abs(self.pose.heading) < STILL
 
 
@@ -89,7 +89,7 @@ def encoder_noise(forward: float, turn: float, elapsed: float, settings: MotionS
 
 
 def paper_noise(forward: float, turn: float, elapsed: float, settings: MotionSettings) -> Array:
-    """Covariance (2, 2) of way [m] and turn [rad] under the paper's Q (eq. 43), drawn anew with every control step.
+    """Covariance (2, 2) of way [m] and turn [rad] under the paper's Q (eq. 43), drawn again with every control step.
 
     An error of the steering angle turns a base of wheelbase L by V dt / L per radian, as in the car-like model.
     """

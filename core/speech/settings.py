@@ -1,4 +1,4 @@
-"""What the recognition of words can be told."""
+"""Settings of word recognition."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ class SpeechSettings:
     silence: float = 0.1  # probability of a pause between words: people make them around numbers
     most_models: int = 800  # that sphinx keeps alive at a time; without a bound, babble takes as long as it lasts
     gaussians: int = 8  # that sphinx evaluates in each codebook
-    competing_words: int = 800  # common words that compete with the commands, beside the 39 phones
+    garbage_words: int = 800  # common words that compete with the commands, besides the 39 phones
     resembling_words: int = 80  # the most common words that are one phone away from a command's, which compete too
     competing_price: float = 30_000.0  # one over the probability of each competing word
     most_behind: float = 70.0  # [nats/s] by which anything but a command may fit better
     word_behind: float = 300.0  # [nats/s] the same within any one word of it
-    echoing_behind: float = 40.0  # [nats/s] the same within all of its words, where more is missing beside them …
+    echoing_behind: float = 40.0  # [nats/s] the same within all of its words, where more is missing outside them …
     echo: float = 100.0  # [nats] … but only so much, as walls make that are near; a word that is none is worth more
     clear_ratio: float = 27.0  # [dB] of voice over noise from which no noise is taken out: that costs consonants
     opinions: int = 2  # readings at other speeds that must agree on a command before the robot moves

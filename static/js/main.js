@@ -1,6 +1,6 @@
-// The page: its parts, listed; what joins them; and the beat at which they show the newest view.
+// Entry point of the console page: creates the session, joins the panels and redraws them.
 
-import "./theme.js";
+import "./ui/theme.js";
 import "./panels/answer-button.js";
 import "./panels/app-menu.js";
 import "./panels/banner-stack.js";
@@ -13,7 +13,7 @@ import "./panels/drive-pad.js";
 import "./panels/estimate-card.js";
 import "./panels/first-play.js";
 import "./panels/hearing-card.js";
-import "./panels/intent-card.js";
+import "./panels/pending-command-card.js";
 import "./panels/key-sheet.js";
 import "./panels/lease-chip.js";
 import "./panels/link-chip.js";
@@ -31,10 +31,10 @@ import "./panels/stop-button.js";
 import "./panels/theme-toggle.js";
 import "./panels/view-tabs.js";
 import "./panels/voice-button.js";
-import { enter } from "./entrance.js";
-import { Hands } from "./hands.js";
-import { Panel } from "./panel.js";
-import { Session } from "./session.js";
+import { OperatorInput } from "./drive/operator-input.js";
+import { Session } from "./net/session.js";
+import { enter } from "./ui/boot.js";
+import { Panel } from "./ui/panel.js";
 
 const SHOW_MS = 200; // ages grow without news, and a browser that draws slowly must not keep quiet about it
 
@@ -46,28 +46,29 @@ const SHOW_MS = 200; // ages grow without news, and a browser that draws slowly 
 const part = (tag) => /** @type {T} */ (document.querySelector(tag));
 
 const session = new Session();
-const hands = new Hands(session);
+const operatorInput = new OperatorInput(session);
 const panels = [...document.querySelectorAll("*")].filter((element) => element instanceof Panel);
 for (const panel of panels) panel.join(session);
 
-/** @type {import("./panels/drive-pad.js").DrivePad} */ (part("drive-pad")).hold(hands);
+/** @type {import("./panels/drive-pad.js").DrivePad} */ (part("drive-pad")).hold(operatorInput);
 /** @type {import("./panels/scene-view.js").SceneView} */ (part("scene-view")).whenLoaded((inner) =>
-  hands.listenTo(inner),
+  operatorInput.listenTo(inner),
 );
-hands.toWords = () => /** @type {import("./panels/command-line.js").CommandLine} */ (part("command-line")).take();
-hands.toTalk = (down) =>
+operatorInput.toWords = () =>
+  /** @type {import("./panels/command-line.js").CommandLine} */ (part("command-line")).take();
+operatorInput.toTalk = (down) =>
   /** @type {import("./panels/voice-button.js").VoiceButton} */ (part("voice-button")).hold(down);
-hands.toBegin = (id) => void session.beginIntent(id);
-hands.toHelp = () => {
-  hands.letGo();
+operatorInput.toBegin = (id) => void session.beginPendingCommand(id);
+operatorInput.toHelp = () => {
+  operatorInput.letGo();
   /** @type {import("./panels/key-sheet.js").KeySheet} */ (part("key-sheet")).toggle();
 };
-addEventListener("show-keys", () => hands.toHelp());
+addEventListener("show-keys", () => operatorInput.toHelp());
 addEventListener("show-hints", () =>
   /** @type {import("./panels/coach-marks.js").CoachMarks} */ (part("coach-marks")).begin(),
 );
 addEventListener("single-keys", (event) => {
-  hands.singleKeys = /** @type {CustomEvent<boolean>} */ (event).detail;
+  operatorInput.singleKeys = /** @type {CustomEvent<boolean>} */ (event).detail;
 });
 
 session.on("hello", ({ robot }) => document.body.classList.toggle("is-recording", !robot.drives));
@@ -87,7 +88,7 @@ function beat() {
   if ((session.state?.seq ?? 0) !== shown) show();
 }
 
-session.on("heard", (view) => hands.show(view));
+session.on("heard", (view) => operatorInput.show(view));
 requestAnimationFrame(beat);
 setInterval(() => performance.now() - shownAt >= SHOW_MS && show(), SHOW_MS);
 

@@ -9,13 +9,13 @@ import numpy as np
 from core.commands.command import Action, Progress
 from core.gate import TICK, ZERO, Gate, Limits, Setpoint, TraceWriter, Twist, check
 from core.geometry import Pose
-from core.navigation.surroundings import Body, Surroundings
-from core.perception.deskew import deskew
+from core.navigation.control_context import ControlContext, SteeredBody
+from core.perception.landmarks.deskew import deskew
 from core.robots.nearness import field_of, near_points
-from core.robots.simulated import SimulatedRobot, SimulationSettings
-from core.slam.occupancy import Grid
+from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.slam.map.occupancy import OccupancyGrid
 
-NO_MAP = Grid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((0, 0), np.float32))
+NO_MAP = OccupancyGrid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((0, 0), np.float32))
 
 
 class BareDrive:
@@ -34,7 +34,7 @@ class BareDrive:
         self.trace = TraceWriter()
         self.gate = Gate(Limits(), trace=self.trace)
         self.gate.arm(1, "benchmark", 0.0)
-        self.body = Body(cruise=cruise)
+        self.body = SteeredBody(cruise=cruise)
         self.contacts, self._touching = 0, False
         self._seq, self._tick = 0, 0
         self._points = np.empty((0, 2))  # world, as the wheels have it
@@ -76,7 +76,7 @@ class BareDrive:
         """What the trace checker says."""
         return check(self.trace.rows, self.gate.limits)
 
-    def _sense(self) -> Surroundings:
+    def _sense(self) -> ControlContext:
         frame = replace(self.robot.read(), nonce=self.gate.status().nonce)
         laser = self.robot.profile.laser
         assert frame.wheels is not None and laser is not None
@@ -88,7 +88,7 @@ class BareDrive:
         if frame.scan is not None:
             self.gate.see(near_points(frame.scan, laser, frame), frame.stamp, field_of(laser))
             self._points = pose.apply(deskew(frame.scan, laser, frame.wheels, frame.stamp)[0])
-        return Surroundings(
+        return ControlContext(
             stamp=frame.stamp,
             pose=pose,
             speed=frame.wheels.speed,

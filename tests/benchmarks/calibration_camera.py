@@ -17,14 +17,14 @@ from typing import Any
 import cv2
 import numpy as np
 
-from core.calibration import bundle
-from core.calibration.board import Board
-from core.calibration.coverage import Measures, bars, measures
-from core.calibration.guidance import advise
-from core.calibration.intrinsics import Calibration, View, calibrate
-from core.calibration.practice import Holding, held, seen, visible
+from core.calibration.board.board import Board
+from core.calibration.camera import bundle_adjustment
+from core.calibration.camera.coverage import Measures, bars, measures
+from core.calibration.camera.guidance import advise
+from core.calibration.camera.intrinsics import Calibration, ViewCorners, calibrate
+from core.calibration.camera.uncertainty import uncertainty_map
+from core.calibration.practice import BoardPlacement, held, seen, visible
 from core.calibration.projection import PAPER, Poses, exponential, vector_of
-from core.calibration.uncertainty import uncertainty_map
 from core.message import Array
 from core.optics import TABLE_3
 
@@ -36,8 +36,8 @@ ENOUGH = 0.2  # L1 distance of ROS's measures from which a view counts
 TARGET = 0.5  # [pixel]
 
 
-def views_of(pixels: Array) -> list[View]:
-    return [View(name=str(number), corners=corners) for number, corners in enumerate(pixels)]
+def views_of(pixels: Array) -> list[ViewCorners]:
+    return [ViewCorners(name=str(number), corners=corners) for number, corners in enumerate(pixels)]
 
 
 def times(counts: tuple[int, ...], slowest: int) -> list[dict[str, Any]]:
@@ -48,7 +48,9 @@ def times(counts: tuple[int, ...], slowest: int) -> list[dict[str, Any]]:
         pixels = seen(rng, TABLE_3, held(rng, count, TABLE_3, BOARD), BOARD, 0.1)
         views = views_of(pixels)
         found, ours = least(5, lambda views=views: calibrate(views, BOARD, SIZE))
-        _, deviations = least(5, lambda found=found: bundle.information(found.corners, found.solution, PAPER))
+        _, deviations = least(
+            5, lambda found=found: bundle_adjustment.information(found.corners, found.solution, PAPER)
+        )
         row = {"views": count, "ours_ms": ours, "our_deviations_ms": deviations, "fx": found.model.fx}
         if count <= slowest:
             shown = [BOARD.points.astype(np.float32)] * count
@@ -133,7 +135,7 @@ def ros_rule(seed: int, tilt_deg: float, noise: float = 0.2) -> tuple[int, float
     pixels: list[Array] = []
     counted: list[Measures] = []
     for _ in range(5000):
-        pose = held(rng, 1, TABLE_3, BOARD, Holding(most_tilt=np.deg2rad(tilt_deg)))
+        pose = held(rng, 1, TABLE_3, BOARD, BoardPlacement(most_tilt=np.deg2rad(tilt_deg)))
         corners = seen(rng, TABLE_3, pose, BOARD, noise)[0]
         told = measures(corners, BOARD, SIZE)
         if counted and np.abs(np.array(counted) - np.array(told)).sum(axis=1).min() <= ENOUGH:

@@ -16,8 +16,15 @@ import cv2
 import numpy as np
 from scipy.optimize import least_squares
 
-from core.calibration.correction import errors, exact_map, inverse_parameters, straighten, table_1_map, tie_points
-from core.calibration.undistortion import all_pixels
+from core.calibration.camera.undistortion import (
+    all_pixels,
+    errors,
+    exact_map,
+    inverse_parameters,
+    straighten,
+    table_1_map,
+    tie_points,
+)
 from core.message import Array
 from core.optics import TABLE_3
 

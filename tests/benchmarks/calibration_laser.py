@@ -19,21 +19,21 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from core.calibration.board import Board
-from core.calibration.board_line import average
-from core.calibration.extrinsics import solve
-from core.calibration.laser_solve import LaserPose, calibrate_laser
+from core.calibration.board.board import Board
+from core.calibration.laser.board_line import average
+from core.calibration.laser.extrinsics import solve
+from core.calibration.laser.plane_pairs import PlanePair
+from core.calibration.laser.planes import board_pose
+from core.calibration.laser.range_lines import fit_ranges
+from core.calibration.laser.solve import LaserPose, calibrate_laser
 from core.calibration.mount import Extrinsics
-from core.calibration.pairs import PlanePair
-from core.calibration.planes import board_pose
 from core.calibration.practice import visible
-from core.calibration.practice_room import PracticeRoom, RoomSettings, Shot, some_mount
 from core.calibration.projection import Poses, exponential
-from core.calibration.range_lines import fit_ranges
 from core.geometry import OPTICAL, Transform
 from core.message import Array
 from core.optics import TABLE_3
 from core.sensors.laser import Laser
+from tests.practice_room import PracticeRoom, RoomSettings, Shot, some_mount
 
 ROOT = Path(__file__).resolve().parents[2]
 BOARD = Board(columns=9, rows=6, square=0.03, panel=(0.34, 0.25))

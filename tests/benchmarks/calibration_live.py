@@ -17,12 +17,12 @@ from typing import Any
 import cv2
 import numpy as np
 
-from core.calibration.board import Board
-from core.calibration.chessboard import find_board
-from core.calibration.practice import Exposure, Holding, held, picture
+from core.calibration.board.board import Board
+from core.calibration.board.chessboard import find_board
+from core.calibration.board.quality import why_none
+from core.calibration.camera.session import CameraSession
+from core.calibration.practice import BoardPlacement, ImageExposure, held, picture
 from core.calibration.projection import Poses
-from core.calibration.quality import why_none
-from core.calibration.session import CameraSession
 from core.message import Array
 from core.optics import CameraModel
 
@@ -35,10 +35,12 @@ def with_board(rng: np.random.Generator, frames: int) -> list[Array]:
     """A hand moves the board between poses and holds it still for a while."""
     shown: list[Array] = []
     while len(shown) < frames:
-        pose = held(rng, 1, CAMERA, BOARD, Holding(nearest=0.3, farthest=0.9, margin=12))
+        pose = held(rng, 1, CAMERA, BOARD, BoardPlacement(nearest=0.3, farthest=0.9, margin=12))
         for step in range(8):
             moved = Poses(pose.rotations, pose.translations + np.array([0.01 * max(0, 3 - step), 0, 0]))
-            shown.append(cluttered(rng, picture(rng, CAMERA, moved, BOARD, Exposure(motion=max(0, 6 - 2 * step)))))
+            shown.append(
+                cluttered(rng, picture(rng, CAMERA, moved, BOARD, ImageExposure(motion=max(0, 6 - 2 * step))))
+            )
     return shown[:frames]
 
 

@@ -17,10 +17,10 @@ from typing import Any
 import cv2
 import numpy as np
 
-from core.calibration.board import Board
-from core.calibration.chessboard import CRITERIA, FLAGS, search
-from core.calibration.intrinsics import View, calibrate
-from core.calibration.pictures import read_grey
+from core.calibration.board.board import Board
+from core.calibration.board.chessboard import CRITERIA, FLAGS, search
+from core.calibration.camera.intrinsics import ViewCorners, calibrate
+from core.calibration.files.pictures import read_grey
 from core.message import Array
 from tests.real_data.poison import FAULTS
 
@@ -29,27 +29,27 @@ BOARD = Board(columns=9, rows=6, square=0.025)
 SIZE = (640, 480)
 
 
-def corners_of(path: Path, window: int) -> View:
+def corners_of(path: Path, window: int) -> ViewCorners:
     grey, _ = read_grey(path)
     found = search(grey, BOARD, FLAGS)
     assert found is not None
     start = np.ascontiguousarray(found.reshape(-1, 1, 2), dtype=np.float32)
     refined = cv2.cornerSubPix(grey, start, (window, window), (-1, -1), CRITERIA)
-    return View(name=path.name, corners=refined.reshape(-1, 2).astype(float))
+    return ViewCorners(name=path.name, corners=refined.reshape(-1, 2).astype(float))
 
 
-def opencv_focal(views: list[View]) -> float:
+def opencv_focal(views: list[ViewCorners]) -> float:
     shown = [BOARD.points.astype(np.float32)] * len(views)
     told = [view.corners.astype(np.float32) for view in views]
     return float(cv2.calibrateCamera(shown, told, SIZE, None, None, flags=cv2.CALIB_FIX_K3)[1][0, 0])
 
 
-def poisoned(views: list[View], fault: Callable[[Array], Array]) -> dict[str, Any]:
+def poisoned(views: list[ViewCorners], fault: Callable[[Array], Array]) -> dict[str, Any]:
     """Each view in turn → how often it was named, and how far f moved, ours and OpenCV's."""
     clean, plain = calibrate(views, BOARD, SIZE).model, opencv_focal(views)
     named, ours, theirs = 0, [], []
     for culprit, view in enumerate(views):
-        spoilt = [*views[:culprit], View(name=view.name, corners=fault(view.corners)), *views[culprit + 1 :]]
+        spoilt = [*views[:culprit], ViewCorners(name=view.name, corners=fault(view.corners)), *views[culprit + 1 :]]
         told = calibrate(spoilt, BOARD, SIZE)
         named += bool(told.verdicts[culprit].reason)
         ours.append(max(abs(told.model.fx - clean.fx), abs(told.model.fy - clean.fy)))

@@ -22,8 +22,8 @@ import numpy as np
 
 from core.geometry import Pose, wrap
 from core.message import Array
-from core.perception.landmarks import Sighting
-from core.slam.ekf import EkfSettings, EkfSlam
+from core.perception.landmarks.landmarks import Sighting
+from core.slam.ekf_slam import EkfSettings, EkfSlam
 from core.slam.motion import Increment, MotionSettings, steered
 
 MOTION = MotionSettings(wheelbase=4.0, speed_sd=0.3, steer_sd=math.radians(3), cruise=3.0, step=0.025)

@@ -18,12 +18,12 @@ import numpy as np
 
 from core.geometry import Pose
 from core.message import Array
-from core.perception.corners import Corner, CornerSettings, find_corners
-from core.perception.deskew import deskew
-from core.perception.landmarks import sight
+from core.perception.landmarks.corners import Corner, CornerSettings, find_corners
+from core.perception.landmarks.deskew import deskew
+from core.perception.landmarks.landmarks import sight
 from core.sensors import Laser, Scan
-from core.sensors.laser import SimulatedLaser
-from core.world import LAB, World
+from core.simulation.laser import SimulatedLaser
+from core.simulation.world import LAB, World
 from tests.core.perception.corner_room import LASER, scan_of, two_walls
 
 NEAR = 0.25  # [m]: a corner found nearer than this to a true one is that one

@@ -16,10 +16,10 @@ from itertools import pairwise
 import numpy as np
 
 from core.geometry import Pose, arc, wrap
-from core.log.corridor import SIGHTING_NOISE
-from core.log.recording import SightingStep
 from core.message import Array
-from core.perception.landmarks import Sighting
+from core.perception.landmarks.landmarks import Sighting
+from core.recording.corridor import SIGHTING_NOISE
+from core.recording.recording import SightingStep
 from core.slam.motion import Increment
 
 PERIOD, STRIDE = 0.2, 0.06  # [s], [m] from one update to the next

@@ -22,10 +22,10 @@ from pathlib import Path
 import numpy as np
 
 from core.geometry import Pose
-from core.log.corridor import SIGHTING_NOISE
 from core.message import Array
+from core.recording.corridor import SIGHTING_NOISE
 from core.slam.consistency import squared_error
-from core.slam.ekf import EkfSettings, EkfSlam
+from core.slam.ekf_slam import EkfSettings, EkfSlam
 from tests.benchmarks import mrpt
 from tests.benchmarks.corridor_drives import HALF_FIELD, REACH, Corridor, Drive, drawn, drive
 from tests.benchmarks.log_scores import aligned

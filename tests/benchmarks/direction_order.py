@@ -15,10 +15,10 @@ import sys
 import numpy as np
 
 from core.experiments.direction_of_arrival import ARRAYS
-from core.experiments.practice_voice import practice_voice
 from core.experiments.talk_in_rooms import RATE, make_scene
-from core.perception.channel_order import find_order
+from core.perception.sound.channel_order import find_order
 from core.sensors.microphones import Sound
+from core.speech.practice_voice import practice_voice
 
 REVERBERATION = (0.2, 0.3, 0.6)  # [s]
 

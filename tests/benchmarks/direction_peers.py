@@ -19,16 +19,16 @@ import numpy as np
 
 from core.experiments.direction_of_arrival import (
     ESTIMATORS,
-    Answer,
+    DirectionEstimate,
+    DirectionTrial,
     Estimator,
-    Trial,
     campaign,
     save,
     summary,
 )
 from core.experiments.talk_in_rooms import PRE_ROLL, RATE
-from core.log.sound_file import read_sound
 from core.message import Array
+from core.recording.sound_file import read_sound
 from core.sensors.microphones import MicrophoneArray, Sound
 
 SIZE = 512  # samples of the peers' frames
@@ -42,13 +42,13 @@ def peer(name: str) -> Estimator:
     algorithm = pyroomacoustics.doa.algorithms[name]
     azimuths = np.radians(np.arange(360))
 
-    def answer(sound: Sound, array: MicrophoneArray) -> Answer:
+    def answer(sound: Sound, array: MicrophoneArray) -> DirectionEstimate:
         samples = array.heard(sound)[int(PRE_ROLL * sound.rate) :]
         frames = pyroomacoustics.transform.stft.analysis(samples, SIZE, SIZE // 2, win=np.hanning(SIZE))
         where = {"dim": 3, "n_grid": 2000} if array.dimensions == 3 else {"azimuth": azimuths}
         finder = algorithm(array.positions.T, sound.rate, SIZE, c=array.speed, num_src=1, **where)
         finder.locate_sources(frames.transpose(2, 1, 0), freq_range=[200, 7000])
-        return Answer(azimuth=float(np.ravel(finder.azimuth_recon)[0]))
+        return DirectionEstimate(azimuth=float(np.ravel(finder.azimuth_recon)[0]))
 
     return answer
 
@@ -66,13 +66,13 @@ def voices(folder: Path) -> list[Array]:
     return found
 
 
-def written(folder: Path) -> list[Trial]:
+def written(folder: Path) -> list[DirectionTrial]:
     """All trials that parts have written below a folder."""
-    done: list[Trial] = []
+    done: list[DirectionTrial] = []
     for path in sorted(folder.glob("part-*/direction.csv")):
         with path.open(newline="") as file:
             done += [
-                Trial(
+                DirectionTrial(
                     estimator=row["estimator"],
                     array=row["array"],
                     rt60=float(row["rt60_s"]),

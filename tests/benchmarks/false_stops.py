@@ -12,7 +12,7 @@ import json
 import sys
 from typing import Any
 
-from core.commands.stand import STOP_MOVING
+from core.commands.stop_moving import STOP_MOVING
 from core.experiments.side_by_side import side_by_side
 from core.experiments.spoken_room import SpokenRoom
 

@@ -20,8 +20,8 @@ import numpy as np
 
 from core.geometry import Pose, arc, wrap
 from core.message import Array
-from core.perception.landmarks import Sighting
-from core.slam.ekf import EkfSettings, EkfSlam
+from core.perception.landmarks.landmarks import Sighting
+from core.slam.ekf_slam import EkfSettings, EkfSlam
 from core.slam.motion import Increment, MotionSettings, rolled
 
 PERIOD, SPEED, RADIUS = 0.2, 0.3, 2.5  # [s], [m/s], [m]

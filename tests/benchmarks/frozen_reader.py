@@ -22,10 +22,10 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
-from console.wire_audio import AUDIO_HEADER, AUDIO_KIND, AUDIO_RATE
+from console.messages.audio import AUDIO_HEADER, AUDIO_KIND, AUDIO_RATE
 from core.gate.trace import read_trace
-from core.speech.recognizer import for_words, pcm
-from core.speech.voice import VoiceSettings, speak
+from core.speech.recognition.recognizer import for_words, pcm
+from core.speech.synthesis import VoiceSettings, speak
 from tests.benchmarks.reliability import busy_loops
 from tests.benchmarks.running_console import Console, console
 
@@ -77,7 +77,7 @@ def readers(running: Console) -> list[psutil.Process]:
     found: list[psutil.Process] = []
     for one in psutil.Process(running.process.pid).children(recursive=True):
         with contextlib.suppress(psutil.NoSuchProcess):
-            if "--desk=words" in one.cmdline():
+            if "--worker=words" in one.cmdline():
                 found.append(one)
     return found
 
@@ -115,7 +115,7 @@ def main() -> None:
         running.post("/api/sim/place", {"what": "person", "id": "Ann", "x_m": 1.2, "y_m": 0.9})
         page = Page(running)
         running.post("/api/hearing", {"listen": True, "obey": True})
-        while len(readers(running)) < 2 or running.get("/api/state")["ears"]["waking"]:
+        while len(readers(running)) < 2 or running.get("/api/state")["ears"]["starting"]:
             time.sleep(0.2)
         for frozen, trials in ((0.0, 4), (FROZEN, chosen.trials)):
             moved = 0

@@ -23,8 +23,8 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from console.robot_process import RobotProcess
-from core.gate import Limits, Row, Setpoint, check, read_trace
+from console.robot.process import RobotProcess
+from core.gate import Limits, Setpoint, TraceRow, check, read_trace
 
 ROOT = Path(__file__).resolve().parents[2]
 BOUNDS_MS = {
@@ -88,12 +88,12 @@ class Hand:
         self._thread.join()
 
 
-def first_zero(rows: Sequence[Row], after: float) -> float:
+def first_zero(rows: Sequence[TraceRow], after: float) -> float:
     """When the wheels were first told zero at or after a time [s]."""
     return next(row.t_mono_ns * 1e-9 for row in rows if row.t_mono_ns * 1e-9 >= after and not row.v and not row.w)
 
 
-def checked(trace: Path) -> list[Row]:
+def checked(trace: Path) -> list[TraceRow]:
     """The rows of a diary in which nothing is wrong."""
     rows = read_trace(trace)
     assert check(rows, Limits()) == []

@@ -16,15 +16,15 @@ from typing import Any
 import numpy as np
 
 from core.message import Array
-from core.speech.automaton import automaton
-from core.speech.competing import grammar
-from core.speech.jsgf import plain_grammar
-from core.speech.path import decoded
-from core.speech.pocketsphinx import SEARCH, competing_words, grammar_decoder
-from core.speech.recognizer import for_words
+from core.speech.recognition.recognizer import for_words
 from core.speech.settings import SpeechSettings
-from core.speech.sphinx import options_of
-from core.speech.voice import PERSONS_VOICE, VoiceSettings, speak
+from core.speech.sphinx.decoded_path import decoded
+from core.speech.sphinx.decoder import SEARCH, garbage_words, grammar_decoder
+from core.speech.sphinx.fsg import automaton
+from core.speech.sphinx.garbage_model import grammar
+from core.speech.sphinx.jsgf import plain_grammar
+from core.speech.sphinx.recognizer import options_of
+from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
 from tests.core.speech.ears import padded
 
 SENTENCES = ("turn left", "come here", "continue 0.8 meters", "stop at 1.2 and minus 0.6")
@@ -62,12 +62,12 @@ def main() -> None:
     options = options_of(chosen)
     voice = VoiceSettings(voice=PERSONS_VOICE)
     sounds = [padded(0.3 * for_words(speak(words, voice)).samples[:, 0], 0.3, 0.3) for words in SENTENCES]
-    words = competing_words(chosen.competing_words, chosen.resembling_words)
-    competing = grammar(words, chosen.competing_price)
+    words = garbage_words(chosen.garbage_words, chosen.resembling_words)
+    garbage_model = grammar(words, chosen.competing_price)
     figures = {
         "commands, words only": beside(plain_grammar(), sounds, rounds, **options),
         "commands, to be compared": beside(plain_grammar(), sounds, rounds, compallsen=True, **options),
-        "anything else": beside(competing, sounds, rounds, compallsen=True, **options),
+        "anything else": beside(garbage_model, sounds, rounds, compallsen=True, **options),
     }
     sys.stdout.write(json.dumps(figures, indent=1) + "\n")
 

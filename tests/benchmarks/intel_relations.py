@@ -17,9 +17,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from core.experiments.offline import slam_log
 from core.geometry import Pose, wrap
-from core.log import logged_stamp
+from core.pipelines.slam import slam_log
+from core.recording import logged_stamp
 from tests.conftest import REPOSITORY
 
 AT_SCAN = 0.001  # [s] from a scan at which a relation's end is that scan: nothing has to be carried on to there

@@ -26,17 +26,17 @@ import numpy as np
 from core.gate import Twist
 from core.geometry import Pose, wrap
 from core.message import Array
-from core.perception.deskew import beam_ends
-from core.robots.simulated import SimulatedRobot, SimulationSettings
+from core.perception.landmarks.deskew import beam_ends
 from core.sensors import SensorFrame
-from core.slam.floor.alarm import Alarm, Signs, Walls
-from core.slam.floor.chart import View
-from core.slam.floor.keyframe import thinned
-from core.slam.floor.lost import Finding, Found
-from core.slam.floor.matching import lay
-from core.slam.likelihood import LikelihoodField
-from core.slam.occupancy import Grid, OccupancyMap
-from core.world import world_named
+from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.world import world_named
+from core.slam.map.keyframe import thinned
+from core.slam.map.occupancy import OccupancyGrid, OccupancyMap
+from core.slam.relocalization.kidnap_detector import KidnapDetector, LocalizationEvidence, WidenedWalls
+from core.slam.relocalization.recovery import RecoveredPose, Recovery
+from core.slam.relocalization.search_pyramid import ScanView
+from core.slam.scan_matching.field_matching import match_scan
+from core.slam.scan_matching.likelihood_field import LikelihoodField
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "intel-lab" / "intel.npz"
 NEAR, TURNED = 0.3, math.radians(5)
@@ -69,7 +69,9 @@ class Watch:
     def __init__(self, outcome: Outcome) -> None:
         self._outcome = outcome
 
-    def step(self, finding: Finding, stamp: float, odometry: Pose, view: View | None, may_turn: bool) -> Found | None:
+    def step(
+        self, finding: Recovery, stamp: float, odometry: Pose, view: ScanView | None, may_turn: bool
+    ) -> RecoveredPose | None:
         start = time.process_time()
         found = finding.step(stamp, odometry, view, may_turn)
         spent = time.process_time() - start
@@ -78,7 +80,7 @@ class Watch:
         return found
 
 
-def compare(outcome: Outcome, found: Found, truth: Pose) -> None:
+def compare(outcome: Outcome, found: RecoveredPose, truth: Pose) -> None:
     outcome.found = True
     outcome.error = truth.distance_to(found.pose.x, found.pose.y)
     outcome.error_heading = abs(wrap(found.pose.heading - truth.heading))
@@ -100,7 +102,7 @@ class Intel:
         angles = np.radians(np.arange(-90, 90))
         self.ends = np.stack((ranges * np.cos(angles), ranges * np.sin(angles)), axis=-1)
 
-    def mapped(self, first: int, keep: Callable[[Pose], bool]) -> tuple[Grid, Array]:
+    def mapped(self, first: int, keep: Callable[[Pose], bool]) -> tuple[OccupancyGrid, Array]:
         """The map of every second scan from `first` on that is kept."""
         drawn, points = OccupancyMap(), list[Array]()
         for number in range(first, len(self.poses), 2):
@@ -110,7 +112,7 @@ class Intel:
                 drawn.insert(pose, pose.apply(ends), hits)
                 points.append(pose.apply(ends[hits]))
         if len(points) == len(range(first, len(self.poses), 2)):
-            own = [Walls().agreement(drawn.grid(), one) for one in points[::20]]
+            own = [WidenedWalls().agreement(drawn.grid(), one) for one in points[::20]]
             self.usual = float(np.mean([share for share in own if share is not None]))
         return drawn.grid(), np.vstack(points)
 
@@ -121,18 +123,18 @@ class Intel:
         edge = float(np.quantile([c * pose.x + s * pose.y for pose in self.poses], rng.uniform(0.4, 0.7)))
         return lambda pose: c * pose.x + s * pose.y < edge
 
-    def view(self, number: int) -> View:
+    def view(self, number: int) -> ScanView:
         ends = self.ends[number]
         stamp, odometry = float(self.stamps[number]), self.odometry[number]
-        return View.of_beams(stamp, odometry, Pose(), ends, np.isfinite(ends[:, 0]))
+        return ScanView.of_beams(stamp, odometry, Pose(), ends, np.isfinite(ends[:, 0]))
 
-    def kidnap(self, first: int, chart: tuple[Grid, Array], on_map: bool) -> Outcome:
+    def kidnap(self, first: int, chart: tuple[OccupancyGrid, Array], on_map: bool) -> Outcome:
         """Woken at scan `first`, with the scans that follow as further views."""
         outcome = Outcome(on_map)
-        watch, finding = Watch(outcome), Finding(0.0, "it was carried", *chart, usual=self.usual)
+        watch, finding = Watch(outcome), Recovery(0.0, "it was carried", *chart, usual=self.usual)
         further_on = iter(range(first, min(first + 2 * VIEWS, len(self.poses)), 2))
         number, stamp, quiet = next(further_on), 0.0, 0
-        view: View | None = self.view(number)
+        view: ScanView | None = self.view(number)
         while True:
             outcome.views += view is not None
             found = watch.step(finding, stamp, self.odometry[number], view, False)
@@ -198,7 +200,7 @@ class Floor:
             return None
         return beam_ends(frame.scan, self._laser, frame.wheels, frame.stamp)
 
-    def mapped(self, keep: Callable[[Pose], bool], places: int = 700) -> Grid:
+    def mapped(self, keep: Callable[[Pose], bool], places: int = 700) -> OccupancyGrid:
         """A map drawn from so many places with their true poses."""
         drawn, mounting = OccupancyMap(), self._laser.mounting if self._laser else Pose()
         for _ in range(places):
@@ -213,10 +215,10 @@ class Floor:
                 drawn.insert(pose @ mounting, pose.apply(beams[0]), beams[1])
         return drawn.grid()
 
-    def kidnap(self, grid: Grid, on_map: bool) -> Outcome:
+    def kidnap(self, grid: OccupancyGrid, on_map: bool) -> Outcome:
         """Stand somewhere known, be carried, notice it, look around."""
-        outcome, alarm, walls = Outcome(on_map), Alarm(), Walls()
-        finding: Finding | None = None
+        outcome, alarm, walls = Outcome(on_map), KidnapDetector(), WidenedWalls()
+        finding: Recovery | None = None
         before, place = self.anywhere(), self.anywhere()
         self.carry(before)
         beams = None
@@ -232,16 +234,16 @@ class Floor:
             here = frame.wheels.odometry if frame.wheels else Pose()
             beams, view = self.beams(frame), None
             if beams is not None:
-                view = View.of_beams(frame.stamp, here, Pose(), *beams)
+                view = ScanView.of_beams(frame.stamp, here, Pose(), *beams)
                 outcome.views += finding is not None
             if finding is None:
                 if beams is not None:
                     points = beams[0][beams[1]]
                     agreement = walls.agreement(grid, (believed @ here).apply(points))
-                    match = lay(seen, thinned(points), believed @ here, 0.1, math.radians(3)).score
-                    if alarm.heed(Signs(frame.stamp, match, agreement)):
+                    match = match_scan(seen, thinned(points), believed @ here, 0.1, math.radians(3)).score
+                    if alarm.observe(LocalizationEvidence(frame.stamp, match, agreement)):
                         before = None if alarm.carried else believed
-                        finding = Finding(frame.stamp, alarm.doubt, grid, before=before)
+                        finding = Recovery(frame.stamp, alarm.doubt, grid, before=before)
                         outcome.noticed, began = frame.stamp - began, frame.stamp
                 if frame.stamp - began > 5.0:
                     break

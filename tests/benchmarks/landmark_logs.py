@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from core.log import Ids
-from core.slam.ekf import EkfSettings
+from core.recording import Ids
+from core.slam.ekf_slam import EkfSettings
 from tests.benchmarks.log_scores import CORRIDOR, PARK, ROBOTS, Score, score
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from core.geometry import Pose
-from core.log import Ids, SightingRecording, open_log
 from core.message import Array
-from core.slam.ekf import EkfSettings, EkfSlam
+from core.recording import Ids, SightingRecording, open_log
+from core.slam.ekf_slam import EkfSettings, EkfSlam
 
 CORRIDOR, PARK = "corridor-loop/corridor.npz", "victoria-park/victoria_park.txt.gz"
 ROBOTS = tuple(f"mrclam6#{robot}" for robot in range(1, 6))

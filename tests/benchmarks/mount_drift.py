@@ -19,16 +19,16 @@ from typing import Any
 
 import numpy as np
 
-from core.calibration.drift import Drift, MountWatch
+from core.calibration.laser.drift import Drift, MountWatch
 from core.geometry import Pose, Transform, arc, wrap
-from core.perception.edge_pairs import EdgePair
-from core.pilot.eyes import Eyes
+from core.perception.landmarks.edge_pairs import EdgePair
+from core.pilot.landmark_perception import LandmarkPerception
 from core.robots import Profile
 from core.sensors import Camera, Laser, SensorFrame, Wheels
-from core.sensors.laser import SimulatedLaser
-from core.sensors.simulated_camera import SimulatedCamera
 from core.settings import Settings
-from core.world import World, world_named
+from core.simulation.camera import SimulatedCamera
+from core.simulation.laser import SimulatedLaser
+from core.simulation.world import World, world_named
 
 STEP = 0.025  # [s]
 EVERY = 12  # steps between two looks: what lies between moves too little to be counted
@@ -71,7 +71,7 @@ def looks(world: World, seed: int, seconds: float, turn: float = 0.0, shift: flo
     )
     camera = SimulatedCamera(Camera(mounting=mounting), world, rng)
     sweep = SimulatedLaser(laser, rng, floor_sd=0.01, share_sd=0.01, dropout=0.004)
-    eyes = Eyes(Profile(name="", kind="SIM", url="", laser=laser, camera=believed), Settings())
+    eyes = LandmarkPerception(Profile(name="", kind="SIM", url="", laser=laser, camera=believed), Settings())
     past: list[tuple[float, float, float, float]] = []
     heading = 0.0
     for number, (pose, speed, turn_rate) in enumerate(wander(world, rng, seconds)):

@@ -16,12 +16,12 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 COPIED = ("core", "console", "static", "tests", "pyproject.toml", "README.md")
 DRIVER, GATE = "core/robots/process.py", "core/gate/gate.py"
-LOOP, SUPERVISOR = "core/gate/process.py", "console/robot_supervisor.py"
+LOOP, SUPERVISOR = "core/gate/process.py", "console/robot/supervisor.py"
 TESTS = {
     DRIVER: "tests/core/robots/test_driver.py",
     GATE: "tests/core/gate/test_gate.py",
     LOOP: "tests/core/gate/test_gate_process.py",
-    SUPERVISOR: "tests/console/test_robot_process.py",
+    SUPERVISOR: "tests/console/robot/test_robot_process.py",
 }
 
 

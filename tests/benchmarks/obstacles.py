@@ -21,9 +21,9 @@ import numpy as np
 from core.experiments.rehearsal import Rehearsal
 from core.gate import Twist
 from core.geometry import Pose, wrap
-from core.robots.simulated import SimulationSettings
 from core.settings import Settings
-from core.world import World, world_named
+from core.simulation.robot import SimulationSettings
+from core.simulation.world import World, world_named
 from tests.benchmarks.bare_drive import BareDrive
 
 RADIUS = 0.09  # [m]

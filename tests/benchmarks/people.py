@@ -26,18 +26,18 @@ import cv2
 import numpy as np
 
 from core.errors import BadInput
-from core.experiments.crowd import ROBOTS, VIEW, WEBCAM, Scene, Someone, Stage
+from core.experiments.drawn_people import ROBOTS, VIEW, WEBCAM, DrawnPerson, DrawnScene, Stage
 from core.geometry import Pose
 from core.message import Array
-from core.perception.people.billboard import Billboards
-from core.perception.people.colours import Enrolled
+from core.perception.people.brightness import levelled
+from core.perception.people.colours import PersonProfile
 from core.perception.people.detector import Rectangle, find_people
-from core.perception.people.enrolment import enrol
-from core.perception.people.levelling import levelled
+from core.perception.people.enrollment import enrol
 from core.perception.people.parts import PeopleSettings
+from core.perception.people.vertical_plane import VerticalPlanes
 from core.sensors import Camera
-from core.sensors.simulated_camera import SimulatedCamera
-from core.world import LAB, Thing
+from core.simulation.camera import SimulatedCamera
+from core.simulation.world import LAB, Thing
 
 SOUND_SD = 0.05  # [rad] of the direction of the voice
 WIDE = 0.5  # [rad] to either side: the whole picture
@@ -87,10 +87,10 @@ KINDS = (
 )
 
 
-def pictures(kind: Kind, count: int, seed: int) -> list[Scene]:
+def pictures(kind: Kind, count: int, seed: int) -> list[DrawnScene]:
     """Scenes in which whoever is there is not hidden by more than a third."""
     stage = Stage(LAB, np.random.default_rng(seed), cameras=(kind.camera,))
-    found: list[Scene] = []
+    found: list[DrawnScene] = []
     while len(found) < count:
         scene = stage.scene(
             kind.people, clutter=kind.clutter, light=kind.light, reach=kind.reach, nearest=kind.nearest
@@ -100,17 +100,17 @@ def pictures(kind: Kind, count: int, seed: int) -> list[Scene]:
     return found
 
 
-def fits(rectangle: Rectangle, one: Someone) -> bool:
+def fits(rectangle: Rectangle, one: DrawnPerson) -> bool:
     """Whether the rectangle stands where somebody does."""
     return one.distance * abs(math.sin(rectangle.bearing - one.bearing)) < NEAR
 
 
-def ours(scenes: Sequence[Scene], rng: np.random.Generator) -> dict[str, float]:
+def ours(scenes: Sequence[DrawnScene], rng: np.random.Generator) -> dict[str, float]:
     """Shares found and false alarms per picture: where a voice comes from, and in the whole picture."""
     found, alarms, everywhere, anywhere, errors = 0, 0, 0, 0, list[float]()
     spent = [0.0, 0.0]
     for scene in scenes:
-        boards = Billboards(levelled(scene.pixels), scene.camera)
+        boards = VerticalPlanes(levelled(scene.pixels), scene.camera)
         speaker = scene.people[0] if scene.people else None
         bearing = speaker.bearing if speaker else float(rng.uniform(-VIEW, VIEW))
         began = time.process_time()
@@ -138,7 +138,7 @@ def ours(scenes: Sequence[Scene], rng: np.random.Generator) -> dict[str, float]:
     }
 
 
-def taught(one: Someone, camera: Camera) -> Enrolled | None:
+def taught(one: DrawnPerson, camera: Camera) -> PersonProfile | None:
     """That person, learnt from four gestures elsewhere; None where the clothes do not stand out there."""
     eye = SimulatedCamera(camera, LAB, np.random.default_rng(7))
     background = eye.take(LAB, 0.0, Pose()).pixels.copy()
@@ -162,7 +162,7 @@ def taught(one: Someone, camera: Camera) -> Enrolled | None:
         return None
 
 
-def choices(scenes: Sequence[Scene]) -> dict[str, float]:
+def choices(scenes: Sequence[DrawnScene]) -> dict[str, float]:
     """Shares of the scenes with two people of whom the first is the one who was taught."""
     rows: list[tuple[bool, ...]] = []
     unlike: list[bool] = []  # whether the other was taken, of those who share neither shirt nor trousers
@@ -171,7 +171,7 @@ def choices(scenes: Sequence[Scene]) -> dict[str, float]:
         who = taught(one, scene.camera) if one.look != other.look else None
         if who is None:
             continue
-        boards = Billboards(levelled(scene.pixels), scene.camera)
+        boards = VerticalPlanes(levelled(scene.pixels), scene.camera)
         middle, apart = (one.bearing + other.bearing) / 2, abs(one.bearing - other.bearing) / 2
         first = find_people(boards, middle, apart + SOUND_SD, SETTINGS, who=who)[:1]
         anybody = find_people(boards, middle, apart + SOUND_SD, SETTINGS)[:1]
@@ -194,7 +194,7 @@ def choices(scenes: Sequence[Scene]) -> dict[str, float]:
     return told | {"scenes_unlike": len(unlike), "other_taken_unlike": float(np.mean(unlike))}
 
 
-def peers(scenes: Sequence[Scene], interpreter: str) -> dict[str, float]:
+def peers(scenes: Sequence[DrawnScene], interpreter: str) -> dict[str, float]:
     """The same of OpenCV 4's detector, which knows of no direction and no floor."""
     with tempfile.TemporaryDirectory() as folder:
         names = [str(Path(folder) / f"{number}.png") for number in range(len(scenes))]
@@ -218,10 +218,10 @@ def peers(scenes: Sequence[Scene], interpreter: str) -> dict[str, float]:
     }
 
 
-def _columns(scene: Scene, one: Someone) -> tuple[float, float]:
+def _columns(scene: DrawnScene, one: DrawnPerson) -> tuple[float, float]:
     """The columns within NEAR of somebody's axis."""
     places = np.array([(side * NEAR, 0.5) for side in (1.0, -1.0)])
-    seen: Array = Billboards(scene.pixels, scene.camera).pixels_of(one.distance, one.bearing, places)
+    seen: Array = VerticalPlanes(scene.pixels, scene.camera).pixels_of(one.distance, one.bearing, places)
     return float(seen[:, 0].min()), float(seen[:, 0].max())
 
 

@@ -25,14 +25,14 @@ from scipy.optimize import linear_sum_assignment
 
 from core.geometry import Pose, wrap
 from core.message import Array
-from core.perception.edges import EdgeSettings, find_edges
-from core.perception.level import level_view
-from core.perception.picture_quality import judge
-from core.perception.preparation import NOTHING
-from core.perception.remedy import PictureSettings
+from core.perception.image_quality.quality import judge
+from core.perception.image_quality.remedy import PictureSettings
+from core.perception.landmarks.edges import EdgeSettings, find_edges
+from core.perception.landmarks.level_view import level_view
+from core.perception.landmarks.preprocessing import NOTHING
 from core.sensors import Camera, Image
-from core.sensors.simulated_camera import SimulatedCamera
-from core.world import World, cast, world_named
+from core.simulation.camera import SimulatedCamera
+from core.simulation.world import World, cast, world_named
 
 CAMERA = Camera()
 NEAR = math.radians(1.0)  # an edge closer than this to a true one is that one

@@ -15,11 +15,11 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from core.message import Array
-from core.perception.landmarks import Sighting
-from core.slam.filter import Filter
-from core.slam.invariant import InvariantFilter
+from core.perception.landmarks.landmarks import Sighting
+from core.slam.ekf.filter import Filter
+from core.slam.ekf.invariant import InvariantFilter
+from core.slam.ekf.measurement_model import place_of, squared_distance, surprise
 from core.slam.motion import Increment
-from core.slam.sighting_model import place_of, squared_distance, surprise
 
 FAR = 1e6
 

@@ -12,11 +12,11 @@ from itertools import islice
 import numpy as np
 
 from core.geometry import Pose
-from core.log.recording import SightingStep
 from core.message import Array
-from core.perception.corners import find_corners
-from core.perception.deskew import beam_ends
-from core.perception.landmarks import sight
+from core.perception.landmarks.corners import find_corners
+from core.perception.landmarks.deskew import beam_ends
+from core.perception.landmarks.landmarks import sight
+from core.recording.recording import SightingStep
 from core.slam.motion import Increment
 from tests.benchmarks.corridor_drives import Drive
 from tests.benchmarks.long_log import LASER, TURN_SD, WAY_SD, Storey, frames

@@ -21,25 +21,26 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
-from console.microphone import Turn
-from console.wire_audio import AUDIO_HEADER, AUDIO_RATE, MOST_BYTES
-from console.words_desk import WordsDesk
+from console.messages.audio import AUDIO_HEADER, AUDIO_RATE, MOST_BYTES
+from console.speech.browser_microphone import TalkTurn
+from console.speech.transcription_worker import TranscriptionWorker
 from core.errors import BadInput, BeckonError
-from core.experiments.hearing import Hearer
-from core.experiments.practice_voice import practice_voice
 from core.experiments.side_by_side import side_by_side
 from core.geometry import Pose
 from core.message import Array
-from core.perception.array_check import check
-from core.perception.array_orientation import heard_from
-from core.perception.sound.settings import HearingSettings
-from core.pilot.ears import Ears
+from core.perception.sound.array_diagnostics import check
+from core.perception.sound.array_orientation import heard_from
+from core.perception.sound.settings import DirectionFindingSettings
+from core.pilot.sound_perception import SoundPerception
+from core.pipelines.hear import RecordingTranscriber
 from core.robots import Profile
 from core.sensors.microphones import ARRAYS, MicrophoneArray, Sound
 from core.settings import Settings
 from core.slam.estimate import Estimate
+from core.speech.practice_voice import practice_voice
 from core.speech.settings import SpeechSettings
 from tests.sound_files import FORMS, write_sound
 
@@ -107,15 +108,15 @@ def samples(chance: np.random.Generator, count: int, channels: int, rate: int, *
 
 
 @cache
-def hearer() -> Hearer:
+def hearer() -> RecordingTranscriber:
     """The ears of `beckon hear`, whose recognizer takes a second to make."""
-    return Hearer(Settings())
+    return RecordingTranscriber(Settings())
 
 
 @cache
-def desk() -> WordsDesk:
+def worker() -> TranscriptionWorker:
     """One for all, as in the console."""
-    return WordsDesk()
+    return TranscriptionWorker()
 
 
 def recordings(chance: np.random.Generator) -> Listener:
@@ -153,12 +154,12 @@ def pieces(chance: np.random.Generator, whole: Array, rate: int, usual: float) -
 
 def spoken(chance: np.random.Generator, *, held: bool) -> Listener:
     """A browser's microphone: its pieces wait for the worker, which reads them."""
-    work = desk()
+    work = worker()
     work.begin(asdict(SpeechSettings()), held=held, speaker=int(chance.integers(3)))
     longest = (MOST_BYTES - AUDIO_HEADER.size) // 2
 
     def hear() -> None:
-        turn = Turn("held" if held else "open", lambda _told, _delay: None, lambda _why, _on: None)
+        turn = TalkTurn("held" if held else "open", lambda _told, _delay: None, lambda _why, _on: None)
         whole = samples(chance, length(chance, AUDIO_RATE), 1, AUDIO_RATE, broken=False)
         sixteen = np.clip(np.round(whole[:, 0] * 32767), -32768, 32767).astype("<i2")
         for piece, stamp in pieces(chance, sixteen, AUDIO_RATE, 0.02):
@@ -166,16 +167,18 @@ def spoken(chance: np.random.Generator, *, held: bool) -> Listener:
             if chance.random() < 0.3:
                 feed_waiting(work, turn)
         feed_waiting(work, turn, empty=chance.random() < 0.3)
-        json.dumps(work.finish(), allow_nan=False)
+        json.dumps(msgspec.to_builtins(work.finish()), allow_nan=False)
 
     return hear
 
 
-def feed_waiting(work: WordsDesk, turn: Turn, *, empty: bool = False) -> None:
-    """What waits goes to the worker, as `console.microphone` sends it; `empty`: even where nothing waits."""
+def feed_waiting(work: TranscriptionWorker, turn: TalkTurn, *, empty: bool = False) -> None:
+    """What waits goes to the worker, as `browser_microphone` sends it; `empty`: even where nothing waits."""
     waiting, start = turn.take()
     if len(waiting) or empty:
-        json.dumps(work.feed(waiting.astype(np.float32).tobytes(), AUDIO_RATE, start), allow_nan=False)
+        json.dumps(
+            msgspec.to_builtins(work.feed(waiting.astype(np.float32).tobytes(), AUDIO_RATE, start)), allow_nan=False
+        )
 
 
 def room(chance: np.random.Generator) -> Listener:
@@ -184,7 +187,7 @@ def room(chance: np.random.Generator) -> Listener:
     beam = array.dimensions >= 2 and chance.random() < 0.8
     count = len(array.positions) if beam else 1
     told = {"positions": array.positions.tolist(), "name": array.name, "speed": 343.0, "position_sd": 0.0005}
-    work = desk()
+    work = worker()
     work.begin(asdict(SpeechSettings()), array=told if beam else None)
 
     def hear() -> None:
@@ -193,8 +196,8 @@ def room(chance: np.random.Generator) -> Listener:
         for piece, stamp in pieces(chance, whole, rate, 0.2):
             with np.errstate(over="ignore"):
                 raw = piece.astype(np.float32).tobytes()
-            json.dumps(work.feed(raw, rate, stamp, channels=count), allow_nan=False)
-        json.dumps(work.finish(), allow_nan=False)
+            json.dumps(msgspec.to_builtins(work.feed(raw, rate, stamp, channels=count)), allow_nan=False)
+        json.dumps(msgspec.to_builtins(work.finish()), allow_nan=False)
 
     return hear
 
@@ -202,7 +205,9 @@ def room(chance: np.random.Generator) -> Listener:
 def directions_live(chance: np.random.Generator) -> Listener:
     """The pilot's ears, frame by frame: what is wrong with the sound is told beside what was heard."""
     array = PROFILES[int(chance.integers(len(PROFILES)))]
-    ears = Ears(Profile(name="ears", kind="SIM", url="sim:ears", microphones=array), HearingSettings())
+    ears = SoundPerception(
+        Profile(name="ears", kind="SIM", url="sim:ears", microphones=array), DirectionFindingSettings()
+    )
 
     def hear() -> None:
         rate, channels = int(chance.choice(RATES)), int(chance.integers(1, 17))

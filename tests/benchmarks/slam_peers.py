@@ -19,9 +19,9 @@ from pathlib import Path
 
 import numpy as np
 
-from core.log import Ids, SightingRecording, open_log
 from core.message import Array
-from core.slam.ekf import EkfSlam
+from core.recording import Ids, SightingRecording, open_log
+from core.slam.ekf_slam import EkfSlam
 from tests.benchmarks import mrpt
 from tests.benchmarks.log_scores import CORRIDOR, ROBOTS, aligned, true_poses
 

@@ -108,9 +108,9 @@ def memory(running: Console) -> dict[str, float]:
     for one in (console, *console.children(recursive=True)):
         with contextlib.suppress(psutil.NoSuchProcess):
             words = one.cmdline()
-            desk = next((word.partition("=")[2] for word in words if word.startswith("--desk=")), "")
+            worker = next((word.partition("=")[2] for word in words if word.startswith("--worker=")), "")
             module = words[words.index("-m") + 1] if "-m" in words else "other"
-            told[desk or module] += one.memory_info().rss / 1e6
+            told[worker or module] += one.memory_info().rss / 1e6
     return dict(told)
 
 

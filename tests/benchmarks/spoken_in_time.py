@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 
 from core.experiments.spoken_room import length_of_words
-from core.speech.recognizer import for_words, pcm
+from core.speech.recognition.recognizer import for_words, pcm
 from core.speech.settings import RATE
-from core.speech.voice import PERSONS_VOICE, VoiceSettings, speak
+from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
 from tests.benchmarks.running_console import Console, console
 
 SENTENCES = ("turn left", "continue {near:.1f} meters", "stop at {x:.1f} and {y:.1f}", "turn right", "come here")
@@ -85,7 +85,7 @@ def main() -> None:
     for kind in SENTENCES:
         verb = kind.partition("{")[0].strip()
         mine = [row for row in rows if row["said"].startswith(verb)]
-        figures: dict[str, Any] = {"obeyed": sum(row["moves"] is not None for row in mine), "of": len(mine)}
+        figures: dict[str, Any] = {"voice_control": sum(row["moves"] is not None for row in mine), "of": len(mine)}
         for what in ("known", "moves"):
             times = [row[what] for row in mine if row[what] is not None]
             if times:

@@ -23,14 +23,14 @@ from core.experiments.side_by_side import side_by_side
 from core.experiments.spoken_room import SpokenRoom
 from core.experiments.table_2 import TRIALS
 from core.experiments.table_2_trials import along
-from core.robots.simulated import SimulationSettings
 from core.settings import Settings
+from core.simulation.robot import SimulationSettings
+from core.simulation.world import world_named
 from core.snapshot import Snapshot
-from core.speech.engines import open_engine
-from core.speech.recognizer import Engine, at_16_khz
+from core.speech.recognition.engines import open_engine
+from core.speech.recognition.recognizer import Engine, at_16_khz
 from core.speech.settings import SpeechSettings
-from core.speech.voice import PERSONS_VOICE, VoiceSettings, speak
-from core.world import world_named
+from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
 from tests.benchmarks.word_scenes import Clip, synthetic
 from tests.benchmarks.words import end_of_stop
 

@@ -23,8 +23,8 @@ import numpy as np
 
 from core.geometry import Pose, rotation, wrap
 from core.message import Array
-from core.perception.landmarks import Sighting
-from core.slam.ekf import EkfSettings, EkfSlam
+from core.perception.landmarks.landmarks import Sighting
+from core.slam.ekf_slam import EkfSettings, EkfSlam
 from core.slam.motion import Increment
 from tests.benchmarks import mrpt
 

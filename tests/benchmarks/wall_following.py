@@ -18,9 +18,9 @@ import numpy as np
 
 from core.commands.command import Command
 from core.commands.follow_wall import FOLLOW_WALL
-from core.experiments.beside_wall import aside
+from core.experiments.table_2_trials import aside
 from core.geometry import Pose
-from core.world import world_named
+from core.simulation.world import world_named
 from tests.benchmarks.bare_drive import BareDrive
 
 STARTS = {"lab": Pose(-0.4, -2.0, 0.0), "floor": Pose(0.2, -0.5, 0.0)}

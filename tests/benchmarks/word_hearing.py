@@ -9,9 +9,9 @@ import numpy as np
 
 from core.message import Array
 from core.sensors.microphones import Sound
-from core.speech.grammar import OTHER_WORDS, Refusal, understand
-from core.speech.recognizer import Hypothesis, Recognizer, for_words
+from core.speech.recognition.recognizer import Recognizer, WordHypothesis, for_words
 from core.speech.settings import RATE
+from core.speech.understanding.grammar import OTHER_WORDS, Refusal, understand
 from tests.benchmarks.word_scenes import LEAD, TAIL
 
 PIECE = 320  # samples that are fed at a time
@@ -23,10 +23,10 @@ class FirstOnly:
     def __init__(self, recognizer: Recognizer) -> None:
         self._recognizer = recognizer
 
-    def feed(self, sound: Sound) -> tuple[Hypothesis, ...]:
+    def feed(self, sound: Sound) -> tuple[WordHypothesis, ...]:
         return self._recognizer.feed(for_words(sound))
 
-    def finish(self) -> tuple[Hypothesis, ...]:
+    def finish(self) -> tuple[WordHypothesis, ...]:
         return self._recognizer.finish()
 
 
@@ -34,7 +34,7 @@ class FirstOnly:
 class Told:
     """One hypothesis, and when it was there."""
 
-    hypothesis: Hypothesis
+    hypothesis: WordHypothesis
     ready: float  # [s] on the sound's clock: when it was told, had the sound come in as it is spoken
 
 
@@ -67,7 +67,7 @@ def meaning(words: str) -> tuple[str, tuple[float, ...]] | None:
     return None if isinstance(read, Refusal) else (read.name, tuple(read.numbers.values()))
 
 
-def acted_on(hypothesis: Hypothesis) -> bool:
+def acted_on(hypothesis: WordHypothesis) -> bool:
     """Whether it passes for one of the phrases: as a command, or as one that is refused by its bounds or for now."""
     return hypothesis.final and not hypothesis.doubt and meaning(hypothesis.words) is not None
 

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from core.acoustics import Room, heard, impulse_responses, plane_waves
-from core.log.sound_file import read_sound
 from core.message import Array
+from core.recording.sound_file import read_sound
 from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound
-from core.speech.recognizer import for_words
+from core.simulation.acoustics.shoebox import ShoeboxRoom, heard, impulse_responses, plane_waves
+from core.speech.recognition.recognizer import for_words
 from core.speech.settings import RATE
 
 ARRAY = RESPEAKER_ODAS
@@ -80,7 +80,7 @@ def _samples(path: Path) -> Array:
 def scene(clip: Clip, condition: Condition, babble: list[Array], seed: int) -> Sound:
     """What all microphones of ARRAY hear of the clip, after LEAD and before TAIL seconds of noise alone."""
     rng = np.random.default_rng(seed)
-    room = Room((6.0, 5.0, 2.8), condition.rt60)
+    room = ShoeboxRoom((6.0, 5.0, 2.8), condition.rt60)
     centre = np.array([rng.uniform(1.5, 3.0), rng.uniform(1.5, 3.0), 0.6])
     azimuth = rng.uniform(-0.2, math.pi / 2 + 0.2)
     mouth = centre + np.array([DISTANCE * math.cos(azimuth), DISTANCE * math.sin(azimuth), 0.8])

@@ -18,15 +18,15 @@ from typing import Any, Literal
 
 import numpy as np
 
-from core.speech.array_transcriber import ArrayTranscriber
-from core.speech.dictation import Dictation
-from core.speech.jsgf import plain_grammar, written
-from core.speech.pocketsphinx import grammar_decoder
-from core.speech.recognizer import Engine, Recognizer, pcm
+from core.speech.recognition.acceptance import judge
+from core.speech.recognition.recognizer import Engine, Recognizer, pcm
 from core.speech.settings import RATE, SpeechSettings
-from core.speech.sphinx import Sphinx
-from core.speech.spoken import judge
-from core.speech.transcriber import Transcriber
+from core.speech.sphinx.decoder import grammar_decoder
+from core.speech.sphinx.dictation import Dictation
+from core.speech.sphinx.jsgf import plain_grammar, written
+from core.speech.sphinx.recognizer import Sphinx
+from core.speech.transcription.array_transcriber import ArrayTranscriber
+from core.speech.transcription.transcriber import Transcriber
 from tests.benchmarks.word_hearing import FirstOnly, acted_on, doubts, listened, outcome, padded
 from tests.benchmarks.word_scenes import ARRAY, CONDITIONS, LEAD, Clip, real, scene, synthetic
 

@@ -6,15 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
-from core.calibration.board import Board
-from core.calibration.practice import Exposure, Holding, held, picture
+from core.calibration.board.board import Board
+from core.calibration.practice import BoardPlacement, ImageExposure, held, picture
 from core.calibration.projection import Poses
 from core.message import Array
 from core.optics import CameraModel
 
 BOARD = Board(columns=9, rows=6, square=0.03)
 CAMERA = CameraModel(width=320, height=240, fx=300, fy=301, cx=158, cy=121, k1=-0.25, k2=0.08, p1=0.001, p2=-0.001)
-HELD = Holding(nearest=0.33, farthest=0.55, least_tilt=np.deg2rad(15), margin=14)
+HELD = BoardPlacement(nearest=0.33, farthest=0.55, least_tilt=np.deg2rad(15), margin=14)
 RATE = 5  # [Hz]
 STILL = 8  # pictures of every pose
 VIEWS = 8
@@ -30,8 +30,8 @@ def pictures() -> list[Array]:
     """Grey pictures (240, 320): a shaken one first, then one of every pose."""
     rng = np.random.default_rng(3)
     shown = poses()
-    shaken = picture(rng, CAMERA, shown.take(slice(0, 1)), BOARD, Exposure(motion=SHAKEN))
-    return [shaken, *(picture(rng, CAMERA, shown.take(slice(k, k + 1)), BOARD) for k in range(VIEWS))]
+    perturbed = picture(rng, CAMERA, shown.take(slice(0, 1)), BOARD, ImageExposure(motion=SHAKEN))
+    return [perturbed, *(picture(rng, CAMERA, shown.take(slice(k, k + 1)), BOARD) for k in range(VIEWS))]
 
 
 def film(path: Path) -> Path:

@@ -63,7 +63,7 @@ def test_the_laser_is_calibrated_by_the_assistant_while_the_page_tells_how(visit
         seen["board in the scan"] |= bool(told["scan"] and told["scan"]["board"])
         points = (told["verdict"] or {}).get("laser") or []
         seen["points on the board"] |= any(on_board for *_, on_board in points)
-        return all(seen.values()) and bool(told["progress"]["gains"])
+        return all(seen.values()) and bool(told["progress"]["precision"])
 
     here.until(solved, f"the first poses were taken and solved {seen}", 240.0)
     page.reload()
@@ -73,7 +73,7 @@ def test_the_laser_is_calibrated_by_the_assistant_while_the_page_tells_how(visit
     page.get_by_role("button", name="Done: review and use").click()
     expect(here.find("values-card tbody tr")).to_have_count(6)
     expect(here.find("values-card")).not_to_contain_text("not known")
-    expect(here.find(".landing-table")).to_contain_text("1.0 m")
+    expect(here.find(".laser-offset-table")).to_contain_text("1.0 m")
     page.get_by_role("button", name="Use this calibration").click()
     expect(page.get_by_role("heading", name="In use", exact=True)).to_be_visible(timeout=SOON)
     assert console.ask("api/calibration/in-use")["laser"]["poses_used"] >= 6

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Request, WebSocketRoute, expect
 
-from core.speech.voice import can_speak
+from core.speech.synthesis import can_speak
 from tests.browser.running_console import Running
 from tests.browser.visit import FLAT, PHONE, Visit
 
@@ -92,21 +92,21 @@ def test_words_heard_with_a_doubt_stand_in_the_box_and_can_be_pressed(visit: Ope
         line.on_message(answer)
 
     here = visit(before=lambda page: page.route_web_socket("**/ws/audio", doubtful))
-    wheel = here.find(".lease-text")
-    here.until(lambda: wheel.inner_text() in ("You drive", "Nobody drives"), "the wheel is free", 60.0)
+    lease = here.find(".lease-text")
+    here.until(lambda: lease.inner_text() in ("You drive", "Nobody drives"), "control is free", 60.0)
     here.page.keyboard.down("v")
     expect(here.find(".voice-says")).to_contain_text("Listening", timeout=LONG)
     here.page.keyboard.up("v")
     status = here.find("command-status")
-    for told in ("Reading what you said", "slow at reading; type, or wait", "I did not get it"):
+    for told in ("Transcribing", "slow on this computer; type, or wait", "Not understood"):
         expect(status).to_contain_text(told)
     here.page.keyboard.down("v")
     expect(here.find(".voice-says")).to_contain_text("Listening", timeout=LONG)
     here.page.keyboard.up("v")
     expect(here.find("#words")).to_have_value("turn left")
-    meant = here.find("command-status").get_by_role("group", name="Did you mean").get_by_role("button")
-    expect(meant).to_have_text("turn left")
-    meant.click()
+    suggestions = here.find("command-status").get_by_role("group", name="Did you mean").get_by_role("button")
+    expect(suggestions).to_have_text("turn left")
+    suggestions.click()
     here.until(lambda: console.newest().get("source") == "chip", "what was pressed is an order")
     here.page.keyboard.press("Escape")
     here.still()

@@ -44,7 +44,7 @@ def test_somebody_is_taught_chosen_and_forgotten(visit: Open, console: Near) -> 
     try:
         expect(pictures).to_have_count(4, timeout=LONG)
     except AssertionError:
-        pytest.fail(f"{pictures.count()} pictures: {here.find('.people-told').inner_text()}")
+        pytest.fail(f"{pictures.count()} pictures: {here.find('.people-text').inner_text()}")
     expect(here.find(".people-waits")).to_be_empty()
     expect(page.get_by_role("heading", name="That is enough")).to_be_visible()
     expect(here.find(".people-strip .sketch-outline")).to_have_count(4)
@@ -62,5 +62,5 @@ def test_somebody_is_taught_chosen_and_forgotten(visit: Open, console: Near) -> 
     here.button("Forget Ann").click()
     here.button("Forget").click()
     expect(page.get_by_role("radio", name="Only Ann")).to_have_count(0)
-    expect(page.get_by_role("radio", name="Anybody Whoever calls")).to_be_checked()
+    expect(page.get_by_role("radio", name="Anybody Every caller")).to_be_checked()
     assert console.chosen() is None

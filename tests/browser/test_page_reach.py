@@ -76,7 +76,7 @@ def test_the_camera_is_whole_and_the_status_readable_at_every_size(visit: Open) 
         assert abs(seen["ratio"] - 1.25) < 0.02, (width, height, seen)
         assert width < 1024 or (seen["height"] >= 200 and seen["words"] >= 140), (width, height, seen)
         here.say("turn lift")
-        chip = here.find("command-status .meant button").first
+        chip = here.find("command-status .suggested button").first
         for part in (here.find(".status-words"), here.find(".status-remark"), chip):
             here.until(partial(at_its_place, part), f"{part} is seen at {width}x{height}")
         assert here.page.evaluate("document.documentElement.scrollWidth <= innerWidth"), (width, height)
@@ -141,7 +141,7 @@ def test_the_page_can_be_used_by_keys_alone(visit: Open, console: Running) -> No
     for wanted in (
         "Skip to",
         "Link",
-        "Who drives",
+        "Control",
         "Theme",
         "Menu",
         "STOP",

@@ -24,8 +24,8 @@ def drawn(here: Visit, name: str) -> str:
     return plot.locator(".plot-line").get_attribute("d") or ""
 
 
-def deeds(console: Running, what: str) -> list[Any]:
-    return [deed["words"] for deed in console.ask("api/audit")["deeds"] if deed["what"] == what]
+def entries(console: Running, what: str) -> list[Any]:
+    return [entry["words"] for entry in console.ask("api/audit")["entries"] if entry["what"] == what]
 
 
 def test_error_surprise_and_update_time_are_drawn_with_axes_to_read(visit: Open) -> None:
@@ -59,7 +59,7 @@ def test_a_map_is_saved_replaced_taken_along_and_deleted(visit: Open, console: R
     expect(here.find(".map-now")).to_contain_text("my lab")
     here.until(lambda: row.locator("img").evaluate("image => image.naturalWidth > 20"), "its picture is shown")
     here.button("Replace").click()
-    here.until(lambda: deeds(console, "map").count("save my lab") == 2, "it was replaced")
+    here.until(lambda: entries(console, "map").count("save my lab") == 2, "it was replaced")
     expect(row).to_have_count(1)
     for link in (*here.find("map-card .map-file").all(), row.locator("a")):
         with here.page.expect_download() as download:
@@ -99,7 +99,7 @@ def test_the_robot_is_shown_where_it_is_by_press_and_drag(visit: Open, console: 
     view.get_by_label("y in metres").fill(f"{there[1]:.2f}")
     put.click()
     expect(view).to_be_hidden()
-    assert deeds(console, "here")[0] == f"I am at {there[0] + 0.02:.2f} and {there[1]:.2f}"
+    assert entries(console, "here")[0] == f"I am at {there[0] + 0.02:.2f} and {there[1]:.2f}"
     here.until(lambda: console.ask("api/state")["floor"]["lost"] is None, "it fits there")
 
 

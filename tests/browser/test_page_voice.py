@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from core.log.sound_file import read_sound, write_wav
 from core.message import Array
+from core.recording.sound_file import read_sound, write_wav
 from core.sensors.microphones import Sound
-from core.speech.recognizer import at_16_khz
+from core.speech.recognition.recognizer import at_16_khz
 from tests.browser.running_console import Running
 from tests.browser.visit import FLAT, Visit
 
 Open = Callable[..., Visit]
 RATE = 16_000
-LONG = 120_000  # [ms]
+LONG = 240_000  # [ms] on a busy machine words come too late, and the clip is said again
 PROSE = 12.0  # [s]
 
 GIVE_BACK = """async () => {
@@ -30,7 +30,7 @@ GIVE_BACK = """async () => {
 
 CANCEL_THE_FIRST = """() => {
   window.seen = { cards: [], box: [] };
-  const card = document.querySelector("intent-card");
+  const card = document.querySelector("pending-command-card");
   new MutationObserver(() => {
     if (card.hidden || card.dataset.state === "begun" || seen.cards.length) return;
     seen.cards.push(card.innerText);
@@ -77,9 +77,9 @@ def test_what_is_said_into_the_browser_is_obeyed_or_refused_in_words(visit: Open
     here.page.evaluate(CANCEL_THE_FIRST)
     here.page.get_by_role("button", name="Microphone", exact=True).click()
     here.page.get_by_label("Leave it open").check(force=True)
-    obeyed = here.find("hearing-card .transcript[data-state=accepted]")
+    accepted = here.find("hearing-card .transcript[data-state=accepted]")
     for words in ("continue 2.5 meters", "stop moving", "turn right"):
-        expect(obeyed.filter(has_text=words).first).to_be_attached(timeout=LONG)
+        expect(accepted.filter(has_text=words).first).to_be_attached(timeout=LONG)
     rows = [row for row in console.ask("api/commands/history")["commands"] if row["id"] not in before]
     names = [row["name"] for row in reversed(rows) if row["state"] != "refused" and row["source"] == "voice"]
     assert [name for at, name in enumerate(names) if names[at - 1 : at] != [name]] == [

@@ -60,7 +60,7 @@ def test_what_is_refused_says_why_and_offers_what_was_meant(visit: Open, console
     assert reason
     expect(here.find("command-status")).to_contain_text(reason)
     here.say("turn lift")
-    chip = here.find("command-status .meant button").first
+    chip = here.find("command-status .suggested button").first
     expect(chip).to_be_visible()
     chip.click()
     here.until(lambda: console.newest()["source"] == "chip", "what was meant is told")
@@ -102,19 +102,19 @@ class LateHistory:
 def test_what_was_meant_stays_offered_when_the_history_tells_of_an_earlier_refusal_late(visit: Open) -> None:
     history = LateHistory()
     here = visit(before=history.lie_between)
-    status, meant = here.find("command-status"), here.find("command-status .meant button")
+    status, suggestions = here.find("command-status"), here.find("command-status .suggested button")
     here.until(lambda: history.known, "the page knows what was before")
     here.say("continue 99 meters")
     expect(status).to_contain_text("continue 99")
     here.say("turn lift")
-    expect(meant).to_have_text(["turn left", "turn right"])
+    expect(suggestions).to_have_text(["turn left", "turn right"])
     history.hide(1)
     expect(here.find(".record").first).to_contain_text("continue 99")
     expect(status).to_contain_text("turn lift")  # the newer of the two, though its row is not there yet
     history.hide(0)
     expect(here.find(".record").first).to_contain_text("turn lift")
     expect(status).to_contain_text("turn lift")
-    expect(meant).to_have_text(["turn left", "turn right"])
+    expect(suggestions).to_have_text(["turn left", "turn right"])
 
 
 def test_the_status_line_tells_the_newest_fact(visit: Open, console: Running) -> None:
@@ -168,9 +168,9 @@ def test_a_notice_passes_once_and_changes_and_ends_where_it_stands(visit: Open) 
         expect(rows).to_contain_text(f"{percent} %")
     line.change = {"notices": [notice("warning", 12 * "It is slow. ")]}
     expect(toasts).to_contain_text("It is slow. It is slow.")
-    away = here.button("Put away").bounding_box()
+    away = here.button("Dismiss").bounding_box()
     assert away is not None and min(away["width"], away["height"]) >= 24
-    here.button("Put away").click()
+    here.button("Dismiss").click()
     line.change = {"notices": [notice("warning", "Its time runs at 70 %.")]}
     expect(rows).to_contain_text("70 %")
     line.change = {"notices": [notice("info", "It keeps up again.")]}
@@ -216,7 +216,7 @@ def test_there_is_a_button_for_every_command_that_moves_or_stops_and_numbers_are
 def test_the_first_hints_notice_what_was_done(visit: Open, console: Running) -> None:
     here = visit(hints=True)
     hint = here.find(".coach")
-    expect(hint).to_contain_text("Tell it to turn")
+    expect(hint).to_contain_text("Turn the robot")
     here.button("turn left").click()
     expect(hint).to_contain_text("Hold to drive")
     here.page.keyboard.press("Escape")
@@ -244,7 +244,7 @@ def test_the_first_hints_wait_while_somebody_else_drives(visit: Open, console: R
     expect(here.button("turn left")).to_be_disabled()
     expect(hint).to_be_hidden()
     other.find("lease-chip button").first.click()
-    other.page.get_by_role("button", name="Give the wheel back").click()
+    other.page.get_by_role("button", name="Give control back").click()
     expect(hint).to_be_visible()
 
 

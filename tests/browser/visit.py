@@ -131,8 +131,8 @@ class Visit:
         The gate of a busy machine stops the robot now and then; then it is told again, as a person would.
         """
         row: dict[str, Any] = {}
-        wheel = self.find(".lease-text")
-        self.until(lambda: wheel.inner_text() in ("You drive", "Nobody drives"), "the wheel is free", 4 * PATIENCE)
+        lease = self.find(".lease-text")
+        self.until(lambda: lease.inner_text() in ("You drive", "Nobody drives"), "control is free", 4 * PATIENCE)
         for _ in range(8):
             before = self.console.newest()["id"]
             act()

@@ -10,7 +10,7 @@ import sys
 import time
 from pathlib import Path
 
-from console.robot_process import RobotProcess
+from console.robot.process import RobotProcess
 from core.gate import Setpoint
 from core.robots.connect import SCHEMES
 from tests.console.tiny_process import TinyProcess

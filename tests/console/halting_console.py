@@ -11,8 +11,8 @@ import sys
 import time
 from pathlib import Path
 
-from console.brakes import latched
-from console.notice_board import NoticeBoard
+from console.control.notices import Notifications
+from console.control.stop import latched
 from core.robots.connect import SCHEMES
 from tests.console.tiny_process import TinyProcess
 from tests.console.tiny_robot import TINY
@@ -32,7 +32,7 @@ def main() -> None:
     say(robot.pids)
     sys.stdin.readline()
     robot.halt()
-    say({"latched": asyncio.run(latched(robot, NoticeBoard())) == ""})
+    say({"latched": asyncio.run(latched(robot, Notifications())) == ""})
     time.sleep(60.0)
 
 

@@ -20,8 +20,8 @@ from core.gate.status import GateStatus
 from core.gate.trace import TraceWriter, check
 from core.robots import Profile
 from core.robots.connect import connect
+from core.robots.frame_sender import merged
 from core.robots.nearness import field_of, near_points
-from core.robots.outbox import merged
 from core.sensors import SensorFrame
 from core.settings import Settings
 

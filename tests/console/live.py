@@ -16,10 +16,10 @@ from typing import Any
 from websockets.sync.client import ClientConnection, connect
 from websockets.sync.connection import Connection
 
+from console.access.guard import Access
+from console.access.logins import Logins
 from console.app import create_app
-from console.logins import Logins
 from console.runtime import Runtime
-from console.security import Access
 from console.serve import Server, configured
 from core.pilot import Pilot
 from tests.console.in_process import InProcessRobot

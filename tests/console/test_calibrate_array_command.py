@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from console.__main__ import main
-from core.acoustics import plane_waves
-from core.experiments.practice_voice import practice_voice
-from core.log.sound_file import write_wav
+from core.recording.sound_file import write_wav
 from core.sensors.microphones import RESPEAKER_ODAS, Sound, load_array
+from core.simulation.acoustics.shoebox import plane_waves
+from core.speech.practice_voice import practice_voice
 
 RATE = 16_000
 TURNED = 0.6  # [rad]

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from console.__main__ import main
-from core.calibration.board import Board
-from core.calibration.camera_files import camera_entry, read_camera
-from core.calibration.chessboard import find_board
-from core.calibration.practice import Holding, held, picture
+from core.calibration.board.board import Board
+from core.calibration.board.chessboard import find_board
+from core.calibration.files.camera_files import camera_entry, read_camera
+from core.calibration.practice import BoardPlacement, held, picture
 from core.optics import TABLE_3
 
 BOARD = Board(columns=9, rows=6, square=0.03)
@@ -24,7 +24,7 @@ ASKED = ["--board", "9x6", "--square", "0.03"]
 def pictures(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     folder = tmp_path_factory.mktemp("pictures")
     rng = np.random.default_rng(21)
-    poses = held(rng, 8, TABLE_3, BOARD, Holding(nearest=0.25, farthest=0.6, margin=10))
+    poses = held(rng, 8, TABLE_3, BOARD, BoardPlacement(nearest=0.25, farthest=0.6, margin=10))
     paths = [folder / f"view{number}.png" for number in range(8)]
     for number, path in enumerate(paths):
         cv2.imwrite(str(path), picture(rng, TABLE_3, poses.take(slice(number, number + 1)), BOARD))

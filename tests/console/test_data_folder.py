@@ -17,9 +17,9 @@ import pytest
 
 from console import data_folder
 from console.__main__ import main
+from console.control.notices import Notifications
 from console.data_folder import DataFolder, prepare
-from console.notice_board import NoticeBoard
-from core.calibration.camera_files import ros_yaml
+from core.calibration.files.camera_files import ros_yaml
 from core.errors import Unwritable
 from core.optics import TABLE_3
 from tests.console.live import Live
@@ -151,7 +151,7 @@ def test_an_answer_comes_when_its_row_is_on_disk(live: Live) -> None:
 
 
 def test_a_stop_waits_for_no_disk(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("console.history.PATIENCE", 1.0)
+    monkeypatch.setattr("console.control.history.PATIENCE", 1.0)
     base = sqlite3.connect(live.runtime.history._store._path)
     base.execute("BEGIN EXCLUSIVE")
     try:
@@ -178,7 +178,7 @@ def test_a_disk_that_does_not_answer_is_told(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setattr(data_folder, "try_writing", slow)
 
     async def looks() -> None:
-        folder = DataFolder(tmp_path, NoticeBoard())
+        folder = DataFolder(tmp_path, Notifications())
         await folder.look()
         assert "does not answer" in folder.trouble
         await folder.look()

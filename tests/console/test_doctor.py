@@ -52,7 +52,7 @@ def test_a_failed_self_test_is_not_called_missing(
 def test_without_a_voice_all_is_well_and_the_remedy_is_told(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("core.speech.voice.can_speak", lambda: False)
+    monkeypatch.setattr("core.speech.synthesis.can_speak", lambda: False)
     assert main(["doctor"]) == 0
     told = capsys.readouterr().out
     assert re.search(r"^absent  voice \(espeak-ng\)", told, re.M) and "→ pip install 'beckon[voice]'" in told

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from console.folder_lock import NAME, locked
+from console.data_folder import NAME, locked
 from core.errors import Unavailable
 
 HOLD = """
 import sys, time
 from pathlib import Path
-from console.folder_lock import locked
+from console.data_folder import locked
 with locked(Path(sys.argv[1])):
     sys.stdout.write("held\\n")
     sys.stdout.flush()

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from console.__main__ import main
-from core.acoustics import plane_waves
-from core.experiments.practice_voice import practice_voice
-from core.log.sound_file import write_wav
+from core.recording.sound_file import write_wav
 from core.sensors.microphones import RESPEAKER_ODAS, Sound
+from core.simulation.acoustics.shoebox import plane_waves
+from core.speech.practice_voice import practice_voice
 
 RATE = 16_000
 AZIMUTH = math.radians(40)
@@ -91,7 +91,7 @@ def test_an_array_profile_from_a_file_is_used(tmp_path: Path, capsys: pytest.Cap
 
 def test_identical_channels_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     recorded(tmp_path / "a.wav")
-    from core.log.sound_file import read_sound
+    from core.recording.sound_file import read_sound
 
     samples = read_sound(tmp_path / "a.wav").samples[:, [0, 1, 1, 3]]
     write_wav(tmp_path / "b.wav", Sound(stamp=0.0, rate=RATE, samples=samples))

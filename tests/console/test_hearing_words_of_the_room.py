@@ -8,35 +8,41 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
-from console.hearing import ROOM, Ears, Utterance
-from console.history import History
+from console.control.history import History
+from console.speech.room_transcription import ROOM, RoomTranscriber, RoomUtterance
+from console.speech.utterance import UtteranceMessage
 from core.gate import Twist
 from core.sensors.microphones import RESPEAKER_ODAS, Sound
 
-NOTHING = {"words": "", "name": None, "heard_as": "", "reason": "Somebody spoke, but that was no command."}
-STOP = {"words": "stop", "name": "stop_moving", "heard_as": "stop moving", "reason": ""}
-TURN = {"words": "turn left", "name": "turn_left", "heard_as": "turn left", "reason": ""}
+NOTHING = UtteranceMessage(0.0, 0.0, "", reason="Somebody spoke, but that was no command.")
+STOP = UtteranceMessage(0.0, 0.0, "stop", name="stop_moving", heard_as="stop moving")
+TURN = UtteranceMessage(0.0, 0.0, "turn left", name="turn_left", heard_as="turn left")
 
 
 class Reads:
     """A worker that hears what it is told to, one utterance with every piece of sound."""
 
     def __init__(self) -> None:
-        self.utterances: list[dict[str, Any]] = []
+        self.utterances: list[UtteranceMessage] = []
 
     async def begun(self) -> bool:
         return True
 
-    async def feed(self, samples: Any, rate: int, stamp: float) -> list[dict[str, Any]]:
-        more = {"begin": stamp, "end": stamp + 0.2, "final": True, "meant": "", "unsure": False}
-        return [self.utterances.pop(0) | more]
+    async def feed(self, samples: Any, rate: int, stamp: float) -> list[UtteranceMessage]:
+        return [msgspec.structs.replace(self.utterances.pop(0), begin=stamp, end=stamp + 0.2)]
 
 
 def hear(
-    utterances: list[dict[str, Any]], stamps: list[float], ears: Ears, worker: Reads, *, moving: bool = False
+    utterances: list[UtteranceMessage],
+    stamps: list[float],
+    ears: RoomTranscriber,
+    worker: Reads,
+    *,
+    moving: bool = False,
 ) -> None:
     """One utterance with each piece of sound, at these times [s] of the robot's clock."""
     worker.utterances = list(utterances)
@@ -57,26 +63,26 @@ def test_stop_is_obeyed_when_the_robot_was_started_anew_and_its_clock_with_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     worker, stops = Reads(), list[str]()
-    monkeypatch.setattr("console.hearing.WordsWorker", lambda: worker)
+    monkeypatch.setattr("console.speech.room_transcription.TranscriptionClient", lambda: worker)
     door = SimpleNamespace(stop=lambda who, source: stops.append(source))
-    ears = Ears(door, History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
+    ears = RoomTranscriber(door, History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
     hear([STOP, STOP, STOP], [100.0, 100.2, 1.0], ears, worker)
     assert stops == ["ears", "ears"]  # the second is the same word's, heard again
 
 
 def test_talk_on_and_on_stands_in_the_history_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     worker = Reads()
-    monkeypatch.setattr("console.hearing.WordsWorker", lambda: worker)
+    monkeypatch.setattr("console.speech.room_transcription.TranscriptionClient", lambda: worker)
     history = History(tmp_path, lambda _: None)
-    ears = Ears(SimpleNamespace(), history, SimpleNamespace())  # type: ignore[arg-type]
+    ears = RoomTranscriber(SimpleNamespace(), history, SimpleNamespace())  # type: ignore[arg-type]
 
     history.open()
     hear([NOTHING, NOTHING, NOTHING, TURN, NOTHING, NOTHING], [0.2 * n for n in range(6)], ears, worker)
-    told = [deed.words for deed in reversed(history.newest_first(commands_only=True))]
+    told = [entry.words for entry in reversed(history.newest_first(commands_only=True))]
     assert told == ["", "turn left", ""]
     history.add("command", ROOM, words="stop")
     hear([NOTHING, NOTHING], [2.0, 2.2], ears, worker)
-    told = [deed.words for deed in reversed(history.newest_first(commands_only=True))]
+    told = [entry.words for entry in reversed(history.newest_first(commands_only=True))]
     assert told == ["", "turn left", "", "stop", ""]  # what came between parts them
     history.add("command", ROOM, words="continue")
     hear([NOTHING, NOTHING], [3.0, 3.2], ears, worker, moving=True)
@@ -90,9 +96,9 @@ def test_a_piece_that_is_no_numbers_is_a_gap_and_not_the_end_of_all_words(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, broken: float
 ) -> None:
     worker, stops = Reads(), list[str]()
-    monkeypatch.setattr("console.hearing.WordsWorker", lambda: worker)
+    monkeypatch.setattr("console.speech.room_transcription.TranscriptionClient", lambda: worker)
     door = SimpleNamespace(stop=lambda who, source: stops.append(source))
-    ears = Ears(door, History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
+    ears = RoomTranscriber(door, History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
     piece = Sound(stamp=1.0, rate=16_000, samples=np.full((3200, 4), broken))
     snapshot: Any = SimpleNamespace(stamp=1.0, hearing=None, velocity=Twist(0.0, 0.0))
     ears.took(snapshot, piece, RESPEAKER_ODAS)
@@ -103,11 +109,11 @@ def test_a_piece_that_is_no_numbers_is_a_gap_and_not_the_end_of_all_words(
 
 def test_words_are_as_old_as_their_sound_whenever_the_console_takes_it(tmp_path: Path) -> None:
     """Sensed at 1000 s of our clock, taken by the console ten seconds late."""
-    ears = Ears(SimpleNamespace(), History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
+    ears = RoomTranscriber(SimpleNamespace(), History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
     for stamp in (4.0, 5.0, 6.0):
         snapshot: Any = SimpleNamespace(stamp=stamp, hearing=None, velocity=Twist(0.0, 0.0))
         ears.took(snapshot, None, None, 1000.0 + 1.5 * (stamp - 5.0))  # the robot's clock is slow
-    one = Utterance(1, 4.2, 4.8, "turn left", True, "turn left", "", None, None)
+    one = RoomUtterance(1, 4.2, 4.8, "turn left", True, "turn left", "", None, None)
     said = ears.said(one)
     assert (said.began, said.ended) == pytest.approx((999.2, 999.8))
     late = ears.said(replace(one, t0_s=7.0, t1_s=7.5))  # after all that is known of its clock

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import yaml
 
-from console.logins import Person
+from console.access.logins import Person
 from core.errors import Refused, Unavailable
 from tests.console.live import Live, hear, say
 
@@ -149,8 +149,8 @@ def test_a_reset_that_the_gate_refuses_is_not_announced_as_done(live: Live) -> N
     finally:
         live.robot.stuck = ""
     assert told == ["The robot is still halted: the halt could not be lifted: Read-only file system."]
-    deeds = live.ask("GET", "/api/audit", token=live.operator).json["deeds"]
-    row = next(deed for deed in deeds if deed["what"] == "halt_reset")
+    entries = live.ask("GET", "/api/audit", token=live.operator).json["entries"]
+    row = next(entry for entry in entries if entry["what"] == "halt_reset")
     assert row["state"] == "failed" and "Read-only" in row["remark"]
     assert live.ask("POST", "/api/halt/reset", token=live.operator).status == 200
     live.until(lambda: live.runtime.board.shown[-1].text == "operator reset the halt.")
@@ -172,7 +172,7 @@ def test_a_press_of_stop_that_comes_by_two_ways_is_recorded_once(live: Live) -> 
     settled(live)
 
     def stops() -> int:
-        rows = live.ask("GET", "/api/audit", token=live.operator).json["deeds"]
+        rows = live.ask("GET", "/api/audit", token=live.operator).json["entries"]
         return sum(row["what"] == "stop" for row in rows)
 
     time.sleep(1.1)  # of more than three a second some are not recorded
@@ -191,7 +191,7 @@ def test_a_press_of_halt_goes_two_ways_and_is_recorded_once(live: Live) -> None:
     settled(live)
 
     def halts() -> int:
-        rows = live.ask("GET", "/api/audit", token=live.operator).json["deeds"]
+        rows = live.ask("GET", "/api/audit", token=live.operator).json["entries"]
         return sum(row["what"] == "halt" for row in rows)
 
     time.sleep(1.1)  # of more than three a second some are not recorded
@@ -288,7 +288,7 @@ def test_a_hand_on_the_keys_ends_a_goal_for_good(live: Live) -> None:
 
 def test_a_lease_without_anybody_behind_it_lapses(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
     settled(live)
-    monkeypatch.setattr("console.lease.GRACE", 0.3)
+    monkeypatch.setattr("console.control.lease.GRACE", 0.3)
     order(live, "turn left")
     live.ask("POST", "/api/stop", token=live.operator)
     live.until(lambda: live.runtime.lease.holder is None, 5)
@@ -297,7 +297,7 @@ def test_a_lease_without_anybody_behind_it_lapses(live: Live, monkeypatch: pytes
 
 def test_an_order_by_rest_keeps_its_lease_while_it_runs(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
     settled(live)
-    monkeypatch.setattr("console.lease.GRACE", 1.0)
+    monkeypatch.setattr("console.control.lease.GRACE", 1.0)
     number = order(live, "turn left").json["id"]
     time.sleep(1.8)
     assert live.runtime.lease.holder is not None
@@ -396,6 +396,6 @@ def test_a_robot_that_is_gone_takes_no_orders_and_health_says_so(live: Live) -> 
 def test_names_and_words_of_people_are_kept_as_they_are_and_never_in_the_log(live: Live, caplog: Any) -> None:
     live.on_loop(lambda: live.runtime.history.add("lease", Person("x", "<img src=x>\u001b[31m", "viewer")))
     newest = live.ask("GET", "/api/audit", token=live.operator)
-    assert json.loads(newest.body)["deeds"][0]["who"] == "<img src=x>\u001b[31m"
+    assert json.loads(newest.body)["entries"][0]["who"] == "<img src=x>\u001b[31m"
     assert newest.headers["content-type"] == "application/json"
     assert "img" not in caplog.text

@@ -64,7 +64,7 @@ def test_somebody_is_learnt_from_pictures_that_are_judged_in_words(school: Live)
     with ThreadPoolExecutor(4) as hands:
         sent = list(hands.map(lambda _: send(school, f"{path}/pictures", png("down")), range(4)))
     assert {one.status for one in sent} <= {200, 429}
-    told = school.ask("GET", "/api/people", token=school.operator).json["enrolment"]
+    told = school.ask("GET", "/api/people", token=school.operator).json["enrollment"]
     assert len(told["pictures"]) == 1 and told["next"] == "out", "one picture, however often it comes at once"
     told["newest"] = told["pictures"][0]
     assert [part["name"] for part in told["newest"]["parts"]] == ["head", "torso", "feet"]
@@ -91,9 +91,9 @@ def test_somebody_is_learnt_from_pictures_that_are_judged_in_words(school: Live)
     assert done.status == 201 and done.json["name"] == "Ann"
     assert school.ask("GET", f"{path}/pictures/{number}.jpg", token=school.operator).status == 404
     told = school.ask("GET", "/api/people", token=school.viewer).json
-    assert [one["name"] for one in told["people"]] == ["Ann"] and told["enrolment"] is None
+    assert [one["name"] for one in told["people"]] == ["Ann"] and told["enrollment"] is None
 
-    folder = school.runtime.people.album.folder
+    folder = school.runtime.people.person_store.folder
     (file,) = folder.glob(f"{done.json['id']}*")
     assert file.stat().st_size < 3000, "numbers, no pictures"
 
@@ -124,10 +124,10 @@ def test_pictures_from_strangers_break_nothing(school: Live) -> None:
     assert send(school, f"{path}/pictures", png("down"), Content_Type="application/json").status == 415
     assert send(school, f"{path}/pictures", b"\xff\xd8\xff" + bytes(20_000_001)).status == 413
     assert send(school, "/api/people/0123456789ab/pictures", png("down")).status == 404
-    told = school.ask("GET", "/api/people", token=school.viewer).json["enrolment"]
+    told = school.ask("GET", "/api/people", token=school.viewer).json["enrollment"]
     assert told["background"] and len(told["pictures"]) == 1, "nothing was lost"
     assert school.ask("DELETE", path, token=school.operator).status == 204
-    assert school.ask("GET", "/api/people", token=school.viewer).json["enrolment"] is None
+    assert school.ask("GET", "/api/people", token=school.viewer).json["enrollment"] is None
 
 
 def test_a_viewer_sees_who_is_known_and_changes_nothing(school: Live) -> None:
@@ -135,7 +135,7 @@ def test_a_viewer_sees_who_is_known_and_changes_nothing(school: Live) -> None:
     asked: list[tuple[str, str, Any]] = [
         ("POST", "/api/people", None),
         ("POST", f"{path}/capture", {"what": "background"}),
-        ("POST", f"{path}/show-me", {"on": True}),
+        ("POST", f"{path}/demo", {"on": True}),
         ("POST", f"{path}/finish", {"name": "Eve"}),
         ("POST", f"{path}/rename", {"name": "Eve"}),
         ("PUT", "/api/people/chosen", {"id": None}),

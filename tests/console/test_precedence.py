@@ -12,7 +12,7 @@ import psutil
 import pytest
 
 from console.browser import browse
-from core.gate.precedence import CONSOLE, GATE, PILOT, come_first
+from core.gate.scheduling import CONSOLE, GATE, PILOT, come_first
 from tests.browser.running_console import Running, write_log
 from tests.core.gate.ranks import apart, permitted
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from console.pilot_thread import HUNG
-from console.watch import HANGS
-from core.gate.sleep import SleepWatch
+from console.control.link_monitor import HANGS
+from console.robot.pilot_thread import HUNG
+from core.gate.suspend import SleepWatch
 from core.pilot import Pilot
 from core.sensors import SensorFrame
 from core.snapshot import Snapshot
@@ -37,7 +37,7 @@ def make_frail(folder: Path) -> Live:
 def test_a_pilot_that_fails_stops_the_robot_is_told_and_starts_anew(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr("console.pilot_supervisor.RESTART_PAUSE", 0.5)
+    monkeypatch.setattr("console.control.pilot_supervisor.RESTART_PAUSE", 0.5)
     monkeypatch.setattr(Frail, "falls", 0)
     with make_frail(tmp_path) as live:
         live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
@@ -64,7 +64,7 @@ def test_a_pilot_that_fails_stops_the_robot_is_told_and_starts_anew(
 def test_a_pilot_that_keeps_failing_stays_off_and_the_console_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("console.pilot_supervisor.RESTART_PAUSE", 0.02)
+    monkeypatch.setattr("console.control.pilot_supervisor.RESTART_PAUSE", 0.02)
     monkeypatch.setattr(Frail, "falls", 0)
     with make_frail(tmp_path) as live:
         Frail.falls = 1000
@@ -76,7 +76,7 @@ def test_a_pilot_that_keeps_failing_stays_off_and_the_console_goes_on(
 
 
 def test_without_a_pilot_the_gate_hears_no_heartbeat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("console.pilot_supervisor.RESTART_PAUSE", 60)
+    monkeypatch.setattr("console.control.pilot_supervisor.RESTART_PAUSE", 60)
     monkeypatch.setattr(Frail, "falls", 0)
     with make_frail(tmp_path) as live:
         beats: list[int] = []
@@ -174,7 +174,7 @@ def test_what_was_under_way_when_the_link_was_lost_is_not_told_as_running(tmp_pa
     with Live(tmp_path) as live:
         live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
         number = live.ask("POST", "/api/commands", {"text": "turn left"}, token=live.operator).json["id"]
-        under_way = live.until(lambda: live.runtime.snapshot.undertaking and live.runtime.snapshot)
+        under_way = live.until(lambda: live.runtime.snapshot.active_command and live.runtime.snapshot)
         live.robot.cut = True
         live.until(lambda: live.ask("GET", f"/api/commands/{number}", token=live.viewer).json["state"] == "failed")
         live.until(lambda: live.ask("GET", "/api/state", token=live.viewer).json["command"] is None)
@@ -183,7 +183,7 @@ def test_what_was_under_way_when_the_link_was_lost_is_not_told_as_running(tmp_pa
         live.robot.cut = False
         live.until(lambda: live.robot.link()[0] == "live")
         time.sleep(0.5)
-        assert live.runtime.snapshot.undertaking is None and live.robot.status().w == 0.0
+        assert live.runtime.snapshot.active_command is None and live.robot.status().w == 0.0
 
 
 def test_a_part_that_fails_is_among_the_notices(tmp_path: Path) -> None:
@@ -235,7 +235,7 @@ def wait_frames(live: Live, seconds: float = 0.3) -> None:
 def test_every_picture_is_encoded_once_and_only_when_somebody_looks(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import console.camera_feed as module
+    import console.camera_stream as module
 
     encoded: list[str] = []
     encode = module.cv2.imencode

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from core.experiments.practice_voice import practice_voice
-from core.speech.voice import can_speak, speak
+from core.speech.practice_voice import practice_voice
+from core.speech.synthesis import can_speak, speak
 from tests.console.live import Live
 
 needs_words = pytest.mark.skipif(

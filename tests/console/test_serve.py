@@ -21,9 +21,9 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
+from console.access.guard import Access
 from console.browser import written
-from console.folder_lock import locked
-from console.security import Access
+from console.data_folder import locked
 from console.serve import Options, announce, check, hosts_of
 from core.errors import BadInput
 from core.gate import Limits, read_trace

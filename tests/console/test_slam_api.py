@@ -12,22 +12,24 @@ from typing import Any
 import numpy as np
 import pytest
 
-from console.floor_portrait import NEWEST
+from console.messages.map import NEWEST
 from core.geometry import Pose
 from core.pilot import Pilot
 from core.sensors import SensorFrame
 from core.slam.consistency import faded_band
-from core.slam.floor import Closure, FloorHealth, Lost, SubmapView
+from core.slam.map.status import ClosureStatus, LostStatus, MapStatus, SubmapView
 from core.snapshot import Snapshot
 from tests.console.live import Live, hear
-from tests.core.navigation.test_nav2_map import load_as_nav2
+from tests.core.pipelines.test_nav2_map import load_as_nav2
 
-LOST = Lost(phase="asking", words="I am lost. Show me where I am.", since=1.0, candidates=np.array([[1.0, 2.0, 0.5]]))
+LOST = LostStatus(
+    phase="asking", words="I am lost. Show me where I am.", since=1.0, candidates=np.array([[1.0, 2.0, 0.5]])
+)
 
 
-def closure(number: int, state: Any = "accepted") -> Closure:
+def closure(number: int, state: Any = "accepted") -> ClosureStatus:
     here, there = np.array([1.0, 2.0]), np.array([0.5, 0.25])
-    return Closure(
+    return ClosureStatus(
         id=number,
         stamp=3.0,
         submap_from=2,
@@ -40,7 +42,7 @@ def closure(number: int, state: Any = "accepted") -> Closure:
 
 
 ROOM = SubmapView(id=0, pose=Pose(0.1, 0.2, 0.3), extent=np.array([[-1.0, -2.0], [3.0, 4.0]]), active=True)
-FLOOR = FloorHealth(submaps=(ROOM,), closures=(closure(1), closure(2, "undone")), match_score=0.87, graph_revision=4)
+FLOOR = MapStatus(submaps=(ROOM,), closures=(closure(1), closure(2, "undone")), match_score=0.87, graph_revision=4)
 
 
 class Led(Pilot):
@@ -88,7 +90,7 @@ def led(live: Live) -> Led:
     return pilot
 
 
-def settled(live: Live, floor: FloorHealth) -> None:
+def settled(live: Live, floor: MapStatus) -> None:
     led(live).floor = floor
     live.until(lambda: live.runtime.snapshot.floor is floor)
 
@@ -129,8 +131,8 @@ def test_a_closure_is_undone_and_redone_by_an_operator(live: Live) -> None:
     assert post(live, "/api/slam/closures/1/undo").status == 202
     assert post(live, "/api/slam/closures/2/redo").status == 202
     assert led(live).asked == [("undo", 1), ("redo", 2)]
-    deeds = live.ask("GET", "/api/audit", token=live.operator).json["deeds"]
-    assert [deed["words"] for deed in deeds[:2]] == ["redo 2", "undo 1"] and deeds[0]["who"] == "operator"
+    entries = live.ask("GET", "/api/audit", token=live.operator).json["entries"]
+    assert [entry["words"] for entry in entries[:2]] == ["redo 2", "undo 1"] and entries[0]["who"] == "operator"
 
 
 def test_what_is_wrong_with_a_closure_is_told(live: Live) -> None:
@@ -152,14 +154,14 @@ def test_a_lost_robot_is_told_where_it_is(live: Live) -> None:
 
 
 def test_who_insists_may_place_a_robot_that_does_not_think_it_is_lost(live: Live) -> None:
-    assert post(live, "/api/slam/here", {"x_m": 1.0, "y_m": 2.0, "anyway": True}).status == 202
+    assert post(live, "/api/slam/here", {"x_m": 1.0, "y_m": 2.0, "force": True}).status == 202
     assert led(live).asked == [("here", 1.0, 2.0, None)]
 
 
 def test_nobody_moves_the_ground_under_somebody_who_drives(live: Live) -> None:
     other = live.runtime.access.logins.issue("Bob", "operator")
     assert post(live, "/api/lease", {"do": "acquire"}, token=other).status == 200
-    told = {"x_m": 0, "y_m": 0, "anyway": True}
+    told = {"x_m": 0, "y_m": 0, "force": True}
     for path, body in (("here", told), ("closures/1/undo", None), ("closures/2/redo", None)):
         assert "Bob drives now" in sentence(post(live, f"/api/slam/{path}", body), 409)
     assert led(live).asked == []
@@ -191,7 +193,7 @@ def test_the_picture_says_where_it_lies(live: Live) -> None:
 
 
 def test_landmarks_and_trajectory_go_along(live: Live) -> None:
-    live.until(lambda: len(live.runtime.snapshot.landmarks) > 2 and len(live.runtime.maps.journey) > 3)
+    live.until(lambda: len(live.runtime.snapshot.landmarks) > 2 and len(live.runtime.maps.trajectory) > 3)
     lines = live.ask("GET", "/api/landmarks.csv", token=live.viewer).body.decode().splitlines()
     assert lines[0].startswith("id,x_m,y_m,var_x_m2") and len(lines) > 3
     rows = [

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from console.__main__ import main
-from core.experiments.practice_voice import practice_voice
-from core.log.sound_file import write_wav
+from core.recording.sound_file import write_wav
 from core.sensors.microphones import Sound
-from core.speech.marks import FIGURE_17_PERSON, FIGURE_17_ROBOT
+from core.speech.practice_voice import practice_voice
+from core.speech.quality.marked_text import FIGURE_17_PERSON, FIGURE_17_ROBOT
 
 
 @pytest.fixture

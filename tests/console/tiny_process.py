@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from console.robot_process import RobotProcess
+from console.robot.process import RobotProcess
 from tests.console import tiny_robot
 
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.errors import BadInput
-from core.settings import Settings, load, read
+from core.settings import FORMER, Settings, load, read
 
 
 def test_no_file_means_the_defaults() -> None:
@@ -92,3 +92,16 @@ def test_every_default_would_be_accepted_from_a_file() -> None:
 
 def _toml(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else repr(value)
+
+
+@pytest.mark.parametrize(("former", "present"), FORMER.items())
+def test_a_former_section_is_read_with_a_sentence(
+    former: str, present: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    assert read(f"[{former}]\n", "my.toml") == Settings()
+    assert f"my.toml: [{former}] is now [{present}]" in caplog.text
+
+
+def test_a_section_under_both_names_is_refused() -> None:
+    with pytest.raises(BadInput, match=r"leave only \[submaps\]"):
+        read("[floor]\n[submaps]\n")

@@ -1,9 +1,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { banners } from "../../static/js/banners.js";
+import { banners } from "../../static/js/ui/banners.js";
 import { HELLO, STATE, VIEW } from "./view.js";
 
-/** @typedef {import("../../static/js/session.js").View} View */
+/** @typedef {import("../../static/js/net/session.js").View} View */
 
 /** @param {Partial<View>} change */
 const told = (change) => banners({ ...VIEW, ...change });
@@ -79,7 +79,7 @@ test("a recording is not blocked and does not look around", () => {
   assert.deepEqual(told({ hello, ...changed("slam", { looking_around: true }) }), []);
 });
 
-/** @type {import("../../static/js/wire.js").LostState} */
+/** @type {import("../../static/js/net/messages.js").LocalizationState} */
 const LOST = { phase: "asking", words: "I am lost. Show me where I am.", since_s: 1, candidates: [] };
 
 /** @param {object} change @param {Partial<View>} [more] */
@@ -103,7 +103,7 @@ test("a lost robot does not say that it looks around as well", () => {
   const state = { ...STATE, slam: { ...STATE.slam, looking_around: true }, floor: { ...STATE.floor, lost: LOST } };
   assert.deepEqual(
     told({ state }).map(({ id }) => id),
-    ["astray"],
+    ["localization"],
   );
 });
 

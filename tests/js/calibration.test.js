@@ -1,18 +1,18 @@
 import assert from "node:assert/strict";
 import { mock, test } from "node:test";
+import { standing } from "../../static/js/calibration/active-calibration.js";
+import { hint } from "../../static/js/calibration/board-hint.js";
+import { sure } from "../../static/js/calibration/confirm-button.js";
 import { cameraRows, decimals, mountRows } from "../../static/js/calibration/figures.js";
-import { heat, heatWords } from "../../static/js/calibration/heat.js";
-import { hint } from "../../static/js/calibration/hint.js";
-import { hashOf, placeOf } from "../../static/js/calibration/place.js";
 import { known, share } from "../../static/js/calibration/progress.js";
-import { sure } from "../../static/js/calibration/sure.js";
-import { standing } from "../../static/js/calibration/used.js";
+import { hashOf, placeOf } from "../../static/js/calibration/router.js";
+import { heat, heatWords } from "../../static/js/calibration/uncertainty-map.js";
 import { webcamRefusal } from "../../static/js/calibration/webcam.js";
 import { mirrored, Pace, quietWords } from "../../static/js/calibration/words.js";
 
-/** @typedef {import("../../static/js/calibration/shape.js").Verdict} Verdict */
-/** @typedef {import("../../static/js/calibration/shape.js").Calibration} Calibration */
-/** @typedef {import("../../static/js/calibration/shape.js").Pixel} Pixel */
+/** @typedef {import("../../static/js/calibration/types.js").Verdict} Verdict */
+/** @typedef {import("../../static/js/calibration/types.js").Calibration} Calibration */
+/** @typedef {import("../../static/js/calibration/types.js").Pixel} Pixel */
 
 /** @param {Partial<Verdict>} told @returns {Verdict} */
 const verdict = (told) => ({
@@ -35,7 +35,7 @@ const grid = (u, v, step) =>
 const session = (progress, kind = "camera") =>
   /** @type {Calibration} */ ({
     kind,
-    progress: { views: 0, ready: false, words: "", p95_px: null, target_px: 0.5, gains: null, ...progress },
+    progress: { views: 0, ready: false, words: "", p95_px: null, target_px: 0.5, precision: null, ...progress },
   });
 
 test("an address leads back to the place it was made for", () => {
@@ -58,7 +58,7 @@ test("in a mirror left is right, in every word and nowhere else", () => {
 
 test("while nothing is judged the page says why, or what to do", () => {
   const seeing = { paused: false, blind: "", simulated: true };
-  const robot = { source: /** @type {const} */ ("robot"), verdict: null, showing: false };
+  const robot = { source: /** @type {const} */ ("robot"), verdict: null, demo: false };
   assert.match(quietWords(robot, seeing), /press Show me/);
   assert.match(quietWords(robot, { ...seeing, simulated: false }), /Show the board/);
   assert.match(quietWords({ ...robot, verdict: verdict({}) }, { ...seeing, paused: true }), /Paused/);
@@ -123,7 +123,7 @@ test("the bar grows with every step and is full only when it is good enough", ()
   );
   assert.ok((along[4] ?? 1) < 1);
   assert.equal(along.at(-1), 1);
-  assert.ok(share(session({ views: 30, gains: { yaw: 1 } }, "laser")) < 1);
+  assert.ok(share(session({ views: 30, precision: { yaw: 1 } }, "laser")) < 1);
 });
 
 test("values are printed with two digits of their doubt", () => {
@@ -180,7 +180,7 @@ test("the heat map gets warmer with doubt and says in words where it is least su
 });
 
 test("a session in the list says whether its calibration is in use, or was", () => {
-  /** @type {import("../../static/js/calibration/shape.js").Row} */
+  /** @type {import("../../static/js/calibration/types.js").Row} */
   const row = {
     id: "a",
     kind: "camera",

@@ -1,9 +1,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { ASK_MS, Drive, LATE_MS, NEUTRAL_MS, PERIOD_MS, PRESETS, SLOW, ZEROS } from "../../static/js/drive.js";
+import { ASK_MS, Drive, LATE_MS, NEUTRAL_MS, PERIOD_MS, PRESETS, SLOW, ZEROS } from "../../static/js/drive/drive.js";
 
-/** @typedef {import("../../static/js/drive.js").DriveFrame} DriveFrame */
-/** @typedef {import("../../static/js/drive.js").Permission} Permission */
+/** @typedef {import("../../static/js/drive/drive.js").DriveFrame} DriveFrame */
+/** @typedef {import("../../static/js/drive/drive.js").Permission} Permission */
 
 const FORWARD = { v: 1, w: 0 };
 const NOTHING = { v: 0, w: 0 };
@@ -49,8 +49,8 @@ function page() {
         drive.tick(now);
       }
     },
-    /** @param {{v: number, w: number}} wish */
-    keys: (wish) => drive.keys(wish, now),
+    /** @param {{v: number, w: number}} velocity */
+    keys: (velocity) => drive.keys(velocity, now),
     moving: () => sent.filter(({ v, w }) => v !== 0 || w !== 0),
   };
   self.hear();
@@ -179,7 +179,7 @@ test("a gate that keeps wanting neutral refuses the press, and the page says so"
   assert.ok(p.drive.mustLetGo && !p.drive.engaged);
 });
 
-test("who lost the wheel after a trip is told who drives now", () => {
+test("after a trip and a lost lease the page says who drives now", () => {
   const p = page();
   p.keys(FORWARD);
   p.gate.needNeutral = true;
@@ -192,7 +192,7 @@ test("who lost the wheel after a trip is told who drives now", () => {
   assert.equal(p.drive.why, "");
 });
 
-test("when nobody drives, the press asks for the wheel once and drives when it has it", () => {
+test("when nobody drives, the press asks for control once and drives when it has it", () => {
   const p = page();
   p.permission = ASK;
   p.hear();
@@ -218,7 +218,7 @@ test("a wheel that comes too late moves nothing", () => {
   assert.ok(p.drive.mustLetGo);
 });
 
-test("a key that was let go before the wheel came moves nothing", () => {
+test("a key that was let go before control was granted moves nothing", () => {
   const p = page();
   p.permission = ASK;
   p.hear();
@@ -246,7 +246,7 @@ test("presets and Shift scale the robot's own limits and never pass them", () =>
     for (const slow of [false, true]) {
       p.drive.slow = slow;
       p.keys({ v: 1, w: -1 });
-      const { v, w } = p.drive.order;
+      const { v, w } = p.drive.setpoint;
       assert.ok(Math.abs(v - part * 0.3 * (slow ? SLOW : 1)) < 1e-12);
       assert.ok(Math.abs(v) <= 0.3 && Math.abs(w) <= 1.5);
       p.keys(NOTHING);
@@ -258,7 +258,7 @@ test("the stronger of keys and stick counts, and both must be neutral to let go"
   const p = page();
   p.drive.stick({ v: 0.3, w: 0 }, p.now);
   p.keys({ v: -1, w: 0 });
-  assert.equal(p.drive.wish.v, -1);
+  assert.equal(p.drive.velocity.v, -1);
   p.keys(NOTHING);
   assert.ok(p.drive.engaged);
   p.drive.stick(NOTHING, p.now);

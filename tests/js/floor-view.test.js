@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { FloorView, headingOf, seenFrom } from "../../static/js/floor-view.js";
+import { FloorView, headingOf, seenFrom } from "../../static/js/ui/floor-view.js";
 
 const ROOM = { left: -2, bottom: -1, right: 6, top: 3 };
 

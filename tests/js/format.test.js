@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import * as format from "../../static/js/format.js";
+import * as format from "../../static/js/ui/format.js";
 
 test("a number never reads minus zero and carries a true minus sign", () => {
   assert.equal(format.fixed(-0.001, 2), "0.00");

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { HeldKeys, intentionOf, scrolls, takesText } from "../../static/js/keys.js";
+import { HeldKeys, intentionOf, scrolls, takesText } from "../../static/js/drive/keys.js";
 
 const plain = { ctrlKey: false, altKey: false, metaKey: false };
 const idle = { typing: false, singleKeys: true };
@@ -48,18 +48,18 @@ test("opposite keys cancel, and what is let go is forgotten", () => {
   const held = new HeldKeys();
   held.press("KeyW");
   held.press("KeyA");
-  assert.deepEqual(held.wish, { v: 1, w: 1 });
+  assert.deepEqual(held.velocity, { v: 1, w: 1 });
   held.press("ArrowUp");
-  assert.deepEqual(held.wish, { v: 1, w: 1 });
+  assert.deepEqual(held.velocity, { v: 1, w: 1 });
   held.press("KeyS");
   held.press("ArrowDown");
-  assert.equal(held.wish.v, 0);
+  assert.equal(held.velocity.v, 0);
   held.release("KeyS");
   held.release("ArrowDown");
   held.press("KeyQ");
-  assert.deepEqual(held.wish, { v: 1, w: 1 });
+  assert.deepEqual(held.velocity, { v: 1, w: 1 });
   held.clear();
-  assert.deepEqual(held.wish, { v: 0, w: 0 });
+  assert.deepEqual(held.velocity, { v: 0, w: 0 });
 });
 
 test("letters go into text boxes and editable text, not into buttons and sliders", () => {

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, mock, test } from "node:test";
-import { Link, pictureOf, QUIET_MS, Rate, waitBefore } from "../../static/js/link.js";
+import { Link, pictureOf, QUIET_MS, Rate, waitBefore } from "../../static/js/net/link.js";
 
 /** A socket as the page sees it; the test is the network. */
 class FakeSocket extends EventTarget {

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { inWords, whyNot } from "../../static/js/hear/microphone.js";
+import { inWords, whyNot } from "../../static/js/voice/microphone.js";
 
 /** @param {string} name @param {unknown} value of the browser's global of that name */
 const browserHas = (name, value) =>

@@ -1,9 +1,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { permission } from "../../static/js/permission.js";
+import { permission } from "../../static/js/drive/permission.js";
 import { HELLO, STATE } from "./view.js";
 
-/** @typedef {import("../../static/js/wire.js").State} State */
+/** @typedef {import("../../static/js/net/messages.js").State} State */
 
 /**
  * @param {{[K in keyof State]?: object}} change
@@ -34,7 +34,7 @@ test("who may not drive learns why", () => {
     watching: asked({}, { role: "viewer" }),
     Halted: asked({ gate: { state: "halted" } }),
     "does not answer": asked({ robot: { link: "lost" } }),
-    "waking up": asked({ robot: { link: "connecting" } }),
+    "starting up": asked({ robot: { link: "connecting" } }),
     "link to the console is lost": permission({ hello: HELLO, state: STATE, up: false }),
     "recording cannot be driven": permission({
       hello: { ...HELLO, robot: { ...HELLO.robot, drives: false } },

@@ -2,9 +2,9 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { figures } from "../../static/js/picture-figures.js";
+import { figures } from "../../static/js/ui/picture-quality-figures.js";
 
-/** @type {import("../../static/js/wire.js").PictureQuality} */
+/** @type {import("../../static/js/net/messages.js").PictureQualityState} */
 const CLEAN = {
   state: "good",
   label: "good",

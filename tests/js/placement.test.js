@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { apart, overlap, placed } from "../../static/js/placement.js";
-import { FARTHEST, rangeColour } from "../../static/js/ramp.js";
+import { FARTHEST, rangeColour } from "../../static/js/ui/colormap.js";
+import { apart, overlap, placed } from "../../static/js/ui/placement.js";
 
 const HINT = { width: 296, height: 132 };
 

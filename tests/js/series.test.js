@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { line, Series, SPAN_S, ticks } from "../../static/js/series.js";
+import { line, Series, SPAN_S, ticks } from "../../static/js/ui/series.js";
 
 test("two minutes are remembered and no more", () => {
   const series = new Series();

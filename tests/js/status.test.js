@@ -2,22 +2,22 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { ASKS_MS, GIVE_UP_MS, SLOW_MS, STAYS_MS, StatusLog } from "../../static/js/status.js";
+import { ASKS_MS, GIVE_UP_MS, SLOW_MS, STAYS_MS, StatusLog } from "../../static/js/ui/status.js";
 import { STATE, VIEW } from "./view.js";
 
-/** @typedef {import("../../static/js/session.js").View} View */
-/** @typedef {import("../../static/js/api.js").HistoryRow} HistoryRow */
+/** @typedef {import("../../static/js/net/session.js").View} View */
+/** @typedef {import("../../static/js/net/api.js").HistoryRow} HistoryRow */
 
-/** @type {import("../../static/js/status.js").StatusLine} */
-const READY = { icon: "command", words: "Ready", remark: "Type.", state: "", meant: [] };
-/** @type {import("../../static/js/wire.js").CommandState} */
+/** @type {import("../../static/js/ui/status.js").StatusLine} */
+const READY = { icon: "command", words: "Ready", remark: "Type.", state: "", suggestions: [] };
+/** @type {import("../../static/js/net/messages.js").CommandState} */
 const RUNNING = {
   ...{ id: 7, name: "turn_left", numbers: {}, heard_as: "turn left", source: "typed", who: "Ada" },
   state: "running",
   ...{ remark: "", progress: 0.1 },
 };
 
-/** @param {Partial<import("../../static/js/wire.js").State>} change @returns {View} */
+/** @param {Partial<import("../../static/js/net/messages.js").State>} change @returns {View} */
 const seen = (change) => ({ ...VIEW, state: { ...STATE, ...change } });
 const IDLE = seen({});
 const RUNS = seen({ command: RUNNING });
@@ -40,7 +40,7 @@ const said = (text, ok, at, more = {}) => ({
   answer: { kind: /** @type {const} */ ("answer"), ref: 1, ok, status: ok ? 202 : 422, ...more },
 });
 
-/** @type {import("../../static/js/hear/talk.js").Transcript} */
+/** @type {import("../../static/js/voice/audio-socket.js").Transcript} */
 const REFUSED = {
   ...{ kind: "transcript", id: 1, words: "start", final: true, accepted: false, heard_as: "" },
   ...{ reason: "I am not sure.", suggestions: ["start"], seconds: 1, delay_s: 0.1 },
@@ -57,8 +57,8 @@ function fresh() {
 /** @param {StatusLog} log @param {View} view @param {number} now */
 function shown(log, view, now) {
   log.saw(view, now);
-  const { words, remark, meant } = log.line(view, now, READY);
-  return [words, remark, ...meant].filter(Boolean).join(" | ");
+  const { words, remark, suggestions } = log.line(view, now, READY);
+  return [words, remark, ...suggestions].filter(Boolean).join(" | ");
 }
 
 test("with nothing to tell it is ready, and what was before the page opened is no news", () => {
@@ -159,7 +159,7 @@ test("a refusal leaves the running command alone: told for a while, then what ru
   assert.equal(shown(log, IDLE, 12_020), "turn left | failed. Blocked.");
 });
 
-test("what may have been meant stays longer, and a late row of an earlier refusal does not overtake it", () => {
+test("a refusal with suggestions stays longer, and a late row of an earlier refusal does not overtake it", () => {
   const log = fresh();
   log.answered(said("continue 99", false, 500, { detail: "Too far." }), 510);
   log.answered(said("turn lift", false, 900, { detail: "Unknown.", suggestions: ["turn left"] }), 910);
@@ -183,12 +183,12 @@ test("nothing is offered after STOP, neither what was offered before nor what wa
 test("between the spoken words and their result it says that it reads, that this is slow, and that nothing came", () => {
   const log = fresh();
   log.reads(1000);
-  assert.match(shown(log, IDLE, 1500), /^Reading what you said… \| 0\.5 s/);
-  assert.match(shown(log, IDLE, 1000 + SLOW_MS), /slow at reading; type, or wait/);
-  assert.match(shown(log, IDLE, 1000 + GIVE_UP_MS), /^I did not get it/);
+  assert.match(shown(log, IDLE, 1500), /^Transcribing… \| 0\.5 s/);
+  assert.match(shown(log, IDLE, 1000 + SLOW_MS), /slow on this computer; type, or wait/);
+  assert.match(shown(log, IDLE, 1000 + GIVE_UP_MS), /^Not understood/);
   log.reads(20_000);
   log.heard({ ...REFUSED, words: "", reason: "" }, 20_500);
-  assert.match(shown(log, IDLE, 20_510), /^I did not get it/);
+  assert.match(shown(log, IDLE, 20_510), /^Not understood/);
   log.reads(40_000);
   log.heard({ ...REFUSED, accepted: true, heard_as: "turn left" }, 40_500);
   assert.equal(shown(log, IDLE, 40_510), "Ready | Type.");

@@ -1,8 +1,8 @@
 // A view as the server would make it, for tests: an operator at a simulated robot that stands in a known room.
 
-/** @typedef {import("../../static/js/session.js").View} View */
-/** @typedef {import("../../static/js/wire.js").State} State */
-/** @typedef {import("../../static/js/wire.js").Hello} Hello */
+/** @typedef {import("../../static/js/net/session.js").View} View */
+/** @typedef {import("../../static/js/net/messages.js").State} State */
+/** @typedef {import("../../static/js/net/messages.js").HelloMessage} Hello */
 
 /** @type {Hello} */
 export const HELLO = {
@@ -74,7 +74,7 @@ export const STATE = {
   goal: null,
   path: [],
   command: null,
-  intent: null,
+  pending_command: null,
   camera: null,
   calibration_drift: null,
   robot: {

@@ -10,14 +10,14 @@ import cv2
 import numpy as np
 import pytest
 
-from core.calibration.board import Board
-from core.calibration.camera_files import read_camera
-from core.calibration.chessboard import CRITERIA, FLAGS, search
-from core.calibration.intrinsics import Calibration, View, calibrate
-from core.calibration.offline import calibrate_camera
-from core.calibration.pictures import read_grey
+from core.calibration.board.board import Board
+from core.calibration.board.chessboard import CRITERIA, FLAGS, search
+from core.calibration.camera.intrinsics import Calibration, ViewCorners, calibrate
+from core.calibration.files.camera_files import read_camera
+from core.calibration.files.pictures import read_grey
 from core.errors import BadInput
 from core.message import Array
+from core.pipelines.calibrate import calibrate_camera
 from tests.real_data.poison import FAULTS, noisy, swapped
 
 pytestmark = pytest.mark.real_data
@@ -30,19 +30,19 @@ def pictures(shared_data: Path) -> list[Path]:
     return sorted((shared_data / "chessboard-opencv-left").glob("left*.jpg"))
 
 
-def corners_of(pictures: list[Path], window: int) -> list[View]:
-    views: list[View] = []
+def corners_of(pictures: list[Path], window: int) -> list[ViewCorners]:
+    views: list[ViewCorners] = []
     for path in pictures:
         grey, _ = read_grey(path)
         found = search(grey, BOARD, FLAGS)
         assert found is not None
         start = np.ascontiguousarray(found.reshape(-1, 1, 2), dtype=np.float32)
         refined = cv2.cornerSubPix(grey, start, (window, window), (-1, -1), CRITERIA)
-        views.append(View(name=path.name, corners=refined.reshape(-1, 2).astype(float)))
+        views.append(ViewCorners(name=path.name, corners=refined.reshape(-1, 2).astype(float)))
     return views
 
 
-def opencv_focal(views: list[View]) -> float:
+def opencv_focal(views: list[ViewCorners]) -> float:
     shown = [BOARD.points.astype(np.float32)] * len(views)
     told = [view.corners.astype(np.float32) for view in views]
     return float(cv2.calibrateCamera(shown, told, SIZE, None, None, flags=cv2.CALIB_FIX_K3)[1][0, 0])
@@ -78,7 +78,7 @@ def test_each_view_in_turn_may_be_poisoned(
     views = corners_of(pictures, 5)
     for culprit in range(13):
         poisoned = list(views)
-        poisoned[culprit] = View(name=views[culprit].name, corners=fault(views[culprit].corners))
+        poisoned[culprit] = ViewCorners(name=views[culprit].name, corners=fault(views[culprit].corners))
         told = calibrate(poisoned, BOARD, SIZE)
         assert told.verdicts[culprit].reason, f"{views[culprit].name} was not named"
         assert abs(told.model.fx - clean.model.fx) < 1.5 and abs(told.model.fy - clean.model.fy) < 1.5
@@ -90,7 +90,9 @@ def test_no_view_decides_alone_and_one_that_is_left_out_says_what_it_would_chang
     assert clean.deciding == "" and clean.warnings == ()
     views = corners_of(pictures, 5)
     for fault in (noisy, swapped):
-        told = calibrate([*views[:3], View(name="bad", corners=fault(views[3].corners)), *views[4:]], BOARD, SIZE)
+        told = calibrate(
+            [*views[:3], ViewCorners(name="bad", corners=fault(views[3].corners)), *views[4:]], BOARD, SIZE
+        )
         assert not told.verdicts[3].used
         assert re.search(r"with it f would be 5\d\d\.\d instead of 533\.\d px, \d+ sd", told.verdicts[3].reason)
         assert ("to decide" in told.verdicts[3].reason) == (fault is noisy)

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from core.calibration.board import Board
-from core.calibration.offline import calibrate_laser
+from core.calibration.board.board import Board
 from core.geometry import OPTICAL
+from core.pipelines.calibrate import calibrate_laser
 
 pytestmark = pytest.mark.real_data
 CAMERA = {

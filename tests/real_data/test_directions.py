@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from core.geometry import wrap
-from core.log.sound_file import read_sound
-from core.perception.array_check import check
+from core.perception.sound.array_diagnostics import check
+from core.perception.sound.doa_stream import DoaStream
 from core.perception.sound.least_squares import direction_from_lags, fit_lags
-from core.perception.sound.listener import Listener
 from core.perception.sound.locate import locate
+from core.perception.sound.multi_source import talkers
 from core.perception.sound.paper import locate_as_printed
-from core.perception.sound.talkers import talkers
+from core.recording.sound_file import read_sound
 from core.sensors.microphones import RESPEAKER_BOARD, RESPEAKER_ODAS, MicrophoneArray, Sound, tetrahedron
 
 pytestmark = pytest.mark.real_data
@@ -62,7 +62,7 @@ def test_as_printed_the_estimator_errs_as_the_description_of_the_rooms_says(room
 def test_listening_tells_the_direction_within_half_a_second_of_the_first_word(rooms, array, first):
     errors = []
     for sound, row in rooms:
-        listener, own = Listener(array), of(array, first, sound)
+        listener, own = DoaStream(array), of(array, first, sound)
         pieces = [own.part(at / 16000, (at + 320) / 16000) for at in range(0, 40000, 320)]
         told = [(piece.stamp + piece.duration, one) for piece in pieces for one in listener.feed(piece)]
         when, heard = told[0]

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from core.geometry import wrap
-from core.log.sound_file import read_sound
 from core.perception.sound.utterances import directions
+from core.recording.sound_file import read_sound
 from core.sensors.microphones import RESPEAKER_BOARD, RESPEAKER_ODAS, MicrophoneArray, tetrahedron
 
 pytestmark = pytest.mark.real_data

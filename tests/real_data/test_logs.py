@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from core.errors import BadInput
-from core.log import ScanRecording, SightingRecording, open_log
+from core.recording import ScanRecording, SightingRecording, open_log
 
 pytestmark = pytest.mark.real_data
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.experiments.offline import slam_log
-from core.log import logged_stamp
+from core.pipelines.slam import slam_log
+from core.recording import logged_stamp
 from tests.benchmarks.intel_relations import at_scans, errors
 
 pytestmark = [pytest.mark.real_data, pytest.mark.campaign]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.log import Ids, victoria_park
+from core.recording import Ids, victoria_park
 from tests.benchmarks.log_scores import CORRIDOR, PARK, ROBOTS, aligned, score
 
 pytestmark = pytest.mark.real_data

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from core.geometry import Pose
-from core.perception.landmarks import Sighting
-from core.slam.ekf import EkfSettings, EkfSlam
+from core.perception.landmarks.landmarks import Sighting
+from core.slam.ekf_slam import EkfSettings, EkfSlam
 from core.slam.motion import Increment, MotionSettings, steered
 
 pytestmark = pytest.mark.real_data

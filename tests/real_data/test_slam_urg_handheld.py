@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from core.geometry import Pose, wrap
-from core.log import ScanRecording, open_log
-from core.perception.corners import find_corners
-from core.perception.deskew import deskew
-from core.perception.landmarks import sight
+from core.perception.landmarks.corners import find_corners
+from core.perception.landmarks.deskew import deskew
+from core.perception.landmarks.landmarks import sight
+from core.recording import ScanRecording, open_log
 from core.sensors import SensorFrame
-from core.slam.ekf import EkfSlam
-from core.slam.scan_odometry import ScanOdometry
+from core.slam.ekf_slam import EkfSlam
+from core.slam.scan_matching.scan_odometry import ScanOdometry
 
 pytestmark = pytest.mark.real_data
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.log.sound_file import read_sound
 from core.message import Array
-from core.speech.recognizer import Hypothesis, for_words
+from core.recording.sound_file import read_sound
+from core.speech.recognition.acceptance import judge
+from core.speech.recognition.recognizer import WordHypothesis, for_words
 from core.speech.settings import RATE
-from core.speech.spoken import judge
-from core.speech.transcriber import Transcriber
-from core.speech.voice import PERSONS_VOICE
+from core.speech.synthesis import PERSONS_VOICE
+from core.speech.transcription.transcriber import Transcriber
 from tests.benchmarks.spoken_stop import clips
 from tests.benchmarks.words import end_of_stop
 from tests.core.speech.ears import engine, listened, padded
@@ -27,12 +27,12 @@ def clip(shared_data: Path, name: str) -> Array:
 
 
 @cache
-def heard(path: Path, *, held: bool = False) -> tuple[Hypothesis, ...]:
+def heard(path: Path, *, held: bool = False) -> tuple[WordHypothesis, ...]:
     samples = for_words(read_sound(path)).samples[:, 0]
     return tuple(listened(Transcriber(engine=engine(), held=held), padded(samples)))
 
 
-def finals(told: tuple[Hypothesis, ...]) -> list[Hypothesis]:
+def finals(told: tuple[WordHypothesis, ...]) -> list[WordHypothesis]:
     return [one for one in told if one.final]
 
 

@@ -48,8 +48,8 @@ async def say(story: Story, source: str, words: str, *, stop: bool = False) -> U
 
 def rows(story: Story) -> list[tuple[str, str, str]]:
     """Of the history, oldest first: words, state, remark."""
-    deeds = story.history.newest_first(commands_only=True)
-    return [(deed.heard_as or deed.words, deed.state, deed.remark) for deed in reversed(deeds)]
+    entries = story.history.newest_first(commands_only=True)
+    return [(entry.heard_as or entry.words, entry.state, entry.remark) for entry in reversed(entries)]
 
 
 @pytest.mark.parametrize("source", ["voice", "ears"])
@@ -109,7 +109,7 @@ def test_the_rest_of_a_sentence_with_stop_is_neither_obeyed_nor_offered(tmp_path
             (True, "stop moving", [])
         ] * 2
     else:
-        assert [(one.accepted, one.command, one.meant) for one in story.ears.utterances] == [
+        assert [(one.accepted, one.command, one.suggested_command) for one in story.ears.utterances] == [
             (True, "stop moving", "")
         ] * 2
 

@@ -11,13 +11,13 @@ from typing import Any
 
 import pytest
 
-from console.fresh_words import ABSENT, FreshWords, Said
-from console.logins import Person
+from console.access.logins import Person
+from console.control.command_freshness import ABSENT, CommandFreshness, Spoken
 from tests.stories.words_in_time import told_story
 
 QUICK = 100  # stories; tests.benchmarks.late_words tells 100,000
 SEARCHED = 600  # stories at most, until one shows that a part of the rule is missing
-JUDGE, VOID = FreshWords.why_not, FreshWords.void
+JUDGE, VOID = CommandFreshness.why_not, CommandFreshness.void
 
 
 def test_no_story_has_a_motion_by_old_or_void_words(tmp_path: Path) -> None:
@@ -29,29 +29,29 @@ def test_no_story_has_a_motion_by_old_or_void_words(tmp_path: Path) -> None:
     assert min(moved[source] for source in ("voice", "ears", "file", "typed")) > 5  # it is no robot that never moves
 
 
-def without(source: str) -> Callable[[FreshWords, Said, str, Person], str]:
+def without(source: str) -> Callable[[CommandFreshness, Spoken, str, Person], str]:
     """Words of this source are not judged."""
     return lambda self, said, by, who: "" if by == source else JUDGE(self, said, by, who)
 
 
-def ageless(self: FreshWords, said: Said, by: str, who: Person) -> str:
+def ageless(self: CommandFreshness, said: Spoken, by: str, who: Person) -> str:
     return JUDGE(self, replace(said, taken=said.ended), by, who)
 
 
-def by_anybody(self: FreshWords, said: Said, by: str, who: Person) -> str:
+def by_anybody(self: CommandFreshness, said: Spoken, by: str, who: Person) -> str:
     why = JUDGE(self, said, by, who)
     return "" if why == ABSENT else why
 
 
-def but_stops(self: FreshWords, why: str, *, stop: bool = False, at: float | None = None) -> None:
+def but_stops(self: CommandFreshness, why: str, *, stop: bool = False, at: float | None = None) -> None:
     VOID(self, why, stop=stop, at=-math.inf if stop else at)
 
 
-def but_newer_commands(self: FreshWords, why: str, *, stop: bool = False, at: float | None = None) -> None:
+def but_newer_commands(self: CommandFreshness, why: str, *, stop: bool = False, at: float | None = None) -> None:
     VOID(self, why, stop=stop, at=at if at is None else -math.inf)
 
 
-def but_hands_and_drivers(self: FreshWords, why: str, *, stop: bool = False, at: float | None = None) -> None:
+def but_hands_and_drivers(self: CommandFreshness, why: str, *, stop: bool = False, at: float | None = None) -> None:
     VOID(self, why, stop=stop, at=at if stop or at is not None else -math.inf)
 
 
@@ -73,5 +73,5 @@ def but_hands_and_drivers(self: FreshWords, why: str, *, stop: bool = False, at:
 def test_the_stories_show_when_a_part_of_the_rule_is_missing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, what: str, mutant: Any
 ) -> None:
-    monkeypatch.setattr(FreshWords, what, mutant)
+    monkeypatch.setattr(CommandFreshness, what, mutant)
     assert any(told_story(number, tmp_path).wrong for number in range(SEARCHED))

@@ -20,31 +20,31 @@ from unittest.mock import patch
 
 import numpy as np
 
-from console import wire
-from console.audio_talk import AudioTalk
-from console.door import Door
-from console.hearing import Ears
-from console.history import History
-from console.intent import Intent
-from console.intents import Intents
-from console.lease import Lease
-from console.logins import Person
-from console.microphone import Microphone
-from console.notice_board import NoticeBoard
-from console.problems import Problem
-from console.sockets import Sockets
-from console.spoken_orders import SpokenOrders
-from console.state_times import StateTimes
-from console.text_files import Written
-from console.text_orders import TextOrders
-from console.wire_audio import AUDIO_HEADER, AUDIO_KIND, AUDIO_RATE
-from core.commands.careful import LONGEST, MOMENT, OBEYED_WITHIN
+from console import messages
+from console.access.logins import Person
+from console.access.open_sockets import OpenSockets
+from console.api.audio_socket import AudioSocket
+from console.control.dispatcher import CommandDispatcher
+from console.control.history import History
+from console.control.lease import Lease
+from console.control.notices import Notifications
+from console.control.pending_commands import PendingCommand, PendingCommands
+from console.control.state_times import StateTimes
+from console.control.text_file_commands import TextFileCommands
+from console.control.text_file_reader import TextFileCommand
+from console.http.problems import Problem
+from console.messages.audio import AUDIO_HEADER, AUDIO_KIND, AUDIO_RATE
+from console.speech.browser_microphone import BrowserMicrophone
+from console.speech.room_transcription import RoomTranscriber
+from console.speech.utterance import UtteranceMessage
+from console.speech.voice_commands import VoiceCommands
 from core.commands.command import Command
+from core.commands.confirmation_delay import LONGEST, MOMENT, OBEYED_WITHIN
 from core.errors import Refused
 from core.gate import Twist
 from core.gate.status import GateStatus
 from core.sensors import Sound
-from core.speech.grammar import understand
+from core.speech.understanding.grammar import understand
 from tests.stories.virtual_time import WALL, Clock, virtual_time
 
 ANNA, BERT, GUEST = Person("a", "Anna", "operator"), Person("b", "Bert", "operator"), Person("v", "Vera", "viewer")
@@ -85,7 +85,7 @@ class Reader:
 
     def __init__(self, pace: Any) -> None:
         self._pace = pace
-        self._said: list[tuple[Uttered, dict[str, Any]]] = []
+        self._said: list[tuple[Uttered, UtteranceMessage]] = []
         self.alive = self.ready = True
 
     def say(self, one: Uttered, ahead: float) -> None:
@@ -100,51 +100,43 @@ class Reader:
     async def begin(self, *_: Any, **__: Any) -> None:
         self._said = []
 
-    async def feed(self, samples: Any, rate: int, stamp: float) -> list[dict[str, Any]]:
+    async def feed(self, samples: Any, rate: int, stamp: float) -> list[UtteranceMessage]:
         until = stamp + len(samples) / rate + 1e-6
-        heard = [said for said in self._said if said[1]["end"] <= until]
-        self._said = [said for said in self._said if said[1]["end"] > until]
+        heard = [said for said in self._said if said[1].end <= until]
+        self._said = [said for said in self._said if said[1].end > until]
         return await self._read(heard)
 
-    async def finish(self) -> list[dict[str, Any]]:
+    async def finish(self) -> list[UtteranceMessage]:
         heard, self._said = self._said, []
         return await self._read(heard)
 
-    async def _read(self, heard: list[tuple[Uttered, dict[str, Any]]]) -> list[dict[str, Any]]:
+    async def _read(self, heard: list[tuple[Uttered, UtteranceMessage]]) -> list[UtteranceMessage]:
         await asyncio.sleep(self._pace())
         for one, known in heard:
-            if not known["final"]:
+            if not known.final:
                 one.stop_read = time.monotonic()
         return [known for _, known in heard]
 
     def hold_back(self, words: str) -> None: ...
 
 
-def told(words: str, begin: float, end: float, *, final: bool = True) -> dict[str, Any]:
+def told(words: str, begin: float, end: float, *, final: bool = True) -> UtteranceMessage:
     read = understand(words, spoken=True)
-    known = isinstance(read, Command)
-    return {
-        "begin": begin,
-        "end": end,
-        "words": words,
-        "final": final,
-        "name": read.name if known else None,
-        "heard_as": read.heard_as if known else "",
-        "reason": "" if known else "What?",
-        "suggestions": [],
-        "meant": "",
-        "unsure": False,
-    }
+    if isinstance(read, Command):
+        return UtteranceMessage(
+            begin, end, words, final, name=read.name, numbers=dict(read.numbers), heard_as=read.heard_as
+        )
+    return UtteranceMessage(begin, end, words, final, reason="What?")
 
 
-class Waiting(Intents):
+class Waiting(PendingCommands):
     """Notes what begins to wait, and when."""
 
     seen: Seen
 
-    def _wait(self, intent: Intent) -> None:
-        super()._wait(intent)
-        one = self.seen.uttered[intent.command.heard_as]
+    def _wait(self, pending_command: PendingCommand) -> None:
+        super()._wait(pending_command)
+        one = self.seen.uttered[pending_command.command.heard_as]
         one.taken = min(one.taken, time.monotonic())
 
 
@@ -158,25 +150,25 @@ class Story:
         self.frozen = 0.0  # [s] until when nobody reads
         self._epoch, self._armed = 0, 0.0  # [s] when somebody last began to drive
         self.slow = self.chance.choice((0.05, 0.3, 2.0, 5.0))
-        self.lease, board = Lease(), NoticeBoard()
+        self.lease, board = Lease(), Notifications()
         history = History(folder, lambda _: None)
-        self.door = Door(self, self.lease, history, board)  # type: ignore[arg-type]
+        self.door = CommandDispatcher(self, self.lease, history, board)  # type: ignore[arg-type]
         self.door.pilot = self  # type: ignore[assignment]
-        with patch("console.hearing.WordsWorker", lambda: self.room_reader):
-            self.ears = Ears(self.door, history, board)
-        with patch("console.microphone.WordsWorker", lambda: self.page_reader):
-            self.microphone = Microphone()
-        self.intents = Waiting(self.door, self.lease, history, board)
-        self.intents.seen = self.seen
-        self.spoken = SpokenOrders(self.ears, self.door, self.lease, self.intents, board)
-        self.sockets, self.history, self.states = Sockets(), history, StateTimes()
+        with patch("console.speech.room_transcription.TranscriptionClient", lambda: self.room_reader):
+            self.ears = RoomTranscriber(self.door, history, board)
+        with patch("console.speech.browser_microphone.TranscriptionClient", lambda: self.page_reader):
+            self.microphone = BrowserMicrophone()
+        self.pending_commands = Waiting(self.door, self.lease, history, board)
+        self.pending_commands.seen = self.seen
+        self.spoken = VoiceCommands(self.ears, self.door, self.lease, self.pending_commands, board)
+        self.sockets, self.history, self.states = OpenSockets(), history, StateTimes()
         self.voice = SimpleNamespace(muted=False)
         self.pages: dict[str, Page] = {}
         self.heard_until = 0.0  # [s]
         self._file: Uttered | None = None
         self.writer_lives = False
         parts = (self.door, self.lease, history, board)
-        self.texts = TextOrders(self, *parts, lambda: None)  # type: ignore[arg-type]
+        self.texts = TextFileCommands(self, *parts, lambda: None)  # type: ignore[arg-type]
 
     @property
     def now(self) -> float:
@@ -300,10 +292,10 @@ class Story:
                 if page.control and not page.hung:
                     self.lease.active(page.who, self.now)
 
-    def look(self, now: float) -> Written | None:
+    def look(self, now: float) -> TextFileCommand | None:
         """speech.txt."""
         one, self._file = self._file, None
-        return None if one is None else Written(one.words, age=now - WALL - one.ended)
+        return None if one is None else TextFileCommand(one.words, age=now - WALL - one.ended)
 
     def act(self) -> None:
         """One thing that somebody does."""
@@ -362,18 +354,20 @@ class Story:
         match what:
             case "take on":
                 self.spoken.take_on(who)
-            case "drop" if self.intents.waiting is not None:
+            case "drop" if self.pending_commands.waiting is not None:
                 self.seen.stops.append(self.now)
-                self.intents.drop(self.intents.waiting.id, GUEST)
-            case "begin" if self.intents.waiting is not None:
-                self.intents.begin(self.intents.waiting.id, who)
+                self.pending_commands.drop(self.pending_commands.waiting.id, GUEST)
+            case "begin" if self.pending_commands.waiting is not None:
+                self.pending_commands.begin(self.pending_commands.waiting.id, who)
             case _:
                 pass
 
     async def _jog(self, who: Person) -> None:
         press = next(self._numbers)
         for seq in range(self.chance.randrange(1, 8)):
-            self._try(lambda seq=seq: self.door.drive(wire.Drive(0.1, 0.0, press, seq, 1, self.lease.epoch), who))
+            self._try(
+                lambda seq=seq: self.door.drive(messages.JogMessage(0.1, 0.0, press, seq, 1, self.lease.epoch), who)
+            )
             await asyncio.sleep(0.05)
 
     def _try(self, act: Any) -> None:
@@ -400,11 +394,11 @@ class Page:
         self.who, self.control, self.hung = who, control, False
         self._story, self.ahead = story, story.chance.uniform(0, 1e5)
         self._up: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
-        self.heard: list[dict[str, Any]] = []  # what came down
+        self.heard: list[UtteranceMessage] = []  # what came down
         self.seen = 0  # number of the newest state
         if control:
             story.lease.connected(who, story.now)
-        self._task = asyncio.get_running_loop().create_task(AudioTalk(story, self, who).run())  # type: ignore[arg-type]
+        self._task = asyncio.get_running_loop().create_task(AudioSocket(story, self, who).run())  # type: ignore[arg-type]
         self._speaking: asyncio.Task[None] | None = None
 
     client = None
@@ -452,7 +446,7 @@ class Page:
         self._up.put_nowait({"type": "websocket.disconnect"})
         if self.control:
             story.lease.disconnected(self.who)
-            story.intents.left(self.who)
+            story.pending_commands.left(self.who)
 
 
 ACTS, WEIGHTS = zip(
@@ -468,7 +462,7 @@ ACTS, WEIGHTS = zip(
 def told_story(seed: int, folder: Path) -> Seen:
     """What was seen in the story of this number."""
     with virtual_time(random.Random(seed)) as (loop, clock):
-        with patch("console.text_orders.PERIOD", 0.4):
+        with patch("console.control.text_file_commands.PERIOD", 0.4):
             story = Story(seed, folder, loop, clock)
             loop.run_until_complete(story.tell_it())
         return story.seen

@@ -1,4 +1,4 @@
-"""The colours of a body, part by part: what tells one person from another (section 4.2)."""
+"""The colours of a body, part by part: they distinguish one person from another (section 4.2)."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 
 from core.message import Array, message
-from core.perception.people.billboard import Billboards
 from core.perception.people.parts import CEILING, CELL, CELLS_PER_METRE, PARTS, SCALE, TALL, Part
+from core.perception.people.vertical_plane import VerticalPlanes
 
 HUES, GREYS = 12, 6  # bins of colours, and of what has none
 COLOURLESS = 45  # saturation below which a pixel has no colour
@@ -18,7 +18,7 @@ LEARNT = 0.1  # share by which what is remembered follows what is seen
 
 
 @message
-class Enrolled:
+class PersonProfile:
     """One person's colours, part by part: what no stranger shares by chance."""
 
     name: str
@@ -27,7 +27,7 @@ class Enrolled:
     shape: float = 0.0  # height of the contour over the shoulders' width; 0: not measured
 
 
-def colours_seen(boards: Billboards, distance: float, bearing: float, height: float) -> Array:
+def colours_seen(boards: VerticalPlanes, distance: float, bearing: float, height: float) -> Array:
     """The colours (3, HUES + GREYS) of who stands there, `distance` [m] and `bearing` [rad] from the camera, so tall
     [m]; NaN for a part that is not in the picture.
     """
@@ -42,24 +42,24 @@ def colours_seen(boards: Billboards, distance: float, bearing: float, height: fl
     return np.array(rows)
 
 
-def alikeness(who: Enrolled, seen: Array) -> Array:
+def alikeness(who: PersonProfile, seen: Array) -> Array:
     """Colours (3, HUES + GREYS) → how alike each part is, (3,) 0 to 1 (Bhattacharyya); NaN for what is not known."""
     return np.sqrt(seen * who.colours).sum(axis=1) ** 2
 
 
-def alike(who: Enrolled, seen: Array) -> float:
+def alike(who: PersonProfile, seen: Array) -> float:
     """The same for torso and legs together; 1 when nothing can be compared."""
-    told = alikeness(who, seen)[1:]
-    return float(np.nanmean(told)) if np.isfinite(told).any() else 1.0
+    both = alikeness(who, seen)[1:]
+    return float(np.nanmean(both)) if np.isfinite(both).any() else 1.0
 
 
-def remembered(seen: Array, before: Enrolled | None) -> Enrolled:
-    """What was known and what is seen now (3, HUES + GREYS) → what is known."""
+def remembered(seen: Array, before: PersonProfile | None) -> PersonProfile:
+    """Mix the colours seen now (3, HUES + GREYS) into the known profile."""
     if before is None:
-        return Enrolled(name="", colours=seen, pictures=1)
+        return PersonProfile(name="", colours=seen, pictures=1)
     old = np.where(np.isnan(before.colours), seen, before.colours)
     mixed = np.where(np.isnan(seen), old, (1 - LEARNT) * old + LEARNT * seen)
-    return Enrolled(name=before.name, colours=mixed, pictures=before.pictures + 1)
+    return PersonProfile(name=before.name, colours=mixed, pictures=before.pictures + 1)
 
 
 def region_of(part: Part, pixels: Array, inside: Array, shift: int) -> tuple[Array, Array]:

@@ -8,10 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from core.message import Array, message
-from core.perception.people.billboard import Billboards, columns_of
-from core.perception.people.cells import edge_cells
-from core.perception.people.colours import Enrolled, alike, alikeness, colours_seen
-from core.perception.people.model import PartModel, general_model, likelihoods
+from core.perception.people.colours import PersonProfile, alike, alikeness, colours_seen
+from core.perception.people.edge_orientation import edge_cells
+from core.perception.people.part_model import PartModel, general_model, likelihoods
 from core.perception.people.parts import (
     CEILING,
     CELLS_PER_METRE,
@@ -23,6 +22,7 @@ from core.perception.people.parts import (
     Part,
     PeopleSettings,
 )
+from core.perception.people.vertical_plane import VerticalPlanes, columns_of
 
 SHIFTS = tuple(range(LOWEST_SHIFT, HIGHEST_SHIFT + 1))
 SHOWN = 0.3  # share of a part in the picture below which it says nothing
@@ -51,17 +51,17 @@ class Rectangle:
     parts: tuple[SeenPart, ...]
     centre: tuple[float, float]  # [pixel] the rectangle's centroid, taken for the centre of mass (section 4.2)
     rank: float = 0.0  # how well it fits beyond K, for choosing
-    stranger: bool = False  # somebody, but not the one who was asked for
+    stranger: bool = False  # a person, but not the one who was asked for
 
 
 def find_people(
-    boards: Billboards,
+    boards: VerticalPlanes,
     bearing: float,
     half: float,
     settings: PeopleSettings,
     *,
     distances: Sequence[float] | None = None,
-    who: Enrolled | None = None,
+    who: PersonProfile | None = None,
     models: tuple[PartModel, ...] | None = None,
 ) -> tuple[Rectangle, ...]:
     """People within `half` [rad] of `bearing` [rad, robot frame], best first; only those over the threshold.
@@ -75,16 +75,16 @@ def find_people(
 
 
 def everybody(
-    boards: Billboards,
+    boards: VerticalPlanes,
     towards: tuple[float, float],
     distances: Sequence[float],
     settings: PeopleSettings,
-    who: Enrolled | None = None,
+    who: PersonProfile | None = None,
     *,
     models: tuple[PartModel, ...] | None = None,
 ) -> list[Rectangle]:
     """All rectangles over the threshold on planes at these distances [m], `towards` a bearing and half a width [rad];
-    who is not `who` is a stranger.
+    a person other than `who` is a stranger.
     """
     bearing, half = towards
     found: list[Rectangle] = []
@@ -95,19 +95,19 @@ def everybody(
 
 
 def every_distance(settings: PeopleSettings) -> Array:
-    """Distances [m] from the camera, so close to each other that nobody stands between them."""
+    """Distances [m] from the camera, so close to each other that no person fits between them."""
     count = math.ceil(math.log(settings.farthest / settings.nearest) / math.log(settings.ratio)) + 1
     return np.geomspace(settings.nearest, settings.farthest, count)
 
 
 def _at_distance(
-    boards: Billboards,
+    boards: VerticalPlanes,
     bearing: float,
     half: float,
     distance: float,
     settings: PeopleSettings,
     models: tuple[PartModel, ...],
-    who: Enrolled | None,
+    who: PersonProfile | None,
 ) -> list[Rectangle]:
     """The best rectangles on one plane, at most one per body's width."""
     aside = distance * math.tan(half) + settings.head_half
@@ -163,8 +163,8 @@ def _at_distance(
 
 
 def _liked(likes: Array | float, single: Array, shares: Array) -> tuple[float, float, Array]:
-    """How alike the colours of the parts are (3,), K_i (3,) and the parts' shares in the picture (3,) → K, its log
-    odds and K_i of somebody who is looked for: every K_i is also how alike its colours are.
+    """Similarity of the parts' colours (3,), K_i (3,) and the parts' shares in the picture (3,) → K, its log
+    odds and K_i of a person in the search list: every K_i includes the similarity of its colours.
     """
     both = np.sqrt(single * likes)
     weights = np.array([part.weight for part in PARTS]) * shares
@@ -187,9 +187,9 @@ def _weighed(models: tuple[PartModel, ...], cells: Array, valid: Array) -> tuple
     for number, model in enumerate(models):
         first = (COLUMNS - model.part.columns) // 2
         rises = [round(model.part.rise * shift) for shift in SHIFTS]
-        told, share = likelihoods(model, cells, valid, range(rises[0], rises[-1] + 1))
+        found, share = likelihoods(model, cells, valid, range(rises[0], rises[-1] + 1))
         rows = np.array(rises) - rises[0]
-        odds[number], shares[number] = told[rows, first : first + count], share[rows, first : first + count]
+        odds[number], shares[number] = found[rows, first : first + count], share[rows, first : first + count]
     shares = np.where(shares >= SHOWN, shares, 0.0)
     single = 1 / (1 + np.exp(-np.clip(odds, -30, 30)))
     weights = shares * np.array([model.part.weight for model in models])[:, None, None]
@@ -206,7 +206,7 @@ def _threshold(shown: float, settings: PeopleSettings) -> float:
 
 
 def _seen_part(
-    boards: Billboards, part: Part, distance: float, bearing: float, shift: int, likelihood: float, share: float
+    boards: VerticalPlanes, part: Part, distance: float, bearing: float, shift: int, likelihood: float, share: float
 ) -> SeenPart:
     rise = part.rise * shift / CELLS_PER_METRE
     top = CEILING - part.top / CELLS_PER_METRE + rise
@@ -216,7 +216,7 @@ def _seen_part(
 
 
 def _box(
-    boards: Billboards, distance: float, bearing: float, levels: tuple[float, float], half: float
+    boards: VerticalPlanes, distance: float, bearing: float, levels: tuple[float, float], half: float
 ) -> tuple[float, float, float, float]:
     """A rectangle on the plane, from one level [m] to the other, in the picture."""
     model = boards.camera.model
@@ -239,5 +239,5 @@ def apart(found: list[Rectangle], settings: PeopleSettings) -> tuple[Rectangle, 
 
 
 def _gap(one: Rectangle, other: Rectangle) -> float:
-    """How far two are apart across the line of sight [m]: along it a picture hardly tells."""
+    """Distance between two [m] across the line of sight: along it a picture is hardly informative."""
     return min(one.distance, other.distance) * abs(math.sin(one.bearing - other.bearing))

@@ -1,4 +1,4 @@
-"""Where a speaker is, by everything that tells: the laser's range, the camera's bearing, the ears' bearing."""
+"""Locate a speaker from the laser's range, the camera's bearing and the microphones' bearing."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Ray:
 
 @message
 class Fused:
-    """Where somebody is."""
+    """Position of a person."""
 
     position: Array  # (2,) [m] world
     covariance: Array  # (2, 2) [m²]
@@ -63,7 +63,7 @@ def along(ray: Ray, distance: float, sd: float = LIMIT) -> tuple[Array, Array]:
 
 
 def _gap(position: Array, ray: Ray) -> tuple[float, Array]:
-    """By how much the ray misses a place [rad], and how that changes with the place (2,) [rad/m]."""
+    """Angle [rad] by which the ray misses a place, and its derivative by the place (2,) [rad/m]."""
     away = position - (ray.x, ray.y)
     square = max(float(away @ away), 1e-6)
     gap = wrap(ray.azimuth - math.atan2(away[1], away[0]))

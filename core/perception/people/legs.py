@@ -1,4 +1,4 @@
-"""Scan → what stands free and is as wide as a pair of legs. Only a picture tells whether it is somebody."""
+"""Scan → free-standing things as wide as a pair of legs. Only a picture shows whether they are a person."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ LEG = 0.055  # [m] radius of a leg: its front is that much nearer than its middl
 BREAK, BREAK_SHARE = 0.10, 0.03  # [m], and of the range: a wider gap between neighbours divides two things
 WIDEST = 0.50  # [m] across of what may be legs
 THINNEST = 0.065  # [m] across of a leg: a table's or a chair's, where it is seen whole, is thinner
-STANCE = 0.46  # [m] between the two legs of somebody who walks
+STANCE = 0.46  # [m] between the two legs of a walking person
 FEWEST = 2  # points
-RADIAL_SD, ACROSS_SD = 0.05, 0.05  # [m] of where somebody stands whose legs were measured
+RADIAL_SD, ACROSS_SD = 0.05, 0.05  # [m] of the place of a person whose legs were measured
 SINGLE_SD = 0.07  # [m] the same where only one leg was seen
-BEHIND = 0.08  # [m] that somebody's middle is behind the one leg that is seen: it hides the other
+BEHIND = 0.08  # [m] that a person's middle is behind the one leg that is seen: it hides the other
 ONE_LEG = 0.20  # [m] across: what is wider is both
 FARTHEST = 6.0  # [m]
 
 
 @message
-class Stander:
+class LegCluster:
     """Something that stands there like legs."""
 
     place: Array  # (2,) [m] robot frame
     covariance: Array  # (2, 2) [m²]
-    legs: int  # that were told apart: 1 or 2
+    legs: int  # that could be separated: 1 or 2
 
     @property
     def distance(self) -> float:
@@ -41,12 +41,12 @@ class Stander:
         return math.atan2(float(self.place[1]), float(self.place[0]))
 
 
-def find_standers(points: Array) -> tuple[Stander, ...]:
+def find_standers(points: Array) -> tuple[LegCluster, ...]:
     """Scan points (M, 2) [m] in the robot frame → what may be legs, nearest first: pairs, and single ones."""
     if len(points) < FEWEST:
         return ()
     pieces = _free_pieces(points)
-    found: list[Stander] = []
+    found: list[LegCluster] = []
     paired: set[int] = set()
     for first in range(len(pieces)):
         for second in range(first + 1, min(first + 4, len(pieces))):
@@ -58,7 +58,7 @@ def find_standers(points: Array) -> tuple[Stander, ...]:
     return tuple(sorted(found, key=lambda stander: stander.distance))
 
 
-def nearest_to(standers: Sequence[Stander], place: Array, covariance: Array, gate: float) -> Stander | None:
+def nearest_to(standers: Sequence[LegCluster], place: Array, covariance: Array, gate: float) -> LegCluster | None:
     """The one that fits a place (2,) [m] with this covariance best, within `gate` (chi-square); None: none does."""
     best, least = None, gate
     for stander in standers:
@@ -94,7 +94,7 @@ def _free_pieces(points: Array) -> list[Array]:
     return pieces
 
 
-def _alone(piece: Array) -> Stander:
+def _alone(piece: Array) -> LegCluster:
     """One leg, or two that touch."""
     middle = _middle(piece)
     if _width(piece) > ONE_LEG:
@@ -107,15 +107,15 @@ def _width(piece: Array) -> float:
 
 
 def _middle(piece: Array) -> Array:
-    """Where the middle of a round thing is whose front these points are."""
+    """Centre of a round object from points on its front."""
     front = np.median(piece, axis=0)
     return front * (1 + 0.8 * LEG / max(float(np.hypot(*front)), 1e-6))
 
 
-def _stander(place: Array, legs: int) -> Stander:
+def _stander(place: Array, legs: int) -> LegCluster:
     away = place / max(float(np.hypot(*place)), 1e-6)
     across = np.array([-away[1], away[0]])
     sd = ACROSS_SD if legs == 2 else SINGLE_SD
     radial = RADIAL_SD if legs == 2 else SINGLE_SD
     covariance = radial**2 * np.outer(away, away) + sd**2 * np.outer(across, across)
-    return Stander(place=place, covariance=covariance, legs=legs)
+    return LegCluster(place=place, covariance=covariance, legs=legs)

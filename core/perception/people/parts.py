@@ -1,7 +1,7 @@
 """The body in three parts, head, torso and feet, and how each is weighed (Fig. 7, eq. 34).
 
 The paper leaves the legs out, since they move. Here they belong to the feet: a camera 16 cm above the floor sees
-nothing else of somebody nearer than two metres.
+nothing else of a person nearer than two metres.
 """
 
 from __future__ import annotations
@@ -41,11 +41,11 @@ LOWEST_SHIFT, HIGHEST_SHIFT = -4, 3  # [cell] of the crown: persons from 1.50 m 
 
 @dataclass(frozen=True)
 class PeopleSettings:
-    """When a rectangle is a person."""
+    """Criteria of a rectangle that is a person."""
 
     threshold: float = 0.65  # of K (eq. 34)
     threshold_of_feet: float = 0.8  # of K where nothing but the feet is in the picture
-    feet_with_legs: float = 0.4  # of K the same, where the laser tells two legs apart there
+    feet_with_legs: float = 0.4  # of K the same, where the laser separates two legs there
     enough: float = 0.35  # of the parts' weight in the picture, from which the first threshold holds
     alike: float = 0.5  # of the colours of torso and legs, below which it is not the one who was taught
     nearest: float = 0.5  # [m] distances that are looked at

@@ -1,16 +1,16 @@
-"""One picture looked through for somebody, a few planes with every frame: no frame of the pilot takes long."""
+"""Search of one picture for a person, a few planes with every frame: no frame of the pilot takes long."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from core.geometry import Pose
-from core.perception.people.billboard import Billboards
-from core.perception.people.colours import Enrolled
+from core.perception.people.camera_geometry import around
+from core.perception.people.colours import PersonProfile
 from core.perception.people.detector import Rectangle, apart, every_distance, everybody
-from core.perception.people.legs import Stander
+from core.perception.people.legs import LegCluster
 from core.perception.people.parts import PeopleSettings
-from core.perception.people.sight_lines import around
+from core.perception.people.vertical_plane import VerticalPlanes
 
 PLANES = 6  # with one frame
 
@@ -20,11 +20,11 @@ class Search:
 
     def __init__(
         self,
-        boards: Billboards,
+        boards: VerticalPlanes,
         towards: tuple[float, float],
         near: Sequence[float],
         settings: PeopleSettings,
-        who: Enrolled | None,
+        who: PersonProfile | None,
     ) -> None:
         """`towards`: bearing and half the wedge's width [rad]; `near` [m] from the camera: where something stands."""
         self.boards = boards
@@ -49,14 +49,14 @@ class Search:
 
     @property
     def strangers(self) -> bool:
-        """Whether somebody is there, but nobody who is looked for."""
+        """True when people are there, but none of those searched for."""
         return self._strangers and not self._found
 
 
 class Glance:
     """A search, and how the robot stood when the picture was taken."""
 
-    def __init__(self, search: Search, stamp: float, pose: Pose, standers: tuple[Stander, ...]) -> None:
+    def __init__(self, search: Search, stamp: float, pose: Pose, standers: tuple[LegCluster, ...]) -> None:
         self.search, self.stamp, self.pose, self.standers = search, stamp, pose, standers
 
 

@@ -1,4 +1,4 @@
-"""Where a sound came from, and how sure that is."""
+"""Direction of arrival of a sound, and its uncertainty."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Direction:
 
     @property
     def ambiguity(self) -> str:
-        """What a flat array cannot know, in words for who looks along +x; '' where both of its directions agree."""
+        """The ambiguity of a flat array, in words for a person who looks along +x; '' where both directions agree."""
         if self.mirror is None:
             return ""
         other = replace(self, towards=self.mirror)
@@ -75,7 +75,7 @@ class Direction:
 
 
 def side(azimuth: float) -> Literal["left", "right"]:
-    """On which side an azimuth [rad] lies for who looks along +x."""
+    """Name the side of an azimuth [rad] for a person who looks along +x."""
     return "left" if wrap(azimuth) > 0 else "right"
 
 

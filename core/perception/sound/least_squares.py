@@ -21,7 +21,7 @@ LAG_SD = 3e-6  # [s] no lag is better known than this
 
 
 @message
-class Fit:
+class DirectionFit:
     """A solution of eq. 40."""
 
     towards: Array  # (3,) unit vector
@@ -55,7 +55,7 @@ def mirrored(array: MicrophoneArray, towards: Array) -> Array | None:
     return towards - 2 * (towards @ array.normal) * array.normal
 
 
-def fit_lags(array: MicrophoneArray, pairs: Array, lags: Array, robust: bool = True) -> Fit:
+def fit_lags(array: MicrophoneArray, pairs: Array, lags: Array, robust: bool = True) -> DirectionFit:
     """Pairs (L, 2) of microphones i, j and lags (L,) [s] by which j hears before i → the direction (eq. 40).
 
     Lags longer than the way between the two microphones are left out. Raises BadInput when too few remain.
@@ -74,7 +74,7 @@ def fit_lags(array: MicrophoneArray, pairs: Array, lags: Array, robust: bool = T
     counted[possible] = weights
     freedom = max(weights.sum() - len(axes), 1.0)
     spread = math.sqrt(float(np.sum(weights * (matrix @ within - ahead) ** 2)) / freedom)
-    return Fit(towards=lift(array, axes, within), weights=counted, residuals=residuals, residual_sd=spread)
+    return DirectionFit(towards=lift(array, axes, within), weights=counted, residuals=residuals, residual_sd=spread)
 
 
 def _weighted(matrix: Array, ahead: Array, robust: bool) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""Sound → direction: the way that is right in rooms and beside a fan."""
+"""Sound → direction: the method that works in rooms and next to a fan."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ import numpy as np
 from core.errors import BadInput
 from core.message import Array
 from core.perception.sound.direction import Direction
-from core.perception.sound.lags import pair_lags
 from core.perception.sound.least_squares import axes_of, fit_lags, lift, mirrored, on_sphere, placement
-from core.perception.sound.settings import HearingSettings
+from core.perception.sound.settings import DirectionFindingSettings
 from core.perception.sound.spectra import (
     Noise,
     Spectra,
@@ -22,10 +21,11 @@ from core.perception.sound.spectra import (
     spectra,
     strangeness,
 )
-from core.perception.sound.steered import Correlation, Peak, find_peak, grid_of
+from core.perception.sound.srp import Correlation, Peak, find_peak, grid_of
+from core.perception.sound.tdoa import pair_lags
 from core.sensors.microphones import MicrophoneArray, Sound
 
-DEFAULT = HearingSettings()
+DEFAULT = DirectionFindingSettings()
 FEWEST_CELLS = 6.0  # weight of all fresh cells together, below which nothing was heard
 
 
@@ -35,9 +35,9 @@ def locate(
     *,
     speech_from: float | None = None,
     noise: Noise | None = None,
-    settings: HearingSettings = DEFAULT,
+    settings: DirectionFindingSettings = DEFAULT,
 ) -> Direction | None:
-    """Where the sound's one talker is; None when nothing fresh was heard.
+    """Locate the one talker of a sound; None when nothing fresh was heard.
 
     What precedes `speech_from` [s, the sound's clock] is taken for noise, unless `noise` is given; with neither, the
     quietest frames are. Raises BadInput when the sound does not fit the array, or its microphones lie in a line.
@@ -52,7 +52,12 @@ def locate(
 
 
 def direction_of(
-    seen: Spectra, fresh: Array, noise: Noise, array: MicrophoneArray, stamp: float, settings: HearingSettings
+    seen: Spectra,
+    fresh: Array,
+    noise: Noise,
+    array: MicrophoneArray,
+    stamp: float,
+    settings: DirectionFindingSettings,
 ) -> Direction | None:
     """Spectra and how much each cell counts (K, T) → a direction; None when too little counts."""
     amount = fresh.sum(0)
@@ -66,7 +71,7 @@ def direction_of(
     return _declared(peak, array, stamp + float(amount @ seen.times / amount.sum()), settings)
 
 
-def whitened(cross: Array, seen: Spectra, array: MicrophoneArray, settings: HearingSettings) -> Correlation:
+def whitened(cross: Array, seen: Spectra, array: MicrophoneArray, settings: DirectionFindingSettings) -> Correlation:
     """Cross spectra (K, M, M) → those of the pairs with their powers levelled, |G| to |G|^(1 - whitening)."""
     first, second = array.pairs.T
     pairs = cross[:, first, second]
@@ -89,7 +94,7 @@ def seeds(correlation: Correlation, array: MicrophoneArray) -> Array:
     return (fit.towards @ axes.T)[None]
 
 
-def _declared(peak: Peak, array: MicrophoneArray, stamp: float, settings: HearingSettings) -> Direction:
+def _declared(peak: Peak, array: MicrophoneArray, stamp: float, settings: DirectionFindingSettings) -> Direction:
     """The peak as a direction, with everything that makes it uncertain."""
     axes = axes_of(array)
     towards = lift(array, axes, peak.within)
@@ -107,6 +112,6 @@ def _declared(peak: Peak, array: MicrophoneArray, stamp: float, settings: Hearin
     )
 
 
-def sure(direction: Direction, settings: HearingSettings = DEFAULT) -> bool:
-    """Whether a direction is good enough to act on."""
+def sure(direction: Direction, settings: DirectionFindingSettings = DEFAULT) -> bool:
+    """Return whether a direction is good enough to act on."""
     return direction.azimuth_sd <= settings.declared_sd and direction.strength >= settings.declared_strength

@@ -1,4 +1,4 @@
-"""What the ears can be told."""
+"""Settings of direction finding."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class HearingSettings:
+class DirectionFindingSettings:
     """Direction of arrival; the values were chosen on simulated rooms other than those of the measurements."""
 
     frame: float = 0.032  # [s] of one spectrum; a power of two of samples
@@ -19,7 +19,7 @@ class HearingSettings:
     whitening: float = 0.7  # 1: phases only (PHAT), 0: plain correlation
     smoothing: int = 5  # bins over which the noise's cross spectra are averaged
     loading: float = 0.02  # share of the noise's power added to its matrix, so that few frames suffice
-    quiet_share: float = 0.2  # the share of frames taken for noise where nobody says which are
+    quiet_share: float = 0.2  # the share of frames taken for noise when none are given
     grid: int = 1500  # directions that are tried over the whole sphere before refining
     bands: int = 12  # of the spectrum, that vote on how sure the direction is
     spread: float = 1.25  # the bands' disagreement times this is one standard deviation; found by calibration
@@ -36,7 +36,7 @@ class HearingSettings:
     active_share: float = 0.06  # of the bins above the noise, from which a frame holds a voice
     onset_frames: int = 3  # of the last five, that begin an utterance
     hangover: float = 0.5  # [s] of silence that end an utterance
-    early: float = 0.35  # [s] of an utterance after which its direction is told first
+    early: float = 0.35  # [s] of an utterance after which its direction is reported first
     renewal: float = 0.5  # [s] between later directions of the same utterance
     noise_memory: float = 1.0  # [s] over which the noise is averaged
     longest: float = 8.0  # [s] of sound without a pause, after which it is taken for noise

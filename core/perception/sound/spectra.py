@@ -13,7 +13,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from core.errors import BadInput
 from core.message import Array, message
-from core.perception.sound.settings import HearingSettings
+from core.perception.sound.settings import DirectionFindingSettings
 
 SILENT = 1e-14  # power below which nothing but rounding is left
 
@@ -31,7 +31,7 @@ class Spectra:
 
 @message
 class Noise:
-    """What the microphones hear when nobody speaks."""
+    """The sound at the microphones without speech."""
 
     cross: Array  # (K, M, M) mean cross spectra, x · xᴴ
     whitener: Array  # (K, M, M): after it, noise has power one and no direction
@@ -42,12 +42,12 @@ class Noise:
         return float(np.trace(self.cross, axis1=1, axis2=2).real.mean()) / self.cross.shape[1]
 
 
-def frame_size(rate: int, settings: HearingSettings) -> int:
+def frame_size(rate: int, settings: DirectionFindingSettings) -> int:
     """Samples of a frame: the power of two nearest to the setting."""
     return 2 ** max(4, round(math.log2(rate * settings.frame)))
 
 
-def spectra(samples: Array, rate: int, settings: HearingSettings) -> Spectra:
+def spectra(samples: Array, rate: int, settings: DirectionFindingSettings) -> Spectra:
     """Samples (N, M) → spectra within the band. Raises BadInput when the sound is shorter than two frames."""
     size = frame_size(rate, settings)
     if len(samples) < 2 * size:
@@ -57,7 +57,7 @@ def spectra(samples: Array, rate: int, settings: HearingSettings) -> Spectra:
     return framed(samples, rate, settings)
 
 
-def framed(samples: Array, rate: int, settings: HearingSettings) -> Spectra:
+def framed(samples: Array, rate: int, settings: DirectionFindingSettings) -> Spectra:
     """As `spectra`, from one frame's length on."""
     size = frame_size(rate, settings)
     hop = size // settings.steps
@@ -76,7 +76,7 @@ def framed(samples: Array, rate: int, settings: HearingSettings) -> Spectra:
     )
 
 
-def quiet_frames(seen: Spectra, settings: HearingSettings, speech_from: float | None = None) -> Array:
+def quiet_frames(seen: Spectra, settings: DirectionFindingSettings, speech_from: float | None = None) -> Array:
     """(T,) bool: frames of noise alone: those that end before `speech_from` [s], or else the quietest."""
     if speech_from is not None:
         before = seen.times + seen.size / (2 * seen.rate) <= speech_from
@@ -86,13 +86,13 @@ def quiet_frames(seen: Spectra, settings: HearingSettings, speech_from: float | 
     return level <= np.quantile(level, settings.quiet_share)
 
 
-def noise_of(seen: Spectra, frames: Array, settings: HearingSettings) -> Noise:
+def noise_of(seen: Spectra, frames: Array, settings: DirectionFindingSettings) -> Noise:
     """The noise of the given frames (T,) bool."""
     values = seen.values[:, :, frames]
     return noise_from(values @ values.conj().swapaxes(1, 2) / max(values.shape[2], 1), settings)
 
 
-def noise_from(cross: Array, settings: HearingSettings) -> Noise:
+def noise_from(cross: Array, settings: DirectionFindingSettings) -> Noise:
     """Mean cross spectra (K, M, M) → the noise, smoothed over neighbouring bins and made safe to invert."""
     wide = settings.smoothing // 2
     weights = np.hanning(2 * wide + 3)[1:-1]
@@ -111,7 +111,7 @@ def strangeness(seen: Spectra, noise: Noise) -> Array:
     return np.mean(np.abs(noise.whitener @ seen.values) ** 2, axis=1)
 
 
-def freshness(power: Array, seen: Spectra, settings: HearingSettings) -> Array:
+def freshness(power: Array, seen: Spectra, settings: DirectionFindingSettings) -> Array:
     """Power over noise (K, T) → how much each cell counts, 0..1: above the noise and above the echo of what was."""
     step = seen.times[1] - seen.times[0]
     fall = step * 6 * math.log(10) / settings.reverberation  # [nepers of power a frame]

@@ -23,8 +23,8 @@ class TrackingSettings:
 
     walk: float = 0.35  # [rad/√s] by which a talker's direction wanders: 1 m/s at 2 m
     gate: float = 11.8  # chi-square, 2 degrees of freedom, 99.7 %
-    births: int = 2  # hits until a voice is told
-    sure_sd: float = 0.10  # [rad] a first hit this sure is told at once
+    births: int = 2  # hits until a voice is confirmed
+    sure_sd: float = 0.10  # [rad] a first hit this sure confirms a voice at once
     patience: float = 3.0  # [s] without a hit until a voice is dropped
     apart: float = 0.25  # [rad] nearer tracks are one
     widest_sd: float = 1.0  # [rad] directions less sure are not used
@@ -40,7 +40,7 @@ class Voice:
     born: float  # [s]
     heard: float  # [s] of the last hit
     hits: int
-    told: bool  # heard often enough, or surely enough, to be shown
+    confirmed: bool  # heard often enough, or surely enough, to be shown
 
     @property
     def bearing(self) -> float:
@@ -58,8 +58,8 @@ class Voice:
         return wrap(self.bearing - heading)
 
 
-class Tracker:
-    """Keeps the voices."""
+class VoiceTracker:
+    """Tracks the voices."""
 
     def __init__(self, settings: TrackingSettings | None = None) -> None:
         self.settings = settings or TrackingSettings()
@@ -69,14 +69,14 @@ class Tracker:
 
     @property
     def voices(self) -> tuple[Voice, ...]:
-        """Those that are told, most recently heard first."""
-        told = [one for one in self._voices if one.told]
-        return tuple(sorted(told, key=lambda one: (-one.heard, -one.hits)))
+        """The confirmed voices, most recently heard first."""
+        confirmed = [one for one in self._voices if one.confirmed]
+        return tuple(sorted(confirmed, key=lambda one: (-one.heard, -one.hits)))
 
     def update(self, directions: Sequence[Direction], now: float, heading: float = 0.0) -> tuple[Voice, ...]:
         """Directions heard at one time [s] by a robot with this heading [rad] → the voices.
 
-        Call it without directions to let time pass. Time that runs backwards begins anew.
+        Call it without directions to let time pass. Time that runs backwards resets the tracker.
         """
         if now < self._now:
             self._voices = []
@@ -98,7 +98,7 @@ class Tracker:
             for row, column in zip(*linear_sum_assignment(np.minimum(costs, 1e3)), strict=True):
                 if costs[row, column] <= self.settings.gate:
                     hit = _corrected(self._voices[row], heard[column], now)
-                    self._voices[row] = replace(hit, told=hit.told or hit.hits >= self.settings.births)
+                    self._voices[row] = replace(hit, confirmed=hit.confirmed or hit.hits >= self.settings.births)
                     taken.add(int(column))
         for number, one in enumerate(heard):
             if number not in taken:
@@ -114,7 +114,7 @@ class Tracker:
             born=now,
             heard=now,
             hits=1,
-            told=self.settings.births <= 1 or math.sqrt(direction.covariance[0, 0]) <= self.settings.sure_sd,
+            confirmed=self.settings.births <= 1 or math.sqrt(direction.covariance[0, 0]) <= self.settings.sure_sd,
         )
 
     def _join(self) -> None:
@@ -139,7 +139,7 @@ def _turned(direction: Direction, heading: float) -> Direction:
 
 
 def _offset(voice: Voice, towards: Array) -> Array:
-    """How far a direction lies from the voice's, (2,) [rad] along (counter-clockwise, up)."""
+    """Offset of a direction from the voice's, (2,) [rad] along (counter-clockwise, up)."""
     sides = tangents(voice.towards) @ towards
     along = float(voice.towards @ towards)
     length = float(np.linalg.norm(sides))

@@ -1,14 +1,14 @@
-"""A whole recording: when somebody speaks in it, and from where."""
+"""Utterances of a whole recording and their directions."""
 
 from __future__ import annotations
 
 from core.message import message
-from core.perception.sound.activity import Activity, active_share
 from core.perception.sound.direction import Direction
 from core.perception.sound.locate import DEFAULT
-from core.perception.sound.settings import HearingSettings
+from core.perception.sound.multi_source import talkers
+from core.perception.sound.settings import DirectionFindingSettings
 from core.perception.sound.spectra import noise_of, quiet_frames, spectra, strangeness
-from core.perception.sound.talkers import talkers
+from core.perception.sound.voice_activity import VoiceActivityDetector, active_share
 from core.sensors.microphones import MicrophoneArray, Sound
 
 AT_ONCE = 60.0  # [s] of sound that are looked through together
@@ -20,17 +20,19 @@ MOST_TALKERS = 3
 
 
 @message
-class Span:
-    """From when to when somebody speaks."""
+class SpeechSpan:
+    """An interval of speech."""
 
     begin: float  # [s]
     end: float  # [s]
 
 
-def utterances(sound: Sound, array: MicrophoneArray, settings: HearingSettings = DEFAULT) -> tuple[Span, ...]:
-    """When somebody speaks. Raises BadInput when the sound does not fit the array."""
+def utterances(
+    sound: Sound, array: MicrophoneArray, settings: DirectionFindingSettings = DEFAULT
+) -> tuple[SpeechSpan, ...]:
+    """Find the intervals of speech. Raises BadInput when the sound does not fit the array."""
     array.heard(sound)
-    found: list[Span] = []
+    found: list[SpeechSpan] = []
     begin, end = sound.stamp, sound.stamp + sound.duration
     while end - begin > SHORTEST:
         part = sound.part(begin, end if end - begin < 1.5 * AT_ONCE else begin + AT_ONCE)
@@ -39,10 +41,12 @@ def utterances(sound: Sound, array: MicrophoneArray, settings: HearingSettings =
     return tuple(found)
 
 
-def directions(sound: Sound, array: MicrophoneArray, settings: HearingSettings = DEFAULT) -> tuple[Direction, ...]:
-    """Where every utterance came from, in the order of time; of several talkers at once the strongest first.
+def directions(
+    sound: Sound, array: MicrophoneArray, settings: DirectionFindingSettings = DEFAULT
+) -> tuple[Direction, ...]:
+    """Directions of every utterance in the order of time; of several talkers at once the strongest first.
 
-    Where no beginning of an utterance is found (somebody speaks all the time) the sound is looked at as a whole.
+    Where no beginning of an utterance is found (a person speaks all the time) the sound is looked at as a whole.
     Raises BadInput when the sound does not fit the array.
     """
     found: list[Direction] = []
@@ -60,22 +64,22 @@ def directions(sound: Sound, array: MicrophoneArray, settings: HearingSettings =
 
 
 def _seen(
-    part: Sound, array: MicrophoneArray, speech_from: float | None, settings: HearingSettings
+    part: Sound, array: MicrophoneArray, speech_from: float | None, settings: DirectionFindingSettings
 ) -> tuple[Direction, ...]:
     return talkers(part, array, most=MOST_TALKERS, speech_from=speech_from, settings=settings)
 
 
-def _within(part: Sound, array: MicrophoneArray, settings: HearingSettings) -> list[Span]:
+def _within(part: Sound, array: MicrophoneArray, settings: DirectionFindingSettings) -> list[SpeechSpan]:
     seen = spectra(array.heard(part), part.rate, settings)
     power = strangeness(seen, noise_of(seen, quiet_frames(seen, settings), settings))
-    activity, spans = Activity(settings), list[Span]()
+    activity, spans = VoiceActivityDetector(settings), list[SpeechSpan]()
     begin: float | None = None
     for time, share in zip(seen.times, active_share(power, settings), strict=True):
         change = activity.step(float(share), float(time))
         if change == "begins":
             begin = activity.begin
         elif change == "ends" and begin is not None:
-            spans.append(Span(begin=part.stamp + begin, end=part.stamp + activity.last_active))
+            spans.append(SpeechSpan(begin=part.stamp + begin, end=part.stamp + activity.last_active))
     if activity.begin is not None:
-        spans.append(Span(begin=part.stamp + activity.begin, end=part.stamp + activity.last_active))
+        spans.append(SpeechSpan(begin=part.stamp + activity.begin, end=part.stamp + activity.last_active))
     return spans

@@ -1,6 +1,6 @@
-// A button with a drawing, whose words and drawing may change.
+// Button with an icon and a label, both of which can change.
 
-import { icon, make, redraw, write } from "../element.js";
+import { icon, make, redraw, write } from "../ui/element.js";
 
 /**
  * @param {string} drawing

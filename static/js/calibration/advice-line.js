@@ -1,26 +1,26 @@
-// What to show next, in words, and a way to ask for something else.
+// Element <advice-line>: the next view to show, and a button that asks for another suggestion.
 
-import { icon, make, write } from "../element.js";
+import { icon, make, write } from "../ui/element.js";
 import { mirrored as inMirror } from "./words.js";
 
-/** @typedef {import("./shape.js").Calibration} Calibration */
+/** @typedef {import("./types.js").Calibration} Calibration */
 
 export class AdviceLine extends HTMLElement {
   #words = make("p", { class: "advice-words" });
-  #another = make("button", { type: "button", class: "button plain" }, icon("again"), make("span", {}, "Another"));
+  #skip = make("button", { type: "button", class: "button plain" }, icon("again"), make("span", {}, "Another"));
   #amend = make("button", { type: "button", class: "button primary" });
   /** @type {{columns: number, rows: number} | null} */
   #counts = null;
   /** @type {() => void} */
-  another = () => undefined;
+  skip = () => undefined;
   /** @type {(counts: {columns: number, rows: number}) => void} */
   amend = () => undefined;
 
   connectedCallback() {
     if (this.children.length) return;
-    this.#another.title = "I cannot reach that; suggest another view";
-    this.#another.addEventListener("click", () => this.another());
-    this.append(make("span", { class: "advice-sign" }, icon("ghost")), this.#words, this.#amend, this.#another);
+    this.#skip.title = "Suggest another view";
+    this.#skip.addEventListener("click", () => this.skip());
+    this.append(make("span", { class: "advice-sign" }, icon("ghost")), this.#words, this.#amend, this.#skip);
     this.#amend.addEventListener("click", () => this.#counts && this.amend(this.#counts));
     this.#amend.hidden = true;
   }
@@ -36,8 +36,8 @@ export class AdviceLine extends HTMLElement {
     write(this.#words, mirrored ? inMirror(words) : words);
     this.#counts = progress.views === 0 ? (otherCounts(verdict?.words ?? "") ?? this.#counts) : null;
     this.#amend.hidden = !may || this.#counts === null;
-    if (this.#counts) write(this.#amend, `Begin anew with ${this.#counts.columns} × ${this.#counts.rows}`);
-    this.#another.hidden = !may || progress.ready || !advice || source === "upload";
+    if (this.#counts) write(this.#amend, `Restart with ${this.#counts.columns} × ${this.#counts.rows}`);
+    this.#skip.hidden = !may || progress.ready || !advice || source === "upload";
   }
 }
 
@@ -52,12 +52,12 @@ export function otherCounts(words) {
 }
 
 const READY = "That is enough. Review it, and use it. More views make it more exact still.";
-const EMPTY_ROOM = "First the empty room: step out of the laser’s view, and take the board with you.";
+const EMPTY_ROOM = "First the empty room: step out of the laser’s view and take the board with you.";
 
-/** @type {Readonly<Record<import("./shape.js").Source, string>>} */
+/** @type {Readonly<Record<import("./types.js").Source, string>>} */
 const FIRST = {
-  robot: "Show the whole board to the camera. The first picture tells what to do next.",
-  webcam: "Show the whole board to the camera. The first picture tells what to do next.",
+  robot: "Show the whole board to the camera. The first picture shows what to do next.",
+  webcam: "Show the whole board to the camera. The first picture shows what to do next.",
   upload: "Ten to twenty pictures: near, far, in every corner of the picture, and tilted every way.",
 };
 

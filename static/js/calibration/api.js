@@ -1,14 +1,14 @@
-// The calls of the wizards. Every refusal carries the server's own sentence.
+// HTTP client of the calibration sessions. A refusal carries the sentence of the server.
 
-import { address, call, post } from "../api.js";
+import { address, call, post } from "../net/api.js";
 
-/** @typedef {import("./shape.js").Calibration} Calibration */
-/** @typedef {import("./shape.js").Verdict} Verdict */
-/** @typedef {import("./shape.js").Row} Row */
-/** @typedef {import("./shape.js").Kind} Kind */
-/** @typedef {import("./shape.js").Board} Board */
-/** @typedef {import("./shape.js").Source} Source */
-/** @typedef {{kind: Kind, board: Board, source: Source, height_m: number | null}} Wish */
+/** @typedef {import("./types.js").Calibration} Calibration */
+/** @typedef {import("./types.js").Verdict} Verdict */
+/** @typedef {import("./types.js").Row} Row */
+/** @typedef {import("./types.js").Kind} Kind */
+/** @typedef {import("./types.js").Board} Board */
+/** @typedef {import("./types.js").Source} Source */
+/** @typedef {{kind: Kind, board: Board, source: Source, height_m: number | null}} SessionRequest */
 
 const ROOT = "api/calibration";
 
@@ -21,8 +21,8 @@ const viewOf = (id, name) => `${within(id)}/views/${encodeURIComponent(name)}`;
 /** @returns {Promise<Row[]>} */
 export const list = async () => (await call(`${ROOT}/sessions`)).sessions;
 
-/** @param {Wish} wish @returns {Promise<Calibration>} */
-export const begin = (wish) => post(`${ROOT}/sessions`, wish);
+/** @param {SessionRequest} request @returns {Promise<Calibration>} */
+export const begin = (request) => post(`${ROOT}/sessions`, request);
 
 /** @param {string} id @returns {Promise<Calibration>} */
 export const read = (id) => call(within(id));
@@ -44,28 +44,28 @@ export const capture = (id) => post(`${within(id)}/capture`, {});
  * @returns {Promise<Verdict>}
  */
 export function send(id, picture, how) {
-  const told = "name" in how ? { name: how.name } : { live: "1", stamp_s: how.stamp_s.toFixed(3) };
+  const query = "name" in how ? { name: how.name } : { live: "1", stamp_s: how.stamp_s.toFixed(3) };
   const headers = { "content-type": picture.type };
-  return call(`${within(id)}/pictures?${new URLSearchParams(told)}`, { method: "POST", body: picture, headers });
+  return call(`${within(id)}/pictures?${new URLSearchParams(query)}`, { method: "POST", body: picture, headers });
 }
 
-/** @param {string} id @param {string} name @param {"drop" | "restore"} wish @returns {Promise<Calibration>} */
-export const keep = (id, name, wish) => post(`${viewOf(id, name)}/${wish}`, {});
+/** @param {string} id @param {string} name @param {"drop" | "restore"} action @returns {Promise<Calibration>} */
+export const keep = (id, name, action) => post(`${viewOf(id, name)}/${action}`, {});
 
 /** @param {string} id @returns {Promise<void>} */
 export const solve = (id) => post(`${within(id)}/solve`, {});
 
 /** @param {string} id @returns {Promise<void>} */
-export const another = (id) => post(`${within(id)}/another`, {});
+export const skip = (id) => post(`${within(id)}/skip`, {});
 
 /** @param {string} id @returns {Promise<void>} */
 export const background = (id) => post(`${within(id)}/background`, {});
 
-/** @param {string} id @param {boolean} anyway overrule a refusal */
-export const accept = (id, anyway) => post(`${within(id)}/accept`, { anyway });
+/** @param {string} id @param {boolean} force overrule a refusal */
+export const accept = (id, force) => post(`${within(id)}/accept`, { force });
 
 /** @param {string} id @param {boolean} on @returns {Promise<void>} */
-export const showMe = (id, on) => post(`${ROOT}/show-me`, { session: id, on });
+export const showDemo = (id, on) => post(`${ROOT}/demo`, { session: id, on });
 
 /** @returns {Promise<{camera: Record<string, any> | null, laser: Record<string, any> | null}>} */
 export const inUse = () => call(`${ROOT}/in-use`);
@@ -86,6 +86,6 @@ export const exported = (id, form) => address(`${within(id)}/export/${form}`).hr
 
 /** @param {Board} board @param {string} page */
 export function printable({ columns, rows, square_m }, page) {
-  const told = { columns: String(columns), rows: String(rows), square_m: String(square_m), page };
-  return address(`${ROOT}/board.svg?${new URLSearchParams(told)}`).href;
+  const query = { columns: String(columns), rows: String(rows), square_m: String(square_m), page };
+  return address(`${ROOT}/board.svg?${new URLSearchParams(query)}`).href;
 }

@@ -1,9 +1,9 @@
-// The same picture as the camera took it and straightened, with a line between them to be moved.
+// Element <before-after>: one view as taken and undistorted, with a movable divider.
 
-import { make, mark, write } from "../element.js";
+import { make, mark, write } from "../ui/element.js";
 import * as api from "./api.js";
 
-/** @typedef {import("./shape.js").Calibration} Calibration */
+/** @typedef {import("./types.js").Calibration} Calibration */
 
 export class BeforeAfter extends HTMLElement {
   #before = make("img", { alt: "As the camera took it", draggable: "false" });

@@ -1,6 +1,6 @@
-// A board as it is counted: the inner corners, where four squares meet, and the two numbers to enter.
+// Element <board-drawing>: chessboard whose inner corners are numbered as the operator has to count them.
 
-import { svg } from "../element.js";
+import { svg } from "../ui/element.js";
 
 /** @typedef {{columns: number, rows: number}} Counts */
 

@@ -1,41 +1,41 @@
-// Where views are taken: the big picture, what to show next, what became of it, and how far it has come.
+// Capture step of the camera and laser wizards: picture, advice, verdict and progress.
 
-import { make, mark, write } from "../element.js";
-import { remember } from "../memory.js";
+import { make, mark, write } from "../ui/element.js";
+import { remember } from "../ui/local-storage.js";
 import { action, say } from "./action.js";
 import { AdviceLine } from "./advice-line.js";
 import * as api from "./api.js";
 import { CameraChoice } from "./camera-choice.js";
-import { takeDrops } from "./drops.js";
+import { KnownCard } from "./coverage-card.js";
 import { EmptyStage } from "./empty-stage.js";
-import { eyeFor, isMirrored } from "./eye.js";
-import { GainsCard } from "./gains-card.js";
-import { KnownCard } from "./known-card.js";
+import { takeDrops } from "./file-drop.js";
+import { isMirrored, pictureSource } from "./picture-source.js";
 import { PictureStage } from "./picture-stage.js";
+import { GainsCard } from "./precision-card.js";
 import { ProgressCard } from "./progress-card.js";
-import { RobotEye } from "./robot-eye.js";
-import { Room } from "./room.js";
+import { RobotCamera } from "./robot-camera-source.js";
 import { ScanView } from "./scan-view.js";
 import { Uploads } from "./uploads.js";
 import { UploadsCard } from "./uploads-card.js";
 import { VerdictLine } from "./verdict-line.js";
 import { ViewsCard } from "./views-card.js";
 import { Webcam } from "./webcam.js";
+import { WizardStep } from "./wizard-step.js";
 import { quietWords } from "./words.js";
 
-/** @typedef {import("./shape.js").Calibration} Calibration */
+/** @typedef {import("./types.js").Calibration} Calibration */
 
-class CalibrationCapture extends Room {
+class CalibrationCapture extends WizardStep {
   #stage = new PictureStage();
   #scan = new ScanView();
   #advice = new AdviceLine();
   #verdict = new VerdictLine();
   #empty = new EmptyStage();
-  #showMe = action("assistant", "Show me");
+  #showDemo = action("assistant", "Show me");
   #live = action("pause", "Pause");
   #take = action("camera", "Take this picture");
   #mirror = action("mirror", "Mirror");
-  #room = action("again", "Empty room anew");
+  #room = action("again", "Retake the empty room");
   #choose = action("upload", "Choose pictures");
   #review = make("button", { type: "button", class: "button large to-review" });
   #cameras = new CameraChoice();
@@ -49,14 +49,14 @@ class CalibrationCapture extends Room {
   });
   #progress = new ProgressCard();
   #known = new KnownCard();
-  #gains = new GainsCard();
+  #precision = new GainsCard();
   #uploaded = new UploadsCard();
   #views = new ViewsCard();
-  /** @type {import("./eye.js").Eye | null} */
-  #eye = null;
-  #eyeOf = "";
-  #watched = ""; // the session that looks at the robot for us
-  #showing = false;
+  /** @type {import("./picture-source.js").PictureSource | null} */
+  #source = null;
+  #sourceOf = "";
+  #watched = ""; // the session whose live capture this page switched on
+  #demo = false;
   #paused = false;
 
   /** @override */
@@ -78,7 +78,7 @@ class CalibrationCapture extends Room {
           make(
             "div",
             { class: "stage-actions" },
-            this.#showMe,
+            this.#showDemo,
             this.#live,
             this.#take,
             this.#choose,
@@ -87,7 +87,7 @@ class CalibrationCapture extends Room {
             this.#room,
             this.#cameras,
           ),
-          this.#gains,
+          this.#precision,
         ),
         make("div", { class: "wizard-side" }, this.#progress, this.#review, this.#known, this.#uploaded, this.#views),
       ),
@@ -96,21 +96,21 @@ class CalibrationCapture extends Room {
   }
 
   #listen() {
-    const { bench } = this;
+    const { model } = this;
     /** @param {(id: string) => Promise<any>} act */
-    const wish = (act) => void bench.wish(act);
-    this.#advice.another = () => wish(api.another);
+    const request = (act) => void model.request(act);
+    this.#advice.skip = () => request(api.skip);
     this.#advice.amend = (counts) => void this.#amend(counts);
     this.#live.addEventListener("click", () => this.#pause());
     this.#take.addEventListener("click", () => void this.#takeOne());
-    this.#room.addEventListener("click", () => wish(api.background));
-    this.#showMe.addEventListener("click", () => wish((id) => api.showMe(id, !bench.calibration?.showing)));
+    this.#room.addEventListener("click", () => request(api.background));
+    this.#showDemo.addEventListener("click", () => request((id) => api.showDemo(id, !model.calibration?.demo)));
     this.#review.addEventListener(
       "click",
-      () => bench.calibration && bench.go({ at: "review", id: bench.calibration.id }),
+      () => model.calibration && model.go({ at: "review", id: model.calibration.id }),
     );
     this.#mirror.addEventListener("click", () => {
-      remember(`mirror.${bench.calibration?.source}`, String(!this.#mirrored));
+      remember(`mirror.${model.calibration?.source}`, String(!this.#mirrored));
       this.draw();
     });
     this.#views.chosen = () => this.#review.click();
@@ -120,100 +120,100 @@ class CalibrationCapture extends Room {
       this.#file.value = "";
     });
     this.#empty.pressed = () => {
-      if (this.#eye instanceof Uploads) this.#file.click();
-      else if (this.#eye instanceof Webcam) void this.#openWebcam(this.#eye);
+      if (this.#source instanceof Uploads) this.#file.click();
+      else if (this.#source instanceof Webcam) void this.#openWebcam(this.#source);
     };
     this.#cameras.changed = () => {
-      if (this.#eye instanceof Webcam) void this.#openWebcam(this.#eye);
+      if (this.#source instanceof Webcam) void this.#openWebcam(this.#source);
     };
     takeDrops(
       this,
-      () => this.#eye instanceof Uploads,
+      () => this.#source instanceof Uploads,
       (files) => this.#add(files),
     );
     const beat = () => {
       requestAnimationFrame(beat);
-      if (!this.hidden && this.#eye) this.#paint();
+      if (!this.hidden && this.#source) this.#paint();
     };
     requestAnimationFrame(beat);
   }
 
   get #mirrored() {
-    return isMirrored(this.bench.calibration?.source);
+    return isMirrored(this.model.calibration?.source);
   }
 
   /** @override */
   left() {
-    this.#eye?.close();
-    this.#eye = null;
-    this.#eyeOf = "";
+    this.#source?.close();
+    this.#source = null;
+    this.#sourceOf = "";
     this.#rest();
   }
 
-  /** Nobody looks any more: views are not taken behind our back, unless the assistant is at work. */
+  /** Stop live capture when the page is left, unless the demo runs. */
   #rest() {
     const id = this.#watched;
     this.#watched = "";
-    if (id && !this.#showing && this.bench.may) api.live(id, false).catch(() => undefined);
+    if (id && !this.#demo && this.model.may) api.live(id, false).catch(() => undefined);
   }
 
   /** @override */
   draw() {
-    const { bench } = this;
-    const { calibration } = bench;
+    const { model } = this;
+    const { calibration } = model;
     if (!calibration) return;
     this.#look(calibration);
-    const { kind, source, live, showing, progress } = calibration;
-    this.#showing = showing;
+    const { kind, source, live, demo, progress } = calibration;
+    this.#demo = demo;
     mark(this, "data-kind", kind);
     mark(this, "data-source", source);
-    this.#scan.hidden = this.#gains.hidden = kind === "camera";
+    this.#scan.hidden = this.#precision.hidden = kind === "camera";
     this.#known.hidden = kind === "laser";
     this.#uploaded.hidden = source !== "upload";
     this.#progress.show(calibration);
     if (kind === "camera") this.#known.show(calibration);
-    else this.#gains.show(calibration);
-    if (this.#eye instanceof Uploads) this.#uploaded.show(this.#eye);
-    this.#views.show(bench, calibration);
-    this.#advice.show(calibration, this.#mirrored, bench.may);
+    else this.#precision.show(calibration);
+    if (this.#source instanceof Uploads) this.#uploaded.show(this.#source);
+    this.#views.show(model, calibration);
+    this.#advice.show(calibration, this.#mirrored, model.may);
 
     const robot = source === "robot";
-    this.#showMe.hidden = !bench.may || !robot || !bench.simulated;
-    say(this.#showMe, showing ? "Let me do it" : "Show me", showing ? "hand" : "assistant");
-    mark(this.#showMe, "data-inviting", !showing && !progress.ready);
-    this.#live.hidden = !bench.may || source === "upload";
+    this.#showDemo.hidden = !model.may || !robot || !model.simulated;
+    say(this.#showDemo, demo ? "Stop the demo" : "Show me", demo ? "hand" : "assistant");
+    mark(this.#showDemo, "data-inviting", !demo && !progress.ready);
+    this.#live.hidden = !model.may || source === "upload";
     const looking = robot ? live : !this.#paused;
     say(this.#live, looking ? "Pause" : "Go on", looking ? "pause" : "play");
-    this.#take.hidden = !bench.may || source === "upload" || kind === "laser";
-    this.#choose.hidden = !bench.may || source !== "upload";
-    this.#room.hidden = !bench.may || kind !== "laser";
+    this.#take.hidden = !model.may || source === "upload" || kind === "laser";
+    this.#choose.hidden = !model.may || source !== "upload";
+    this.#room.hidden = !model.may || kind !== "laser";
     this.#mirror.hidden = source === "upload";
     mark(this.#mirror, "aria-pressed", String(this.#mirrored));
     write(this.#review, progress.ready ? "Done: review and use" : "Review");
     mark(this.#review, "class", `button large to-review${progress.ready ? " primary" : ""}`);
   }
 
-  /** What changes with every picture. */
+  /** Update everything that changes with each picture. */
   #paint() {
-    const { calibration } = this.bench;
-    if (!calibration || !this.#eye) return;
+    const { calibration } = this.model;
+    if (!calibration || !this.#source) return;
     const mirrored = this.#mirrored;
-    const { frame, why } = this.#eye;
+    const { frame, why } = this.#source;
     this.#stage.show({ frame, calibration, verdict: calibration.verdict, mirrored });
     if (calibration.kind === "laser") this.#scan.show(calibration.scan);
-    const offer = this.#eye instanceof Uploads ? "Choose pictures" : "Turn the camera on";
-    const helps = this.#eye instanceof Uploads || (this.#eye instanceof Webcam && this.#eye.refused);
-    this.#empty.show(frame && !(this.#eye instanceof Webcam) ? "" : why, this.bench.may && helps ? offer : "");
-    if (this.#eye instanceof Webcam && why) {
-      this.#verdict.hidden = true; // why there is no picture stands in its middle
+    const offer = this.#source instanceof Uploads ? "Choose pictures" : "Turn the camera on";
+    const helps = this.#source instanceof Uploads || (this.#source instanceof Webcam && this.#source.refused);
+    this.#empty.show(frame && !(this.#source instanceof Webcam) ? "" : why, this.model.may && helps ? offer : "");
+    if (this.#source instanceof Webcam && why) {
+      this.#verdict.hidden = true; // the empty stage shows the reason
       return;
     }
     this.#verdict.show(calibration, {
       mirrored,
       quiet: quietWords(calibration, {
         paused: calibration.source === "robot" ? !calibration.live : this.#paused,
-        blind: this.#eye instanceof RobotEye && frame ? why : "",
-        simulated: this.bench.simulated,
+        blind: this.#source instanceof RobotCamera && frame ? why : "",
+        simulated: this.model.simulated,
       }),
       say: (sentence) => this.session.announce(sentence),
       counted: () => this.#stage.flash(),
@@ -221,71 +221,71 @@ class CalibrationCapture extends Room {
   }
 
   #pause() {
-    const { calibration } = this.bench;
+    const { calibration } = this.model;
     if (!calibration) return;
-    if (calibration.source === "robot") void this.bench.wish((id) => api.live(id, !calibration.live));
+    if (calibration.source === "robot") void this.model.request((id) => api.live(id, !calibration.live));
     else {
       this.#paused = !this.#paused;
-      if (this.#eye instanceof Webcam) this.#eye.paused = this.#paused;
+      if (this.#source instanceof Webcam) this.#source.paused = this.#paused;
       this.draw();
     }
   }
 
   /**
-   * The board has other counts than were entered: the same session, begun anew with these.
+   * Restart the session with the counts of the board that was seen.
    * @param {{columns: number, rows: number}} counts
    */
   async #amend(counts) {
-    const { calibration } = this.bench;
+    const { calibration } = this.model;
     if (!calibration) return;
     const { kind, source, board, id, height_m = null } = calibration;
     const panel_m = board.panel_m ?? null;
-    const wish = { kind, source, board: { ...board, ...counts, panel_m }, height_m };
-    const eye = this.#eye;
-    eye?.close();
-    if (eye instanceof Webcam) await eye.idle();
-    const begun = await this.bench.tried(() => api.begin(wish));
+    const request = { kind, source, board: { ...board, ...counts, panel_m }, height_m };
+    const active = this.#source;
+    active?.close();
+    if (active instanceof Webcam) await active.idle();
+    const begun = await this.model.tried(() => api.begin(request));
     if (!begun) {
-      this.#eyeOf = ""; // look again
+      this.#sourceOf = ""; // look again
       return;
     }
-    remember("board", JSON.stringify(wish.board));
-    this.bench.go({ at: "capture", id: begun.id });
-    await this.bench.tried(() => api.forget(id));
+    remember("board", JSON.stringify(request.board));
+    this.model.go({ at: "capture", id: begun.id });
+    await this.model.tried(() => api.forget(id));
   }
 
   async #takeOne() {
-    const { bench } = this;
-    const eye = this.#eye;
-    const verdict = await bench.wish(async (id) => {
-      if (!(eye instanceof Webcam)) return api.capture(id);
-      const picture = eye.snapshot();
-      if (!picture) throw new Error(eye.why || "There is no picture yet.");
-      const number = (bench.calibration?.views.length ?? 0) + 1;
+    const { model } = this;
+    const active = this.#source;
+    const verdict = await model.request(async (id) => {
+      if (!(active instanceof Webcam)) return api.capture(id);
+      const picture = active.snapshot();
+      if (!picture) throw new Error(active.why || "There is no picture yet.");
+      const number = (model.calibration?.views.length ?? 0) + 1;
       return api.send(id, picture, { name: `view ${number}` });
     });
-    if (verdict) bench.judge(verdict);
+    if (verdict) model.judge(verdict);
   }
 
   /**
-   * Opens the right source for this session.
+   * Open the picture source of this session.
    * @param {Calibration} calibration
    */
   #look({ id, source, live }) {
     const key = `${id} ${source}`;
-    if (key === this.#eyeOf) return;
-    this.#eye?.close();
-    this.#eyeOf = key;
+    if (key === this.#sourceOf) return;
+    this.#source?.close();
+    this.#sourceOf = key;
     this.#paused = false;
-    const { bench } = this;
-    const eye = eyeFor(source, id, bench, this.session);
-    this.#eye = eye;
-    if (eye instanceof Webcam) {
-      if (bench.may) void this.#openWebcam(eye); // who only watches is not asked for a camera
-    } else if (eye instanceof RobotEye) {
-      eye.open();
+    const { model } = this;
+    const active = pictureSource(source, id, model, this.session);
+    this.#source = active;
+    if (active instanceof Webcam) {
+      if (model.may) void this.#openWebcam(active); // a viewer is not asked for a camera
+    } else if (active instanceof RobotCamera) {
+      active.open();
       this.#watched = id;
-      if (!live && bench.may) void bench.wish((session) => api.live(session, true));
+      if (!live && model.may) void model.request((session) => api.live(session, true));
     }
   }
 
@@ -297,7 +297,7 @@ class CalibrationCapture extends Room {
 
   /** @param {Iterable<File>} files */
   #add(files) {
-    if (this.#eye instanceof Uploads && this.bench.may) void this.#eye.add(files);
+    if (this.#source instanceof Uploads && this.model.may) void this.#source.add(files);
   }
 }
 

@@ -1,18 +1,18 @@
-// The way in: what is in use, what was begun, what can be begun.
+// Start page of the calibration: active calibrations, sessions begun before, and the three wizards.
 
-import { icon, make, write } from "../element.js";
+import { icon, make, write } from "../ui/element.js";
+import { inWords, since, standing } from "./active-calibration.js";
 import * as api from "./api.js";
+import { sure } from "./confirm-button.js";
 import { orientationInWords, read as readMicrophones } from "./microphones-api.js";
-import { Room } from "./room.js";
-import { sure } from "./sure.js";
-import { inWords, since, standing } from "./used.js";
+import { WizardStep } from "./wizard-step.js";
 
-/** @typedef {import("./shape.js").Kind} Kind */
-/** @typedef {import("./shape.js").Row} Row */
+/** @typedef {import("./types.js").Kind} Kind */
+/** @typedef {import("./types.js").Row} Row */
 
 const SOURCES = { robot: "robot’s camera", upload: "picture files", webcam: "this browser’s camera" };
 
-class CalibrationHome extends Room {
+class CalibrationHome extends WizardStep {
   #camera = wizard(
     "camera",
     "camera",
@@ -51,11 +51,7 @@ class CalibrationHome extends Room {
           "header",
           { class: "home-head" },
           make("h2", {}, "Teach the robot to measure with its eyes and ears"),
-          make(
-            "p",
-            {},
-            "A chessboard of known size, shown from a few sides, and hands that clap are all it needs. The page says what comes next.",
-          ),
+          make("p", {}, "You need a chessboard of known size, and your hands to clap. The page guides you."),
         ),
         make("div", { class: "wizards" }, this.#camera.card, this.#laser.card, this.#microphones.card),
         make(
@@ -83,10 +79,10 @@ class CalibrationHome extends Room {
       ["camera", this.#camera],
       ["laser", this.#laser],
     ])) {
-      start.addEventListener("click", () => this.bench.go({ at: "new", kind: this.#first ? "camera" : kind }));
+      start.addEventListener("click", () => this.model.go({ at: "new", kind: this.#first ? "camera" : kind }));
       undo.addEventListener("click", () => sure(undo, "Press again to take it back") && void this.#undo(kind));
     }
-    this.#microphones.start.addEventListener("click", () => this.bench.go({ at: "microphones" }));
+    this.#microphones.start.addEventListener("click", () => this.model.go({ at: "microphones" }));
     this.#microphones.undo.hidden = true;
     write(this.#microphones.start, "Open");
     this.#file.addEventListener("change", () => void this.#bring());
@@ -95,26 +91,26 @@ class CalibrationHome extends Room {
   /** @override */
   opened() {
     readMicrophones().then(
-      (told) => {
+      (report) => {
         write(
           this.#microphones.used,
-          told.microphones ? orientationInWords(told.in_use) : "This robot has no microphones.",
+          report.microphones ? orientationInWords(report.active) : "This robot has no microphones.",
         );
-        this.#microphones.used.toggleAttribute("data-some", told.in_use !== null);
-        this.#microphones.start.disabled = !told.microphones;
+        this.#microphones.used.toggleAttribute("data-some", report.active !== null);
+        this.#microphones.start.disabled = !report.microphones;
       },
       () => undefined,
     );
   }
 
-  /** Has the camera to be calibrated before the laser can be? */
+  /** True while the camera is not calibrated: it has to come before the laser. */
   get #first() {
-    return this.bench.inUse !== null && this.bench.inUse.camera === null;
+    return this.model.inUse !== null && this.model.inUse.camera === null;
   }
 
   /** @override */
   draw() {
-    const { rows, inUse, may } = this.bench;
+    const { rows, inUse, may } = this.model;
     const key = JSON.stringify([rows, inUse, may]);
     if (key === this.#drawn) return;
     this.#drawn = key;
@@ -139,7 +135,7 @@ class CalibrationHome extends Room {
   /** @param {Row} row */
   #row(row) {
     const what = row.kind === "camera" ? "Camera" : "Laser on the camera";
-    const how = standing(row, this.bench.inUse?.[row.kind]);
+    const how = standing(row, this.model.inUse?.[row.kind]);
     const count = `${row.views} ${row.kind === "camera" ? "view" : "pose"}${row.views === 1 ? "" : "s"}`;
     const go = make(
       "a",
@@ -159,11 +155,11 @@ class CalibrationHome extends Room {
       icon("close"),
     );
     away.addEventListener("click", () => void this.#forget(row, away));
-    return make("li", {}, go, this.bench.may && away);
+    return make("li", {}, go, this.model.may && away);
   }
 
   /**
-   * Asks once more, in place.
+   * Delete a session on the second press.
    * @param {Row} row
    * @param {HTMLButtonElement} button
    */
@@ -175,29 +171,29 @@ class CalibrationHome extends Room {
       this.session.announce("Press once more to delete this session with its pictures.");
       return;
     }
-    await this.bench.tried(() => api.forget(row.id));
-    await this.bench.readLists();
+    await this.model.tried(() => api.forget(row.id));
+    await this.model.readLists();
   }
 
   /** @param {Kind} kind */
   async #undo(kind) {
-    const told = await this.bench.tried(() => api.undo(kind));
-    await this.bench.readLists();
-    if (told !== null) this.session.complain(takenBack(this.bench.inUse?.[kind] ?? null));
+    const done = await this.model.tried(() => api.undo(kind));
+    await this.model.readLists();
+    if (done !== null) this.session.complain(takenBack(this.model.inUse?.[kind] ?? null));
   }
 
   async #bring() {
     const file = this.#file.files?.[0];
     this.#file.value = "";
     if (!file) return;
-    const told = await this.bench.tried(async () => api.bring(await file.text()));
-    if (told !== null)
-      this.session.announce(`The ${told.kind === "laser" ? "mount" : "camera"} in the file is in use.`);
-    await this.bench.readLists();
+    const imported = await this.model.tried(async () => api.bring(await file.text()));
+    if (imported !== null)
+      this.session.announce(`The ${imported.kind === "laser" ? "mount" : "camera"} in the file is in use.`);
+    await this.model.readLists();
   }
 }
 
-/** @param {Record<string, any> | null} former that is in use now */
+/** @param {Record<string, any> | null} former the calibration that is in use now */
 const takenBack = (former) =>
   `Taken back: ${former ? "the former one is in use again" : "the nominal values are used now"}. To undo this, accept its session again, or bring its file.`;
 

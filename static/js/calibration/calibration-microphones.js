@@ -1,17 +1,17 @@
-// The third wizard: claps from known sides tell how the microphones are turned on the robot.
+// Wizard for the microphone array: claps from known directions give its orientation on the robot.
 
-import { icon, make, mark, write } from "../element.js";
-import { degrees } from "../format.js";
+import { icon, make, mark, write } from "../ui/element.js";
+import { degrees } from "../ui/format.js";
 import { action } from "./action.js";
 import { ClapCompass } from "./clap-compass.js";
 import * as api from "./microphones-api.js";
-import { Room } from "./room.js";
+import { WizardStep } from "./wizard-step.js";
 
-/** @typedef {import("./microphones-api.js").Bench} Bench */
+/** @typedef {import("./microphones-api.js").MicrophoneCalibration} MicrophoneCalibration */
 
-class CalibrationMicrophones extends Room {
-  /** @type {Bench | null} */
-  #told = null;
+class CalibrationMicrophones extends WizardStep {
+  /** @type {MicrophoneCalibration | null} */
+  #calibration = null;
   #busy = false;
   #showing = false;
   #compass = new ClapCompass();
@@ -25,7 +25,7 @@ class CalibrationMicrophones extends Room {
   );
   #listen = action("ears", "Listen for a clap");
   #show = action("assistant", "Show me");
-  #again = action("undo", "Begin anew");
+  #again = action("undo", "Start again");
   #claps = make("ol", { class: "claps-list", "aria-label": "Claps" });
   #found = make("p", { class: "claps-found" });
   #remark = make("p", { class: "note" });
@@ -71,9 +71,9 @@ class CalibrationMicrophones extends Room {
     this.#listen.classList.add("primary");
     this.#listen.addEventListener("click", () => void this.#clap(false));
     this.#show.addEventListener("click", () => void this.#showMe());
-    this.#again.addEventListener("click", () => void this.#tried(() => api.wish("again")));
+    this.#again.addEventListener("click", () => void this.#tried(() => api.perform("again")));
     this.#accept.addEventListener("click", () => void this.#accepted());
-    this.#undo.addEventListener("click", () => void this.#tried(() => api.wish("undo")));
+    this.#undo.addEventListener("click", () => void this.#tried(() => api.perform("undo")));
   }
 
   /** @override */
@@ -86,40 +86,43 @@ class CalibrationMicrophones extends Room {
     this.#showing = false;
   }
 
-  /** Where the next clap is asked for [rad]. */
+  /** Direction of the next clap [rad]. */
   get #next() {
-    const { asked_rad = [0], claps = [] } = this.#told ?? {};
+    const { asked_rad = [0], claps = [] } = this.#calibration ?? {};
     const open = asked_rad.find((angle) => !claps.some((clap) => clap.asked_rad === angle));
     return open ?? asked_rad[claps.length % asked_rad.length] ?? 0;
   }
 
   /** @override */
   draw() {
-    const told = this.#told;
-    if (!told) return;
-    const { may } = this.bench;
-    this.#listen.disabled = this.#again.disabled = this.#busy || !may || !told.microphones;
-    this.#show.hidden = !told.simulated;
+    const calibration = this.#calibration;
+    if (!calibration) return;
+    const { may } = this.model;
+    this.#listen.disabled = this.#again.disabled = this.#busy || !may || !calibration.microphones;
+    this.#show.hidden = !calibration.simulated;
     this.#show.disabled =
-      !may || !told.microphones || (this.#busy && !this.#showing) || told.claps.length >= told.asked_rad.length;
+      !may ||
+      !calibration.microphones ||
+      (this.#busy && !this.#showing) ||
+      calibration.claps.length >= calibration.asked_rad.length;
     write(/** @type {Element} */ (this.#show.lastElementChild), this.#showing ? "Enough shown" : "Show me");
-    this.#accept.hidden = told.solution === null || !may;
+    this.#accept.hidden = calibration.solution === null || !may;
     this.#accept.disabled = this.#busy;
-    this.#undo.hidden = told.in_use === null || !may;
+    this.#undo.hidden = calibration.active === null || !may;
     this.#progress.hidden = !this.#busy;
-    const key = JSON.stringify([told, this.#busy, may]);
+    const key = JSON.stringify([calibration, this.#busy, may]);
     if (key === this.#drawn) return;
     this.#drawn = key;
-    this.#compass.show(told, this.#next);
-    write(this.#advice, told.microphones ? told.advice : "This robot has no microphones.");
-    write(this.#verdict, told.verdict);
-    this.#verdict.hidden = told.verdict === "";
-    this.#claps.replaceChildren(...told.claps.map((clap, index) => this.#row(clap, index)));
-    this.#result(told);
+    this.#compass.show(calibration, this.#next);
+    write(this.#advice, calibration.microphones ? calibration.advice : "This robot has no microphones.");
+    write(this.#verdict, calibration.verdict);
+    this.#verdict.hidden = calibration.verdict === "";
+    this.#claps.replaceChildren(...calibration.claps.map((clap, index) => this.#row(clap, index)));
+    this.#result(calibration);
   }
 
-  /** @param {Bench} told */
-  #result({ solution, missing, in_use: used }) {
+  /** @param {MicrophoneCalibration} calibration */
+  #result({ solution, missing, active: used }) {
     mark(this.#found, "data-some", solution !== null);
     write(
       this.#found,
@@ -152,13 +155,13 @@ class CalibrationMicrophones extends Room {
         { class: "note" },
         `heard at ${api.turned(heard_rad)} ± ${degrees(2 * sd_rad, 1)} of the array${gap}`,
       ),
-      this.bench.may && away,
+      this.model.may && away,
     );
   }
 
   /** @param {boolean} show */
   async #clap(show) {
-    const seconds = this.#told?.listens_s ?? 3;
+    const seconds = this.#calibration?.listens_s ?? 3;
     this.#bar.style.transition = "none";
     this.#bar.style.width = "0";
     void this.#bar.offsetWidth; // so that the next width is reached slowly
@@ -174,26 +177,26 @@ class CalibrationMicrophones extends Room {
       return;
     }
     this.#showing = true;
-    const wanted = this.#told?.asked_rad.length ?? 4;
-    for (let turn = 0; this.#showing && turn < wanted + 2 && (this.#told?.claps.length ?? 0) < wanted; turn += 1)
+    const wanted = this.#calibration?.asked_rad.length ?? 4;
+    for (let turn = 0; this.#showing && turn < wanted + 2 && (this.#calibration?.claps.length ?? 0) < wanted; turn += 1)
       if (!(await this.#clap(true))) break;
     this.#showing = false;
     this.draw();
   }
 
   async #accepted() {
-    if (await this.#tried(() => api.wish("accept"))) this.session.announce("This orientation is in use.");
+    if (await this.#tried(() => api.perform("accept"))) this.session.announce("This orientation is in use.");
   }
 
-  /** @param {() => Promise<Bench>} act */
+  /** @param {() => Promise<MicrophoneCalibration>} act */
   async #tried(act) {
     this.#busy = true;
     this.draw();
-    const told = await this.bench.tried(act);
-    this.#told = told ?? this.#told;
+    const answer = await this.model.tried(act);
+    this.#calibration = answer ?? this.#calibration;
     this.#busy = false;
     this.draw();
-    return told !== null;
+    return answer !== null;
   }
 }
 

@@ -1,26 +1,26 @@
-// Before it is used: how exact, from which views, what is left over, what changes; then the decision.
+// Review step: precision, views, residuals and changes of a solution, and the decision to use it.
 
-import { Refusal } from "../api.js";
-import { icon, make, mark, redraw, write } from "../element.js";
+import { Refusal } from "../net/api.js";
+import { icon, make, mark, redraw, write } from "../ui/element.js";
 import * as api from "./api.js";
 import { BeforeAfter } from "./before-after.js";
+import { sure } from "./confirm-button.js";
 import { ExportsCard } from "./exports-card.js";
 import { FieldsCard } from "./fields-card.js";
 import { FindingsCard } from "./findings-card.js";
-import { GainsCard } from "./gains-card.js";
-import { Room } from "./room.js";
-import { sure } from "./sure.js";
+import { GainsCard } from "./precision-card.js";
 import { ValuesCard } from "./values-card.js";
 import { ViewsCard } from "./views-card.js";
+import { WizardStep } from "./wizard-step.js";
 
-/** @typedef {import("./shape.js").Calibration} Calibration */
+/** @typedef {import("./types.js").Calibration} Calibration */
 
-class CalibrationReview extends Room {
+class CalibrationReview extends WizardStep {
   #sign = icon("done");
   #title = make("h2", { class: "review-title", tabindex: "-1" });
   #words = make("p", { class: "review-words" });
   #accept = make("button", { type: "button", class: "button primary large" }, "Use this calibration");
-  #anyway = make("button", { type: "button", class: "button" }, "Use it anyway");
+  #force = make("button", { type: "button", class: "button" }, "Use it anyway");
   #more = make("button", { type: "button", class: "button" }, "Take more views");
   #again = make("button", { type: "button", class: "button" }, "Solve again");
   #undo = make("button", { type: "button", class: "button" }, "Take the former one back");
@@ -30,12 +30,12 @@ class CalibrationReview extends Room {
     "header",
     { class: "card review-head" },
     make("span", { class: "review-sign" }, this.#sign),
-    make("div", { class: "review-told" }, this.#title, this.#words, this.#says),
+    make("div", { class: "review-text" }, this.#title, this.#words, this.#says),
     make(
       "div",
       { class: "review-buttons" },
       this.#accept,
-      this.#anyway,
+      this.#force,
       this.#next,
       this.#more,
       this.#again,
@@ -46,7 +46,7 @@ class CalibrationReview extends Room {
   #views = new ViewsCard();
   #fields = new FieldsCard();
   #both = new BeforeAfter();
-  #gains = new GainsCard();
+  #precision = new GainsCard();
   #findings = new FindingsCard();
   #exports = new ExportsCard();
   #selected = "";
@@ -60,17 +60,17 @@ class CalibrationReview extends Room {
         { class: "review" },
         this.#head,
         make("div", { class: "review-column" }, this.#values, this.#exports),
-        make("div", { class: "review-column is-wide" }, this.#both, this.#gains, this.#fields, this.#findings),
+        make("div", { class: "review-column is-wide" }, this.#both, this.#precision, this.#fields, this.#findings),
         make("div", { class: "review-column" }, this.#views),
       ),
     );
-    const { bench } = this;
+    const { model } = this;
     this.#accept.addEventListener("click", () => void this.#use(false));
-    this.#anyway.addEventListener("click", () => void this.#use(true));
-    this.#again.addEventListener("click", () => void bench.wish(api.solve));
+    this.#force.addEventListener("click", () => void this.#use(true));
+    this.#again.addEventListener("click", () => void model.request(api.solve));
     this.#more.addEventListener(
       "click",
-      () => bench.calibration && bench.go({ at: "capture", id: bench.calibration.id }),
+      () => model.calibration && model.go({ at: "capture", id: model.calibration.id }),
     );
     this.#undo.addEventListener(
       "click",
@@ -91,10 +91,10 @@ class CalibrationReview extends Room {
 
   /** @override */
   draw() {
-    const { calibration, may } = this.bench;
+    const { calibration, may } = this.model;
     if (!calibration) return;
     const { kind, progress, views, solution, solving } = calibration;
-    const { used } = this.bench;
+    const { used } = this.model;
     const older = !used && typeof calibration.accepted_s === "number";
     const good = progress.ready;
     const word = kind === "camera" ? "view" : "pose";
@@ -104,12 +104,12 @@ class CalibrationReview extends Room {
       this.#title,
       used ? "In use" : good ? "Good enough to be used" : solution ? "Not yet exact enough" : "No solution yet",
     );
-    const former = calibration.in_use_compare ? KEPT : "";
+    const former = calibration.active_compare ? KEPT : "";
     const foreign = solution && kind === "camera" ? FOREIGN[calibration.source] : "";
     write(this.#words, solving ? `${solving.words} …` : `${progress.words}${used ? former : older ? OTHER : foreign}`);
     write(this.#says, may ? this.#refused : "You are watching. Only an operator can decide.");
     this.#accept.hidden = !may || used || !solution;
-    this.#anyway.hidden = !may || used || this.#refused === "" || !solution;
+    this.#force.hidden = !may || used || this.#refused === "" || !solution;
     mark(this.#accept, "class", `button large${good ? " primary" : ""}`);
     this.#again.hidden = !may || views.length < 4 || solving !== null;
     this.#undo.hidden = !may || !used;
@@ -123,23 +123,23 @@ class CalibrationReview extends Room {
     this.#findings.show(calibration);
     this.#exports.show(calibration);
     this.#both.show(calibration, selected);
-    this.#gains.hidden = kind === "camera";
-    if (kind === "laser") this.#gains.show(calibration);
+    this.#precision.hidden = kind === "camera";
+    if (kind === "laser") this.#precision.show(calibration);
     this.#fields.hidden = kind === "laser";
     if (kind === "camera") this.#fields.show(calibration);
-    this.#views.show(this.bench, calibration, selected);
+    this.#views.show(this.model, calibration, selected);
   }
 
-  /** @param {boolean} anyway overrule the refusal */
-  async #use(anyway) {
-    const { calibration } = this.bench;
+  /** @param {boolean} force overrule the refusal */
+  async #use(force) {
+    const { calibration } = this.model;
     if (!calibration) return;
     this.#refused = "";
     try {
-      await api.accept(calibration.id, anyway);
+      await api.accept(calibration.id, force);
       this.session.announce("The calibration is in use.");
-      this.bench.take(await api.read(calibration.id));
-      await this.bench.readLists();
+      this.model.take(await api.read(calibration.id));
+      await this.model.readLists();
     } catch (refusal) {
       this.#refused = refusal instanceof Refusal ? refusal.message : "That did not work.";
       this.draw();
@@ -147,22 +147,22 @@ class CalibrationReview extends Room {
   }
 
   async #takeBack() {
-    const { calibration } = this.bench;
+    const { calibration } = this.model;
     if (!calibration) return;
-    const told = await this.bench.tried(() => api.undo(calibration.kind));
-    if (told === null) return;
+    const done = await this.model.tried(() => api.undo(calibration.kind));
+    if (done === null) return;
     this.session.announce("The former calibration is in use again.");
-    this.bench.go({ at: "home" });
+    this.model.go({ at: "home" });
   }
 }
 
 const KEPT = " The former one is kept and can be taken back.";
-/** @type {Readonly<Record<import("./shape.js").Source, string>>} */
+/** @type {Readonly<Record<import("./types.js").Source, string>>} */
 const FOREIGN = {
   robot: "",
   webcam: " These pictures are from this browser’s camera: use it only where that camera is the robot’s.",
   upload: " Use it only where the pictures are from the robot’s camera. Otherwise take the files away below.",
 };
-const OTHER = " What is in use is another solution than this one.";
+const OTHER = " Another solution is in use.";
 
 customElements.define("calibration-review", CalibrationReview);

@@ -1,19 +1,19 @@
-// Before the first picture: where the pictures come from, and which board.
+// Setup step: source of the pictures and size of the board.
 
-import { Refusal } from "../api.js";
-import { icon, make, write } from "../element.js";
-import { remember, remembered } from "../memory.js";
+import { Refusal } from "../net/api.js";
+import { icon, make, write } from "../ui/element.js";
+import { remember, remembered } from "../ui/local-storage.js";
+import { inWords } from "./active-calibration.js";
 import * as api from "./api.js";
 import { BoardDrawing } from "./board-drawing.js";
 import { box, option, source, stepper } from "./fields.js";
-import { Room } from "./room.js";
-import { inWords } from "./used.js";
 import { webcamRefusal } from "./webcam.js";
+import { WizardStep } from "./wizard-step.js";
 
-/** @typedef {import("./shape.js").Source} Source */
-/** @typedef {import("./shape.js").Board} Board */
+/** @typedef {import("./types.js").Source} Source */
+/** @typedef {import("./types.js").Board} Board */
 
-/** Lying pages [mm], and what of them a print cannot use: as the console's printable board has it. */
+/** Landscape pages [mm]; margins as in the printable board of the console. */
 const PAGES = /** @type {Readonly<Record<string, readonly [number, number]>>} */ ({
   A4: [297, 210],
   A3: [420, 297],
@@ -29,7 +29,7 @@ const PLANS = {
     "ten times for two seconds, tilted another way each time.",
 };
 
-class CalibrationSetup extends Room {
+class CalibrationSetup extends WizardStep {
   #title = make("h2", { class: "setup-title", tabindex: "-1" });
   #sources = {
     robot: source("robot", "antenna", "The robot’s camera", "What the robot sees now."),
@@ -114,7 +114,7 @@ class CalibrationSetup extends Room {
   }
 
   get #kind() {
-    return this.bench.place.at === "new" ? this.bench.place.kind : "camera";
+    return this.model.place.at === "new" ? this.model.place.kind : "camera";
   }
 
   /** @override */
@@ -131,7 +131,7 @@ class CalibrationSetup extends Room {
 
   /** @override */
   draw() {
-    const { may, inUse } = this.bench;
+    const { may, inUse } = this.model;
     const camera = this.#kind === "laser" ? (inUse?.camera ?? null) : null;
     write(this.#against, camera ? `The camera it is measured against. ${inWords("camera", camera)}` : "");
     this.#begin.hidden = !may;
@@ -200,7 +200,7 @@ class CalibrationSetup extends Room {
       const height = kind === "laser" ? this.#height.metres : null;
       const begun = await api.begin({ kind, board, source: from, height_m: height });
       if (from === "robot") await api.live(begun.id, true);
-      this.bench.go({ at: "capture", id: begun.id });
+      this.model.go({ at: "capture", id: begun.id });
     } catch (refusal) {
       write(this.#says, refusal instanceof Refusal ? refusal.message : "That did not work.");
     } finally {
@@ -221,7 +221,7 @@ class CalibrationSetup extends Room {
       this.#panelWidth.metres = board.panel_m?.[0] ?? null;
       this.#panelHeight.metres = board.panel_m?.[1] ?? null;
     } catch {
-      // what was remembered cannot be read: the form begins as it was drawn
+      // the stored board cannot be read: keep the defaults
     }
   }
 }

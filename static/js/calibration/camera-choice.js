@@ -1,7 +1,7 @@
-// Which of this device's cameras, where there are several.
+// Element <camera-choice>: select one of several cameras of this device.
 
-import { make } from "../element.js";
-import { remember, remembered } from "../memory.js";
+import { make } from "../ui/element.js";
+import { remember, remembered } from "../ui/local-storage.js";
 
 /** @typedef {import("./webcam.js").Webcam} Webcam */
 

@@ -1,8 +1,8 @@
-// Around the robot, which looks up: where claps are asked for, where they were heard, and how the array sits.
+// Element <clap-compass>: requested and measured clap directions around the robot, and the array’s orientation.
 
-import { svg } from "../element.js";
+import { svg } from "../ui/element.js";
 
-/** @typedef {import("./microphones-api.js").Bench} Bench */
+/** @typedef {import("./microphones-api.js").MicrophoneCalibration} MicrophoneCalibration */
 
 const RING = 78;
 const HEARD = 60;
@@ -32,11 +32,11 @@ export class ClapCompass extends HTMLElement {
   }
 
   /**
-   * @param {Bench} bench
+   * @param {MicrophoneCalibration} calibration
    * @param {number} next where the next clap is asked for [rad]
    */
-  show({ asked_rad, claps, solution, in_use }, next) {
-    const shown = solution ?? in_use;
+  show({ asked_rad, claps, solution, active }, next) {
+    const shown = solution ?? active;
     this.#array.setAttribute("transform", `rotate(${degrees(shown?.yaw_rad ?? 0)})`);
     this.#array.setAttribute("data-known", String(shown !== null));
     const places = [...new Set([...asked_rad, next])].map((angle) => {

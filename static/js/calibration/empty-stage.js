@@ -1,6 +1,6 @@
-// Where no picture is: why not, and the button that helps.
+// Element <empty-stage>: the reason why there is no picture, and a button that helps.
 
-import { make, write } from "../element.js";
+import { make, write } from "../ui/element.js";
 
 export class EmptyStage extends HTMLElement {
   #words = make("p");

@@ -1,9 +1,9 @@
-// The calibration as files, for other programs, and everything needed to solve it again.
+// Element <exports-card>: download links of the calibration in several formats.
 
-import { icon, make } from "../element.js";
+import { icon, make } from "../ui/element.js";
 import * as api from "./api.js";
 
-/** @typedef {import("./shape.js").Calibration} Calibration */
+/** @typedef {import("./types.js").Calibration} Calibration */
 
 const FORMS = {
   camera: [

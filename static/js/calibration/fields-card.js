@@ -1,12 +1,12 @@
-// Two pictures of the solution: how far it misses every corner, and how sure it is of every part of the picture.
+// Element <fields-card>: residual vectors and projection uncertainty over the picture.
 
-import { make, mark, write } from "../element.js";
-import { fixed } from "../format.js";
-import { isDark } from "../theme.js";
-import { heatWords } from "./heat.js";
-import { paint } from "./known-card.js";
+import { make, mark, write } from "../ui/element.js";
+import { fixed } from "../ui/format.js";
+import { isDark } from "../ui/theme.js";
+import { paint } from "./coverage-card.js";
+import { heatWords } from "./uncertainty-map.js";
 
-/** @typedef {import("./shape.js").Calibration} Calibration */
+/** @typedef {import("./types.js").Calibration} Calibration */
 
 const ACROSS = 640; // canvas pixels
 const TYPICAL = 16; // canvas pixels that a typical miss is drawn long

@@ -1,8 +1,8 @@
-// The fields of a form: a source to choose, a count with its buttons, a length in millimetres.
+// Form fields: picture source, stepper for counts, length in millimetres.
 
-import { icon, make } from "../element.js";
+import { icon, make } from "../ui/element.js";
 
-/** @typedef {import("./shape.js").Source} Source */
+/** @typedef {import("./types.js").Source} Source */
 
 /**
  * @param {Source} value
@@ -41,12 +41,12 @@ export function stepper(id, name, start) {
       sign,
     );
     button.addEventListener("click", () => {
-      told.value = Math.min(40, Math.max(3, (told.value || start) + step));
+      field.value = Math.min(40, Math.max(3, (field.value || start) + step));
       input.dispatchEvent(new Event("input", { bubbles: true }));
     });
     return button;
   };
-  const told = {
+  const field = {
     row: make(
       "div",
       { class: "box" },
@@ -60,7 +60,7 @@ export function stepper(id, name, start) {
       input.value = String(count);
     },
   };
-  return told;
+  return field;
 }
 
 /**

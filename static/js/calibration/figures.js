@@ -1,6 +1,6 @@
-// Values with their standard deviations, as a table prints them: two digits of doubt, no more.
+// Format calibration values with two significant digits of their standard deviation.
 
-import { fixed } from "../format.js";
+import { fixed } from "../ui/format.js";
 
 /**
  * @typedef {object} ValueRow
@@ -11,7 +11,7 @@ import { fixed } from "../format.js";
  * @property {string} sd
  * @property {string} other in use now, "" where there is none
  * @property {string} change "" where there is nothing to compare
- * @property {boolean} far the two differ by more than their doubt explains
+ * @property {boolean} far the two differ by more than three standard deviations
  */
 
 const MOST_DECIMALS = 5;
@@ -67,7 +67,7 @@ export const DIRECTIONS = {
 const IN_USE = ["roll_deg", "pitch_deg", "yaw_deg", "x_m", "y_m", "z_m"];
 
 /**
- * Turns [deg] and shifts [mm] of the camera on the laser; what is not known is said to be not known.
+ * Turns [deg] and shifts [mm] of the camera on the laser; unobservable ones are marked "not known".
  * @param {Record<string, any>} solution
  * @param {Record<string, [number, number]> | null} compare
  * @returns {ValueRow[]}
@@ -83,8 +83,8 @@ export function mountRows(solution, compare) {
     const turned = index < 3;
     const value = turned ? (turns[index] ?? NaN) : 1e3 * (shifts[index - 3] ?? NaN);
     const sd = turned ? solution["sd_rotation_deg"]?.[index] : 1e3 * (solution["sd_translation_m"]?.[index - 3] ?? NaN);
-    const told = compare?.[IN_USE[index] ?? ""]?.[1];
-    const other = told === undefined || turned ? told : 1e3 * told;
+    const active = compare?.[IN_USE[index] ?? ""]?.[1];
+    const other = active === undefined || turned ? active : 1e3 * active;
     const unit = turned ? "°" : " mm";
     if (!open.includes(key)) return row({ key, name, says, value, sd, unit, other });
     return { key, name, says, value: "not known", sd: "", other: "", change: "", far: false };
@@ -92,7 +92,7 @@ export function mountRows(solution, compare) {
 }
 
 /**
- * @param {{key: string, name: string, says: string, value: number, sd: number, unit: string, other: number | undefined}} told
+ * @param {{key: string, name: string, says: string, value: number, sd: number, unit: string, other: number | undefined}} parameter
  * @returns {ValueRow}
  */
 function row({ key, name, says, value, sd, unit, other }) {

@@ -1,22 +1,22 @@
-// What is to be said about a solution in sentences: what it promises, what speaks against it, how it was tested.
+// Element <findings-card>: findings about a solution in sentences: predicted error, warnings, checks.
 
-import { icon, make, write } from "../element.js";
-import { fixed } from "../format.js";
+import { icon, make, write } from "../ui/element.js";
+import { fixed } from "../ui/format.js";
 
-/** @typedef {import("./shape.js").Calibration} Calibration */
+/** @typedef {import("./types.js").Calibration} Calibration */
 
 export class FindingsCard extends HTMLElement {
-  #landing = make("tbody");
+  #offsets = make("tbody");
   #table = make(
     "table",
-    { class: "values landing-table" },
+    { class: "values laser-offset-table" },
     make("caption", {}, "Where a laser point lands in the picture (95 %)"),
     make(
       "thead",
       {},
       make("tr", {}, ...["Distance", "Sideways", "Up-down"].map((name) => make("th", { scope: "col" }, name))),
     ),
-    this.#landing,
+    this.#offsets,
   );
   #list = make("ul", { class: "findings" });
   #drawn = "";
@@ -34,15 +34,15 @@ export class FindingsCard extends HTMLElement {
   /** @param {Calibration} calibration */
   show({ solution, check, kind }) {
     const findings = solution ? sentences(kind, solution, check?.words ?? "") : [];
-    const drawn = JSON.stringify([findings, solution?.["landing"]]);
-    this.hidden = findings.length === 0 && !solution?.["landing"];
+    const drawn = JSON.stringify([findings, solution?.["laser_offset"]]);
+    this.hidden = findings.length === 0 && !solution?.["laser_offset"];
     if (drawn === this.#drawn) return;
     this.#drawn = drawn;
     /** @type {Array<{distance_m: number, sideways_px: number, up_down_px: number}>} */
-    const landing = solution?.["landing"] ?? [];
-    this.#table.hidden = landing.length === 0;
-    this.#landing.replaceChildren(
-      ...landing.map((row) =>
+    const offsets = solution?.["laser_offset"] ?? [];
+    this.#table.hidden = offsets.length === 0;
+    this.#offsets.replaceChildren(
+      ...offsets.map((row) =>
         make(
           "tr",
           {},

@@ -1,6 +1,6 @@
-// The page of the wizards: its parts, what joins them, and which room is open.
+// Entry point of the calibration page: creates the model, joins the panels and opens the current step.
 
-import "../theme.js";
+import "../ui/theme.js";
 import "../panels/banner-stack.js";
 import "../panels/link-chip.js";
 import "../panels/live-region.js";
@@ -14,12 +14,12 @@ import "./calibration-microphones.js";
 import "./calibration-review.js";
 import "./calibration-setup.js";
 import "./steps.js";
-import { enter } from "../entrance.js";
-import { Panel } from "../panel.js";
-import { Session } from "../session.js";
-import { stopByKeys } from "../stop-keys.js";
-import { Bench } from "./bench.js";
-import { Room } from "./room.js";
+import { stopByKeys } from "../drive/stop-keys.js";
+import { Session } from "../net/session.js";
+import { enter } from "../ui/boot.js";
+import { Panel } from "../ui/panel.js";
+import { CalibrationModel } from "./calibration-model.js";
+import { WizardStep } from "./wizard-step.js";
 
 const SHOW_MS = 200;
 const NAMES = {
@@ -29,7 +29,7 @@ const NAMES = {
   review: "Review",
   microphones: "Microphones",
 };
-const ROOMS = {
+const STEPS = {
   home: "calibration-home",
   new: "calibration-setup",
   capture: "calibration-capture",
@@ -38,31 +38,31 @@ const ROOMS = {
 };
 
 const session = new Session();
-const bench = new Bench(session);
+const model = new CalibrationModel(session);
 const panels = [...document.querySelectorAll("*")].filter((element) => element instanceof Panel);
-const rooms = panels.filter((panel) => panel instanceof Room);
+const steps = panels.filter((panel) => panel instanceof WizardStep);
 for (const panel of panels)
-  if (panel instanceof Room) panel.enter(bench);
+  if (panel instanceof WizardStep) panel.enter(model);
   else panel.join(session);
 
-const steps = /** @type {Room} */ (document.querySelector("calibration-steps"));
+const indicator = /** @type {WizardStep} */ (document.querySelector("calibration-steps"));
 let opened = "";
 
-/** Opens the room that the address asks for, once what it shows has come. */
+/** Open the step that the address names, once its session has arrived. */
 function show() {
-  const { place, calibration } = bench;
+  const { place, calibration } = model;
   const waits = "id" in place && calibration === null;
-  const wanted = waits || !session.hello ? "" : ROOMS[place.at];
+  const wanted = waits || !session.hello ? "" : STEPS[place.at];
   const key = `${wanted} ${JSON.stringify({ ...place, at: wanted })}`;
-  steps.draw();
-  for (const room of rooms) {
-    if (room === steps) continue;
-    const open = room.localName === wanted;
-    if (!open && !room.hidden) room.left();
-    room.hidden = !open;
+  indicator.draw();
+  for (const step of steps) {
+    if (step === indicator) continue;
+    const open = step.localName === wanted;
+    if (!open && !step.hidden) step.left();
+    step.hidden = !open;
     if (!open) continue;
-    if (key !== opened) room.opened();
-    room.draw();
+    if (key !== opened) step.opened();
+    step.draw();
   }
   if (key !== opened) document.title = `${NAMES[place.at]} · Beckon`;
   opened = key;
@@ -85,7 +85,7 @@ function beat() {
   show();
 }
 
-bench.onChange(soon);
+model.onChange(soon);
 session.on("hello", soon);
 setInterval(beat, SHOW_MS);
 

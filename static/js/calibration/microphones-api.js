@@ -1,25 +1,25 @@
-// The calls of the microphones' wizard.
+// HTTP client of the microphone calibration.
 
-import { call, patiently, post } from "../api.js";
-import { degrees } from "../format.js";
-import { since } from "./used.js";
+import { call, patiently, post } from "../net/api.js";
+import { degrees } from "../ui/format.js";
+import { since } from "./active-calibration.js";
 
 /** @typedef {{asked_rad: number, heard_rad: number, sd_rad: number, gap_rad: number | null}} Clap */
 /** @typedef {{yaw_rad: number, sd_yaw_rad: number, mirrored: boolean, residual_rad: number}} Orientation */
 /**
- * @typedef {object} Bench
+ * @typedef {object} MicrophoneCalibration
  * @property {boolean} microphones
  * @property {boolean} simulated
  * @property {boolean} busy
- * @property {number} listens_s how long a clap is listened for
- * @property {number[]} asked_rad where claps are asked for, one after the other
+ * @property {number} listens_s duration of a recording
+ * @property {number[]} asked_rad directions of the requested claps, in order
  * @property {Clap[]} claps
  * @property {string} advice
  * @property {string} verdict why the newest clap was not taken; "" when it was
  * @property {string} trouble why the newest could not be listened to; "" when it could
  * @property {string} missing why there is no solution; "" when there is
  * @property {Orientation | null} solution
- * @property {(Orientation & {claps: number, accepted_s: number, who: string}) | null} in_use
+ * @property {(Orientation & {claps: number, accepted_s: number, who: string}) | null} active
  */
 
 const ROOT = "api/calibration/microphones";
@@ -30,24 +30,24 @@ export function turned(angle) {
   return Math.abs(angle) < 0.001 ? around : `${around} ${angle > 0 ? "left" : "right"}`;
 }
 
-/** @param {Bench["in_use"]} used */
+/** @param {MicrophoneCalibration["active"]} used */
 export function orientationInWords(used) {
   if (!used) return "In use: the orientation of the array’s profile.";
   const sure = `turned by ${turned(used.yaw_rad)} ± ${degrees(2 * used.sd_yaw_rad, 1)}`;
   return `In use: ${sure}, from ${used.claps} claps, ${since(used.accepted_s)}.`;
 }
 
-/** @returns {Promise<Bench>} */
+/** @returns {Promise<MicrophoneCalibration>} */
 export const read = () => call(ROOT);
 
-/** @param {number} azimuth [rad] @param {boolean} show somebody in the simulated room speaks from there @returns {Promise<Bench>} */
+/** @param {number} azimuth [rad] @param {boolean} show let the simulated person speak from there @returns {Promise<MicrophoneCalibration>} */
 export async function clap(azimuth, show) {
   await post(`${ROOT}/clap`, { azimuth_rad: azimuth, show });
   return patiently(read);
 }
 
-/** @param {number} index @returns {Promise<Bench>} */
+/** @param {number} index @returns {Promise<MicrophoneCalibration>} */
 export const drop = (index) => post(`${ROOT}/claps/${index}/drop`);
 
-/** @param {"again" | "accept" | "undo"} wish @returns {Promise<Bench>} */
-export const wish = (wish) => post(`${ROOT}/${wish}`);
+/** @param {"again" | "accept" | "undo"} action @returns {Promise<MicrophoneCalibration>} */
+export const perform = (action) => post(`${ROOT}/${action}`);

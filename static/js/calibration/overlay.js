@@ -1,10 +1,10 @@
-// What is drawn over a picture: the corners found, the view to take next, the way there, the laser's points.
+// Drawing functions over a picture: found corners, advised view, arrow, laser points.
 
-import { rangeColour } from "../ramp.js";
+import { rangeColour } from "../ui/colormap.js";
 
-/** @typedef {import("./shape.js").Pixel} Pixel */
-/** @typedef {import("./shape.js").Advice} Advice */
-/** @typedef {import("./hint.js").Hint} Hint */
+/** @typedef {import("./types.js").Pixel} Pixel */
+/** @typedef {import("./types.js").Advice} Advice */
+/** @typedef {import("./board-hint.js").Hint} Hint */
 /**
  * @typedef {object} Sheet a canvas over a picture
  * @property {CanvasRenderingContext2D} brush

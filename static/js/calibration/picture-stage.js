@@ -1,14 +1,14 @@
-// The big picture with everything drawn on it, as large as its place allows.
+// Element <picture-stage>: the large picture with its overlay.
 
-import { make, mark } from "../element.js";
-import { hint } from "./hint.js";
+import { make, mark } from "../ui/element.js";
+import { hint } from "./board-hint.js";
 import { drawCorners, drawGhost, drawLaser, drawWay } from "./overlay.js";
 import { mirrored as inMirror } from "./words.js";
 
-/** @typedef {import("./shape.js").Calibration} Calibration */
-/** @typedef {import("./shape.js").Pixel} Pixel */
-/** @typedef {import("./shape.js").Verdict} Verdict */
-/** @typedef {import("./robot-eye.js").Frame} Frame */
+/** @typedef {import("./types.js").Calibration} Calibration */
+/** @typedef {import("./types.js").Pixel} Pixel */
+/** @typedef {import("./types.js").Verdict} Verdict */
+/** @typedef {import("./robot-camera-source.js").Frame} Frame */
 
 const FLASH_MS = 700;
 const APART_S = 0.5; // a verdict on an older picture is not drawn on a newer one
@@ -23,11 +23,11 @@ export class PictureStage extends HTMLElement {
   }
 
   /**
-   * @param {object} told
-   * @param {Frame | null} told.frame
-   * @param {Calibration} told.calibration
-   * @param {Verdict | null} told.verdict the newest, whose corners are drawn
-   * @param {boolean} told.mirrored
+   * @param {object} picture
+   * @param {Frame | null} picture.frame
+   * @param {Calibration} picture.calibration
+   * @param {Verdict | null} picture.verdict the newest, whose corners are drawn
+   * @param {boolean} picture.mirrored
    */
   show({ frame, calibration, verdict, mirrored }) {
     mark(this, "data-empty", frame === null);
@@ -67,7 +67,7 @@ export class PictureStage extends HTMLElement {
   }
 
   /**
-   * A running film is shown by the browser itself, below the drawing; it would be slow to draw every picture of it.
+   * The browser shows a running video below the drawing: copying each frame would be slow.
    * @param {Frame} frame
    * @param {string} width
    * @param {string} height
@@ -83,7 +83,7 @@ export class PictureStage extends HTMLElement {
     return film !== null;
   }
 
-  /** A view was counted: the frame lights up once. */
+  /** Flash the frame once: a view was counted. */
   flash() {
     this.classList.add("is-counted");
     clearTimeout(this.#timer);

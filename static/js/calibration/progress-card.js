@@ -1,9 +1,9 @@
-// How exact it is by now, as one bar with its goal.
+// Element <progress-card>: present precision, goal and progress bar.
 
-import { icon, make, mark, write } from "../element.js";
+import { icon, make, mark, write } from "../ui/element.js";
 import { figures, share } from "./progress.js";
 
-/** @typedef {import("./shape.js").Calibration} Calibration */
+/** @typedef {import("./types.js").Calibration} Calibration */
 
 export class ProgressCard extends HTMLElement {
   #figure = make("span", { class: "progress-figure" });

@@ -1,8 +1,8 @@
-// One number for how far a session is, and its sentence in figures.
+// Progress of a session as one number and as figures.
 
-import { fixed } from "../format.js";
+import { fixed } from "../ui/format.js";
 
-/** @typedef {import("./shape.js").Calibration} Calibration */
+/** @typedef {import("./types.js").Calibration} Calibration */
 
 const SOLVES_FROM = 4; // views
 const LEAST_TARGET = 0.5; // [px]
@@ -23,14 +23,14 @@ export function share({ kind, progress }) {
     const left = Math.log(Math.max(p95 / (progress.target_px ?? LEAST_TARGET), 1)) / Math.log(ROUGH);
     return Math.min(0.98, FIRST + (1 - FIRST) * Math.max(0, 1 - left));
   }
-  const [from, witnessed] = [progress.known_from ?? KNOWN, progress.witnessed ?? {}];
-  const gains = Object.entries(progress.gains ?? {}).map(([name, gain]) => (name in witnessed ? from : gain));
-  const known = gains.reduce((sum, gain) => sum + Math.min(1, Math.max(0, gain) / from), 0) / 6;
+  const [from, from_ruler] = [progress.known_from ?? KNOWN, progress.from_ruler ?? {}];
+  const precision = Object.entries(progress.precision ?? {}).map(([name, gain]) => (name in from_ruler ? from : gain));
+  const known = precision.reduce((sum, gain) => sum + Math.min(1, Math.max(0, gain) / from), 0) / 6;
   return Math.min(0.98, 0.4 * Math.min(1, views / LASER_POSES) + 0.6 * known);
 }
 
 /**
- * The figure beside the bar.
+ * Figure and goal next to the bar.
  * @param {Calibration} calibration
  * @returns {{figure: string, goal: string}}
  */

@@ -1,9 +1,9 @@
-// The laser's view from above: the empty room faint, the present scan bright, the board's piece of it marked.
+// Element <scan-view>: laser scan from above with the empty room and the beams on the board.
 
-import { make, mark } from "../element.js";
-import { isDark } from "../theme.js";
+import { make, mark } from "../ui/element.js";
+import { isDark } from "../ui/theme.js";
 
-/** @typedef {import("./shape.js").ScanPicture} ScanPicture */
+/** @typedef {import("./types.js").ScanPicture} ScanPicture */
 
 const LEAST = 1.6; // [m] that are shown at least
 const MOST = 5; // [m]

@@ -1,12 +1,12 @@
-// How far along: the steps of a wizard, the present one named.
+// Element <calibration-steps>: step indicator of a wizard.
 
-import { make, mark } from "../element.js";
-import { hashOf } from "./place.js";
-import { Room } from "./room.js";
+import { make, mark } from "../ui/element.js";
+import { hashOf } from "./router.js";
+import { WizardStep } from "./wizard-step.js";
 
 const STEPS = /** @type {const} */ (["Board", "Views", "Review", "In use"]);
 
-class CalibrationSteps extends Room {
+class CalibrationSteps extends WizardStep {
   #items = STEPS.map((name, index) =>
     make(
       "li",
@@ -22,9 +22,9 @@ class CalibrationSteps extends Room {
 
   /** @override */
   draw() {
-    const { place, calibration } = this.bench;
+    const { place, calibration } = this.model;
     this.hidden = place.at === "home" || place.at === "microphones";
-    const accepted = calibration !== null && this.bench.used;
+    const accepted = calibration !== null && this.model.used;
     const present = place.at === "new" ? 0 : place.at === "capture" ? 1 : accepted ? 3 : 2;
     this.#items.forEach((item, index) => {
       const link = /** @type {HTMLElement} */ (item.firstElementChild);

@@ -1,6 +1,6 @@
-// What became of every file that was given.
+// Element <uploads-card>: result of each uploaded file.
 
-import { icon, make, write } from "../element.js";
+import { icon, make, write } from "../ui/element.js";
 
 /** @typedef {import("./uploads.js").Uploads} Uploads */
 

@@ -1,7 +1,7 @@
-// Picture files as a source: they go up one after the other, and each gets its verdict.
+// Picture source: files, uploaded one after the other, with a verdict each.
 
-/** @typedef {import("./robot-eye.js").Frame} Frame */
-/** @typedef {import("./shape.js").Verdict} Verdict */
+/** @typedef {import("./robot-camera-source.js").Frame} Frame */
+/** @typedef {import("./types.js").Verdict} Verdict */
 /** @typedef {{name: string, kind: string, words: string}} Attempt */
 
 const KINDS = new Set(["image/jpeg", "image/png"]);

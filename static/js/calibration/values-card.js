@@ -1,9 +1,9 @@
-// The values with their standard deviations, in the layout of the paper's Table 3, beside those in use.
+// Element <values-card>: estimated values and standard deviations (Table 3), next to the active ones.
 
-import { make, mark, write } from "../element.js";
+import { make, mark, write } from "../ui/element.js";
 import { cameraRows, mountRows } from "./figures.js";
 
-/** @typedef {import("./shape.js").Calibration} Calibration */
+/** @typedef {import("./types.js").Calibration} Calibration */
 
 export class ValuesCard extends HTMLElement {
   #title = make("h2", { class: "card-title" });
@@ -23,7 +23,7 @@ export class ValuesCard extends HTMLElement {
   }
 
   /** @param {Calibration} calibration */
-  show({ kind, solution, in_use_compare: compare }) {
+  show({ kind, solution, active_compare: compare }) {
     const drawn = JSON.stringify([solution?.["sd"], solution?.["fx"], solution?.["translation_m"], compare]);
     this.hidden = solution === null;
     if (drawn === this.#drawn || !solution) return;

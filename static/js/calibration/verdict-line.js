@@ -1,9 +1,9 @@
-// What became of the last attempt, in words: large on the picture, and aloud.
+// Element <verdict-line>: verdict on the newest picture, shown and announced.
 
-import { icon, make, mark, redraw, write } from "../element.js";
+import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { mirrored as inMirror, Pace } from "./words.js";
 
-/** @typedef {import("./shape.js").Calibration} Calibration */
+/** @typedef {import("./types.js").Calibration} Calibration */
 
 const ICONS = /** @type {Readonly<Record<string, string>>} */ ({
   counted: "done",
@@ -41,7 +41,7 @@ export class VerdictLine extends HTMLElement {
     }
     const now = performance.now();
     const shown = quiet ? null : this.#pace.show(verdict, views.length, now);
-    const over = progress.ready && shown?.kind === "nothing"; // nobody has to show a board any more
+    const over = progress.ready && shown?.kind === "nothing"; // no further board is needed
     const words = over ? "" : (shown?.words ?? quiet);
     write(this.#words, mirrored ? inMirror(words) : words);
     redraw(this.#icon, ICONS[shown?.kind ?? ""] ?? "info");

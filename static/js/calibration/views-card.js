@@ -1,20 +1,20 @@
-// The views that were taken, the worst first: a picture, its error, and a way to leave it out or take it back.
+// Element <views-card>: views of a session, largest error first, with a button to leave each out.
 
-import { icon, make, mark, write } from "../element.js";
-import { fixed } from "../format.js";
+import { icon, make, mark, write } from "../ui/element.js";
+import { fixed } from "../ui/format.js";
 import * as api from "./api.js";
 
-/** @typedef {import("./shape.js").Calibration} Calibration */
-/** @typedef {import("./shape.js").ViewRow} ViewRow */
-/** @typedef {import("./bench.js").Bench} Bench */
+/** @typedef {import("./types.js").Calibration} Calibration */
+/** @typedef {import("./types.js").ViewRow} ViewRow */
+/** @typedef {import("./calibration-model.js").CalibrationModel} CalibrationModel */
 
 export class ViewsCard extends HTMLElement {
   #title = make("h2", { class: "card-title" });
   #list = make("ul", { class: "views" });
   #empty = make("p", { class: "note" });
   #note = make("p", { class: "note views-note" });
-  /** @type {Bench | null} */
-  #bench = null;
+  /** @type {CalibrationModel | null} */
+  #model = null;
   #drawn = "";
   /** @type {(name: string) => void} */
   chosen = () => undefined;
@@ -30,14 +30,14 @@ export class ViewsCard extends HTMLElement {
   }
 
   /**
-   * @param {Bench} bench
+   * @param {CalibrationModel} model
    * @param {Calibration} calibration
    * @param {string} [selected] a view shown elsewhere
    */
-  show(bench, calibration, selected = "") {
-    this.#bench = bench;
+  show(model, calibration, selected = "") {
+    this.#model = model;
     const { views, kind, id } = calibration;
-    const drawn = JSON.stringify([views, id, bench.may, selected]);
+    const drawn = JSON.stringify([views, id, model.may, selected]);
     if (drawn === this.#drawn) return;
     this.#drawn = drawn;
     const word = kind === "camera" ? "view" : "pose";
@@ -46,7 +46,7 @@ export class ViewsCard extends HTMLElement {
     write(this.#note, solved ? "worst first" : "");
     write(
       this.#empty,
-      kind === "camera" ? "Every view that counts will stand here." : "Every pose that counts will stand here.",
+      kind === "camera" ? "Every view that counts appears here." : "Every pose that counts appears here.",
     );
     this.#empty.hidden = views.length > 0;
     const worst = Math.max(...views.map((view) => errorOf(view) ?? 0), 1e-9);
@@ -98,7 +98,7 @@ export class ViewsCard extends HTMLElement {
       ),
     );
     open.addEventListener("click", () => this.chosen(view.name));
-    const wish = view.dropped ? "restore" : "drop";
+    const action = view.dropped ? "restore" : "drop";
     const keep = make(
       "button",
       {
@@ -109,8 +109,8 @@ export class ViewsCard extends HTMLElement {
       },
       icon(view.dropped ? "again" : "close"),
     );
-    keep.addEventListener("click", () => void this.#bench?.wish((session) => api.keep(session, view.name, wish)));
-    const row = make("li", { class: "view", "data-name": view.name }, open, this.#bench?.may && keep);
+    keep.addEventListener("click", () => void this.#model?.request((session) => api.keep(session, view.name, action)));
+    const row = make("li", { class: "view", "data-name": view.name }, open, this.#model?.may && keep);
     mark(row, "data-dropped", view.dropped);
     mark(row, "data-unused", !view.used && !view.dropped && view.reason !== "");
     return row;

@@ -1,7 +1,7 @@
-// This device's own camera as a source of pictures. Frames leave at most eight times a second, one at a time: the
-// next one waits until the console has judged the former.
+// Picture source: the camera of this device. Sends at most eight frames per second, one at a time:
+// the next one waits for the verdict on the one before.
 
-/** @typedef {import("./robot-eye.js").Frame} Frame */
+/** @typedef {import("./robot-camera-source.js").Frame} Frame */
 
 const PERIOD_MS = 125;
 const WIDEST = 1280; // [px] that a frame is sent at
@@ -13,7 +13,7 @@ const REFUSALS = /** @type {Readonly<Record<string, string>>} */ ({
     "then press the button.",
   NotFoundError: "This device has no camera that the browser can find. Plug one in, or use picture files instead.",
   NotReadableError: "Another program is using the camera. Close it, then press the button.",
-  OverconstrainedError: "That camera cannot be had any more. Choose another one.",
+  OverconstrainedError: "That camera is no longer available. Choose another one.",
   AbortError: "The camera stopped while it was starting. Press the button to try again.",
 });
 
@@ -50,7 +50,7 @@ export class Webcam {
     return this.frame ? "" : this.#why || "The camera is starting…";
   }
 
-  /** May a press of a button help? */
+  /** True when pressing the button may help. */
   get refused() {
     return this.#why !== "" && webcamRefusal() === "";
   }
@@ -66,7 +66,7 @@ export class Webcam {
     this.#paused = paused;
   }
 
-  /** @param {string} [device] of several, by its id */
+  /** @param {string} [device] id, where there are several cameras */
   async open(device) {
     this.close();
     const turn = this.#turn;
@@ -123,13 +123,13 @@ export class Webcam {
     if (this.#canvas.width !== width || this.#canvas.height !== height)
       [this.#canvas.width, this.#canvas.height] = [width, height];
     brush.drawImage(frame.image, 0, 0, width, height);
-    // toBlob would wait for an idle moment, of which a busy page has one a second
+    // toBlob waits for an idle moment; a busy page has one per second
     const [, coded = ""] = this.#canvas.toDataURL("image/jpeg", QUALITY).split(",");
     const bytes = Uint8Array.from(atob(coded), (letter) => letter.charCodeAt(0));
     return new Blob([bytes], { type: "image/jpeg" });
   }
 
-  /** Resolves when no frame is on its way any more. */
+  /** Resolve when no frame is being sent. */
   async idle() {
     await this.#sent;
   }
@@ -139,7 +139,7 @@ export class Webcam {
     const picture = this.snapshot();
     if (!picture) return;
     const stamp_s = (performance.timeOrigin + performance.now()) / 1e3;
-    this.#sent = this.send(picture, stamp_s).catch(() => null); // the next frame is on its way; the page says the rest
+    this.#sent = this.send(picture, stamp_s).catch(() => null); // the next frame follows; the page shows the trouble
     await this.#sent;
     this.#sent = null;
   }

@@ -1,13 +1,13 @@
-// Words for the person before the camera: seen in a mirror, and spoken at a pace that can be followed.
+// Wording and pacing of verdicts: left and right swapped for a mirrored picture, announced slowly enough.
 
-/** @typedef {import("./shape.js").Verdict} Verdict */
+/** @typedef {import("./types.js").Verdict} Verdict */
 
 const CALM = new Set(["nothing", "moving", "gathering", "same", "background"]);
 const STAYS_MS = 1400; // a judgement stays that long before "hold still" may take its place
 const SETTLES_MS = 1600; // a calm word is spoken when it still holds after that
 
 /**
- * Words about a picture, for one who sees it mirrored: left becomes right.
+ * Swap left and right in words about a mirrored picture.
  * @param {string} words
  */
 export function mirrored(words) {
@@ -18,21 +18,21 @@ export function mirrored(words) {
 }
 
 /**
- * What stands in the verdict's place while nothing is judged; "" while something is.
- * @param {Pick<import("./shape.js").Calibration, "source" | "verdict" | "showing">} calibration
+ * Text in place of the verdict while nothing is judged; "" otherwise.
+ * @param {Pick<import("./types.js").Calibration, "source" | "verdict" | "demo">} calibration
  * @param {{paused: boolean, blind: string, simulated: boolean}} how `blind`: why no new pictures come
  */
-export function quietWords({ source, verdict, showing }, { paused, blind, simulated }) {
+export function quietWords({ source, verdict, demo }, { paused, blind, simulated }) {
   if (source === "upload") return "";
   if (paused) return "Paused. Nothing is taken until you press Go on.";
   if (blind) return blind;
   if (verdict) return "";
-  if (simulated && source === "robot" && !showing)
+  if (simulated && source === "robot" && !demo)
     return "This robot is simulated: press Show me, and an assistant holds the board.";
   return "Show the board to the camera.";
 }
 
-/** Which verdict to show: a judgement (counted, refused) is not swept away by the next picture. */
+/** Pacing of verdicts: a judgement (counted, refused) stays although the next picture has arrived. */
 export class Pace {
   /** @type {Verdict | null} */
   #shown = null;
@@ -40,7 +40,7 @@ export class Pace {
   #spoken = "";
   /** @type {number | null} */
   #views = null;
-  /** How often a view was counted while we looked. */
+  /** Number of views counted while the page was open. */
   counted = 0;
 
   /**
@@ -75,7 +75,7 @@ export class Pace {
     if (!shown) return "";
     const key = CALM.has(shown.kind) ? shown.words : `${shown.number}`;
     if (key === this.#spoken || (CALM.has(shown.kind) && now - this.#since < SETTLES_MS)) return "";
-    if (shown.kind === "gathering" || shown.kind === "moving") return ""; // they count along too fast for a voice
+    if (shown.kind === "gathering" || shown.kind === "moving") return ""; // these change too fast for speech
     this.#spoken = key;
     return shown.words;
   }

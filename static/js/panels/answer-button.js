@@ -1,57 +1,57 @@
-// Whether the robot answers aloud in this browser: off until somebody wants it.
+// Element <answer-button>: switch for spoken answers in this browser; off by default.
 
-import { icon, make, mark, redraw } from "../element.js";
-import { accepted, answer, ended, refused } from "../hear/answers.js";
-import { Mouth } from "../hear/mouth.js";
-import { remember, remembered } from "../memory.js";
-import { Panel } from "../panel.js";
+import { icon, make, mark, redraw } from "../ui/element.js";
+import { remember, remembered } from "../ui/local-storage.js";
+import { Panel } from "../ui/panel.js";
+import { SpeechOutput } from "../voice/speech-output.js";
+import { accepted, answer, ended, refused } from "../voice/spoken-answers.js";
 
-/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../net/session.js").View} View */
 
-const MOST_DEEDS = 20; // of ours whose end is waited for
+const MOST_ENTRIES = 20; // commands of this page whose end is awaited
 
 class AnswerButton extends Panel {
   #icon = icon("silent");
   #button = make("button", { type: "button", class: "button answers", "aria-pressed": "false" }, this.#icon);
-  #mouth = new Mouth();
+  #speech = new SpeechOutput();
   #on = remembered("answers", "off") === "on";
-  /** @type {number | null} the newest row of the history; null before it was read: old news is not answered */
+  /** @type {number | null} newest row of the history; null until it was read, so that old rows are not answered */
   #known = null;
-  /** @type {Set<number>} deeds of this page that are under way */
-  #deeds = new Set();
-  #intent = 0; // the newest order that waited
-  #foretold = ""; // its words, which were said when it was understood: they are not said again when it begins
+  /** @type {Set<number>} running commands of this page */
+  #entries = new Set();
+  #pending_command = 0; // id of the newest pending command
+  #confirmed = ""; // its words, spoken when it was understood and not again when it begins
 
   /** @override */
   build() {
     this.append(this.#button);
     this.#button.addEventListener("click", () => this.#turn(!this.#on));
-    this.#mouth.changed = (speaking) => {
+    this.#speech.changed = (speaking) => {
       mark(this.#button, "data-state", speaking ? "on" : null);
       this.session.speaks(speaking);
     };
-    this.#mouth.failed = (why) => {
+    this.#speech.failed = (why) => {
       this.#turn(false);
       this.session.complain(why);
     };
-    this.session.on("said", ({ answer: told }) => {
-      if (told.ok) this.#await(told.id);
-      this.#say(told.ok ? accepted(told.detail ?? "") : refused(told.detail ?? ""));
+    this.session.on("said", ({ answer: reply }) => {
+      if (reply.ok) this.#await(reply.id);
+      this.#say(reply.ok ? accepted(reply.detail ?? "") : refused(reply.detail ?? ""));
     });
     this.session.on("transcript", (transcript) => {
-      if (transcript.accepted) this.#await(transcript.deed);
-      if (typeof transcript.intent === "number") this.#foretold = transcript.heard_as;
+      if (transcript.accepted) this.#await(transcript.entry);
+      if (typeof transcript.pending_command === "number") this.#confirmed = transcript.heard_as;
       this.#say(answer(transcript));
     });
     this.session.on("history", (rows) => {
       for (const row of rows.filter(({ id }) => this.#known !== null && id > this.#known)) this.#answerSpoken(row);
       this.#known = Math.max(this.#known ?? 0, rows[0]?.id ?? 0);
-      for (const row of rows) if (row.state !== "running" && this.#deeds.delete(row.id)) this.#say(ended(row));
+      for (const row of rows) if (row.state !== "running" && this.#entries.delete(row.id)) this.#say(ended(row));
     });
-    this.session.on("interrupt", () => this.#mouth.hush());
-    this.session.on("stopped", () => this.#mouth.hush());
-    addEventListener("pointerdown", () => this.#on && this.#mouth.wake(), true);
-    addEventListener("keydown", () => this.#on && this.#mouth.wake(), true);
+    this.session.on("interrupt", () => this.#speech.hush());
+    this.session.on("stopped", () => this.#speech.hush());
+    addEventListener("pointerdown", () => this.#on && this.#speech.wake(), true);
+    addEventListener("keydown", () => this.#on && this.#speech.wake(), true);
     this.#draw();
   }
 
@@ -61,12 +61,12 @@ class AnswerButton extends Panel {
    */
   show({ hello, state }) {
     this.hidden = hello?.robot.drives === false || hello?.you.role === "viewer";
-    const intent = state?.intent;
-    if (!intent || intent.id === this.#intent) return;
-    this.#intent = intent.id;
-    if (intent.source !== "ears") return; // our own microphone's transcript says it
-    this.#foretold = intent.heard_as;
-    this.#say(accepted(intent.heard_as));
+    const pending_command = state?.pending_command;
+    if (!pending_command || pending_command.id === this.#pending_command) return;
+    this.#pending_command = pending_command.id;
+    if (pending_command.source !== "ears") return; // the transcript of this microphone is answered already
+    this.#confirmed = pending_command.heard_as;
+    this.#say(accepted(pending_command.heard_as));
   }
 
   /** @param {boolean} on */
@@ -74,38 +74,38 @@ class AnswerButton extends Panel {
     this.#on = on;
     remember("answers", on ? "on" : "off");
     if (on) {
-      this.#mouth.wake();
+      this.#speech.wake();
       this.#say("I answer aloud now.");
-    } else this.#mouth.hush();
+    } else this.#speech.hush();
     this.#draw();
   }
 
   /**
-   * A voice in the room that was understood, or an order that waited.
-   * @param {import("../api.js").HistoryRow} row
+   * Answer a command of a voice in the room, or a pending command that has begun.
+   * @param {import("../net/api.js").HistoryRow} row
    */
   #answerSpoken({ id, source, state, heard_as, remark }) {
     if (!heard_as) return;
-    const foretold = heard_as === this.#foretold && (source === "ears" || source === "voice");
-    if (foretold) this.#foretold = "";
-    if (!foretold && source !== "ears") return;
+    const confirmed = heard_as === this.#confirmed && (source === "ears" || source === "voice");
+    if (confirmed) this.#confirmed = "";
+    if (!confirmed && source !== "ears") return;
     if (state === "refused") this.#say(refused(remark));
     else if (state !== "cancelled" && state !== "pre-empted") {
       this.#await(id);
-      if (!foretold) this.#say(accepted(heard_as));
+      if (!confirmed) this.#say(accepted(heard_as));
     }
   }
 
-  /** @param {number | null | undefined} deed */
-  #await(deed) {
-    if (typeof deed !== "number") return;
-    this.#deeds.add(deed);
-    if (this.#deeds.size > MOST_DEEDS) this.#deeds.delete(Math.min(...this.#deeds));
+  /** @param {number | null | undefined} entry */
+  #await(entry) {
+    if (typeof entry !== "number") return;
+    this.#entries.add(entry);
+    if (this.#entries.size > MOST_ENTRIES) this.#entries.delete(Math.min(...this.#entries));
   }
 
   /** @param {string} text */
   #say(text) {
-    if (this.#on && !this.hidden) this.#mouth.say(text);
+    if (this.#on && !this.hidden) this.#speech.say(text);
   }
 
   #draw() {

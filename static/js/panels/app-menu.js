@@ -1,11 +1,11 @@
-// What is needed now and then: halt, keys, hints, signing out.
+// Element <app-menu>: halt, keys, hints, other pages, sign-out.
 
-import { icon, make, mark } from "../element.js";
-import { remember, remembered } from "../memory.js";
-import { Panel } from "../panel.js";
-import { popover } from "../popover.js";
+import { icon, make, mark } from "../ui/element.js";
+import { remember, remembered } from "../ui/local-storage.js";
+import { Panel } from "../ui/panel.js";
+import { popover } from "../ui/popover.js";
 
-/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../net/session.js").View} View */
 
 class AppMenu extends Panel {
   #button = make("button", { type: "button", class: "icon-button", "aria-label": "Menu", title: "Menu" }, icon("menu"));
@@ -45,7 +45,7 @@ class AppMenu extends Panel {
       "span",
       { class: "menu-words" },
       make("span", {}, "Hearing"),
-      make("span", { class: "note" }, "How well it understands you where it stands."),
+      make("span", { class: "note" }, "How well the robot understands you where it stands."),
     ),
   );
   #people = make(
@@ -56,8 +56,14 @@ class AppMenu extends Panel {
       "span",
       { class: "menu-words" },
       make("span", {}, "People"),
-      make("span", { class: "note" }, "Teach it who you are, and whom it comes to."),
+      make("span", { class: "note" }, "Enroll a person, and choose whom the robot comes to."),
     ),
+  );
+  #help = make(
+    "a",
+    { class: "menu-item", href: "help", target: "_blank", rel: "noopener" },
+    icon("book"),
+    make("span", { class: "menu-words" }, "Help"),
   );
   #docs = make(
     "a",
@@ -77,6 +83,7 @@ class AppMenu extends Panel {
     this.#keys,
     this.#hints,
     this.#switch,
+    this.#help,
     this.#docs,
     this.#leave,
   );
@@ -111,13 +118,13 @@ class AppMenu extends Panel {
    */
   show({ hello, state, up }) {
     const drives = hello?.robot.drives === true;
-    this.#halt.hidden = !drives; // no row turns into another under a finger, and a halt may always be tried
+    this.#halt.hidden = !drives; // a row never changes under a finger, and a halt may always be tried
     this.#reset.hidden = !drives || hello?.you.role === "viewer";
     this.#reset.disabled = !up || state?.gate.state !== "halted";
     this.#hints.hidden = !drives || hello?.you.role === "viewer";
     this.#switch.hidden = !drives;
     this.#hearing.hidden = this.#people.hidden = !drives;
-    this.#leave.hidden = hello?.you.id === "local"; // nobody had to sign in here
+    this.#leave.hidden = hello?.you.id === "local"; // no sign-in on this machine
   }
 }
 

@@ -1,11 +1,11 @@
-// What must not be missed, over the map.
+// Element <banner-stack>: banners over the map.
 
-import { banners } from "../banners.js";
-import { icon, make, write } from "../element.js";
-import { Panel } from "../panel.js";
+import { banners } from "../ui/banners.js";
+import { icon, make, write } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
 
-/** @typedef {import("../session.js").View} View */
-/** @typedef {import("../banners.js").Banner} Banner */
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../ui/banners.js").Banner} Banner */
 
 const OFFERS = { "": "", reset: "Reset the halt", here: "Show where it is" };
 
@@ -18,13 +18,13 @@ class BannerStack extends Panel {
    * @param {View} view
    */
   show(view) {
-    const told = banners(view);
+    const current = banners(view);
     for (const [id, row] of this.#shown) {
-      if (told.some((banner) => key(banner) === id)) continue;
+      if (current.some((banner) => key(banner) === id)) continue;
       row.remove();
       this.#shown.delete(id);
     }
-    for (const banner of told) {
+    for (const banner of current) {
       const row = this.#shown.get(key(banner)) ?? this.#raise(banner);
       write(/** @type {Element} */ (row.querySelector(".banner-text")), banner.text);
     }

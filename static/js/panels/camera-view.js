@@ -1,15 +1,15 @@
-// What the robot sees, and over it what it made of it: vertical edges and where the laser falls.
+// Element <camera-view>: camera picture with vertical edges, laser points, voice and person.
 
-import { icon, make, mark, write } from "../element.js";
-import { age } from "../format.js";
-import { remember, remembered } from "../memory.js";
-import { Panel } from "../panel.js";
-import { PictureChip } from "../picture-chip.js";
-import { FARTHEST, rangeColour } from "../ramp.js";
+import { FARTHEST, rangeColour } from "../ui/colormap.js";
+import { icon, make, mark, write } from "../ui/element.js";
+import { age } from "../ui/format.js";
+import { remember, remembered } from "../ui/local-storage.js";
+import { Panel } from "../ui/panel.js";
+import { PictureChip } from "../ui/picture-quality-chip.js";
 
-/** @typedef {import("../session.js").View} View */
-/** @typedef {import("../session.js").Picture} Picture */
-/** @typedef {import("../wire.js").CameraOverlay} CameraOverlay */
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../net/session.js").Picture} Picture */
+/** @typedef {import("../net/messages.js").CameraOverlay} CameraOverlay */
 
 const STALE_S = 0.5;
 const GIVE_UP_S = 3; // a recording without pictures: no empty frame
@@ -67,7 +67,7 @@ class CameraView extends Panel {
     const now = performance.now();
     const seen = this.#picture !== null;
     this.hidden = !seen && !hello?.robot.drives && now - this.#bornAt > GIVE_UP_S * 1000;
-    const looked = this.hidden || this.offsetParent !== null; // while hidden for want of pictures, one is still hoped for
+    const looked = this.hidden || this.offsetParent !== null; // while hidden without pictures, one may still arrive
     this.session.want(looked && document.visibilityState === "visible");
     this.#empty.hidden = seen;
     const paused = state?.robot.running === false && up;
@@ -90,7 +90,7 @@ class CameraView extends Panel {
       const next = await createImageBitmap(new Blob([picture.jpeg], { type: "image/jpeg" }));
       this.#picture?.close();
       this.#picture = next;
-      [this.#pictureStamp, this.#pictureAt] = [picture.stamp, at]; // of what is shown, not of what came since
+      [this.#pictureStamp, this.#pictureAt] = [picture.stamp, at]; // of the shown picture
       this.#drawn = "";
     } catch {
       // a damaged picture: the next one comes in a moment
@@ -101,8 +101,8 @@ class CameraView extends Panel {
 
   /**
    * @param {CameraOverlay | null} overlay
-   * @param {import("../wire.js").VoiceHeard | null} voice
-   * @param {import("../wire.js").PersonState | null} person
+   * @param {import("../net/messages.js").VoiceHeard | null} voice
+   * @param {import("../net/messages.js").PersonState | null} person
    */
   #draw(overlay, voice, person) {
     const picture = this.#picture;
@@ -122,7 +122,7 @@ class CameraView extends Panel {
     const down = Math.round((across * picture.height) / picture.width);
     if (canvas.width !== across || canvas.height !== down) [canvas.width, canvas.height] = [across, down];
     this.style.setProperty("--ratio", (picture.width / picture.height).toFixed(4));
-    const brush = canvas.getContext("2d", { willReadFrequently: true }); // small: the processor draws it with less ado
+    const brush = canvas.getContext("2d", { willReadFrequently: true }); // small: software drawing is faster
     if (!brush) return;
     brush.imageSmoothingQuality = "high";
     brush.drawImage(picture, 0, 0, across, down);
@@ -171,7 +171,7 @@ function drawEdges(brush, overlay, scale) {
 }
 
 /**
- * Where somebody speaks: a line, and the band that it lies in with 95 %.
+ * Direction of a voice: a line and its 95 % band.
  * @param {CanvasRenderingContext2D} brush
  * @param {[number, number, number]} columns [pixel] left bound, middle, right bound
  * @param {number} down canvas pixels
@@ -185,9 +185,9 @@ function drawVoice(brush, [left, middle, right], down, scale) {
 }
 
 /**
- * Somebody, in three parts, each with how much it looks like one; the cross is the centre of mass.
+ * Person in three parts with their likelihoods; the cross is the centre of mass.
  * @param {CanvasRenderingContext2D} brush
- * @param {import("../wire.js").PersonState} person
+ * @param {import("../net/messages.js").PersonState} person
  * @param {number} scale canvas pixels per picture pixel
  */
 function drawPerson(brush, person, scale) {

@@ -1,12 +1,12 @@
-// Places that were recognised: which rooms they joined, how well they fit, and whether they shall hold.
+// Element <closure-list>: loop closures with their rooms and scores, and buttons to undo or redo them.
 
-import { icon, make, mark, redraw, write } from "../element.js";
-import { age, fixed } from "../format.js";
-import * as maps from "../maps.js";
+import * as maps from "../net/maps-api.js";
+import { icon, make, mark, redraw, write } from "../ui/element.js";
+import { age, fixed } from "../ui/format.js";
 
-/** @typedef {import("../session.js").Session} Session */
-/** @typedef {import("../wire.js").FloorState} FloorState */
-/** @typedef {import("../wire.js").ClosureRow} ClosureRow */
+/** @typedef {import("../net/session.js").Session} Session */
+/** @typedef {import("../net/messages.js").SubmapsState} FloorState */
+/** @typedef {import("../net/messages.js").ClosureRow} ClosureRow */
 /** @typedef {{row: HTMLLIElement, rooms: Element, words: Element, button: HTMLButtonElement}} Line */
 
 const STATES = { accepted: "holds", undone: "undone", doubtful: "doubtful" };
@@ -17,14 +17,14 @@ export class ClosureList extends HTMLElement {
   #empty = make(
     "p",
     { class: "note closures-empty" },
-    "None yet. When the robot comes back to a place that it knows, the rooms between are pulled straight.",
+    "None yet. A closure corrects the rooms when the robot comes back to a known place.",
   );
   #all = make("button", { type: "button", class: "button wide", hidden: true });
   /** @type {Map<number, Line>} */
   #lines = new Map();
   /** @type {Session | null} */
   #session = null;
-  /** @type {ClosureRow[]} older ones than those that come with every state */
+  /** @type {ClosureRow[]} older than those in the state message */
   #older = [];
 
   /** @param {Session} session */
@@ -42,7 +42,7 @@ export class ClosureList extends HTMLElement {
   /**
    * @param {FloorState} floor
    * @param {number} now [s], robot clock
-   * @param {boolean} may undo and redo
+   * @param {boolean} may true when this user may undo and redo
    */
   show({ closures, closures_count: count }, now, may) {
     if (this.offsetParent === null) return;
@@ -54,43 +54,48 @@ export class ClosureList extends HTMLElement {
     this.#all.hidden = rows.length >= count;
     write(this.#all, `Show ${count - rows.length} older`);
     for (const [id, { row }] of this.#lines) {
-      if (rows.some((told) => told.id === id)) continue;
+      if (rows.some((closure) => closure.id === id)) continue;
       row.remove();
       this.#lines.delete(id);
     }
-    for (const told of rows) this.#fill(this.#lines.get(told.id) ?? this.#add(told), told, now, may);
+    for (const closure of rows) this.#fill(this.#lines.get(closure.id) ?? this.#add(closure), closure, now, may);
   }
 
   /**
    * @param {Line} line
-   * @param {ClosureRow} told
+   * @param {ClosureRow} closure
    * @param {number} now
    * @param {boolean} may
    */
-  #fill({ row, rooms, words, button }, told, now, may) {
-    const undone = told.state === "undone";
-    mark(row, "data-state", told.state);
+  #fill({ row, rooms, words, button }, closure, now, may) {
+    const undone = closure.state === "undone";
+    mark(row, "data-state", closure.state);
     write(
       rooms,
-      told.submap_from === told.submap_to ? `Room ${told.submap_to}` : `Room ${told.submap_from} → ${told.submap_to}`,
+      closure.submap_from === closure.submap_to
+        ? `Room ${closure.submap_to}`
+        : `Room ${closure.submap_from} → ${closure.submap_to}`,
     );
-    const since = `${age(Math.max(0, now - told.stamp_s))} ago`;
-    write(words, [STATES[told.state], `fit ${fixed(told.score, 2)}`, since, told.words].filter(Boolean).join(" · "));
+    const since = `${age(Math.max(0, now - closure.stamp_s))} ago`;
+    write(
+      words,
+      [STATES[closure.state], `fit ${fixed(closure.score, 2)}`, since, closure.words].filter(Boolean).join(" · "),
+    );
     button.disabled = !may;
     redraw(/** @type {SVGElement} */ (button.firstElementChild), undone ? "redo" : "undo");
     write(/** @type {Element} */ (button.lastElementChild), undone ? "Redo" : "Undo");
-    mark(button, "aria-label", `${undone ? "Redo" : "Undo"} closure ${told.id}`);
-    button.dataset["wish"] = undone ? "redo" : "undo";
+    mark(button, "aria-label", `${undone ? "Redo" : "Undo"} closure ${closure.id}`);
+    button.dataset["action"] = undone ? "redo" : "undo";
   }
 
-  /** @param {ClosureRow} told @returns {Line} */
+  /** @param {ClosureRow} closure @returns {Line} */
   #add({ id }) {
     const rooms = make("span", { class: "closure-rooms" });
     const words = make("span", { class: "note" });
     const button = make("button", { type: "button", class: "button small" }, icon("undo"), make("span", {}, "Undo"));
     button.addEventListener(
       "click",
-      () => void this.#judge(id, /** @type {"undo" | "redo"} */ (button.dataset["wish"])),
+      () => void this.#judge(id, /** @type {"undo" | "redo"} */ (button.dataset["action"])),
     );
     const row = make(
       "li",
@@ -107,11 +112,11 @@ export class ClosureList extends HTMLElement {
     return line;
   }
 
-  /** @param {number} id @param {"undo" | "redo"} wish */
-  async #judge(id, wish) {
+  /** @param {number} id @param {"undo" | "redo"} action */
+  async #judge(id, action) {
     try {
-      await maps.judge(id, wish);
-      this.#session?.announce(wish === "undo" ? `Closure ${id} is undone.` : `Closure ${id} holds again.`);
+      await maps.judge(id, action);
+      this.#session?.announce(action === "undo" ? `Closure ${id} is undone.` : `Closure ${id} holds again.`);
     } catch (refusal) {
       this.#session?.complain(/** @type {Error} */ (refusal).message);
     }

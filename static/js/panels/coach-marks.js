@@ -1,22 +1,22 @@
-// The first minute: a few hints that notice when they were followed. Simulator only; skippable; shown once.
+// Element <coach-marks>: first hints, shown once and only on the simulator; each notices when it was followed.
 
-import { icon, make, write } from "../element.js";
-import { remember, remembered } from "../memory.js";
-import { Panel } from "../panel.js";
-import { apart, placed } from "../placement.js";
-import { MAP_DRAWN } from "../webgl.js";
+import { icon, make, write } from "../ui/element.js";
+import { remember, remembered } from "../ui/local-storage.js";
+import { Panel } from "../ui/panel.js";
+import { apart, placed } from "../ui/placement.js";
+import { MAP_DRAWN } from "../ui/webgl.js";
 
-/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../net/session.js").View} View */
 /**
  * @typedef {object} Hint
- * @property {string} at what it points to
+ * @property {string} at selector of its target
  * @property {string} title
  * @property {string} text
  * @property {(view: View) => boolean} done
  */
 
 const EDGE = 12; // [px] from the map's upper edge
-const POINTS = 20; // [px] up to which a hint points to its target; farther on, something lies between
+const POINTS = 20; // [px] up to which a hint points to its target; farther away something lies in between
 const touch = matchMedia("(pointer: coarse)").matches;
 
 /** @type {Hint} */
@@ -31,7 +31,7 @@ const FLOOR = {
 const HINTS = [
   {
     at: '[data-command="turn_left"]',
-    title: "Tell it to turn",
+    title: "Turn the robot",
     text: "Press “turn left”. You see what was understood, and the robot does it.",
     done: ({ state }) => state?.command?.name.startsWith("turn_") === true,
   },
@@ -50,7 +50,7 @@ const HINTS = [
     text: touch
       ? "Press STOP: everything is cancelled and the robot stands."
       : "Press STOP, or Esc anywhere: everything is cancelled and the robot stands.",
-    done: () => false, // the session says when
+    done: () => false, // ends with the "stopped" event
   },
 ];
 
@@ -102,8 +102,8 @@ export class CoachMarks extends Panel {
     const hint = HINTS[this.#step];
     if (hint?.done(view)) this.#go(this.#step + 1);
     if (!this.#card.hidden) this.#place();
-    // What is about to begin, and its Cancel, lie in sight; and nobody is told to press what is another driver's.
-    this.#card.style.visibility = state?.intent || permission.may === "no" ? "hidden" : "";
+    // Do not cover a pending command and its Cancel button, and give no hints while another operator drives.
+    this.#card.style.visibility = state?.pending_command || permission.may === "no" ? "hidden" : "";
   }
 
   /** @param {number} step */

@@ -1,23 +1,12 @@
-// A button for every command that moves or stops this robot. Those with numbers ask for them in place.
+// Element <command-chips>: a button for each command of this robot; commands with numbers ask for them in place.
 
-import { icon, make, mark, write } from "../element.js";
-import { Panel } from "../panel.js";
-import { exampleNumbers, filled, holes } from "../suggest.js";
+import { exampleNumbers, filled, holes } from "../drive/suggest.js";
+import { icon, make, mark, write } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
 
-/** @typedef {import("../session.js").View} View */
-/** @typedef {import("../suggest.js").Kind} Kind */
-/** @typedef {import("../suggest.js").NumberRow} NumberRow */
-
-const DRAWN = new Set([
-  "turn_left",
-  "turn_right",
-  "continue",
-  "stop_at",
-  "stop_moving",
-  "follow_wall",
-  "come_here",
-  "follow_me",
-]);
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../drive/suggest.js").Kind} Kind */
+/** @typedef {import("../drive/suggest.js").NumberRow} NumberRow */
 
 class CommandChips extends Panel {
   #chips = make("div", { class: "chips", role: "group", "aria-label": "Commands" });
@@ -49,9 +38,9 @@ class CommandChips extends Panel {
 
   #able() {
     for (const button of this.#chips.querySelectorAll("button")) {
-      button.disabled = button.dataset["command"] === "stop_moving" ? !this.#up : this.#off; // anyone may stop it
+      button.disabled = button.dataset["command"] === "stop_moving" ? !this.#up : this.#off; // anyone may stop the robot
     }
-    mark(this.#chips, "tabindex", this.#off ? "0" : null); // what scrolls must be reached by keys, also when nothing in it can
+    mark(this.#chips, "tabindex", this.#off ? "0" : null); // a scrolling list must be reachable by keys, also while its buttons are disabled
   }
 
   /** @param {Kind} kind */
@@ -62,7 +51,7 @@ class CommandChips extends Panel {
     const chip = make(
       "button",
       { type: "button", class: "chip", title: kind.summary, "data-command": kind.name },
-      icon(DRAWN.has(kind.name) ? kind.name : "command"),
+      icon(kind.icon || "command"),
       label,
     );
     chip.addEventListener("click", () => (asks ? this.#ask(kind, pattern) : void this.session.say(pattern, "chip")));
@@ -110,7 +99,7 @@ class CommandChips extends Panel {
     const form = make(
       "form",
       { class: "chip-form", "aria-label": kind.summary, novalidate: true },
-      icon(DRAWN.has(kind.name) ? kind.name : "command"),
+      icon(kind.icon || "command"),
       ...parts,
       unit,
       make("button", { type: "submit", class: "button primary" }, "Go"),
@@ -148,7 +137,7 @@ class CommandChips extends Panel {
 }
 
 /**
- * The numbers in the boxes, or null with a sentence beside them and the focus on the first that is wrong.
+ * Read the numbers in the boxes. Null when one is wrong: shows a sentence and moves the focus there.
  * @param {readonly NumberRow[]} wanted
  * @param {ReadonlyMap<string, HTMLInputElement>} boxes
  * @param {Element} says

@@ -1,19 +1,19 @@
-// Words for the robot, with what they could become.
+// Element <command-line>: text box for commands with completion and recall.
 
-import { wordsOf } from "../api.js";
-import { icon, make, mark } from "../element.js";
-import { mayBegin } from "../intent.js";
-import { Panel } from "../panel.js";
-import { Recall, suggest } from "../suggest.js";
+import { Recall, suggest } from "../drive/suggest.js";
+import { wordsOf } from "../net/api.js";
+import { icon, make, mark } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
+import { mayBegin } from "../ui/pending-command.js";
 
-/** @typedef {import("../session.js").View} View */
-/** @typedef {import("../suggest.js").Suggestion} Suggestion */
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../drive/suggest.js").Suggestion} Suggestion */
 
-const HEARD_MS = 6000; // that words which are obeyed stand in the box
+const HEARD_MS = 6000; // for which words that were heard stay in the box
 
-/** @typedef {import("../hear/talk.js").Transcript} Transcript */
+/** @typedef {import("../voice/audio-socket.js").Transcript} Transcript */
 
-const ASK = "Tell it what to do"; // fits a phone
+const ASK = "Tell it what to do"; // short enough for a phone
 
 export class CommandLine extends Panel {
   #box = make("input", {
@@ -46,7 +46,7 @@ export class CommandLine extends Panel {
   #offered = [];
   #chosen = -1;
   #asked = false;
-  #heard = ""; // what was heard, as long as nobody has changed it
+  #heard = ""; // transcript in the box, while it is unchanged
   #away = 0;
 
   /** @override */
@@ -71,7 +71,7 @@ export class CommandLine extends Panel {
     this.#box.addEventListener("keydown", (event) => this.#key(event));
     this.#box.addEventListener("blur", () => this.#shut());
     this.session.on("transcript", (transcript) => this.#hear(transcript));
-    this.session.on("interrupt", () => this.#heard && this.#empty()); // somebody speaks anew
+    this.session.on("interrupt", () => this.#heard && this.#empty()); // a person speaks again
     this.session.on("history", (rows) => {
       if (this.#asked) return;
       this.#asked = true;
@@ -91,13 +91,13 @@ export class CommandLine extends Panel {
   show({ up, permission }) {
     const off = !up || permission.may === "no";
     mark(this.#box, "aria-disabled", up ? null : "true");
-    this.#send.disabled = !up; // who may not drive may still say "stop"; anything else is refused with the reason
+    this.#send.disabled = !up; // without control "stop" still works; other commands are refused with the reason
     const hint = off ? permission.why : ASK;
     if (this.#box.placeholder !== hint) this.#box.placeholder = hint;
   }
 
   /**
-   * What was heard stands where typed words stand, unless somebody is typing; refused words can be put right there.
+   * Put a transcript into the box, unless the operator is typing; refused words can be corrected there.
    * @param {Transcript} transcript
    */
   #hear({ words, heard_as, accepted, overtaken }) {
@@ -126,7 +126,7 @@ export class CommandLine extends Panel {
   async #say() {
     const waiting = mayBegin(this.session.view);
     if (waiting && this.#box.value === this.#heard && this.#chosen < 0) {
-      await this.session.beginIntent(waiting.id); // an empty box, or the very words that wait
+      await this.session.beginPendingCommand(waiting.id); // an empty box, or the words of the pending command
       return;
     }
     const chosen = this.#offered[this.#chosen];

@@ -1,15 +1,15 @@
-// One line that says the newest fact: what is being obeyed, how the last command ended, why it was refused, that it stands.
+// Element <command-status>: status line with the running command, the newest result or refusal.
 
-import { wordsOf } from "../api.js";
-import { icon, make, mark, redraw, write } from "../element.js";
-import { Panel } from "../panel.js";
-import { StatusLog } from "../status.js";
-import { MAP_DRAWN } from "../webgl.js";
+import { wordsOf } from "../net/api.js";
+import { icon, make, mark, redraw, write } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
+import { StatusLog } from "../ui/status.js";
+import { MAP_DRAWN } from "../ui/webgl.js";
 
-/** @typedef {import("../session.js").View} View */
-/** @typedef {import("../session.js").Said} Said */
-/** @typedef {import("../api.js").HistoryRow} HistoryRow */
-/** @typedef {import("../status.js").StatusLine} StatusLine */
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../net/session.js").Said} Said */
+/** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
+/** @typedef {import("../ui/status.js").StatusLine} StatusLine */
 
 const POINT = matchMedia("(pointer: coarse)").matches ? "tap" : "click";
 /** @type {StatusLine} */
@@ -18,7 +18,7 @@ const READY = {
   words: "Ready",
   remark: MAP_DRAWN ? `Type, press a button below, or ${POINT} the floor.` : "Type, or press a button below.",
   state: "",
-  meant: [],
+  suggestions: [],
 };
 const OFFERED = 3;
 
@@ -26,7 +26,7 @@ class CommandStatus extends Panel {
   #icon = icon("command");
   #words = make("span", { class: "status-words" });
   #remark = make("span", { class: "status-remark" });
-  #meant = make("div", { class: "meant", role: "group", "aria-label": "Did you mean" });
+  #suggestions = make("div", { class: "suggested", role: "group", "aria-label": "Did you mean" });
   #bar = make("div", { class: "bar-fill" });
   #progress = make(
     "div",
@@ -47,7 +47,7 @@ class CommandStatus extends Panel {
     this.append(
       this.#icon,
       make("p", { class: "status-text" }, this.#words, this.#remark),
-      this.#meant,
+      this.#suggestions,
       this.#progress,
       this.#cancel,
     );
@@ -78,8 +78,8 @@ class CommandStatus extends Panel {
       mark(this.#progress, "aria-valuenow", String(percent));
     }
     const line = this.#log.line(view, now, READY);
-    const offered = line.room ? state?.ears?.meant : null;
-    this.#show(offered ? { ...line, meant: [offered] } : line);
+    const offered = line.room ? state?.ears?.suggested_command : null;
+    this.#show(offered ? { ...line, suggestions: [offered] } : line);
   }
 
   /** @param {Said} said */
@@ -100,13 +100,13 @@ class CommandStatus extends Panel {
     write(this.#words, line.words);
     write(this.#remark, line.remark);
     mark(this, "data-state", line.state || null);
-    const meant = line.meant.slice(0, OFFERED);
-    this.#meant.hidden = meant.length === 0;
-    if (this.#meant.dataset["meant"] === meant.join("|")) return;
-    this.#meant.dataset["meant"] = meant.join("|");
-    this.#meant.replaceChildren(
+    const suggestions = line.suggestions.slice(0, OFFERED);
+    this.#suggestions.hidden = suggestions.length === 0;
+    if (this.#suggestions.dataset["suggested"] === suggestions.join("|")) return;
+    this.#suggestions.dataset["suggested"] = suggestions.join("|");
+    this.#suggestions.replaceChildren(
       make("span", { class: "note" }, "Did you mean"),
-      ...meant.map((text) => this.#offer(text)),
+      ...suggestions.map((text) => this.#offer(text)),
     );
   }
 

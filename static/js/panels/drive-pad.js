@@ -1,14 +1,14 @@
-// Hold to drive: a stick for the thumb or the mouse, keys that light, five speeds, and what the gate says.
+// Element <drive-pad>: stick, keys, speed presets and the reason why driving is not possible.
 
-import { PRESETS, SLOW } from "../drive.js";
-import { icon, make, mark, write } from "../element.js";
-import { speed, turnRate } from "../format.js";
-import { Panel } from "../panel.js";
+import { PRESETS, SLOW } from "../drive/drive.js";
+import { icon, make, mark, write } from "../ui/element.js";
+import { speed, turnRate } from "../ui/format.js";
+import { Panel } from "../ui/panel.js";
 
-/** @typedef {import("../session.js").View} View */
-/** @typedef {import("../hands.js").Hands} Hands */
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../drive/operator-input.js").OperatorInput} OperatorInput */
 
-const DEAD = 0.12; // of the radius: a resting thumb is no wish
+const DEAD = 0.12; // of the radius: dead zone of a resting thumb
 
 export class DrivePad extends Panel {
   #knob = make("span", { class: "knob" });
@@ -38,8 +38,8 @@ export class DrivePad extends Panel {
   #top = make("span");
   #moving = make("span", { class: "moving" });
   #why = make("p", { class: "drive-why" });
-  /** @type {Hands | null} */
-  #hands = null;
+  /** @type {OperatorInput | null} */
+  #operatorInput = null;
   /** @type {number | null} */
   #pointer = null;
   #said = "";
@@ -63,18 +63,18 @@ export class DrivePad extends Panel {
     );
   }
 
-  /** @param {Hands} hands */
-  hold(hands) {
-    this.#hands = hands;
+  /** @param {OperatorInput} operatorInput */
+  hold(operatorInput) {
+    this.#operatorInput = operatorInput;
     /** @param {number} preset */
     const set = (preset) => {
-      hands.drive.preset = Math.min(PRESETS.length, Math.max(1, preset));
+      operatorInput.drive.preset = Math.min(PRESETS.length, Math.max(1, preset));
     };
     for (const button of this.#presets.querySelectorAll("button")) {
       button.addEventListener("click", () => set(Number(button.dataset["preset"])));
     }
-    this.#less.addEventListener("click", () => set(hands.drive.preset - 1));
-    this.#more.addEventListener("click", () => set(hands.drive.preset + 1));
+    this.#less.addEventListener("click", () => set(operatorInput.drive.preset - 1));
+    this.#more.addEventListener("click", () => set(operatorInput.drive.preset + 1));
     const stick = this.#stick;
     stick.addEventListener("pointerdown", (event) => {
       if (event.button !== 0 || this.#pointer !== null) return;
@@ -97,12 +97,12 @@ export class DrivePad extends Panel {
    * @param {View} view
    */
   show({ hello, state, permission, up }) {
-    const hands = this.#hands;
-    if (!hands || !hello || !state) return;
-    const { drive } = hands;
+    const operatorInput = this.#operatorInput;
+    if (!operatorInput || !hello || !state) return;
+    const { drive } = operatorInput;
     if (!drive.engaged && this.#pointer === null) this.#place(0, 0);
-    const wish = hands.keyWish;
-    const lit = { up: wish.v > 0, down: wish.v < 0, left: wish.w > 0, right: wish.w < 0 };
+    const velocity = operatorInput.keyVelocity;
+    const lit = { up: velocity.v > 0, down: velocity.v < 0, left: velocity.w > 0, right: velocity.w < 0 };
     for (const way of this.#stick.querySelectorAll(".way")) {
       mark(way, "data-lit", lit[/** @type {keyof typeof lit} */ (way.getAttribute("data-way"))] && !drive.mustLetGo);
     }
@@ -137,13 +137,13 @@ export class DrivePad extends Panel {
     const far = Math.hypot(x, y);
     const [u, v] = far > 1 ? [x / far, y / far] : [x, y];
     this.#place(u * reach, v * reach);
-    this.#hands?.stick({ v: still(-v), w: still(-u) });
+    this.#operatorInput?.stick({ v: still(-v), w: still(-u) });
   }
 
   #release() {
     this.#pointer = null;
     this.#place(0, 0);
-    this.#hands?.stick({ v: 0, w: 0 });
+    this.#operatorInput?.stick({ v: 0, w: 0 });
   }
 
   /**

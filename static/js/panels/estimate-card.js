@@ -1,12 +1,12 @@
-// Where the robot believes it is, how sure it is, and how far the wheels alone would be off.
+// Element <estimate-card>: estimated pose, its uncertainty, and the error of dead reckoning.
 
-import { make, mark, write } from "../element.js";
-import { degrees, fixed, headingBetween, metres, sigmas, spread } from "../format.js";
-import { Panel } from "../panel.js";
+import { make, mark, write } from "../ui/element.js";
+import { degrees, fixed, headingBetween, metres, sigmas, spread } from "../ui/format.js";
+import { Panel } from "../ui/panel.js";
 import { LandmarkTable } from "./landmark-table.js";
 
-/** @typedef {import("../session.js").View} View */
-/** @typedef {import("../wire.js").State} State */
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../net/messages.js").State} State */
 
 /** @type {Readonly<Record<string, string>>} */
 const MODES = { invariant: "EKF, invariant", paper: "EKF, as in the paper", dead_reckoning: "wheels alone" };

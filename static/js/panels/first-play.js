@@ -1,10 +1,10 @@
-// A recording that waits at its beginning: a large Play where the map will be.
+// Element <first-play>: large Play button of a recording that waits at its beginning.
 
-import { icon, make } from "../element.js";
-import { duration } from "../format.js";
-import { Panel } from "../panel.js";
+import { icon, make } from "../ui/element.js";
+import { duration } from "../ui/format.js";
+import { Panel } from "../ui/panel.js";
 
-/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../net/session.js").View} View */
 
 const BEGUN = 0.02; // of the recording; some begin before their first scan
 

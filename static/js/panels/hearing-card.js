@@ -1,13 +1,13 @@
-// What is heard: where voices are around the robot, how sure that is, and what was made of their words.
+// Element <hearing-card>: directions of voices, transcripts, and the microphone check.
 
-import * as api from "../api.js";
-import { icon, make, mark, write } from "../element.js";
-import { degrees, inWords } from "../format.js";
-import { SoundRose } from "../hear/sound-rose.js";
-import { Panel } from "../panel.js";
+import * as api from "../net/api.js";
+import { icon, make, mark, write } from "../ui/element.js";
+import { degrees, inWords } from "../ui/format.js";
+import { Panel } from "../ui/panel.js";
+import { SoundRose } from "../ui/sound-rose.js";
 
-/** @typedef {import("../session.js").View} View */
-/** @typedef {import("../hear/talk.js").Transcript} Transcript */
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../voice/audio-socket.js").Transcript} Transcript */
 
 const MOST_LINES = 6;
 const CHECK = "Check the microphones";
@@ -22,13 +22,13 @@ class HearingCard extends Panel {
       type: "button",
       class: "toggle",
       "aria-pressed": "false",
-      title: "Do what voices in the room say, while you drive",
+      title: "Execute commands of voices in the room while you drive",
     },
     "Obey",
   );
   #check = make("button", { type: "button" }, CHECK);
   #faults = make("ul", { class: "faults", role: "status", hidden: true });
-  #measure = make("a", { href: "hearing" }, "How well do I hear you here?");
+  #measure = make("a", { href: "hearing" }, "How well does it hear you here?");
   #lines = make("ol", { class: "transcripts", "aria-label": "What was heard", role: "log" });
   #checking = false;
   #none = make("p", { class: "note" });
@@ -76,18 +76,18 @@ class HearingCard extends Panel {
     this.#measure.hidden = hello?.robot.kind !== "SIM";
     this.#check.disabled = !up || permission.may === "no" || this.#checking;
     this.#listen.disabled = this.#obey.disabled = !up || permission.may === "no";
-    mark(this.#obey, "aria-pressed", String(ears?.obeyed ?? false));
+    mark(this.#obey, "aria-pressed", String(ears?.voice_control ?? false));
     if (!ears?.muted) mark(this.#listen, "aria-pressed", String(ears?.listening ?? false));
     this.#rose.show(ears);
     const [voice] = ears?.voices ?? [];
     const on = this.#listen.getAttribute("aria-pressed") === "true";
     const quiet = on ? silence(ears) : "";
-    write(this.#where, voice ? told(voice) : quiet);
+    write(this.#where, voice ? describe(voice) : quiet);
     this.#where.hidden = this.#where.textContent === "";
-    write(this.#none, hint(on, ears?.obeyed ?? false));
+    write(this.#none, hint(on, ears?.voice_control ?? false));
   }
 
-  /** Three seconds of sound, looked at for faults of the wiring. */
+  /** Check three seconds of sound for wiring faults. */
   async #examine() {
     if (!this.#faults.hidden) {
       this.#faults.hidden = true;
@@ -96,12 +96,12 @@ class HearingCard extends Panel {
     }
     const simulated = this.session.hello?.robot.kind === "SIM";
     this.#checking = true;
-    write(this.#check, simulated ? "Somebody speaks…" : "Speak for three seconds…");
+    write(this.#check, simulated ? "The simulated person speaks…" : "Speak for three seconds…");
     try {
       const { well, faults } = await api.checkArray(simulated);
       const rows = faults.map(({ sentence, serious }) => fault(sentence, serious ? "warning" : "info"));
       this.#faults.replaceChildren(
-        ...(well ? [fault("Every channel is heard, and all of them fit.", "done")] : []),
+        ...(well ? [fault("Every channel works, and all of them fit together.", "done")] : []),
         ...rows,
       );
       this.#faults.hidden = false;
@@ -109,7 +109,7 @@ class HearingCard extends Panel {
       this.session.complain(refusal instanceof Error ? refusal.message : "That did not work.");
     }
     this.#checking = false;
-    write(this.#check, this.#faults.hidden ? CHECK : "Hide what was found");
+    write(this.#check, this.#faults.hidden ? CHECK : "Hide the result");
   }
 
   async #toggle() {
@@ -121,7 +121,7 @@ class HearingCard extends Panel {
     }
   }
 
-  /** Let voices in the room give orders, or no more. */
+  /** Switch voice control from the room on or off. */
   async #takeOn() {
     try {
       await api.obeyVoices(this.#obey.getAttribute("aria-pressed") !== "true");
@@ -161,30 +161,30 @@ const fault = (sentence, kind) =>
   make("li", { class: "fault", "data-kind": kind }, icon(kind), make("span", {}, sentence));
 
 /**
- * What is said while it listens and hears nobody.
- * @param {import("../wire.js").Ears | null} ears
+ * Sentence while the robot listens and hears no voice.
+ * @param {import("../net/messages.js").HearingState | null} ears
  */
 function silence(ears) {
   if (ears?.muted) return "Not listening while the robot speaks.";
-  return ears?.waking ? "Hears from where somebody speaks; words in a moment." : "Listening; nobody speaks.";
+  return ears?.starting ? "Hears directions of voices; speech recognition is starting." : "Listening; no voice.";
 }
 
 /**
- * What to do while nothing was said yet.
+ * Hint before the first transcript.
  * @param {boolean} listening
- * @param {boolean} obeyed voices in the room give orders
+ * @param {boolean} voice_control true when voices in the room give commands
  */
-function hint(listening, obeyed) {
+function hint(listening, voice_control) {
   if (!listening) return "Hold the microphone (V) and speak, or let the robot listen.";
-  if (!obeyed) return "Hold the microphone (V) and speak, or press Obey and say it in the room.";
+  if (!voice_control) return "Hold the microphone (V) and speak, or press Obey and say it in the room.";
   return "Say a command in the room, or hold the microphone (V) and speak.";
 }
 
 /**
- * A voice's direction as people say it.
- * @param {import("../wire.js").VoiceHeard} voice
+ * Sentence about the direction of a voice.
+ * @param {import("../net/messages.js").VoiceHeard} voice
  */
-function told({ azimuth_rad, sd_heard_rad, ambiguity }) {
+function describe({ azimuth_rad, sd_heard_rad, ambiguity }) {
   return `A voice ${inWords(azimuth_rad)}, ± ${degrees(2 * sd_heard_rad, 0)}.${ambiguity ? ` ${ambiguity}` : ""}`;
 }
 

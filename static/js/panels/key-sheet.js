@@ -1,7 +1,7 @@
-// Every key of the page, on one sheet.
+// Element <key-sheet>: dialog that lists the keys of the page.
 
-import { icon, make } from "../element.js";
-import { Panel } from "../panel.js";
+import { icon, make } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
 
 const KEYS = [
   [["Esc"], "Stop, everywhere, also while typing"],
@@ -11,8 +11,8 @@ const KEYS = [
   [["1", "…", "5"], "Speed"],
   [["V"], "Hold to talk"],
   [["/"], "To the command line"],
-  [["↑", "↓"], "In the command line: what was said before, or the suggestions"],
-  [["Enter"], "Send; press the button in focus; begin the spoken order that waits"],
+  [["↑", "↓"], "In the command line: earlier commands, or the suggestions"],
+  [["Enter"], "Send; press the button in focus; begin the pending command"],
   [["?"], "This sheet"],
 ];
 

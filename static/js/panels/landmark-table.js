@@ -1,9 +1,9 @@
-// The paper's table L as the operator may read it: every landmark, how sure it is, how often it was met and missed.
+// Element <landmark-table>: landmarks with position, uncertainty, hits and misses (the paper’s table L).
 
-import { make, write } from "../element.js";
-import { fixed, largestSigma } from "../format.js";
+import { make, write } from "../ui/element.js";
+import { fixed, largestSigma } from "../ui/format.js";
 
-/** @typedef {import("../wire.js").LandmarkRow} LandmarkRow */
+/** @typedef {import("../net/messages.js").LandmarkRow} LandmarkRow */
 
 const EVERY_MS = 400;
 const COLUMNS = ["No.", "x m", "y m", "± cm", "Hits", "Missed"];
@@ -49,8 +49,8 @@ export class LandmarkTable extends HTMLElement {
 
 /** @param {LandmarkRow} landmark */
 function rowOf({ id, x_m: x, y_m: y, cov_m2: covariance, hits, misses }) {
-  const unsure = 100 * largestSigma(covariance);
-  return [String(id), fixed(x, 2), fixed(y, 2), fixed(unsure, 1), String(hits), String(misses)];
+  const uncertain = 100 * largestSigma(covariance);
+  return [String(id), fixed(x, 2), fixed(y, 2), fixed(uncertain, 1), String(hits), String(misses)];
 }
 
 customElements.define("landmark-table", LandmarkTable);

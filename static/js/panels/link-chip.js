@@ -1,13 +1,13 @@
-// How well the page hears the robot: round trip, rate, age; the rest on a press.
+// Element <link-chip>: quality of the link: round trip, rate, age; details on a press.
 
-import { icon, make, mark, redraw, write } from "../element.js";
-import { age, fixed } from "../format.js";
-import { Panel } from "../panel.js";
-import { popover } from "../popover.js";
+import { icon, make, mark, redraw, write } from "../ui/element.js";
+import { age, fixed } from "../ui/format.js";
+import { Panel } from "../ui/panel.js";
+import { popover } from "../ui/popover.js";
 
-/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../net/session.js").View} View */
 
-const WORDS = { connecting: "waking up", live: "live", stale: "silent", lost: "lost" };
+const WORDS = { connecting: "starting up", live: "live", stale: "silent", lost: "lost" };
 
 class LinkChip extends Panel {
   #icon = icon("link");

@@ -1,7 +1,7 @@
-// A number over the last two minutes: a line, what is expected of it as a band or a dashed line, and axes to read.
+// Plot of one value over the last two minutes, with its expected band or limit.
 
-import { make, mark, svg, write } from "../element.js";
-import { line, Series, SPAN_S, ticks } from "../series.js";
+import { make, mark, svg, write } from "../ui/element.js";
+import { line, Series, SPAN_S, ticks } from "../ui/series.js";
 
 /**
  * @typedef {object} Look
@@ -9,7 +9,7 @@ import { line, Series, SPAN_S, ticks } from "../series.js";
  * @property {string} says what it means, in a sentence
  * @property {(high: number) => {unit: string, times: number}} unit in which values up to this are read
  * @property {number} least the axis reaches at least so far
- * @property {string} [claim] what the dashed line is
+ * @property {string} [claim] meaning of the dashed line
  */
 
 const HEIGHT = 68; // [px]
@@ -63,18 +63,18 @@ export class LivePlot extends HTMLElement {
   /**
    * @param {number} time [s], robot clock
    * @param {number | null} value
-   * @param {number | null} [claim] what the dashed line says
+   * @param {number | null} [claim] value of the dashed line
    */
   add(time, value, claim = null) {
     this.#series.add(time, value, claim);
   }
 
-  /** @param {string} words beside its name */
+  /** @param {string} words next to its name */
   note(words) {
     write(this.#note, words);
   }
 
-  /** @param {readonly [number, number] | null} expected between these it should lie */
+  /** @param {readonly [number, number] | null} expected interval of the value */
   show(expected = null) {
     const now = performance.now();
     if (this.offsetParent === null || now - this.#shownAt < EVERY_MS) return;
@@ -107,13 +107,13 @@ export class LivePlot extends HTMLElement {
       mark(this.#dot, "cx", x(end).toFixed(1));
       mark(this.#dot, "cy", y(value).toFixed(1));
     }
-    const told = known ? `${figure(value * times)}${unit}` : "–";
-    write(this.#value, told);
+    const reading = known ? `${figure(value * times)}${unit}` : "–";
+    write(this.#value, reading);
     mark(this.#value, "data-tone", this.#expected && value > high ? "stale" : null);
     mark(
       this.#drawing,
       "aria-label",
-      `${this.#look.name}, the last two minutes: now ${told}, at most ${figure(highest * times)}${unit}`,
+      `${this.#look.name}, the last two minutes: now ${reading}, at most ${figure(highest * times)}${unit}`,
     );
   }
 

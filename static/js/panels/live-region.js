@@ -1,7 +1,7 @@
-// What a screen reader says: results, banners, refusals. One sentence at a time, repeats left out.
+// Element <live-region>: announcements for screen readers, one sentence at a time, without repeats.
 
-import { make } from "../element.js";
-import { Panel } from "../panel.js";
+import { make } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
 
 const BREATH_MS = 150; // readers need a change after an empty moment to speak the same place again
 
@@ -14,7 +14,7 @@ class LiveRegion extends Panel {
   /** @override */
   build() {
     this.append(this.#place);
-    this.session.on("told", (sentence) => {
+    this.session.on("announcement", (sentence) => {
       if (this.#waiting.at(-1) === sentence) return;
       this.#waiting.push(sentence);
       this.#waiting.splice(0, this.#waiting.length - 4);

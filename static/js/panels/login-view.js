@@ -1,8 +1,8 @@
-// Signing in with the token that Beckon printed where it was started.
+// Element <login-view>: sign-in with the token that Beckon prints when it starts.
 
-import { login } from "../api.js";
-import { icon, make, write } from "../element.js";
-import { Panel } from "../panel.js";
+import { login } from "../net/api.js";
+import { icon, make, write } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
 
 export class LoginView extends Panel {
   #box = make("input", {

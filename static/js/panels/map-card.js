@@ -1,12 +1,12 @@
-// The map to keep: save it under a name, go on in a saved one, take it away as files.
+// Element <map-card>: save the map, load a saved map, download map files.
 
-import { address, Refusal } from "../api.js";
-import { icon, make, mark, write } from "../element.js";
-import { fixed, timeOfDay } from "../format.js";
-import * as maps from "../maps.js";
-import { Panel } from "../panel.js";
+import { address, Refusal } from "../net/api.js";
+import * as maps from "../net/maps-api.js";
+import { icon, make, mark, write } from "../ui/element.js";
+import { fixed, timeOfDay } from "../ui/format.js";
+import { Panel } from "../ui/panel.js";
 
-/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../net/session.js").View} View */
 /** @typedef {maps.SavedMap} SavedMap */
 
 const FILES = /** @type {const} */ ([
@@ -63,7 +63,7 @@ class MapCard extends Panel {
       make("div", { class: "slam-head" }, make("h3", {}, "Saved maps")),
       this.#empty,
       this.#list,
-      make("div", { class: "slam-head" }, make("h3", {}, "Take it along")),
+      make("div", { class: "slam-head" }, make("h3", {}, "Downloads")),
       make("div", { class: "map-files" }, ...files),
     );
     this.#form.addEventListener("submit", (event) => {
@@ -83,8 +83,8 @@ class MapCard extends Panel {
     this.#operates = up && hello.you.role !== "viewer";
     this.#form.hidden = hello.you.role === "viewer";
     const { name, revision } = state.map;
-    const told = name === null ? "This map is not saved." : `This is the map “${name}”.`;
-    write(this.#now, told);
+    const text = name === null ? "This map is not saved." : `This is the map “${name}”.`;
+    write(this.#now, text);
     for (const button of this.querySelectorAll("button")) button.disabled = !this.#operates || this.#busy;
     const stands = this.#maps.some((map) => map.name.toLowerCase() === this.#name.value.trim().toLowerCase());
     write(this.#saveWords, stands ? "Replace" : "Save");
@@ -153,8 +153,8 @@ class MapCard extends Panel {
     const acts = make("div", { class: "map-acts" });
     if (!this.#form.hidden) {
       acts.append(
-        this.#act("open", `Go on in ${map.name}`, () =>
-          this.#ask(row, "What is not saved of the present map is gone.", "Go on in it", () => maps.load(map.name)),
+        this.#act("open", `Load ${map.name}`, () =>
+          this.#ask(row, "Unsaved changes of the present map will be lost.", "Load it", () => maps.load(map.name)),
         ),
       );
     }
@@ -198,7 +198,7 @@ class MapCard extends Panel {
   }
 
   /**
-   * In place, where the finger is: what would happen, and whether it shall.
+   * Ask for confirmation in the row itself.
    * @param {HTMLElement} row
    * @param {string} sentence
    * @param {string} act

@@ -1,9 +1,9 @@
-// New notices pass over the map; errors stay until they are put away. All of them stay in the list of notices.
+// Element <notice-toasts>: new notices over the map; errors stay until they are dismissed.
 
-import { icon, make, redraw, write } from "../element.js";
-import { Panel } from "../panel.js";
+import { icon, make, redraw, write } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
 
-/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../net/session.js").View} View */
 /** @typedef {"info" | "warning" | "error"} Level */
 
 const STAYS_MS = { info: 6000, warning: 15000, error: Infinity };
@@ -24,7 +24,7 @@ class NoticeToasts extends Panel {
   }
 
   /**
-   * A notice passes once; what changes in it, and its end, is told where it still shows.
+   * Show each notice once; update or remove it while it is still shown.
    * @override
    * @param {View} view
    */
@@ -39,7 +39,7 @@ class NoticeToasts extends Panel {
     this.#first = false;
     for (const [id, toast] of this.#shown) {
       if (!toast.isConnected) this.#shown.delete(id);
-      else if (!notices.some((notice) => notice.id === id)) toast.remove(); // a newer one of the same cause stands
+      else if (!notices.some((notice) => notice.id === id)) toast.remove(); // a newer notice of the same cause replaced it
     }
   }
 
@@ -68,11 +68,7 @@ class NoticeToasts extends Panel {
   #raise(level, text) {
     const same = [...this.children].find((toast) => toast.textContent === text);
     if (same) return /** @type {HTMLElement} */ (same);
-    const away = make(
-      "button",
-      { type: "button", class: "icon-button small", "aria-label": "Put away" },
-      icon("close"),
-    );
+    const away = make("button", { type: "button", class: "icon-button small", "aria-label": "Dismiss" }, icon("close"));
     const toast = make("div", { class: "toast", "data-level": level }, icon(drawing(level)), make("p", {}, text), away);
     away.addEventListener("click", () => toast.remove());
     leave(toast, level);

@@ -1,16 +1,16 @@
-// "I am here": the map from above. Press where the robot stands and drag to where it looks; its scan goes along.
+// Element <place-view>: places the robot on the map: press its position, drag to its heading.
 
-import { Refusal } from "../api.js";
-import { icon, make, write } from "../element.js";
-import { FloorView, headingOf } from "../floor-view.js";
-import { degrees } from "../format.js";
-import * as maps from "../maps.js";
-import { Panel } from "../panel.js";
-import { drawPlace } from "../place-drawing.js";
+import { Refusal } from "../net/api.js";
+import * as maps from "../net/maps-api.js";
+import { icon, make, write } from "../ui/element.js";
+import { FloorView, headingOf } from "../ui/floor-view.js";
+import { degrees } from "../ui/format.js";
+import { Panel } from "../ui/panel.js";
+import { drawPlace } from "../ui/place-drawing.js";
 
-/** @typedef {import("../session.js").View} View */
-/** @typedef {import("../floor-view.js").Point} Point */
-/** @typedef {import("../place-drawing.js").Placed} Placed */
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../ui/floor-view.js").Point} Point */
+/** @typedef {import("../ui/place-drawing.js").Placed} Placed */
 
 const MARGIN = 34; // [px] around the map
 const DRAG = 14; // [px] from which a drag says a heading
@@ -40,7 +40,7 @@ class PlaceView extends Panel {
   #scan = [];
   #scanAt = -Infinity;
   #view = new FloorView(50, 0, 0);
-  #moved = false; // by hand: it stays as it is when the window changes
+  #moved = false; // by the operator: kept when the window changes
   /** @type {Placed | null} */
   #placed = null;
   /** @type {Map<number, Point>} */
@@ -88,7 +88,7 @@ class PlaceView extends Panel {
     const { lost } = view.state.floor;
     if (this.#wasLost && lost === null) {
       this.#close();
-      this.session.announce("The robot has found itself.");
+      this.session.announce("The robot is localized.");
       return;
     }
     this.#wasLost = lost !== null;
@@ -125,7 +125,7 @@ class PlaceView extends Panel {
   async #tell() {
     const placed = this.#placed;
     if (!placed) return;
-    const where = { x_m: placed.x, y_m: placed.y, heading_rad: placed.heading, anyway: !this.#wasLost };
+    const where = { x_m: placed.x, y_m: placed.y, heading_rad: placed.heading, force: !this.#wasLost };
     try {
       await maps.here(where);
       this.session.announce("The robot looks around the place you showed.");
@@ -141,14 +141,14 @@ class PlaceView extends Panel {
     this.#draw();
   }
 
-  // hands
+  // operator input
 
   /** @param {PointerEvent} event */
   #down(event) {
     this.#canvas.setPointerCapture(event.pointerId);
     this.#fingers.set(event.pointerId, pointOf(event));
     if (this.#fingers.size > 1) {
-      this.#pressed = null; // a second finger: they move the map
+      this.#pressed = null; // a second finger: both move the map
       return;
     }
     this.#pressed = pointOf(event);
@@ -209,9 +209,9 @@ class PlaceView extends Panel {
 
   #write() {
     const placed = this.#placed;
-    if (placed === null) write(this.#words, "Press where it stands, and drag to where it looks.");
-    else if (placed.heading === null) write(this.#words, "Drag to say where it looks, or let it find that out.");
-    else write(this.#words, `It looks to ${degrees(placed.heading)}. The dots are what its laser meets now.`);
+    if (placed === null) write(this.#words, "Press its position, and drag to its heading.");
+    else if (placed.heading === null) write(this.#words, "Drag to give its heading, or let it be found.");
+    else write(this.#words, `Heading ${degrees(placed.heading)}. The dots are the present laser scan.`);
     this.#put.disabled = placed === null || this.#shown?.up === false;
   }
 

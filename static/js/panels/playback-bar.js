@@ -1,10 +1,10 @@
-// A recording: play, pause, how fast, and where.
+// Element <playback-bar>: play, pause, speed and position of a recording.
 
-import { icon, make, mark, redraw, write } from "../element.js";
-import { duration } from "../format.js";
-import { Panel } from "../panel.js";
+import { icon, make, mark, redraw, write } from "../ui/element.js";
+import { duration } from "../ui/format.js";
+import { Panel } from "../ui/panel.js";
 
-/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../net/session.js").View} View */
 
 const SPEEDS = [0.5, 1, 2, 5, 10];
 const STEPS = 1000;

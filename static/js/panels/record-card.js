@@ -1,14 +1,14 @@
-// What was told and how it ended; what the robot had to say; how the mapping fares; the maps that are kept.
+// Element <record-card>: tabs with history, notices, SLAM figures and maps.
 
-import { qualityRuns, wordsOf } from "../api.js";
-import { icon, make, mark, write } from "../element.js";
-import { age, quantities, timeOfDay } from "../format.js";
-import { remember, remembered } from "../memory.js";
-import { Panel } from "../panel.js";
+import { qualityRuns, wordsOf } from "../net/api.js";
+import { icon, make, mark, write } from "../ui/element.js";
+import { age, quantities, timeOfDay } from "../ui/format.js";
+import { remember, remembered } from "../ui/local-storage.js";
+import { Panel } from "../ui/panel.js";
 
-/** @typedef {import("../session.js").View} View */
-/** @typedef {import("../api.js").HistoryRow} HistoryRow */
-/** @typedef {import("../wire.js").NoticeLine} NoticeLine */
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
+/** @typedef {import("../net/messages.js").NoticeLine} NoticeLine */
 
 /** @typedef {"history" | "notices" | "slam" | "maps"} Tab */
 const TABS = /** @type {const} */ (["history", "notices", "slam", "maps"]);
@@ -102,7 +102,7 @@ class RecordCard extends Panel {
     for (const button of this.#history.querySelectorAll("button")) button.disabled = permission.may === "no";
     const notices = state?.notices ?? [];
     const newest = notices.at(-1)?.id ?? -1;
-    const listed = notices.map(({ id, text }) => `${id} ${text}`).join("|"); // a notice may change and end
+    const listed = notices.map(({ id, text }) => `${id} ${text}`).join("|"); // a notice can change and end
     if (listed === this.#listedNotices) return;
     [this.#newestNotice, this.#listedNotices] = [newest, listed];
     if (this.#open === "notices") this.#seenNotice = newest;
@@ -131,7 +131,7 @@ class RecordCard extends Panel {
     this.#explain();
   }
 
-  /** Plots and maps stand in the camera's place, too, unless that was switched off. */
+  /** Show plots and maps in the camera's place, too, unless that was switched off. */
   #grow() {
     const long = this.#open === "slam" || this.#open === "maps";
     const tall = long && remembered("tall", "yes") === "yes";
@@ -140,7 +140,7 @@ class RecordCard extends Panel {
     this.#tall.hidden = !long;
   }
 
-  /** How well words were understood when that was last measured. */
+  /** Result of the newest speech quality measurement. */
   async #readScore() {
     const runs = await qualityRuns().catch(() => []);
     const newest = runs.find(({ summary }) => summary);
@@ -157,10 +157,7 @@ class RecordCard extends Panel {
   #explain() {
     const list = this.#open === "history" ? this.#history : this.#notices;
     this.#empty.hidden = this.#open === "slam" || this.#open === "maps" || list.children.length > 0;
-    write(
-      this.#empty,
-      list === this.#history ? "What you tell the robot appears here, with how it ended." : "Nothing to report.",
-    );
+    write(this.#empty, list === this.#history ? "Commands and their results appear here." : "Nothing to report.");
   }
 
   /** @param {HistoryRow} row */

@@ -1,7 +1,7 @@
-// Which robot this is, and whether it is simulated, recorded or real.
+// Element <robot-badge>: name of the robot, and whether it is simulated, recorded or real.
 
-import { icon, make, redraw, write } from "../element.js";
-import { Panel } from "../panel.js";
+import { icon, make, redraw, write } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
 
 const KINDS = {
   SIM: { icon: "cube", says: "Simulated robot" },

@@ -1,23 +1,23 @@
-// The heart: the 3-D map. It is shown in a frame of its own; clicks in it are judged by the server.
+// Element <scene-view>: the 3-D map in a frame; the server interprets clicks in it.
 
-import { address, socketAddress } from "../api.js";
-import { icon, make } from "../element.js";
-import { remember, remembered } from "../memory.js";
-import { Panel } from "../panel.js";
-import { isDark, onTheme } from "../theme.js";
-import { MAP_DRAWN } from "../webgl.js";
+import { address, socketAddress } from "../net/api.js";
+import { icon, make } from "../ui/element.js";
+import { remember, remembered } from "../ui/local-storage.js";
+import { Panel } from "../ui/panel.js";
+import { isDark, onTheme } from "../ui/theme.js";
+import { MAP_DRAWN } from "../ui/webgl.js";
 
-/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../net/session.js").View} View */
 
 const ABSENT = [
   "The 3-D map cannot be drawn here: this browser has no WebGL 2. Virtual machines, remote desktops and locked-down browsers often lack it.",
   "All else works: the camera, commands in words, driving by hand, STOP, calibration. The map itself can be downloaded under Maps.",
 ];
-const DRAWN_MS = 15_000; // after which the frame is shown, whatever is in it
+const DRAWN_MS = 15_000; // after which the frame is shown in any case
 const TOUCH = matchMedia("(pointer: coarse)").matches;
 const LAYERS = [
-  ["pose", "Robot", "Where the robot believes it is; the ellipse is two standard deviations"],
-  ["ghost", "Wheels alone", "Where the robot would believe it is by its wheels alone"],
+  ["pose", "Robot", "Estimated pose; the ellipse is two standard deviations"],
+  ["ghost", "Wheels alone", "Pose by dead reckoning alone"],
   ["convex", "Outer corner", "A landmark; the ellipse is two standard deviations, the post grows with what is known"],
   ["concave", "Inner corner", "A landmark; the ellipse is two standard deviations, the post grows with what is known"],
   ["used", "Used corner", "A ray to every corner of the newest sweep that was matched with a landmark"],
@@ -29,9 +29,9 @@ const LAYERS = [
   ["closure", "Closure", "A place that was recognised: an arch from one view of it to the other; broken when undone"],
   ["room", "Room", "The map is made of rooms; the blue one is the one the robot is in"],
   ["scan", "Laser", "The newest sweep"],
-  ["voice", "Voice", "From where somebody spoke, two standard deviations wide"],
+  ["voice", "Voice", "Direction of a voice, two standard deviations wide"],
   ["plan", "Way and goal", "Where the robot is going"],
-  ["intent", "Order that waits", "Where a spoken order would go, before it begins"],
+  ["preview", "Pending command", "Preview of a spoken command before it begins"],
   ["wall", "Wall", "Seen occupied"],
   ["free", "Free floor", "Seen free; what is not drawn is unknown"],
 ];
@@ -84,7 +84,7 @@ export class SceneView extends Panel {
     });
   }
 
-  /** @param {(inner: Window) => void} then called with the frame's window after each load, so that keys reach us */
+  /** @param {(inner: Window) => void} then called with the window of the frame after each load, so that the page receives its keys */
   whenLoaded(then) {
     this.#then = then;
   }
@@ -100,13 +100,13 @@ export class SceneView extends Panel {
     this.classList.toggle("is-old", !up);
     const { floor } = state ?? {};
     this.#reveal("closure", (floor?.closures_count ?? 0) > 0);
-    this.#reveal("intent", (state?.intent ?? null) !== null);
+    this.#reveal("preview", (state?.pending_command ?? null) !== null);
     this.#reveal("room", (floor?.submaps.length ?? 0) > 1);
     if (state?.command?.source === "click") this.#hint.classList.add("is-known");
   }
 
   /**
-   * What is not there needs no explanation.
+   * Show a legend row only while its layer has content.
    * @param {string} layer
    * @param {boolean} there
    */
@@ -115,7 +115,7 @@ export class SceneView extends Panel {
     if (row && row.hidden === there) row.hidden = !there;
   }
 
-  /** The frame is shown once it draws: until then it is white, whatever the theme. */
+  /** Show the frame once it draws: until then it is white in every theme. */
   #reveal3d() {
     if (this.classList.contains("is-drawn")) return;
     const drawn = this.#frame.contentDocument?.querySelector("canvas") ?? null;

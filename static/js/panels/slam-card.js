@@ -1,13 +1,13 @@
-// How the mapping fares: its figures over the last two minutes, the rooms and closures, the landmarks it goes by.
+// Element <slam-card>: SLAM figures over the last two minutes, rooms, closures and landmarks.
 
-import { icon, make, mark, write } from "../element.js";
-import { fixed } from "../format.js";
-import { Panel } from "../panel.js";
+import { icon, make, mark, write } from "../ui/element.js";
+import { fixed } from "../ui/format.js";
+import { Panel } from "../ui/panel.js";
 import { ClosureList } from "./closure-list.js";
 import { LandmarkTable } from "./landmark-table.js";
 import { LivePlot } from "./live-plot.js";
 
-/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../net/session.js").View} View */
 
 /** @param {number} high [m] */
 const length = (high) => (high < 1 ? { unit: " cm", times: 100 } : { unit: " m", times: 1 });
@@ -93,7 +93,7 @@ class SlamCard extends Panel {
     this.#landmarks.show(state.landmarks);
   }
 
-  /** @param {import("../wire.js").State} state */
+  /** @param {import("../net/messages.js").State} state */
   #remember({ stamp_s: now, slam, floor, pose }) {
     const claim = 2 * Math.sqrt(Math.max(0, (pose.cov[0]?.[0] ?? 0) + (pose.cov[1]?.[1] ?? 0)));
     this.#plots.error.add(now, slam.error_m, slam.error_m === null ? null : claim);

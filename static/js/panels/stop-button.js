@@ -1,10 +1,10 @@
-// STOP: always in the same place and over everything. It acts when it is touched, not when it is let go. A recording
-// has nothing to stop: there it pauses, and looks like it.
+// Element <stop-button>: STOP, always in the same place and on top. Acts on pointer down, not on release.
+// A recording has nothing to stop: there the button pauses it.
 
-import { icon, make, mark, redraw, write } from "../element.js";
-import { Panel } from "../panel.js";
+import { icon, make, mark, redraw, write } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
 
-/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../net/session.js").View} View */
 
 const SHOWN_MS = 700;
 const TOUCH_MS = 600; // the click that follows a touch is the same press

@@ -1,8 +1,8 @@
-// Auto, dark, light: one button that walks through them.
+// Element <theme-toggle>: button that switches between auto, dark and light.
 
-import { icon, make, redraw } from "../element.js";
-import { Panel } from "../panel.js";
-import { choose, next, onTheme, theme } from "../theme.js";
+import { icon, make, redraw } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
+import { choose, next, onTheme, theme } from "../ui/theme.js";
 
 class ThemeToggle extends Panel {
   #icon = icon("auto");

@@ -1,9 +1,9 @@
-// On a narrow screen: which instrument stands above the hands. A swipe over the tabs or the instruments walks on.
+// Element <view-tabs>: on a narrow screen, selects the view above the driving controls; a swipe moves on.
 
-import { icon, make, mark, write } from "../element.js";
-import { Panel } from "../panel.js";
+import { icon, make, mark, write } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
 
-/** @typedef {import("../session.js").View} View */
+/** @typedef {import("../net/session.js").View} View */
 
 const VIEWS = /** @type {const} */ ([
   ["map", "Map"],
@@ -49,7 +49,7 @@ class ViewTabs extends Panel {
   }
 
   /**
-   * A recording may have no pictures, a robot no ears, and a recording has no history of commands.
+   * Hide tabs without content: a recording may lack pictures and has no commands, a robot may lack microphones.
    * @override
    * @param {View} view
    */

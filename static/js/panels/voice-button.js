@@ -1,18 +1,18 @@
-// Speaking to the robot: hold the button (or V) and talk; or leave the microphone open, and the pauses cut.
+// Element <voice-button>: push to talk (button or V), or an open microphone whose pauses end a sentence.
 
-import { icon, make, mark, redraw, write } from "../element.js";
-import { Microphone } from "../hear/microphone.js";
-import { Talk } from "../hear/talk.js";
-import { remember, remembered } from "../memory.js";
-import { Panel } from "../panel.js";
-import { popover } from "../popover.js";
+import { icon, make, mark, redraw, write } from "../ui/element.js";
+import { remember, remembered } from "../ui/local-storage.js";
+import { Panel } from "../ui/panel.js";
+import { popover } from "../ui/popover.js";
+import { Talk } from "../voice/audio-socket.js";
+import { Microphone } from "../voice/microphone.js";
 
-/** @typedef {import("../session.js").View} View */
-/** @typedef {import("../hear/talk.js").Transcript} Transcript */
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../voice/audio-socket.js").Transcript} Transcript */
 
-const AFTER_MS = 180; // the sound on its way when the button is let go still belongs to it
+const AFTER_MS = 180; // sound still on its way when the button is released belongs to the sentence
 const OPEN_MS = 10 * 60 * 1000; // an open microphone closes by itself
-const REST_MS = 60 * 1000; // a microphone that nobody used is given back to the browser
+const REST_MS = 60 * 1000; // an unused microphone is given back to the browser
 const FLOOR_DB = -60;
 
 const SWITCHES = /** @type {const} */ ([
@@ -38,7 +38,7 @@ export class VoiceButton extends Panel {
     "div",
     { class: "voice-panel", role: "group", "aria-label": "Microphone" },
     make("h2", { class: "card-title" }, "Microphone"),
-    make("p", { class: "note" }, "Hold the button or V, speak, let go. “Stop” is obeyed before the sentence is over."),
+    make("p", { class: "note" }, "Hold the button or V, speak, let go. “Stop” works before the sentence ends."),
     make(
       "label",
       { class: "voice-row", for: "voice-open" },
@@ -118,7 +118,7 @@ export class VoiceButton extends Panel {
     this.#draw();
   }
 
-  /** What was said while the button was held goes to the reader; nobody waits for it after a STOP. */
+  /** Wait for the transcript after the button was released, unless STOP was pressed. */
   #read() {
     if (this.#talk.rest() && !this.#stopped) this.session.awaitWords();
   }
@@ -146,7 +146,7 @@ export class VoiceButton extends Panel {
       this.#complain(this.#microphone.why);
       return;
     }
-    if (mode === "held" && !this.#held) return; // let go while the browser asked
+    if (mode === "held" && !this.#held) return; // released while the browser asked
     this.#talk.begin(mode, this.session.seen);
     this.#draw();
   }
@@ -195,7 +195,7 @@ export class VoiceButton extends Panel {
     box.checked = remembered(`voice.${name}`, "false") === "true";
     box.addEventListener("change", () => {
       remember(`voice.${name}`, String(box.checked));
-      this.#close(); // taken up when it is opened next
+      this.#close(); // takes effect when it is opened next
     });
     return make(
       "label",

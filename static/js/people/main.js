@@ -1,6 +1,6 @@
-// The page of people: teaching the robot who somebody is, and whom it comes to.
+// Entry point of the people page: enrollment, known people, and the choice of person.
 
-import "../theme.js";
+import "../ui/theme.js";
 import "../panels/banner-stack.js";
 import "../panels/link-chip.js";
 import "../panels/live-region.js";
@@ -9,20 +9,20 @@ import "../panels/notice-toasts.js";
 import "../panels/stop-button.js";
 import "../panels/theme-toggle.js";
 import "./people-known.js";
-import "./people-lesson.js";
-import { enter } from "../entrance.js";
-import { Panel } from "../panel.js";
-import { Session } from "../session.js";
-import { stopByKeys } from "../stop-keys.js";
-import { Lessons } from "./lessons.js";
+import "./people-enrollment.js";
+import { stopByKeys } from "../drive/stop-keys.js";
+import { Session } from "../net/session.js";
+import { enter } from "../ui/boot.js";
+import { Panel } from "../ui/panel.js";
+import { EnrollmentModel } from "./enrollment-model.js";
 
 const SHOW_MS = 100;
 
 const session = new Session();
-const lessons = new Lessons(session);
+const enrollments = new EnrollmentModel(session);
 const panels = [...document.querySelectorAll("*")].filter((element) => element instanceof Panel);
 for (const panel of panels) {
-  if ("watch" in panel && typeof panel.watch === "function") panel.watch(lessons);
+  if ("watch" in panel && typeof panel.watch === "function") panel.watch(enrollments);
   panel.join(session);
 }
 

@@ -1,16 +1,16 @@
-// Whom the robot comes to: anybody, or one of those whom it knows.
+// Element <people-known>: list of known people; selects the one that the robot comes to.
 
 import { action } from "../calibration/action.js";
-import { since } from "../calibration/used.js";
-import { icon, make, write } from "../element.js";
-import { Panel } from "../panel.js";
+import { since } from "../calibration/active-calibration.js";
+import { icon, make, write } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
 
-/** @typedef {import("./lessons.js").Lessons} Lessons */
-/** @typedef {import("./lessons.js").Known} Known */
+/** @typedef {import("./enrollment-model.js").EnrollmentModel} EnrollmentModel */
+/** @typedef {import("./enrollment-model.js").Known} Known */
 
 class PeopleKnown extends Panel {
-  /** @type {Lessons | null} */
-  #lessons = null;
+  /** @type {EnrollmentModel | null} */
+  #enrollments = null;
   #rows = make("ul", { class: "known-rows" });
   #call = action("voice", "Try it: let them call “come here”");
   #leave = action("close", "Send them away");
@@ -21,54 +21,54 @@ class PeopleKnown extends Panel {
     make(
       "p",
       { class: "note" },
-      "Who showed you the gestures stands in the simulated room still; let them call, and see whether I come.",
+      "The simulated person is still in the room; let them call, and see whether the robot comes.",
     ),
     make("div", { class: "people-buttons" }, this.#call, this.#leave),
     this.#outcome,
   );
-  /** @type {{id: string, what: "rename" | "forget"} | null} who is asked about, instead of their row */
+  /** @type {{id: string, what: "rename" | "forget"} | null} person whose row shows a question */
   #asked = null;
   #drawn = "";
 
-  /** @param {Lessons} lessons */
-  watch(lessons) {
-    this.#lessons = lessons;
-    lessons.onChange(() => this.#draw());
+  /** @param {EnrollmentModel} enrollments */
+  watch(enrollments) {
+    this.#enrollments = enrollments;
+    enrollments.onChange(() => this.#draw());
   }
 
   /** @override */
   build() {
-    this.#call.addEventListener("click", () => void this.#lessons?.call());
-    this.#leave.addEventListener("click", () => void this.#lessons?.sendAway());
+    this.#call.addEventListener("click", () => void this.#enrollments?.call());
+    this.#leave.addEventListener("click", () => void this.#enrollments?.sendAway());
     this.append(
       make(
         "section",
-        { class: "card people-card", "aria-label": "Whom I come to" },
-        make("h2", {}, "Whom do I come to?"),
+        { class: "card people-card", "aria-label": "Whom the robot comes to" },
+        make("h2", {}, "Whom does the robot come to?"),
         this.#rows,
         this.#trial,
         make(
           "p",
           { class: "note" },
-          "It is meant for COME HERE and FOLLOW ME. Everything else is obeyed as before, and STOP from everybody.",
+          "This applies to COME HERE and FOLLOW ME. Other commands work as before, and STOP works for everybody.",
         ),
-        make("p", { class: "note" }, "I know people by their clothes: in others, teach me anew."),
+        make("p", { class: "note" }, "The robot knows people by their clothes: enroll again in other clothes."),
       ),
     );
   }
 
   #draw() {
-    const lessons = this.#lessons;
-    if (!lessons?.told) return;
-    this.#trial.hidden = !lessons.told.stands || lessons.enrolment !== null || !lessons.may;
-    this.#call.disabled = this.#leave.disabled = lessons.busy;
-    write(this.#outcome, lessons.outcome);
-    const { people, chosen } = lessons.told;
-    const key = JSON.stringify([people, chosen, lessons.may, this.#asked]);
+    const enrollments = this.#enrollments;
+    if (!enrollments?.state) return;
+    this.#trial.hidden = !enrollments.state.stands || enrollments.enrollment !== null || !enrollments.may;
+    this.#call.disabled = this.#leave.disabled = enrollments.busy;
+    write(this.#outcome, enrollments.outcome);
+    const { people, chosen } = enrollments.state;
+    const key = JSON.stringify([people, chosen, enrollments.may, this.#asked]);
     if (key === this.#drawn) return;
     this.#drawn = key;
     const held = this.#rows.contains(document.activeElement) ? document.activeElement?.getAttribute("value") : null;
-    const anybody = this.#choice(null, chosen === null, "Anybody", "Whoever calls");
+    const anybody = this.#choice(null, chosen === null, "Anybody", "Every caller");
     this.#rows.replaceChildren(make("li", {}, anybody), ...people.map((one) => this.#row(one, one.id === chosen)));
     const again = [...this.#rows.querySelectorAll("input")].find((one) => one.value === held);
     if (this.#asked === null) again?.focus();
@@ -83,7 +83,7 @@ class PeopleKnown extends Panel {
       {},
       this.#choice(one.id, chosen, `Only ${one.name}`, `Learnt ${since(one.learnt_s)} from ${one.pictures} pictures`),
     );
-    if (!this.#lessons?.may) return row;
+    if (!this.#enrollments?.may) return row;
     const other = make(
       "button",
       { type: "button", class: "icon-button", "aria-label": `Rename ${one.name}`, title: "Rename" },
@@ -102,13 +102,13 @@ class PeopleKnown extends Panel {
 
   /** @param {string | null} id @param {boolean} chosen @param {string} name @param {string} note */
   #choice(id, chosen, name, note) {
-    const lessons = this.#lessons;
+    const enrollments = this.#enrollments;
     const radio = make("input", {
       type: "radio",
       name: "chosen",
       value: id ?? "",
       checked: chosen,
-      disabled: !lessons?.may,
+      disabled: !enrollments?.may,
     });
     radio.addEventListener("change", () => void this.#choose(id));
     return make(
@@ -121,9 +121,9 @@ class PeopleKnown extends Panel {
 
   /** @param {string | null} id */
   async #choose(id) {
-    const done = await this.#lessons?.choose(id);
+    const done = await this.#enrollments?.choose(id);
     if (done) return;
-    this.#drawn = ""; // what was pressed did not come true
+    this.#drawn = ""; // restore the former choice
     this.#draw();
   }
 
@@ -141,14 +141,14 @@ class PeopleKnown extends Panel {
       [input],
       "Rename",
       "Leave the name as it is",
-      () => void this.#lessons?.rename(one.id, input.value),
+      () => void this.#enrollments?.rename(one.id, input.value),
     );
   }
 
   /** @param {Known} one */
   #farewell(one) {
     const words = make("span", { class: "known-name" }, `Forget ${one.name} for good?`);
-    return this.#question([words], "Forget", `Keep ${one.name}`, () => void this.#lessons?.forget(one.id));
+    return this.#question([words], "Forget", `Keep ${one.name}`, () => void this.#enrollments?.forget(one.id));
   }
 
   /** @param {HTMLElement[]} what @param {string} yes @param {string} no @param {() => void} act */

@@ -1,12 +1,12 @@
-// The picture of whoever is learnt: live from a camera, and for a moment what was found in the one that was taken.
+// Element <people-stage>: live picture during an enrollment, and briefly the findings in the one just taken.
 
-import { RobotEye } from "../calibration/robot-eye.js";
+import { RobotCamera } from "../calibration/robot-camera-source.js";
 import { Webcam } from "../calibration/webcam.js";
-import { icon, make, mark, write } from "../element.js";
-import { sketched } from "./sketch.js";
+import { icon, make, mark, write } from "../ui/element.js";
+import { sketched } from "./person-outline.js";
 
 /** @typedef {"robot" | "webcam" | "upload"} Source */
-/** @typedef {import("./lessons.js").Judged} Judged */
+/** @typedef {import("./enrollment-model.js").Judged} Judged */
 
 const LOOK_MS = 3500;
 const LARGEST = 1280; // [px] side of an uploaded picture
@@ -20,7 +20,7 @@ export class PeopleStage extends HTMLElement {
   #again = make("button", { type: "button", class: "button" }, icon("again"), "Try again");
   /** @type {Source} */
   #source = "robot";
-  /** @type {RobotEye | null} */
+  /** @type {RobotCamera | null} */
   #robot = null;
   #webcam = new Webcam(async () => null);
   #open = false;
@@ -34,13 +34,13 @@ export class PeopleStage extends HTMLElement {
     this.append(this.#canvas, this.#seen, make("div", { class: "stage-empty" }, this.#why, this.#again), this.#count);
   }
 
-  /** @param {Source} source @param {import("../session.js").Session} session */
+  /** @param {Source} source @param {import("../net/session.js").Session} session */
   open(source, session) {
     if (this.#open && source === this.#source) return;
     this.close();
     this.#open = true;
     this.#source = source;
-    this.#robot ??= new RobotEye(session);
+    this.#robot ??= new RobotCamera(session);
     if (source === "robot") this.#robot.open();
     if (source === "webcam") void this.#webcam.open();
   }
@@ -53,12 +53,12 @@ export class PeopleStage extends HTMLElement {
     this.querySelector("video")?.remove();
   }
 
-  /** Is there a picture that could be taken? */
+  /** True when a picture can be taken. */
   get ready() {
-    return this.#source !== "upload" && this.#eye?.frame !== null;
+    return this.#source !== "upload" && this.#camera?.frame !== null;
   }
 
-  get #eye() {
+  get #camera() {
     return this.#source === "robot" ? this.#robot : this.#webcam;
   }
 
@@ -73,7 +73,7 @@ export class PeopleStage extends HTMLElement {
   }
 
   /**
-   * @param {string} id of the lesson
+   * @param {string} id of the enrollment
    * @param {Judged | null} judged the newest
    */
   judge(id, judged) {
@@ -89,14 +89,14 @@ export class PeopleStage extends HTMLElement {
     const upload = this.#source === "upload";
     const looking = this.#shown !== "" && (upload || performance.now() < this.#until);
     this.#seen.hidden = !looking;
-    const frame = upload ? null : (this.#eye?.frame ?? null);
+    const frame = upload ? null : (this.#camera?.frame ?? null);
     const film = frame?.image instanceof HTMLVideoElement ? frame.image : null;
     if (film && film.parentElement !== this) this.prepend(film);
     this.#canvas.hidden = film !== null || frame === null;
     mark(this, "data-mirrored", film !== null);
     const why = upload
       ? "Drop pictures here, or choose them: first one without anybody, then the person with different gestures."
-      : (this.#eye?.why ?? "");
+      : (this.#camera?.why ?? "");
     write(this.#why, looking || (frame && !why) ? "" : why);
     this.#again.hidden = looking || this.#source !== "webcam" || !this.#webcam.refused;
     if (!frame || film) return;
@@ -108,7 +108,7 @@ export class PeopleStage extends HTMLElement {
 }
 
 /**
- * A picture file as it is meant to be seen, turned and small enough. Refused in words when it is none.
+ * Decode a picture file, rotate it upright and limit its size. Throws when it is not a picture.
  * @param {File} file
  * @returns {Promise<Blob>}
  */
@@ -120,8 +120,8 @@ export async function prepared(file) {
   [canvas.width, canvas.height] = [Math.round(image.width * scale), Math.round(image.height * scale)];
   canvas.getContext("2d")?.drawImage(image, 0, 0, canvas.width, canvas.height);
   image.close();
-  const packed = await new Promise((/** @type {(blob: Blob | null) => void} */ told) =>
-    canvas.toBlob(told, "image/jpeg", QUALITY),
+  const packed = await new Promise((/** @type {(blob: Blob | null) => void} */ resolve) =>
+    canvas.toBlob(resolve, "image/jpeg", QUALITY),
   );
   if (!packed) throw new Error(`${file.name} could not be read.`);
   return packed;

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from console.calibration.in_use import InUse
-from core.calibration.camera_files import ros_yaml
-from core.calibration.mount_files import both_ways
+from console.calibration.active import ActiveCalibration
+from core.calibration.files.camera_files import ros_yaml
+from core.calibration.files.mount_files import both_ways
 from core.calibration.reports import kept as kept_form
 from core.geometry import OPTICAL, Transform
 from core.optics import TABLE_3
@@ -37,7 +37,7 @@ def lab(tmp_path: Path) -> Iterator[Live]:
 
 def keep_warm(live: Live) -> None:
     """The worker that reads files is not ended between two of them, which would take a second each time."""
-    live.runtime.workbench.tick = lambda now: None  # type: ignore[method-assign]
+    live.runtime.calibration_service.tick = lambda now: None  # type: ignore[method-assign]
 
 
 def bring(live: Live, text: str) -> int:
@@ -71,7 +71,7 @@ def test_absurd_mounts_are_refused_or_left_out_and_the_console_stays_well(lab: L
 
 def test_an_absurd_camera_that_lies_on_the_disk_is_named_and_not_used(tmp_path: Path) -> None:
     folder = tmp_path / "calibration"
-    InUse(folder).put("camera", kept_form(TABLE_3, "camera"), {}, "somebody")
+    ActiveCalibration(folder).put("camera", kept_form(TABLE_3, "camera"), {}, "somebody")
     file = folder / "camera.json"
     document = json.loads(file.read_text())
     document["camera"]["dist"][0] = -1.0
@@ -97,7 +97,7 @@ class Squeamish(Pilot):
 def test_a_pilot_that_fails_with_a_calibration_starts_again_without_it_and_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("console.pilot_supervisor.RESTART_PAUSE", 0.1)
+    monkeypatch.setattr("console.control.pilot_supervisor.RESTART_PAUSE", 0.1)
     live = Live(tmp_path, make_pilot=lambda: Squeamish(live.robot.profile))
     with live:
         keep_warm(live)
@@ -119,7 +119,7 @@ def test_a_pilot_that_fails_with_a_calibration_starts_again_without_it_and_says_
 def test_a_pilot_that_cannot_even_be_made_is_told_and_tried_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("console.pilot_supervisor.RESTART_PAUSE", 0.1)
+    monkeypatch.setattr("console.control.pilot_supervisor.RESTART_PAUSE", 0.1)
     broken = [True, False, True]  # at the start of the console, then when it starts again after a failure
 
     def make() -> Pilot:

@@ -15,11 +15,11 @@ from urllib.parse import quote
 import msgspec
 import pytest
 
-from console.calibration.camera_desk import CameraDesk
-from console.calibration.folder import Folder
-from console.calibration.workbench import MOST_EXPORTS, MOST_PICTURES, Workbench
-from console.latest import Hub
-from core.calibration.camera_files import parse_camera
+from console.broadcast import Broadcaster
+from console.calibration.camera_worker import CameraWorker
+from console.calibration.service import MOST_EXPORTS, MOST_PICTURES, CalibrationService
+from console.calibration.storage import SessionStore
+from core.calibration.files.camera_files import parse_camera
 from core.errors import Refused
 from core.optics import TABLE_3
 from tests.console.calibration.wizard import JPEG, Wizard, blurred, boards
@@ -59,9 +59,9 @@ def test_a_picture_that_is_no_use_is_refused_in_words(walked: Wizard) -> None:
 
 
 def test_a_wrong_board_size_is_noticed() -> None:
-    desk = CameraDesk()
-    desk.open({"columns": 10, "rows": 7, "square_m": 0.03, "panel_m": None}, None, None, [])
-    words = " ".join(desk.take(content, "a")["parts"]["verdict"]["words"] for content in boards()[:3])
+    worker = CameraWorker()
+    worker.open({"columns": 10, "rows": 7, "square_m": 0.03, "panel_m": None}, None, None, [])
+    words = " ".join(worker.take(content, "a")["parts"]["verdict"]["words"] for content in boards()[:3])
     assert "9x6 inner corners, not 10x7" in words and "squares instead of inner corners" in words
 
 
@@ -80,7 +80,7 @@ def test_a_view_can_be_left_out_and_taken_back(walked: Wizard) -> None:
 def test_another_suggestion_is_another(walked: Wizard) -> None:
     first = walked.told["advice"]
     assert first["words"].endswith(".") and len(first["corners"]) == 54
-    assert walked.post("another").json["advice"]["outline"] != first["outline"]
+    assert walked.post("skip").json["advice"]["outline"] != first["outline"]
 
 
 def test_the_solution_leaves_in_every_form(walked: Wizard) -> None:
@@ -114,15 +114,15 @@ def test_many_who_ask_for_whole_pictures_or_zips_are_sent_away_before_anything_i
     walked: Wizard, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     live, name = walked.live, quote(walked.told["views"][0]["name"])
-    bench = live.runtime.workbench
+    bench = live.runtime.calibration_service
     reads: list[str] = []
-    read = Folder.read
+    read = SessionStore.read
 
-    def counting(folder: Folder, file: str) -> bytes:
+    def counting(folder: SessionStore, file: str) -> bytes:
         reads.append(file)
         return read(folder, file)
 
-    monkeypatch.setattr(Folder, "read", counting)
+    monkeypatch.setattr(SessionStore, "read", counting)
     paths = [(f"{walked.base}/views/{name}.jpg?full=1", bench.picture_turns, MOST_PICTURES)]
     paths.append((f"{walked.base}/export/all", bench.export_turns, MOST_EXPORTS))
     with ThreadPoolExecutor(12) as viewers:
@@ -134,7 +134,7 @@ def test_many_who_ask_for_whole_pictures_or_zips_are_sent_away_before_anything_i
             live.on_loop(turns._turn.release)
             assert sorted(each.result().status for each in asked) == [200] * most + [429] * (12 - most)
             reads.clear()
-    assert not list(bench.sittings[walked.id].folder.path.glob("tmp*"))
+    assert not list(bench.sessions[walked.id].folder.path.glob("tmp*"))
 
 
 def test_a_session_survives_the_death_of_its_worker(walked: Wizard) -> None:
@@ -172,7 +172,7 @@ def test_the_webcams_pictures_are_taken_when_still(bench: Live) -> None:
     assert wizard.send(bytes(2_000_001), kind=JPEG, more="&live=1").status == 413
     too_few = wizard.post("solve")
     assert too_few.status == 409 and "more views" in too_few.json["detail"]
-    refused = wizard.post("accept", {"anyway": True})
+    refused = wizard.post("accept", {"force": True})
     assert refused.status == 409 and "more views" in refused.json["detail"]
 
 
@@ -187,7 +187,7 @@ def test_a_deleted_session_is_gone(bench: Live) -> None:
 def test_sessions_outlast_the_console(walked: Wizard, tmp_path: Path) -> None:
     before = walked.solved()
     shutil.copytree(
-        walked.live.runtime.workbench.sittings[walked.id].folder.path, tmp_path / "calibration" / walked.id
+        walked.live.runtime.calibration_service.sessions[walked.id].folder.path, tmp_path / "calibration" / walked.id
     )
     damaged = tmp_path / "calibration" / "abc" / "session.json"
     damaged.parent.mkdir()
@@ -195,31 +195,33 @@ def test_sessions_outlast_the_console(walked: Wizard, tmp_path: Path) -> None:
 
     async def next_console() -> None:
         told: list[str] = []
-        bench = Workbench(tmp_path, InProcessRobot(), Hub(), lambda _, words: told.append(words), lambda _: None)
+        bench = CalibrationService(
+            tmp_path, InProcessRobot(), Broadcaster(), lambda _, words: told.append(words), lambda _: None
+        )
         await bench.open()
-        sitting = bench.find(walked.id)
-        again = msgspec.to_builtins(sitting.session)
+        session = bench.find(walked.id)
+        again = msgspec.to_builtins(session.shown)
         assert again["views"] == before["views"] and again["solution"]["fx"] == before["solution"]["fx"]
-        assert len(bench.sittings) == 1 and damaged.exists()
-        report = await bench.accept(sitting, anyway=False, who="operator")
-        assert report["fx"] == pytest.approx(before["solution"]["fx"]) and bench.in_use.camera is not None
-        await sitting.act("drop", {"name": before["views"][0]["name"]})
-        assert sitting.solver is not None
-        await sitting.solver
-        assert sitting.session.solution is not None and sitting.session.solving is None
-        assert sitting.session.solution["views_used"] == before["solution"]["views_used"] - 1
+        assert len(bench.sessions) == 1 and damaged.exists()
+        report = await bench.accept(session, force=False, who="operator")
+        assert report["fx"] == pytest.approx(before["solution"]["fx"]) and bench.active.camera is not None
+        await session.act("drop", {"name": before["views"][0]["name"]})
+        assert session.solver is not None
+        await session.solver
+        assert session.shown.solution is not None and session.shown.solving is None
+        assert session.shown.solution["views_used"] == before["solution"]["views_used"] - 1
         with pytest.raises(Refused, match="all these views already"):
-            await sitting.solve_now()
-        for view in sitting.session.views[:-3]:
+            await session.solve_now()
+        for view in session.shown.views[:-3]:
             if not view.dropped:
-                await sitting.act("drop", {"name": view.name})
+                await session.act("drop", {"name": view.name})
         with pytest.raises(Refused, match="other views"):
-            await bench.accept(sitting, anyway=True, who="operator")
+            await bench.accept(session, force=True, who="operator")
         assert told == []
-        saves = [asyncio.create_task(sitting.save()) for _ in range(3)]
-        await bench.delete(sitting)
-        await asyncio.gather(*saves, sitting.save())
-        assert not sitting.folder.path.exists()
+        saves = [asyncio.create_task(session.save()) for _ in range(3)]
+        await bench.delete(session)
+        await asyncio.gather(*saves, session.save())
+        assert not session.folder.path.exists()
         await bench.close()
 
     asyncio.run(next_console())

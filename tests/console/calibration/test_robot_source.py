@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from console.calibration.sitting import Sitting
-from core.calibration.camera_files import ros_yaml
+from console.calibration.session import CalibrationSession
+from core.calibration.files.camera_files import ros_yaml
 from core.optics import TABLE_3
 from tests.console.calibration.wizard import Wizard
 from tests.console.live import Live
@@ -22,26 +22,26 @@ def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
     """A console of its own; what it leaves behind is no process."""
     with Live(tmp_path_factory.mktemp("robot")) as live:
         yield live
-        bench = live.runtime.workbench
-        workers = live.on_loop(lambda: [bench.back_room.pid, *(sitting.pid for sitting in bench.sittings.values())])
+        bench = live.runtime.calibration_service
+        workers = live.on_loop(lambda: [bench.solver.pid, *(session.pid for session in bench.sessions.values())])
     assert any(workers)
     assert not any(Path(f"/proc/{pid}").exists() for pid in workers if pid)
 
 
-def show_me(wizard: Wizard, on: bool) -> int:
+def show_demo(wizard: Wizard, on: bool) -> int:
     told = {"session": wizard.id, "on": on}
-    return wizard.live.ask("POST", "/api/calibration/show-me", told, token=wizard.live.operator).status
+    return wizard.live.ask("POST", "/api/calibration/demo", told, token=wizard.live.operator).status
 
 
 def test_the_assistant_shows_the_board_and_views_are_taken_by_themselves(live: Live) -> None:
     wizard = Wizard(live, source="robot", board=PANEL)
     assert not wizard.told["live"]
-    assert show_me(wizard, on=True) == 200
+    assert show_demo(wizard, on=True) == 200
     told = live.until(lambda: (now := wizard.told)["progress"]["views"] >= 1 and now)
-    assert told["live"] and told["showing"] and told["size"] == [320, 256]
+    assert told["live"] and told["demo"] and told["size"] == [320, 256]
     assert told["advice"]["words"] and told["verdict"]["stamp_s"] > 0
-    assert show_me(wizard, on=False) == 200
-    live.until(lambda: not wizard.told["showing"])
+    assert show_demo(wizard, on=False) == 200
+    live.until(lambda: not wizard.told["demo"])
     assert wizard.post("live", {"on": False}).json["live"] is False
     empty = live.until(lambda: (verdict := wizard.post("capture").json)["kind"] == "nothing" and verdict)
     assert "board" in empty["words"]
@@ -50,7 +50,7 @@ def test_the_assistant_shows_the_board_and_views_are_taken_by_themselves(live: L
     assert other.post("live", {"on": True}).json["live"]
     assert not wizard.told["live"]
     assert live.ask("DELETE", other.base, token=live.operator).status == 204
-    assert live.runtime.workbench.watching is False
+    assert live.runtime.calibration_service.watching is False
 
 
 def test_looking_ends_with_a_sentence_when_it_breaks_and_when_the_session_is_accepted(
@@ -62,12 +62,12 @@ def test_looking_ends_with_a_sentence_when_it_breaks_and_when_the_session_is_acc
         raise ValueError("an accident")
 
     with monkeypatch.context() as accident:
-        accident.setattr(Sitting, "act", broken)
+        accident.setattr(CalibrationSession, "act", broken)
         assert wizard.post("live", {"on": True}).json["live"]
         live.until(lambda: not wizard.told["live"])
-    assert "broke off" in wizard.told["verdict"]["words"] and live.runtime.workbench.watching is False
+    assert "broke off" in wizard.told["verdict"]["words"] and live.runtime.calibration_service.watching is False
     assert wizard.post("live", {"on": True}).json["live"]
-    assert wizard.post("accept", {"anyway": True}).status == 409
+    assert wizard.post("accept", {"force": True}).status == 409
     assert not wizard.told["live"]
 
 

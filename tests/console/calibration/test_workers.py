@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from console.child import Child
-from console.workers import Lost, Worker
+from console.workers.child_process import ChildProcess
+from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput
-from core.gate.precedence import CONSOLE, come_first
+from core.gate.scheduling import CONSOLE, come_first
 from tests.console.calibration.wizard import boards, png
 from tests.core.gate.ranks import apart, permitted
 
@@ -25,7 +25,7 @@ def working(work: Callable[[Worker], Awaitable[None]]) -> None:
     """Do something with a worker, which is gone afterwards."""
 
     async def run() -> None:
-        worker = Worker("back room")
+        worker = Worker("solver")
         try:
             await work(worker)
         finally:
@@ -73,14 +73,14 @@ def test_a_worker_that_hangs_or_was_killed_is_given_up_and_started_anew() -> Non
         hanging = asyncio.create_task(worker.ask("picture", job, budget=2.0))
         await asyncio.sleep(0.05)
         os.kill(first or 0, signal.SIGKILL)
-        with pytest.raises(Lost, match="nothing else was lost") as lost:
+        with pytest.raises(WorkerLost, match="nothing else was lost") as lost:
             await hanging
         assert lost.value.killed
         assert await worker.ask("picture", job, budget=2.0)
         assert worker.pid != first and worker.starts == 2
         os.kill(worker.pid or 0, signal.SIGSTOP)
         began = time.monotonic()
-        with pytest.raises(Lost, match="too long"):
+        with pytest.raises(WorkerLost, match="too long"):
             await worker.ask("picture", job, budget=0.05)
         assert time.monotonic() - began < 2.0 and not worker.alive
 
@@ -90,16 +90,16 @@ def test_a_worker_that_hangs_or_was_killed_is_given_up_and_started_anew() -> Non
 def test_a_worker_that_does_not_die_at_once_holds_nobody_up(monkeypatch: pytest.MonkeyPatch) -> None:
     async def work(worker: Worker) -> None:
         await worker.ready()
-        pid, end = worker.pid, Child.end
+        pid, end = worker.pid, ChildProcess.end
         ended: list[float] = []
         may_die = threading.Event()
 
-        def slowly(child: Child, patience: float) -> None:
+        def slowly(child: ChildProcess, patience: float) -> None:
             may_die.wait(10)
             end(child, patience)
             ended.append(patience)
 
-        monkeypatch.setattr(Child, "end", slowly)
+        monkeypatch.setattr(ChildProcess, "end", slowly)
         worker.kill()
         assert not worker.alive and not ended
         may_die.set()
@@ -115,7 +115,7 @@ def test_a_job_has_so_much_processor_time_and_no_more() -> None:
     camera |= {"width": 1500, "height": 1000, "fx": 3e3, "fy": 3e3, "cx": 1500, "cy": 1000}
 
     async def work(worker: Worker) -> None:
-        with pytest.raises(Lost, match="too long"):
+        with pytest.raises(WorkerLost, match="too long"):
             await worker.ask("picture", {"content": png(noise), "camera": camera}, budget=0.03)
 
     working(work)

@@ -9,8 +9,8 @@ from urllib.parse import quote
 import cv2
 import numpy as np
 
-from core.calibration.board import Board
-from core.calibration.practice import Exposure, held, picture
+from core.calibration.board.board import Board
+from core.calibration.practice import ImageExposure, held, picture
 from core.calibration.projection import Poses
 from core.message import Array
 from core.optics import TABLE_3
@@ -34,7 +34,7 @@ def boards(count: int = 14) -> tuple[bytes, ...]:
 def blurred() -> bytes:
     """A board that was moved while the picture was taken."""
     pose = Poses(np.eye(3)[None], np.array([[-0.12, -0.075, 0.4]]))
-    return png(picture(np.random.default_rng(3), TABLE_3, pose, BOARD, Exposure(motion=9)))
+    return png(picture(np.random.default_rng(3), TABLE_3, pose, BOARD, ImageExposure(motion=9)))
 
 
 def png(grey: Array) -> bytes:
@@ -60,7 +60,7 @@ class Wizard:
     @property
     def worker(self) -> int | None:
         """Number of the session's process."""
-        return self.live.on_loop(lambda: self.live.runtime.workbench.sittings[self.id].pid)
+        return self.live.on_loop(lambda: self.live.runtime.calibration_service.sessions[self.id].pid)
 
     def send(self, content: bytes, name: str = "a.png", kind: dict[str, str] = PNG, more: str = "") -> Reply:
         path = f"{self.base}/pictures?name={quote(name)}{more}"

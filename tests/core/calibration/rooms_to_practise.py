@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from core.calibration.board import Board
-from core.calibration.board_line import average
-from core.calibration.laser_solve import LaserPose
-from core.calibration.pairs import PlanePair
-from core.calibration.planes import board_pose
+from core.calibration.board.board import Board
+from core.calibration.laser.board_line import average
+from core.calibration.laser.plane_pairs import PlanePair
+from core.calibration.laser.planes import board_pose
+from core.calibration.laser.range_lines import fit_ranges
+from core.calibration.laser.solve import LaserPose
 from core.calibration.practice import visible
-from core.calibration.practice_room import PracticeRoom, RoomSettings, Shot, some_mount
 from core.calibration.projection import Poses, exponential
-from core.calibration.range_lines import fit_ranges
 from core.geometry import Transform
 from core.optics import TABLE_3
 from core.sensors.laser import Laser
+from tests.practice_room import PracticeRoom, RoomSettings, Shot, some_mount
 
 BOARD = Board(columns=9, rows=6, square=0.03, panel=(0.34, 0.25))
 

@@ -6,24 +6,24 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from rooms_to_practise import BOARD as PANEL
-from rooms_to_practise import a_room, error_of
-from seen_boards import BOARD
 
-from core.calibration.board import Board
-from core.calibration.board_page import board_svg
-from core.calibration.camera_files import camera_entry, read_camera
-from core.calibration.correction import exact_map
-from core.calibration.mount_files import FORWARD, read_mount
-from core.calibration.offline import board_in, calibrate_camera, calibrate_laser
-from core.calibration.practice import Exposure, Holding, held, picture
+from core.calibration.board.board import Board
+from core.calibration.board.printing import board_svg
+from core.calibration.camera.undistortion import exact_map
+from core.calibration.files.camera_files import camera_entry, read_camera
+from core.calibration.files.mount_files import FORWARD, read_mount
+from core.calibration.practice import BoardPlacement, ImageExposure, held, picture
 from core.calibration.projection import Poses
-from core.calibration.straightening import correct
 from core.errors import BadInput
 from core.geometry import Transform
 from core.optics import TABLE_3
+from core.pipelines.calibrate import board_in, calibrate_camera, calibrate_laser
+from core.pipelines.correct import correct
+from tests.core.calibration.rooms_to_practise import BOARD as PANEL
+from tests.core.calibration.rooms_to_practise import a_room, error_of
+from tests.core.calibration.seen_boards import BOARD
 
-HOW = Holding(nearest=0.25, farthest=0.6, margin=10)
+HOW = BoardPlacement(nearest=0.25, farthest=0.6, margin=10)
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def test_every_bad_picture_is_refused_with_its_reason(pictures: list[Path], tmp_
     cv2.imwrite(str(tmp_path / "large.png"), cv2.resize(cv2.imread(str(pictures[1])), (640, 512)))
     cv2.imwrite(str(tmp_path / "wall.png"), np.full((256, 320), 120, np.uint8))
     facing = Poses(np.eye(3)[None], np.array([[-0.12, -0.075, 0.42]]))
-    blurred = picture(np.random.default_rng(0), TABLE_3, facing, BOARD, Exposure(motion=10))
+    blurred = picture(np.random.default_rng(0), TABLE_3, facing, BOARD, ImageExposure(motion=10))
     cv2.imwrite(str(tmp_path / "blurred.png"), blurred)
     told = calibrate_camera([*pictures, *sorted(tmp_path.iterdir()), tmp_path / "none.png"], BOARD)
     reasons = {each["image"]: each["reason"] for each in told["views_refused"]}

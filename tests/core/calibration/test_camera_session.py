@@ -4,20 +4,20 @@ import json
 
 import numpy as np
 import pytest
-from seen_boards import BOARD, SIZE, some_corners
 
-from core.calibration.board import Board
-from core.calibration.practice import Exposure, picture, visible
+from core.calibration.board.board import Board
+from core.calibration.camera.session import AcceptedView, CameraSession
+from core.calibration.practice import ImageExposure, picture, visible
 from core.calibration.projection import Poses, exponential, project, vector_of
-from core.calibration.session import CameraSession, Taken
 from core.errors import BadInput, Refused
 from core.message import Array
 from core.optics import TABLE_3
+from tests.core.calibration.seen_boards import BOARD, SIZE, some_corners
 
 FACING = Poses(np.eye(3)[None], np.array([[-0.12, -0.075, 0.42]]))
 
 
-def shot(rng: np.random.Generator, pose: Poses = FACING, exposure: Exposure | None = None) -> Array:
+def shot(rng: np.random.Generator, pose: Poses = FACING, exposure: ImageExposure | None = None) -> Array:
     return picture(rng, TABLE_3, pose, BOARD, exposure)
 
 
@@ -47,7 +47,7 @@ def test_following_the_advice_calibrates_the_camera_in_a_dozen_views() -> None:
             if verdict.kind == "counted":
                 break
         else:
-            session.another()
+            session.skip()
         if session.stale:
             session.solve()
         if session.progress().ready:
@@ -72,7 +72,9 @@ def test_a_board_in_motion_is_not_taken_and_a_still_one_is_taken_once() -> None:
 
 
 def test_a_blurred_view_is_refused_in_words() -> None:
-    verdict = CameraSession(BOARD).capture(shot(np.random.default_rng(0), exposure=Exposure(motion=10)), "upload")
+    verdict = CameraSession(BOARD).capture(
+        shot(np.random.default_rng(0), exposure=ImageExposure(motion=10)), "upload"
+    )
     assert verdict.kind == "refused" and "Blurred" in verdict.words
 
 
@@ -108,7 +110,7 @@ def gathered(count: int = 8, poison: int | None = None) -> CameraSession:
     session.size = SIZE
     for number, view in enumerate(corners.pixels):
         spoiled = np.roll(view, 1, axis=0) if number == poison else view
-        session.taken.append(Taken(f"view {number + 1}", spoiled))
+        session.taken.append(AcceptedView(f"view {number + 1}", spoiled))
     return session
 
 

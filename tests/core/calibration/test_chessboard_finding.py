@@ -3,22 +3,22 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from seen_boards import BOARD, some_poses
 
-from core.calibration.board import Board
-from core.calibration.chessboard import find_board, glimpse, half_window, oriented, sample
-from core.calibration.practice import Exposure, Holding, picture
+from core.calibration.board.board import Board
+from core.calibration.board.chessboard import find_board, glimpse, half_window, oriented, sample
+from core.calibration.board.quality import judge, off_grid, why_none
+from core.calibration.practice import BoardPlacement, ImageExposure, picture
 from core.calibration.projection import Poses, project, vector_of
-from core.calibration.quality import judge, off_grid, why_none
 from core.errors import BadInput
 from core.message import Array
 from core.optics import TABLE_3, CameraModel
+from tests.core.calibration.seen_boards import BOARD, some_poses
 
 FACING = Poses(np.eye(3)[None], np.array([[-0.12, -0.075, 0.42]]))
 WIDE = CameraModel(width=640, height=480, fx=560, fy=560, cx=320, cy=240, k1=-0.25, k2=0.08)
 
 
-def shot(poses: Poses = FACING, board: Board = BOARD, exposure: Exposure | None = None, seed: int = 0) -> Array:
+def shot(poses: Poses = FACING, board: Board = BOARD, exposure: ImageExposure | None = None, seed: int = 0) -> Array:
     return picture(np.random.default_rng(seed), TABLE_3, poses, board, exposure)
 
 
@@ -27,7 +27,7 @@ def true_corners(poses: Poses = FACING) -> Array:
 
 
 def test_corners_are_found_to_a_tenth_of_a_pixel_in_the_boards_own_order() -> None:
-    poses = some_poses(8, seed=3, how=Holding(nearest=0.3, farthest=0.6, margin=12))
+    poses = some_poses(8, seed=3, how=BoardPlacement(nearest=0.3, farthest=0.6, margin=12))
     found = 0
     for number in range(8):
         one = poses.take(slice(number, number + 1))
@@ -108,9 +108,9 @@ def test_a_sharp_view_has_nothing_against_it() -> None:
 
 
 @pytest.mark.parametrize(
-    "exposure", [Exposure(motion=10), Exposure(blur=3.2)], ids=["moved along the rows", "unfocused"]
+    "exposure", [ImageExposure(motion=10), ImageExposure(blur=3.2)], ids=["moved along the rows", "unfocused"]
 )
-def test_a_blurred_view_is_refused_in_words(exposure: Exposure) -> None:
+def test_a_blurred_view_is_refused_in_words(exposure: ImageExposure) -> None:
     grey = shot(exposure=exposure)
     view = find_board(grey, BOARD)
     assert view is not None and "Blurred" in judge(grey, view, BOARD).refusals[0]

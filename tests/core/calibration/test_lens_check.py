@@ -14,7 +14,7 @@ from core.calibration.lens_check import check_lens
 from core.errors import BadInput
 from core.geometry import OPTICAL, Transform
 from core.optics import TABLE_3, CameraModel
-from core.perception.level import LevelView, level_bounds
+from core.perception.landmarks.level_view import LevelView, level_bounds
 from core.sensors import Camera
 
 NO_LENS = [

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from core.calibration.pictures import decode, look, read_colour, read_grey
-from core.calibration.scan_files import read_scans
+from core.calibration.files.pictures import decode, look, read_colour, read_grey
+from core.calibration.files.scan_files import read_scans
 from core.errors import BadInput
 
 SHAPES = np.add.outer(np.arange(120) * 2, np.arange(160)).astype(np.uint8)

@@ -4,11 +4,11 @@ import cv2
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from seen_boards import BOARD, some_poses
 
 from core.calibration.projection import Poses, cross_matrices, linearise, model_of, project, vector_of
 from core.message import Array
 from core.optics import TABLE_3, CameraModel
+from tests.core.calibration.seen_boards import BOARD, some_poses
 
 CURVED = CameraModel(
     width=640, height=480, fx=519.3, fy=518.9, cx=331.1, cy=229.4, k1=0.114, k2=0.193, p1=-0.0027, p2=0.0037, k3=-1.1

@@ -2,16 +2,25 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from rooms_to_practise import a_room, pair_of
 
-from core.calibration.pairs import Guess, Pair, PlanePair, PointPair, chi_squares, residuals_of, stack, whitening
-from core.calibration.planes import Plane, board_pose, plane_of
-from core.calibration.practice import Holding, held, seen
+from core.calibration.laser.plane_pairs import (
+    Guess,
+    Pair,
+    PlanePair,
+    PointPair,
+    chi_squares,
+    residuals_of,
+    stack,
+    whitening,
+)
+from core.calibration.laser.planes import Plane, board_pose, plane_of
+from core.calibration.laser.range_lines import fit_ranges, unit_rays
+from core.calibration.practice import BoardPlacement, held, seen
 from core.calibration.projection import Poses
-from core.calibration.range_lines import fit_ranges, unit_rays
 from core.errors import BadInput
 from core.message import Array
 from core.optics import TABLE_3
+from tests.core.calibration.rooms_to_practise import a_room, pair_of
 
 
 def some_pairs() -> tuple[list[Pair], Guess]:
@@ -75,7 +84,7 @@ def test_a_line_without_beams_is_refused() -> None:
 def test_the_planes_covariance_is_its_scatter() -> None:
     rng = np.random.default_rng(0)
     board = a_room(0).board
-    pose = held(rng, 1, TABLE_3, board, Holding(least_tilt=0.4))
+    pose = held(rng, 1, TABLE_3, board, BoardPlacement(least_tilt=0.4))
     planes: list[Array] = []
     for _ in range(300):
         plane = board_pose(TABLE_3, board, seen(rng, TABLE_3, pose, board, 0.2)[0]).plane

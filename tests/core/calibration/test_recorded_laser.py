@@ -10,17 +10,17 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from rooms_to_practise import BOARD, a_room, error_of
 
 from console.__main__ import main
-from core.calibration.camera_files import camera_entry
-from core.calibration.practice import Exposure, picture
-from core.calibration.practice_room import PracticeRoom
+from core.calibration.files.camera_files import camera_entry
+from core.calibration.practice import ImageExposure, picture
 from core.calibration.projection import Poses
-from core.experiments.recorded_laser import calibrate_laser_recorded
 from core.geometry import Transform
 from core.optics import TABLE_3
-from tests.core.log.log_writers import ROS2, SCAN, Types, write_mcap
+from core.pipelines.calibrate_from_recording import calibrate_laser_recorded
+from tests.core.calibration.rooms_to_practise import BOARD, a_room, error_of
+from tests.core.recording.log_writers import ROS2, SCAN, Types, write_mcap
+from tests.practice_room import PracticeRoom
 
 KIND = Types(ROS2)
 IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
@@ -62,7 +62,7 @@ def carried_about(room: PracticeRoom, packed: bool, poses: int = 12) -> Iterator
         yield from at(wall, ranges)
     for shot in room.shots(poses, 6):
         pose = Poses(shot.rotation[None], shot.translation[None])
-        yield from at(picture(room.rng, TABLE_3, pose, BOARD, Exposure(motion=12)), shot.scans[0])
+        yield from at(picture(room.rng, TABLE_3, pose, BOARD, ImageExposure(motion=12)), shot.scans[0])
         still = picture(room.rng, TABLE_3, pose, BOARD)
         for ranges in shot.scans:
             noise = room.rng.normal(0, 2, still.shape)

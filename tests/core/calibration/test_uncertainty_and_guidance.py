@@ -5,17 +5,25 @@ import dataclasses
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from seen_boards import BOARD, SIZE, some_corners, some_poses, views_of
 
-from core.calibration import bundle
-from core.calibration.coverage import bars, cells, measures
-from core.calibration.guidance import GuidanceSettings, advise, candidates, clear, tilt_words, usual_camera
-from core.calibration.intrinsics import calibrate
+from core.calibration.camera import bundle_adjustment
+from core.calibration.camera.coverage import bars, cells, measures
+from core.calibration.camera.guidance import GuidanceSettings, advise, candidates, clear, tilt_words, usual_camera
+from core.calibration.camera.intrinsics import calibrate
+from core.calibration.camera.uncertainty import (
+    COLUMNS,
+    ROWS,
+    difference,
+    map_pixels,
+    sensitivity,
+    uncertainty_map,
+    view_information,
+)
 from core.calibration.practice import visible
 from core.calibration.projection import PAPER, Poses, exponential, project, vector_of
-from core.calibration.uncertainty import COLUMNS, ROWS, difference, map_pixels, sensitivity, told_by, uncertainty_map
 from core.message import Array
 from core.optics import TABLE_3, CameraModel
+from tests.core.calibration.seen_boards import BOARD, SIZE, some_corners, some_poses, views_of
 
 
 def rays(model: CameraModel, pixels: Array) -> Array:
@@ -69,8 +77,8 @@ def test_a_turn_of_the_camera_is_no_error() -> None:
 
 def test_predicted_information_is_what_a_view_gives() -> None:
     corners, truth = some_corners(5, noise=0.0)
-    predicted = told_by(truth.camera, truth.poses, BOARD.points, PAPER, 0.3)
-    assert np.allclose(predicted, bundle.information(corners, truth, PAPER) / 0.09)
+    predicted = view_information(truth.camera, truth.poses, BOARD.points, PAPER, 0.3)
+    assert np.allclose(predicted, bundle_adjustment.information(corners, truth, PAPER) / 0.09)
 
 
 def test_each_advised_view_makes_the_picture_better_known() -> None:

@@ -6,22 +6,24 @@ import dataclasses
 
 import numpy as np
 
-from core.commands import kind_of
+from core.commands import spec_of
 from core.commands.command import Action, Progress
 from core.gate import Twist
 from core.geometry import Pose, arc
-from core.navigation.surroundings import Body, Surroundings
-from core.slam.occupancy import Grid
-from core.speech.grammar import Command, understand
+from core.navigation.control_context import ControlContext, SteeredBody
+from core.slam.map.occupancy import OccupancyGrid
+from core.speech.understanding.grammar import Command, understand
 
 STEP = 0.025  # [s]
-OPEN = Grid(revision=0, resolution=0.05, origin=np.array([-6.0, -6.0]), log_odds=np.full((240, 240), -4, np.float32))
+OPEN = OccupancyGrid(
+    revision=0, resolution=0.05, origin=np.array([-6.0, -6.0]), log_odds=np.full((240, 240), -4, np.float32)
+)
 
 
 class Stage:
     """Obeys one sentence at a time; `walls` (N, 2) [m], world, are what the laser sees and the body runs into."""
 
-    def __init__(self, pose: Pose | None = None, grid: Grid = OPEN) -> None:
+    def __init__(self, pose: Pose | None = None, grid: OccupancyGrid = OPEN) -> None:
         self.pose = pose or Pose()
         self.grid = grid
         self.walls = np.zeros((0, 2))
@@ -32,15 +34,15 @@ class Stage:
         self.nearest = np.inf
 
     @property
-    def here(self) -> Surroundings:
+    def here(self) -> ControlContext:
         """What a command sees; `jump` is the estimator's error."""
         seen = self.pose.inverse().apply(self.walls) if len(self.walls) else self.walls
-        return Surroundings(
+        return ControlContext(
             stamp=self.stamp,
             pose=self.pose @ self.jump,
             speed=0.0,
             turn_rate=0.0,
-            body=Body(),
+            body=SteeredBody(),
             grid=self.grid,
             scan_points=seen,
         )
@@ -50,7 +52,7 @@ class Stage:
         command = understand(words)
         assert isinstance(command, Command)
         command = dataclasses.replace(command, numbers={**command.numbers, **numbers})
-        return kind_of(command.name).begin(command, self.here)
+        return spec_of(command.name).begin(command, self.here)
 
     def step(self, action: Action) -> Progress:
         """One frame."""

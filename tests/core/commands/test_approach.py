@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 import pytest
-from stage import OPEN, Stage
 
 from core.errors import Refused
 from core.geometry import Pose
-from core.navigation.approach import Advance, Aim, Approach
+from core.navigation.goal_controller import GoalAim, GoalController, GoalStep
+from tests.core.commands.stage import OPEN, Stage
 
 
 def somebody(x: float, y: float) -> np.ndarray:
@@ -21,7 +21,7 @@ def somebody(x: float, y: float) -> np.ndarray:
     return np.vstack((Pose(x, y + 0.1).apply(ring), Pose(x, y - 0.1).apply(ring)))
 
 
-def go(stage: Stage, approach: Approach, aim: Aim | None = None) -> Advance:
+def go(stage: Stage, approach: GoalController, aim: GoalAim | None = None) -> GoalStep:
     """One frame."""
     step = approach.drive(stage.here, aim)
     stage.move(step.twist)
@@ -32,7 +32,7 @@ def go(stage: Stage, approach: Approach, aim: Aim | None = None) -> Advance:
 def test_it_stops_half_a_metre_short_of_somebody_and_faces_them(x: float, y: float, heading: float) -> None:
     stage = Stage(Pose(0.0, 0.0, heading))
     stage.walls = somebody(x, y)
-    approach = Approach(Aim(x=x, y=y, keep=0.5), stage.here)
+    approach = GoalController(GoalAim(x=x, y=y, keep=0.5), stage.here)
     while (step := go(stage, approach)).state != "there":
         assert step.state == "under way"
         assert stage.stamp < 60.0
@@ -43,7 +43,7 @@ def test_it_stops_half_a_metre_short_of_somebody_and_faces_them(x: float, y: flo
 
 def test_a_place_may_be_reached_with_a_heading() -> None:
     stage = Stage()
-    approach = Approach(Aim(x=0.5, y=0.5, heading=-2.0), stage.here)
+    approach = GoalController(GoalAim(x=0.5, y=0.5, heading=-2.0), stage.here)
     while go(stage, approach).state != "there":
         assert stage.stamp < 30.0
     assert stage.pose.distance_to(0.5, 0.5) < 0.03
@@ -54,7 +54,7 @@ def test_it_goes_round_a_table_to_where_it_sees_who_called() -> None:
     stage = Stage()
     table = np.column_stack((np.full(41, 1.2), np.linspace(-1.0, 1.0, 41)))
     stage.walls = np.vstack((somebody(1.6, 0.0), table))
-    approach = Approach(Aim(x=1.6, y=0.0, keep=0.5), stage.here)
+    approach = GoalController(GoalAim(x=1.6, y=0.0, keep=0.5), stage.here)
     while go(stage, approach).state != "there":
         assert stage.stamp < 90.0
     assert stage.pose.x > 1.2
@@ -66,11 +66,11 @@ def test_it_keeps_its_distance_to_somebody_who_walks_and_stands_and_walks_again(
     stage = Stage()
     x, gaps, states = 1.0, [], set()
     stage.walls = somebody(x, 0.0)
-    approach = Approach(Aim(x=x, y=0.0, keep=0.8), stage.here, lasting=True, cruise=0.3)
+    approach = GoalController(GoalAim(x=x, y=0.0, keep=0.8), stage.here, lasting=True, cruise=0.3)
     while stage.stamp < 34.0:
         x += 0.2 * 0.025 if stage.stamp % 12.0 < 6.0 else 0.0
         stage.walls = somebody(x, 0.0)
-        step = go(stage, approach, Aim(x=x, y=0.0, keep=0.8))
+        step = go(stage, approach, GoalAim(x=x, y=0.0, keep=0.8))
         states.add(step.state)
         gaps.append(stage.pose.distance_to(x, 0.0))
     assert states == {"under way", "there"}
@@ -83,17 +83,17 @@ def test_nobody_is_approached_who_stands_behind_walls() -> None:
     log_odds = OPEN.log_odds.copy()
     log_odds[:, 140:142] = 4
     with pytest.raises(Refused, match="no way there"):
-        Approach(Aim(x=3.0, y=0.0, keep=0.5), Stage(grid=dataclasses.replace(OPEN, log_odds=log_odds)).here)
+        GoalController(GoalAim(x=3.0, y=0.0, keep=0.5), Stage(grid=dataclasses.replace(OPEN, log_odds=log_odds)).here)
     log_odds[90:150, 150:200] = 4
     with pytest.raises(Refused, match=r"no free place to stand 0\.5 m"):
-        Approach(Aim(x=2.6, y=0.0, keep=0.5), Stage(grid=dataclasses.replace(OPEN, log_odds=log_odds)).here)
+        GoalController(GoalAim(x=2.6, y=0.0, keep=0.5), Stage(grid=dataclasses.replace(OPEN, log_odds=log_odds)).here)
 
 
 def test_a_robot_that_something_holds_back_backs_up_tries_again_and_then_tells() -> None:
     stage = Stage()
     stage.walls = np.column_stack((np.full(81, 0.126), np.linspace(-1.0, 1.0, 81)))
     stage.held_forward = True
-    approach = Approach(Aim(x=0.8, y=0.0), stage.here)
+    approach = GoalController(GoalAim(x=0.8, y=0.0), stage.here)
     states, words = ["under way"], ""
     while states[-1] != "stuck":
         step = go(stage, approach)

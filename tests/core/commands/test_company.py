@@ -8,21 +8,21 @@ from functools import cache
 
 import numpy as np
 import pytest
-from stage import STEP, Stage
 
 from core.commands.command import Progress
 from core.errors import Refused
 from core.geometry import Pose, wrap
 from core.message import Array
-from core.navigation.surroundings import Surroundings
-from core.perception.people.call import Call
-from core.perception.people.colours import Enrolled
-from core.perception.people.enrolment import enrol
+from core.navigation.control_context import ControlContext
+from core.perception.people.colours import PersonProfile
+from core.perception.people.enrollment import enrol
 from core.perception.people.parts import PeopleSettings
+from core.perception.people.voice_bearing import VoiceBearing
 from core.sensors import Camera, Image, Laser
-from core.sensors.laser import SimulatedLaser
-from core.sensors.simulated_camera import SimulatedCamera
-from core.world import Rect, Thing, World, outline
+from core.simulation.camera import SimulatedCamera
+from core.simulation.laser import SimulatedLaser
+from core.simulation.world import Rect, Thing, World, outline
+from tests.core.commands.stage import STEP, Stage
 
 HALL = World(name="hall", walls=outline([Rect(-3.5, -3.5, 6.0, 3.5)], []))
 EVERY = 6  # frames for one scan and one picture
@@ -34,8 +34,8 @@ class Company(Stage):
     def __init__(self, **settings: float | str) -> None:
         super().__init__()
         self.people: dict[str, Thing] = {}
-        self.call: Call | None = None
-        self.who: Enrolled | None = None
+        self.call: VoiceBearing | None = None
+        self.who: PersonProfile | None = None
         self.looks = PeopleSettings()
         self.camera: Camera | None = Camera()
         self.frames = 0
@@ -54,13 +54,13 @@ class Company(Stage):
     def speaks(self, name: str, sd: float = 0.05, off: float = 0.0) -> None:
         at = self.people[name].pose
         azimuth = math.atan2(at.y - self.pose.y, at.x - self.pose.x) + off
-        self.call = Call(stamp=self.stamp, azimuth=azimuth, sd=sd, x=self.pose.x, y=self.pose.y)
+        self.call = VoiceBearing(stamp=self.stamp, azimuth=azimuth, sd=sd, x=self.pose.x, y=self.pose.y)
 
     def to(self, name: str) -> float:
         return self.pose.distance_to(self.people[name].pose.x, self.people[name].pose.y)
 
     @property
-    def here(self) -> Surroundings:
+    def here(self) -> ControlContext:
         self.frames += 1
         self._image = None
         if self.frames % EVERY == 0:
@@ -132,7 +132,7 @@ def test_nobody_where_the_voice_is_heard_is_refused_in_words() -> None:
 
 
 @cache
-def ann() -> Enrolled:
+def ann() -> PersonProfile:
     """Learnt by the robot's own camera, elsewhere in the hall."""
     eye = SimulatedCamera(Camera(), HALL, np.random.default_rng(5))
     here = Pose(-1.0, -2.0, 0.2)

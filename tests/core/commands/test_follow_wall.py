@@ -8,19 +8,19 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from stage import Stage
 
 from core.errors import Refused
 from core.geometry import Pose
-from core.navigation.surroundings import Surroundings
+from core.navigation.control_context import ControlContext
 from core.navigation.wall import RightWall, WallSettings
+from tests.core.commands.stage import Stage
 
 
 class SightedStage(Stage):
     """A laser that looks 120 degrees to either side and not through walls."""
 
     @property
-    def here(self) -> Surroundings:
+    def here(self) -> ControlContext:
         """What a command sees."""
         here = super().here
         points = here.scan_points[np.argsort(np.hypot(*here.scan_points.T))]

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from stage import OPEN, Stage
 
 from core.errors import Refused
 from core.geometry import Pose, wrap
+from tests.core.commands.stage import OPEN, Stage
 
 WALL = np.column_stack((np.full(101, 1.0), np.linspace(-1.0, 1.0, 101)))
 BOX = np.column_stack((np.full(21, 1.0), np.linspace(-0.2, 0.2, 21)))

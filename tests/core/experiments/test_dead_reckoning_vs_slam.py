@@ -19,7 +19,7 @@ from core.experiments.course_traces import mapped, reckoned
 from core.experiments.dead_reckoning_vs_slam import run
 from core.experiments.paper_course import EVERY, STEPS, paper_course
 from core.settings import read
-from core.slam.ekf import EkfSettings
+from core.slam.ekf_slam import EkfSettings
 
 PAPER = EkfSettings(mode="paper")
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from core.experiments.direction_of_arrival import run
-from core.experiments.practice_voice import practice_voice
+from core.speech.practice_voice import practice_voice
 
 
 @pytest.fixture(scope="module")

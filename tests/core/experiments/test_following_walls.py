@@ -7,8 +7,8 @@ import dataclasses
 import pytest
 
 from core.experiments.rehearsal import Rehearsal
-from core.robots.simulated import SimulationSettings
 from core.settings import Settings
+from core.simulation.robot import SimulationSettings
 
 BLIND = dataclasses.replace(Settings(), simulation=SimulationSettings(camera=False))
 
@@ -17,8 +17,8 @@ def test_the_corridor_is_followed_until_another_command() -> None:
     floor = Rehearsal("sim:floor", seed=2, settings=BLIND)
     order = floor.tell("follow wall")
     floor.run(1.2)
-    assert floor.snapshot.undertaking is not None
-    assert "To the wall on the right first" in floor.snapshot.undertaking.remark
+    assert floor.snapshot.active_command is not None
+    assert "To the wall on the right first" in floor.snapshot.active_command.remark
     floor.run(15.0)
     assert floor.truth.y == pytest.approx(-0.5, abs=0.05)
     assert floor.truth.x > 0.2
@@ -36,7 +36,7 @@ def test_once_round_the_laboratory_nothing_is_touched(seed: int) -> None:
     lab.tell("follow wall")
     went_away = False
     for snapshot in lab.frames(400.0):
-        assert snapshot.undertaking is not None, lab.endings
+        assert snapshot.active_command is not None, lab.endings
         away = lab.truth.distance_to(0.5, -2.0)
         went_away = went_away or away > 3.0
         if went_away and away < 0.3:

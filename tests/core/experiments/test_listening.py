@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from core.errors import BadInput
-from core.experiments.listening import BEFORE, Listening
+from core.experiments.listening import BEFORE, TimedListening
 from core.experiments.spoken_room import length_of_words
 from core.sensors import SensorFrame
 from core.sensors.microphones import Sound
-from core.speech.recognizer import Hypothesis
+from core.speech.recognition.recognizer import WordHypothesis
 from core.speech.settings import MOST_WAITING
 
 RATE = 16_000
@@ -25,22 +25,22 @@ class Slow:
         self.fed: list[tuple[float, float]] = []
         self._clock = clock
 
-    def feed(self, sound: Sound) -> tuple[Hypothesis, ...]:
+    def feed(self, sound: Sound) -> tuple[WordHypothesis, ...]:
         self.fed.append((round(sound.stamp, 3), round(sound.duration, 3)))
         self._clock[0] += 0.5
-        return (Hypothesis(words="stop", begin=sound.stamp, end=sound.stamp + sound.duration),)
+        return (WordHypothesis(words="stop", begin=sound.stamp, end=sound.stamp + sound.duration),)
 
-    def finish(self) -> tuple[Hypothesis, ...]:
+    def finish(self) -> tuple[WordHypothesis, ...]:
         return ()
 
 
 @pytest.fixture
-def passing(monkeypatch: pytest.MonkeyPatch) -> tuple[Listening, Slow, Callable[[float], tuple[float, ...]]]:
+def passing(monkeypatch: pytest.MonkeyPatch) -> tuple[TimedListening, Slow, Callable[[float], tuple[float, ...]]]:
     """Ears, their recognizer, and what lets a frame of 0.1 s pass → ends of what is known then."""
     clock = [0.0]
     monkeypatch.setattr("core.experiments.listening.time.process_time", lambda: clock[0])
     slow = Slow(clock)
-    ears = Listening(slow)
+    ears = TimedListening(slow)
 
     def frame(now: float) -> tuple[float, ...]:
         sound = Sound(stamp=now - 0.1, rate=RATE, samples=np.zeros((RATE // 10, 1)))

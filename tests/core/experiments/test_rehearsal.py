@@ -13,8 +13,8 @@ import pytest
 from core.errors import Refused
 from core.experiments.rehearsal import Rehearsal
 from core.geometry import wrap
-from core.robots.simulated import SimulationSettings
 from core.settings import Settings
+from core.simulation.robot import SimulationSettings
 
 BLIND = dataclasses.replace(Settings(), simulation=SimulationSettings(camera=False))
 
@@ -73,7 +73,7 @@ def test_nothing_moves_after_a_command_is_done(lab: Rehearsal) -> None:
 
 def test_the_first_command_waits_until_the_robot_has_looked_around(lab: Rehearsal) -> None:
     number = lab.tell("continue 0.3 meters")
-    waited = [snapshot.undertaking for snapshot in lab.frames(0.6)]
+    waited = [snapshot.active_command for snapshot in lab.frames(0.6)]
     assert all(doing is not None and "Looking around" in doing.remark for doing in waited)
     assert lab.truth.distance_to(0, 0) == 0
     lab.run(8.0)

@@ -24,7 +24,7 @@ def test_the_recordings_get_worse_with_noise_and_distance(sweep: str) -> None:
     ]
     told = [measure(None, said, "", place, 0) for place in places]
     assert all(quality is None for quality, _ in told)
-    left = [likeness.estoi or 0 for _, likeness in told]
+    left = [similarity.estoi or 0 for _, similarity in told]
     assert left[0] > left[1] > left[2]
 
 

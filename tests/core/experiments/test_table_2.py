@@ -10,7 +10,7 @@ import pytest
 
 from core.experiments import EXPERIMENTS, table_2
 from core.experiments.table_2 import TRIALS, summary, trial
-from core.speech.voice import can_speak
+from core.speech.synthesis import can_speak
 
 understands = pytest.mark.skipif(
     importlib.util.find_spec("pocketsphinx") is None or not can_speak(), reason="needs beckon[speech,voice]"

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from core.experiments import EXPERIMENTS
-from core.robots.simulated import SimulationSettings
 from core.settings import Settings
+from core.simulation.robot import SimulationSettings
 
 BLIND = dataclasses.replace(Settings(), simulation=SimulationSettings(camera=False))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from core.gate import TICK, Gate, Limits, Row, Setpoint, TraceWriter, check
+from core.gate import TICK, Gate, Limits, Setpoint, TraceRow, TraceWriter, check
 from core.gate.setpoint import Source
 
 
@@ -66,7 +66,7 @@ class Bench:
         return self.gate.twist.v
 
     @property
-    def rows(self) -> list[Row]:
+    def rows(self) -> list[TraceRow]:
         return self.trace.rows
 
     def complaints(self) -> list[str]:

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
-from core.gate.precedence import GATE
+from core.gate.scheduling import GATE
 
 
 def apart(do: Callable[[], object]) -> object:

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from core.gate import Gate, Limits, Setpoint
-from core.gate.presses import REMEMBERED, Presses
+from core.gate.freshness import REMEMBERED, InputIds
 from core.gate.trace import motion_after
 from tests.core.gate.bench import Bench
 
@@ -154,9 +154,8 @@ def test_a_speed_that_is_no_number_is_zero_and_a_fault(bench: Bench, field: str,
     ],
 )
 def test_a_malformed_order_is_refused(bench: Bench, field: str, bad: object) -> None:
-    assert (
-        bench.gate.accept(replace(bench.order("jog", 0.3, 0.0, 1), **{field: bad}), bench.now) == "That is no order."
-    )
+    setpoint = replace(bench.order("jog", 0.3, 0.0, 1), **{field: bad})
+    assert bench.gate.accept(setpoint, bench.now) == "The setpoint is malformed."
 
 
 def test_stop_is_zero_at_once_and_a_new_goal_may_run(bench: Bench) -> None:
@@ -464,7 +463,7 @@ def test_every_stop_is_seen_in_the_status_with_a_new_ticket(bench: Bench, stop: 
 
 
 def test_what_was_stopped_is_remembered_within_bounds() -> None:
-    presses = Presses()
+    presses = InputIds()
     for press in range(3 * REMEMBERED):
         presses.refuse("jog", press)
     assert presses.begin("jog", 0)

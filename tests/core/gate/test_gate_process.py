@@ -21,7 +21,7 @@ from core.gate import Gate, Limits, Setpoint, check, read_trace
 from core.gate.latch import Latch
 from core.gate.packets import packet_pair, send_packet, take_packets
 from core.gate.process import GateLoop
-from core.gate.sleep import SleepWatch
+from core.gate.suspend import SleepWatch
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -291,7 +291,7 @@ def test_a_console_without_a_heartbeat_means_zero(gate: Played) -> None:
     gate.until(lambda: gate.twists[-1][1]["v"] == 0.0)
     assert time.monotonic() - begun < 0.5
     gate.until(lambda: gate.status["reason"] != "")
-    assert gate.status["reason"] in ("the console is silent", "silence: no order came for too long")
+    assert gate.status["reason"] in ("the console is silent", "silence: no setpoint came for too long")
 
 
 def test_asked_to_leave_it_is_zero_and_away(gate: Played) -> None:

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.gate import Limits, Twist
-from core.gate.guard import CRAWL, GRAZE_SPEED, HORIZON, REMEMBERED, Guard, approach
+from core.gate.guard import CRAWL, GRAZE_SPEED, HORIZON, REMEMBERED, ObstacleGuard, approach
 
 LIMITS = Limits()
 REACH = LIMITS.radius + LIMITS.margin
@@ -24,8 +24,8 @@ def along(twist: Twist, way: float) -> tuple[float, float]:
     return forward * math.cos(turned / 2), forward * math.sin(turned / 2)
 
 
-def guard_with(*points: tuple[float, float]) -> Guard:
-    guard = Guard(LIMITS)
+def guard_with(*points: tuple[float, float]) -> ObstacleGuard:
+    guard = ObstacleGuard(LIMITS)
     guard.see(points)
     return guard
 
@@ -145,7 +145,7 @@ def test_it_only_ever_reduces(points: list[tuple[float, float]], v: float, w: fl
 @given(st.floats(-0.4, 0.4), st.floats(-1.5, 1.5), st.floats(0.25, 0.8), st.floats(-2.0, 2.0))
 def test_a_robot_that_brakes_as_it_can_never_touches(start: float, w: float, distance: float, bearing: float) -> None:
     """One point, an order at full speed, scans every 0.1 s that are 0.1 s old: the body stays clear of the point."""
-    guard = Guard(LIMITS)
+    guard = ObstacleGuard(LIMITS)
     px, py = distance * math.cos(bearing), distance * math.sin(bearing)
     x, y, heading, v = 0.0, 0.0, start, 0.0
     seen: list[tuple[float, float]] = []
@@ -164,7 +164,7 @@ def test_a_robot_that_brakes_as_it_can_never_touches(start: float, w: float, dis
 
 
 def test_what_the_laser_turned_its_back_on_still_blocks_the_way_back() -> None:
-    guard = Guard(LIMITS)
+    guard = ObstacleGuard(LIMITS)
     guard.see([(0.3, 0.0)], field=2.0)
     guard.roll(Twist(0.0, 1.0), math.pi)
     guard.see([], field=2.0)  # the point is right behind now, where nothing looks
@@ -179,14 +179,14 @@ def test_what_the_laser_turned_its_back_on_still_blocks_the_way_back() -> None:
 
 
 def test_what_the_laser_sees_no_more_in_front_is_gone() -> None:
-    guard = Guard(LIMITS)
+    guard = ObstacleGuard(LIMITS)
     guard.see([(0.2, 0.0)], field=2.0)
     guard.see([], field=2.0)
     assert guard.permit(Twist(0.1, 0.0)) == guard_with().permit(Twist(0.1, 0.0))
 
 
 def test_a_point_out_of_sight_is_remembered_once_and_not_for_ever() -> None:
-    guard = Guard(LIMITS)
+    guard = ObstacleGuard(LIMITS)
     for number in range(1000):
         guard.see([(math.cos(number), math.sin(number))], field=1.0)
         guard.roll(Twist(0.1, 0.3), 0.1)

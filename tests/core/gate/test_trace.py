@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from core.gate import Limits, Row, TraceWriter, check, read_trace
+from core.gate import Limits, TraceRow, TraceWriter, check, read_trace
 from core.gate.status import GateStatus
 from core.gate.trace import open_trace
 from tests.core.gate.bench import Bench
@@ -16,15 +16,15 @@ from tests.core.gate.bench import Bench
 LIMITS = Limits()
 
 
-def row(t: float, v: float = 0.0, w: float = 0.0, source: str = "", **more: object) -> Row:
-    plain = Row(round(t * 1e9), v, w, source, 1, "", "armed", 0, "")
+def row(t: float, v: float = 0.0, w: float = 0.0, source: str = "", **more: object) -> TraceRow:
+    plain = TraceRow(round(t * 1e9), v, w, source, 1, "", "armed", 0, "")
     return replace(plain, **more)  # type: ignore[arg-type]
 
 
 ARM = row(1.0, event="arm")
 
 
-def drive(t: float, v: float = 0.02, press: int = 5, source: str = "jog", **more: object) -> Row:
+def drive(t: float, v: float = 0.02, press: int = 5, source: str = "jog", **more: object) -> TraceRow:
     return row(t, v, 0.0, source, press=press, **more)
 
 
@@ -61,8 +61,8 @@ def test_an_orderly_drive_passes() -> None:
         ([row(1.0, event="boot", state="halted"), row(1.1, event="arm", state="armed")], "armed while halted"),
         ([ARM, drive(1.02, epoch=2)], "moves for lease 2"),
         ([ARM, row(2.0, epoch=0, event="stop")], "epoch went back"),
-        ([ARM, drive(1.02, source="")], "nobody's order"),
-        ([ARM, drive(1.02, source="guard")], "nobody's order"),
+        ([ARM, drive(1.02, source="")], "without a source"),
+        ([ARM, drive(1.02, source="guard")], "without a source"),
         ([ARM, drive(1.02), row(1.03, event="stop"), drive(1.1)], "moves again after it was stopped"),
         ([ARM, drive(1.02), row(1.03, event="trip"), drive(1.1)], "moves again after it was stopped"),
         (
@@ -79,7 +79,7 @@ def test_an_orderly_drive_passes() -> None:
         ([row(1.0, event="explode")], "no event 'explode'"),
     ],
 )
-def test_each_violation_is_caught(rows: list[Row], complaint: str) -> None:
+def test_each_violation_is_caught(rows: list[TraceRow], complaint: str) -> None:
     assert any(complaint in words for words in check(rows, LIMITS)), check(rows, LIMITS)
 
 
@@ -109,11 +109,11 @@ def test_the_instant_before_a_change_is_written_too() -> None:
 def test_a_diary_comes_back_from_its_file_without_the_line_that_was_cut(tmp_path: Path) -> None:
     path = tmp_path / "gate.csv"
     for first in (0, 2):
-        scribe = open_trace(path)
-        writer = TraceWriter(scribe)
+        line_writer = open_trace(path)
+        writer = TraceWriter(line_writer)
         for n in range(first, first + 2):
             writer.write(GateStatus(v=0.1 * n, reason='a "reason", with commas'), n, "", 0.1 * n)
-        scribe.close()
+        line_writer.close()
     with path.open("a") as file:
         file.write("12345,0.1")
     rows = read_trace(path)
@@ -123,11 +123,11 @@ def test_a_diary_comes_back_from_its_file_without_the_line_that_was_cut(tmp_path
 
 
 def test_a_full_disk_does_not_disturb_the_gate() -> None:
-    scribe = open_trace(Path("/dev/full"))
-    writer = TraceWriter(scribe)
+    line_writer = open_trace(Path("/dev/full"))
+    writer = TraceWriter(line_writer)
     for n in range(1000):
         writer.write(GateStatus(v=0.1 * n), n, "", 0.1 * n)
-    scribe.close()
+    line_writer.close()
 
 
 def test_another_file_is_no_diary(tmp_path: Path) -> None:

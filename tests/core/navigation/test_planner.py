@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rooms import NO_SCAN, room
 
 from core.errors import Refused
 from core.geometry import Pose
+from core.navigation.costmap import survey
 from core.navigation.planner import PlannerSettings, is_free, plan
-from core.navigation.terrain import survey
-from core.slam.occupancy import Grid
+from core.slam.map.occupancy import OccupancyGrid
+from tests.core.navigation.rooms import NO_SCAN, room
 
 RADIUS = 0.09
 SETTINGS = PlannerSettings()
@@ -34,7 +34,9 @@ HALL = room(
 )
 
 
-def go(grid: Grid, start: tuple[float, float], goal: tuple[float, float], seen: np.ndarray = NO_SCAN) -> np.ndarray:
+def go(
+    grid: OccupancyGrid, start: tuple[float, float], goal: tuple[float, float], seen: np.ndarray = NO_SCAN
+) -> np.ndarray:
     return plan(grid, seen, Pose(*start), goal, RADIUS, SETTINGS)
 
 
@@ -42,7 +44,7 @@ def length(way: np.ndarray) -> float:
     return float(np.hypot(*np.diff(way, axis=0).T).sum())
 
 
-def clearance(grid: Grid, way: np.ndarray) -> float:
+def clearance(grid: OccupancyGrid, way: np.ndarray) -> float:
     size = np.array(grid.log_odds.shape[::-1]) * grid.resolution
     terrain = survey(grid, NO_SCAN, grid.origin, grid.origin + size, SETTINGS.occupied)
     return float(terrain.clearance_at(way).min())
@@ -121,13 +123,13 @@ def test_a_doorway_a_little_wider_than_the_robot_is_found() -> None:
     log_odds = np.full((40, 60), -4, np.float32)
     log_odds[:, 30] = 4
     log_odds[17:24, 30] = -4
-    gap = Grid(revision=1, resolution=0.05, origin=np.zeros(2), log_odds=log_odds)
+    gap = OccupancyGrid(revision=1, resolution=0.05, origin=np.zeros(2), log_odds=log_odds)
     way = go(gap, (0.5, 1.5), (2.5, 0.5))
     assert clearance(gap, way) >= RADIUS + SETTINGS.guard - 1e-6
 
 
 def test_no_map_at_all_is_open_ground() -> None:
-    empty = Grid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((0, 0), np.float32))
+    empty = OccupancyGrid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((0, 0), np.float32))
     assert length(go(empty, (0, 0), (-3.0, 4.0))) == pytest.approx(5.0, abs=0.01)
 
 
@@ -138,7 +140,7 @@ def test_a_map_of_fifty_metres_is_planned_in_time() -> None:
         log_odds[:, at] = 4
         gap = slice(20, 60) if at % 200 else slice(940, 980)
         log_odds[gap, at] = -2
-    maze = Grid(revision=1, resolution=0.05, origin=np.zeros(2), log_odds=log_odds)
+    maze = OccupancyGrid(revision=1, resolution=0.05, origin=np.zeros(2), log_odds=log_odds)
     began = time.process_time()
     way = go(maze, (2.0, 25.0), (8.0, 25.0))
     assert time.process_time() - began < 1.0

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from core.gate import Twist
 from core.geometry import Pose, arc, wrap
-from core.navigation.steering import Arrival, Headway, Pursuit, SteeringSettings, approach, hold_line, spin
+from core.navigation.steering import Arrival, Pursuit, StallDetector, SteeringSettings, approach, hold_line, spin
 
 SETTINGS = SteeringSettings()
 STEP = 0.025
@@ -114,7 +114,7 @@ def test_arriving_wants_an_unbroken_while_and_forgives_a_tremble() -> None:
 
 
 def test_headway_is_lost_only_after_patience() -> None:
-    headway = Headway(0.02, 4.0)
+    headway = StallDetector(0.02, 4.0)
     assert not any(headway.lost(10 - stamp, stamp) for stamp in range(8))
     assert not headway.lost(3.0, 10.0)
     assert headway.lost(2.99, 11.5)

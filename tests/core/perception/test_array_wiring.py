@@ -9,20 +9,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.acoustics import Room
 from core.errors import BadInput
 from core.geometry import wrap
-from core.perception.array_check import Fault, check
-from core.perception.array_orientation import Orientation, OrientationWizard
-from core.perception.channel_order import find_order
+from core.perception.sound.array_diagnostics import ArrayFault, check
+from core.perception.sound.array_orientation import Orientation, OrientationWizard
+from core.perception.sound.channel_order import find_order
 from core.perception.sound.direction import Direction, unit
 from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound, ring, tetrahedron
+from core.simulation.acoustics.shoebox import ShoeboxRoom
 from tests.core.perception.voices import far_voice, voice_in_room
 
 ARRAYS = [RESPEAKER_ODAS, tetrahedron()]
 
 
-def faults_of(samples: np.ndarray, array: MicrophoneArray = RESPEAKER_ODAS) -> dict[str, Fault]:
+def faults_of(samples: np.ndarray, array: MicrophoneArray = RESPEAKER_ODAS) -> dict[str, ArrayFault]:
     return {one.kind: one for one in check(Sound(stamp=0.0, rate=16000, samples=samples), array)}
 
 
@@ -77,7 +77,7 @@ def test_channels_are_those_of_the_sound_not_of_the_profile(samples):
 
 @pytest.mark.parametrize("array", ARRAYS, ids=lambda a: a.name)
 def test_two_utterances_from_known_sides_give_all_24_orders(array):
-    room, centre = Room((6, 5, 2.7), 0.3), np.array([3.0, 2.5, 0.5])
+    room, centre = ShoeboxRoom((6, 5, 2.7), 0.3), np.array([3.0, 2.5, 0.5])
     mouths = {0.0: centre + np.array([2.0, 0.2, 0.9]), math.pi / 2: centre + np.array([-0.15, 1.8, 1.0])}
     sounds = {azimuth: voice_in_room(array, room, centre, mouth) for azimuth, mouth in mouths.items()}
     for order in itertools.permutations(range(4)):

@@ -9,22 +9,22 @@ import numpy as np
 import pytest
 
 from core.errors import BadInput
-from core.experiments.crowd import ROBOTS, WEBCAM, Stage
+from core.experiments.drawn_people import ROBOTS, WEBCAM, Stage
 from core.geometry import Pose
 from core.message import Array
-from core.perception.people.billboard import Billboards
-from core.perception.people.cells import edge_cells
+from core.perception.people.brightness import levelled
 from core.perception.people.detector import find_people
-from core.perception.people.enrolment import contour_of, enrol, portrait
+from core.perception.people.edge_orientation import edge_cells
+from core.perception.people.enrollment import contour_of, enrol, person_image
 from core.perception.people.fusion import Ray, along, fuse
 from core.perception.people.legs import find_standers
-from core.perception.people.levelling import levelled
 from core.perception.people.parts import PARTS, PeopleSettings
 from core.perception.people.search import Search
+from core.perception.people.vertical_plane import VerticalPlanes
 from core.sensors import Laser
-from core.sensors.laser import SimulatedLaser
-from core.sensors.simulated_camera import SimulatedCamera
-from core.world import LAB, Rect, Thing, World, outline
+from core.simulation.camera import SimulatedCamera
+from core.simulation.laser import SimulatedLaser
+from core.simulation.world import LAB, Rect, Thing, World, outline
 
 SETTINGS = PeopleSettings()
 HALL = World(name="hall", walls=outline([Rect(-4.0, -4.0, 6.0, 4.0)], []))
@@ -66,7 +66,7 @@ def test_the_three_parts_are_weighed_as_in_equation_34() -> None:
         one for one in iter(lambda: stage.scene(1, nearest=3.0, clutter=0), None) if one.people[0].shown > 0.9
     )
     someone = scene.people[0]
-    (found,) = find_people(Billboards(levelled(scene.pixels), ROBOTS), someone.bearing, 0.05, SETTINGS)[:1]
+    (found,) = find_people(VerticalPlanes(levelled(scene.pixels), ROBOTS), someone.bearing, 0.05, SETTINGS)[:1]
     told = {part.name: part.likelihood for part in found.parts}
     assert None not in told.values()
     assert found.value == pytest.approx(0.3 * told["head"] + 0.6 * told["torso"] + 0.1 * told["feet"], abs=0.03)  # type: ignore[operator]
@@ -81,7 +81,7 @@ def test_most_people_are_found_where_they_speak_and_hardly_anybody_where_nobody_
     found = alarms = many = 0
     for number in range(14):
         scene = stage.scene(number % 2, nearest=1.6)
-        boards = Billboards(levelled(scene.pixels), scene.camera)
+        boards = VerticalPlanes(levelled(scene.pixels), scene.camera)
         if not scene.people:
             alarms += bool(find_people(boards, 0.1, 0.1, SETTINGS))
         elif scene.people[0].shown > 0.65:
@@ -94,7 +94,7 @@ def test_most_people_are_found_where_they_speak_and_hardly_anybody_where_nobody_
 
 
 def test_only_rectangles_in_whose_head_the_sound_falls_are_looked_at(webcam: SimulatedCamera) -> None:
-    boards = Billboards(picture(webcam, person(3.0, 0.6), person(3.2, -0.7, look="green/black")), WEBCAM)
+    boards = VerticalPlanes(picture(webcam, person(3.0, 0.6), person(3.2, -0.7, look="green/black")), WEBCAM)
     left = find_people(boards, math.atan2(0.6, 3.0), 0.04, SETTINGS)
     right = find_people(boards, math.atan2(-0.7, 3.2), 0.04, SETTINGS)
     between = find_people(boards, 0.0, 0.02, SETTINGS)
@@ -110,7 +110,7 @@ def test_a_person_is_enrolled_from_gestures_and_told_from_others(webcam: Simulat
     assert 0.02 < mask.mean() < 0.2
     who = enrol("Ann", ann, background)
     assert who.pictures == 4
-    two = Billboards(
+    two = VerticalPlanes(
         picture(webcam, person(3.0, 0.6, look="green/black"), person(3.2, -0.7, look="red/blue")), WEBCAM
     )
     own = find_people(two, math.atan2(0.6, 3.0), 0.05, SETTINGS, who=who)
@@ -124,8 +124,8 @@ def test_what_a_floor_mirrors_is_no_part_of_the_body() -> None:
     background = eye.take(LAB, 0.0, Pose()).pixels.copy()
     for look, turn in (("green/black", math.pi / 2), ("white/grey", 0.0)):
         one = person(3.9, 0.0, look=look, heading=math.pi + turn)
-        told = portrait(eye.take(LAB.with_thing(one), 0.0, Pose()).pixels.copy(), background)
-        feet = Billboards(background, ROBOTS).pixels_of(
+        told = person_image(eye.take(LAB.with_thing(one), 0.0, Pose()).pixels.copy(), background)
+        feet = VerticalPlanes(background, ROBOTS).pixels_of(
             3.9 - ROBOTS.mounting.translation[0], 0.0, np.array([[0.0, 0.0]])
         )
         assert told.boxes[2][3] == pytest.approx(feet[0, 1], abs=0.1 * (told.boxes[2][3] - told.boxes[0][1]))
@@ -144,7 +144,7 @@ def test_what_cannot_be_enrolled_is_told(webcam: SimulatedCamera) -> None:
 
 
 def test_a_picture_is_looked_through_a_few_planes_at_a_time(webcam: SimulatedCamera) -> None:
-    boards = Billboards(picture(webcam, person(3.0, 0.0)), WEBCAM)
+    boards = VerticalPlanes(picture(webcam, person(3.0, 0.0)), WEBCAM)
     hinted = Search(boards, (0.0, 0.05), [3.0], SETTINGS, None)
     first = hinted.go_on()
     assert first is not None

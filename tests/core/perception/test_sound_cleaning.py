@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.acoustics import pink_noise, plane_waves
-from core.experiments.practice_voice import practice_voice
-from core.perception.sound.beam import towards_voice
+from core.perception.sound.beamforming import towards_voice
 from core.perception.sound.direction import unit
-from core.perception.sound.short_time import analyse, synthesise
-from core.perception.sound.wiener import without_noise
+from core.perception.sound.noise_reduction import without_noise
+from core.perception.sound.stft import analyse, synthesise
 from core.sensors.microphones import RESPEAKER_ODAS, Sound, tetrahedron
+from core.simulation.acoustics.shoebox import pink_noise, plane_waves
+from core.speech.practice_voice import practice_voice
 
 RATE = 16_000
 BEFORE = RATE // 2

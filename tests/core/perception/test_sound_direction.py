@@ -8,16 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.acoustics import Room, plane_waves
 from core.errors import BadInput
 from core.geometry import wrap
 from core.message import Array
 from core.perception.sound.direction import WIDEST, Direction, sphere, tangents, unit
 from core.perception.sound.locate import locate, sure
-from core.perception.sound.settings import HearingSettings
+from core.perception.sound.settings import DirectionFindingSettings
 from core.perception.sound.spectra import freshness, noise_of, quiet_frames, spectra, strangeness
-from core.perception.sound.steered import Correlation, slopes, steered_power
+from core.perception.sound.srp import Correlation, slopes, steered_power
 from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound, ring, tetrahedron
+from core.simulation.acoustics.shoebox import ShoeboxRoom, plane_waves
 from tests.core.perception.voices import PRE_ROLL, RATE, far_voice, voice_in_room
 
 EXACT = {"position_sd": 0.0}
@@ -127,7 +127,7 @@ def test_in_rooms_errors_are_small_and_the_standard_deviation_holds(array):
         azimuth, far = rng.uniform(-math.pi, math.pi), rng.uniform(1.0, 2.0)
         centre = np.array([3.5, 2.8, 0.6])
         mouth = centre + np.array([far * math.cos(azimuth), far * math.sin(azimuth), 0.9])
-        room = Room((7, 5.5, 2.8), (0.2, 0.3)[number % 2])
+        room = ShoeboxRoom((7, 5.5, 2.8), (0.2, 0.3)[number % 2])
         direction = found(voice_in_room(array, room, centre, mouth, seed=number, ratio=10.0), array)
         errors.append(abs(wrap(direction.azimuth - azimuth)))
         ratios.append(errors[-1] / direction.azimuth_sd)
@@ -189,7 +189,7 @@ def test_eight_kilohertz_and_forty_eight_are_heard_as_well():
 
 
 def test_whitened_noise_has_power_one_and_no_cell_of_it_is_fresh():
-    settings = HearingSettings()
+    settings = DirectionFindingSettings()
     rng = np.random.default_rng(0)
     seen = spectra(rng.normal(size=(2 * RATE, 4)) @ rng.normal(size=(4, 4)), RATE, settings)
     noise = noise_of(seen, np.ones(len(seen.times), bool), settings)
@@ -199,7 +199,7 @@ def test_whitened_noise_has_power_one_and_no_cell_of_it_is_fresh():
 
 
 def test_an_echo_is_not_fresh_but_a_louder_word_is():
-    settings = HearingSettings()
+    settings = DirectionFindingSettings()
     seen = spectra(np.random.default_rng(0).normal(size=(RATE, 2)), RATE, settings)
     power = np.ones((len(seen.frequencies), len(seen.times)))
     power[:, 20:40] = 1000 * np.exp(-np.arange(20) * 0.16)  # dies as a room of 0.7 s
@@ -209,7 +209,7 @@ def test_an_echo_is_not_fresh_but_a_louder_word_is():
 
 
 def test_quiet_frames_are_those_before_the_speech_or_else_the_faintest():
-    settings = HearingSettings()
+    settings = DirectionFindingSettings()
     sound = far_voice(SQUARE, 0.0)
     seen = spectra(sound.samples, RATE, settings)
     before = quiet_frames(seen, settings, PRE_ROLL)

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.acoustics import Room, diffuse_noise, heard, impulse_responses, pink_noise, plane_waves
-from core.experiments.practice_voice import practice_voice
 from core.message import Array
 from core.perception.sound.direction import unit
 from core.sensors.microphones import MicrophoneArray, Sound
+from core.simulation.acoustics.shoebox import (
+    ShoeboxRoom,
+    diffuse_noise,
+    heard,
+    impulse_responses,
+    pink_noise,
+    plane_waves,
+)
+from core.speech.practice_voice import practice_voice
 
 RATE = 16_000
 PRE_ROLL = 0.5
@@ -37,7 +44,7 @@ def far_voice(
 
 
 def voice_in_room(
-    array: MicrophoneArray, room: Room, centre: Array, mouth: Array, *, seed: int = 0, ratio: float = 20.0
+    array: MicrophoneArray, room: ShoeboxRoom, centre: Array, mouth: Array, *, seed: int = 0, ratio: float = 20.0
 ) -> Sound:
     """A voice at `mouth` (3,) after half a second of noise from everywhere."""
     rng = np.random.default_rng(seed)

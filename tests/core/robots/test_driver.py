@@ -15,8 +15,8 @@ import pytest
 from core.gate import ZERO, Twist
 from core.gate.packets import packet_pair, send_packet, take_packets
 from core.robots import Profile
-from core.robots.outbox import Inbox, Outbox
-from core.robots.process import TIMEOUT, Driver
+from core.robots.frame_sender import FrameReceiver, FrameSender
+from core.robots.process import TIMEOUT, DriverLoop
 from core.sensors import Laser, Scan, SensorFrame
 
 LASER = Laser(beams=100, angle_step=0.04, angle_min=-2.0)
@@ -60,8 +60,8 @@ class Running:
         self.robot = Obedient()
         (self.control, their_control), (self.gate, their_gate) = packet_pair(), packet_pair()
         self.stream, their_stream = socket.socketpair()
-        self.outbox = Outbox(their_stream)
-        self.driver = Driver(self.robot, their_control, their_gate, self.outbox)
+        self.frame_sender = FrameSender(their_stream)
+        self.driver = DriverLoop(self.robot, their_control, their_gate, self.frame_sender)
         self.thread = threading.Thread(target=self.driver.run)
         self.thread.start()
 
@@ -80,7 +80,7 @@ class Running:
         send_packet(self.control, {"kind": "leave"})
         self.thread.join(5.0)
         assert not self.thread.is_alive() and self.robot.twist == ZERO
-        self.outbox.close()
+        self.frame_sender.close()
         for end in (self.control, self.gate, self.stream):
             end.close()
 
@@ -140,7 +140,7 @@ def test_with_console_and_gate_gone_it_ends_at_zero() -> None:
     running.gate.close()
     running.thread.join(5.0)
     assert not running.thread.is_alive() and running.robot.twist == ZERO
-    running.outbox.close()
+    running.frame_sender.close()
 
 
 def test_a_console_that_is_no_longer_its_parent_is_gone(running: Running, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -173,7 +173,7 @@ def test_a_laser_that_repeats_one_scan_on_the_move_is_not_told_to_the_gate(runni
 def test_a_frame_tells_when_it_was_sensed_however_late_it_is_read(running: Running) -> None:
     begun = time.monotonic()
     time.sleep(0.3)
-    now, inbox, frames = time.monotonic(), Inbox(), list[SensorFrame]()
+    now, inbox, frames = time.monotonic(), FrameReceiver(), list[SensorFrame]()
     while not frames:
         frames += inbox.feed(running.stream.recv(65536))
     assert begun - 1.0 < frames[0].sensed < now - 0.1

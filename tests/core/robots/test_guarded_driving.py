@@ -9,8 +9,8 @@ import pytest
 
 from core.gate import TICK, Gate, Limits, Setpoint, TraceWriter, check
 from core.robots.nearness import field_of, near_points
-from core.robots.simulated import SimulatedRobot, SimulationSettings
 from core.sensors import SensorFrame
+from core.simulation.robot import SimulatedRobot, SimulationSettings
 
 BLIND = SimulationSettings(camera=False)
 

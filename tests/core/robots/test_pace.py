@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from core.robots.process import CALM, PACE_WINDOW, Pace
+from core.robots.process import CALM, PACE_WINDOW, DriverPace
 
 
 def test_frames_are_due_by_the_clock_whatever_each_took() -> None:
-    pace = Pace(0.025)
+    pace = DriverPace(0.025)
     pace.start(10.0)
     for n in range(100):
         assert abs(pace.due - (10.0 + 0.025 * n)) < 1e-9
@@ -15,20 +15,20 @@ def test_frames_are_due_by_the_clock_whatever_each_took() -> None:
 
 
 def test_a_hiccup_is_caught_up() -> None:
-    pace = Pace(0.025)
+    pace = DriverPace(0.025)
     pace.start(0.0)
     pace.step(0.09)
     assert pace.due == 0.025
 
 
 def test_a_long_stall_is_given_up_so_that_time_does_not_run_ahead() -> None:
-    pace = Pace(0.025)
+    pace = DriverPace(0.025)
     pace.start(0.0)
     pace.step(5.0)
     assert pace.due == 5.0
 
 
-def run(pace: Pace, now: float, until: float, takes: float) -> float:
+def run(pace: DriverPace, now: float, until: float, takes: float) -> float:
     """Frames that take so long each [s], until then → the time."""
     while now < until:
         now = max(now, pace.due) + takes
@@ -37,7 +37,7 @@ def run(pace: Pace, now: float, until: float, takes: float) -> float:
 
 
 def test_a_computer_that_is_too_slow_is_told_how_slow_and_only_lasting_calm_ends_it() -> None:
-    pace = Pace(0.025)
+    pace = DriverPace(0.025)
     pace.start(0.0)
     now = run(pace, 0.0, 35.0, 0.05)
     assert 0.45 < pace.share < 0.55

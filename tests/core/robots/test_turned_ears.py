@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from core.errors import BadInput
-from core.experiments.practice_voice import practice_voice
 from core.gate import Twist
 from core.geometry import wrap
-from core.perception.array_orientation import Orientation, OrientationWizard, heard_from, oriented
-from core.robots.simulated import SimulatedRobot, SimulationSettings
+from core.perception.sound.array_orientation import Orientation, OrientationWizard, heard_from, oriented
 from core.sensors.microphones import ARRAYS, RESPEAKER_ODAS, Sound, joined
+from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.speech.practice_voice import practice_voice
 
 TURNED = 0.7  # [rad]
 

@@ -7,10 +7,10 @@ import copy
 import numpy as np
 
 from core.geometry import Pose, rotation
-from core.slam.filter import Filter
-from core.slam.invariant import InvariantFilter, shift_matrix
+from core.slam.ekf.filter import Filter
+from core.slam.ekf.invariant import InvariantFilter, shift_matrix
+from core.slam.ekf.paper import PaperFilter
 from core.slam.motion import Increment
-from core.slam.paper import PaperFilter
 
 FORMS: list[type[Filter]] = [InvariantFilter, PaperFilter]
 NOISE = np.diag([1e-4, 1e-4])

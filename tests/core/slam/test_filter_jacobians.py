@@ -6,13 +6,13 @@ import copy
 
 import numpy as np
 import pytest
-from filter_states import FORMS, NOISE, apart_by, error_between, moved, predicted, slope, some_filter
 
 from core.geometry import Pose, rotation
-from core.slam.filter import Filter
-from core.slam.invariant import InvariantFilter, shift_matrix
+from core.slam.ekf.filter import Filter
+from core.slam.ekf.invariant import InvariantFilter, shift_matrix
+from core.slam.ekf.measurement_model import expected, surprise
 from core.slam.motion import Increment
-from core.slam.sighting_model import expected, surprise
+from tests.core.slam.filter_states import FORMS, NOISE, apart_by, error_between, moved, predicted, slope, some_filter
 
 MOVE = Pose(0.3, -0.1, 0.4)
 SPREAD = np.array([[4e-3, 1e-3, -5e-4], [1e-3, 3e-3, 4e-4], [-5e-4, 4e-4, 2e-3]])

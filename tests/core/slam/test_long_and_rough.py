@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.benchmarks.consistency import MOTION, run_filter
-from tests.benchmarks.filter_shocks import run as shaken
+from tests.benchmarks.filter_shocks import run as perturbed
 
 
 @pytest.mark.parametrize(("times", "run", "most"), [(1.0, 0, 4.9), (2.0, 1, 9.0)])
@@ -23,7 +23,7 @@ def test_over_a_lap_of_600_metres_the_filter_stays_as_sure_as_it_should_be(
 
 @pytest.mark.parametrize("shock", ["names", "slip", "push"])
 def test_after_a_shock_the_robot_is_found_again_and_the_map_stays_where_it_was(shock: str) -> None:
-    outcome = shaken(shock, 3)
+    outcome = perturbed(shock, 3)
     assert outcome.back <= 10.0
     assert outcome.worst < 0.06
     assert outcome.moved < 0.05
@@ -31,6 +31,6 @@ def test_after_a_shock_the_robot_is_found_again_and_the_map_stays_where_it_was(s
 
 
 def test_without_a_shock_none_is_noticed() -> None:
-    outcome = shaken("none", 3)
+    outcome = perturbed("none", 3)
     assert outcome.noticed == 0
     assert outcome.worst < 0.06

@@ -9,13 +9,13 @@ import numpy as np
 
 from core.gate import Twist
 from core.geometry import wrap
-from core.perception.corners import find_corners
-from core.perception.deskew import deskew
-from core.perception.edges import find_edges
-from core.perception.landmarks import sight
-from core.robots.simulated import SimulatedRobot, SimulationSettings
+from core.perception.landmarks.corners import find_corners
+from core.perception.landmarks.deskew import deskew
+from core.perception.landmarks.edges import find_edges
+from core.perception.landmarks.landmarks import sight
+from core.simulation.robot import SimulatedRobot, SimulationSettings
 from core.slam.dead_reckoning import DeadReckoning
-from core.slam.ekf import EkfSlam
+from core.slam.ekf_slam import EkfSlam
 from core.slam.motion import MotionSettings
 
 QUARTER = (math.pi / 2 / 0.6, 0.0, 0.6)

@@ -9,9 +9,9 @@ import pytest
 
 from core.message import Array
 from core.sensors.microphones import Sound
-from core.speech.recognizer import Hypothesis, Recognizer
+from core.speech.recognition.recognizer import Recognizer, WordHypothesis
 from core.speech.settings import RATE
-from core.speech.sphinx import Sphinx
+from core.speech.sphinx.recognizer import Sphinx
 
 PIECE = 320  # samples
 
@@ -33,7 +33,7 @@ def pieces(samples: Array, stamp: float = 0.0, length: int = PIECE) -> list[Soun
     return [mono(samples[at : at + length], stamp + at / RATE) for at in range(0, len(samples), length)]
 
 
-def listened(recognizer: Recognizer, samples: Array, stamp: float = 0.0) -> list[Hypothesis]:
+def listened(recognizer: Recognizer, samples: Array, stamp: float = 0.0) -> list[WordHypothesis]:
     """All that is told about samples (N,), to their end."""
     told = [one for piece in pieces(samples, stamp) for one in recognizer.feed(piece)]
     return [*told, *recognizer.finish()]

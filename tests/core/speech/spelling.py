@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from core.speech.numbers import DIGITS, TEENS, TENS
+from core.speech.understanding.numbers import DIGITS, TEENS, TENS
 
 
 def spell(value: float) -> str:

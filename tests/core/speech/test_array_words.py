@@ -9,10 +9,10 @@ import pytest
 
 from core.errors import BadInput
 from core.sensors.microphones import RESPEAKER_ODAS, Sound
-from core.speech.array_transcriber import ArrayTranscriber
-from core.speech.recognizer import Hypothesis, Utterance
+from core.speech.recognition.recognizer import Utterance, WordHypothesis
 from core.speech.settings import RATE
-from core.speech.transcriber import Transcriber
+from core.speech.transcription.array_transcriber import ArrayTranscriber
+from core.speech.transcription.transcriber import Transcriber
 from tests.core.perception.voices import far_voice
 
 
@@ -22,9 +22,9 @@ class Scribe:
     def __init__(self) -> None:
         self.given: list[Utterance] = []
 
-    def read(self, utterance: Utterance) -> Hypothesis:
+    def read(self, utterance: Utterance) -> WordHypothesis:
         self.given.append(utterance)
-        return Hypothesis(words="", begin=utterance.begin, end=utterance.end)
+        return WordHypothesis(words="", begin=utterance.begin, end=utterance.end)
 
 
 def spoken(ratio: float, seconds: float = 1.2) -> Sound:
@@ -71,7 +71,7 @@ def test_a_short_sentence_that_is_not_understood_is_read_in_the_plain_beam(secon
     class Reader(Scribe):
         """Reads its sentences in turn of each piece of sound."""
 
-        def read(self, utterance: Utterance) -> Hypothesis:
+        def read(self, utterance: Utterance) -> WordHypothesis:
             told = super().read(utterance)
             again = [one.end for one in self.given].count(utterance.end)
             return replace(told, words=read[again - 1])

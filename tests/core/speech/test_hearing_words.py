@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.experiments.practice_voice import practice_voice
 from core.sensors.microphones import Sound
-from core.speech.competing import choose, command_words, fixed_words, grammar, openings, phones_of
-from core.speech.jsgf import NUMBER_RULES, words_of
-from core.speech.recognizer import Hypothesis, Utterance
+from core.speech.practice_voice import practice_voice
+from core.speech.recognition.acceptance import judge
+from core.speech.recognition.recognizer import Utterance, WordHypothesis
 from core.speech.settings import RATE, SpeechSettings
-from core.speech.spoken import judge
-from core.speech.transcriber import Transcriber
+from core.speech.sphinx.garbage_model import choose, command_words, fixed_words, grammar, openings, phones_of
+from core.speech.sphinx.jsgf import NUMBER_RULES, words_of
+from core.speech.transcription.transcriber import Transcriber
 from tests.core.speech.ears import engine, listened, mono, padded, pieces
 
 DICTIONARY = {
@@ -88,20 +88,20 @@ class HearsStop:
     def __init__(self, _: SpeechSettings) -> None:
         pass
 
-    def feed(self, sound: Sound) -> tuple[Hypothesis, ...]:
-        return (Hypothesis(words="stop", begin=self.END - 0.3, end=self.END, final=False),)
+    def feed(self, sound: Sound) -> tuple[WordHypothesis, ...]:
+        return (WordHypothesis(words="stop", begin=self.END - 0.3, end=self.END, final=False),)
 
 
 class HearsCommand:
     """Reads the same command out of every utterance."""
 
-    def read(self, utterance: Utterance) -> Hypothesis:
-        return Hypothesis(words="turn left", begin=utterance.begin, end=utterance.end)
+    def read(self, utterance: Utterance) -> WordHypothesis:
+        return WordHypothesis(words="turn left", begin=utterance.begin, end=utterance.end)
 
 
 def test_a_stop_does_not_overtake_what_was_said_before_it(monkeypatch):
     """A slow reader gets seconds of sound at once; the robot must not set off after the stop."""
-    monkeypatch.setattr("core.speech.transcriber.StopSpotter", HearsStop)
+    monkeypatch.setattr("core.speech.transcription.transcriber.KeywordSpotter", HearsStop)
     sentence = 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)
     told = Transcriber(engine=HearsCommand()).feed(mono(padded(sentence, tail=3.0)))
     assert [one.words for one in told] == ["turn left", "stop"]
@@ -113,7 +113,7 @@ class HearsNothing:
     def __init__(self, _: SpeechSettings) -> None:
         pass
 
-    def feed(self, sound: Sound) -> tuple[Hypothesis, ...]:
+    def feed(self, sound: Sound) -> tuple[WordHypothesis, ...]:
         return ()
 
 
@@ -129,10 +129,10 @@ class HearsNothing:
 )
 def test_a_stop_that_is_read_in_a_pause_is_told_at_once(monkeypatch, words, doubt, early):
     """Not only when the sentence is over; what else was read waits for that."""
-    monkeypatch.setattr("core.speech.transcriber.StopSpotter", HearsNothing)
+    monkeypatch.setattr("core.speech.transcription.transcriber.KeywordSpotter", HearsNothing)
     reader = HearsCommand()
     monkeypatch.setattr(
-        reader, "read", lambda one: Hypothesis(words=words, begin=one.begin, end=one.end, doubt=doubt)
+        reader, "read", lambda one: WordHypothesis(words=words, begin=one.begin, end=one.end, doubt=doubt)
     )
     transcriber = Transcriber(engine=reader)
     told, spoken = [], 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)

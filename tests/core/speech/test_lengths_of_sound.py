@@ -10,20 +10,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.errors import BadInput
-from core.experiments.hearing import PIECE, Hearer
-from core.experiments.practice_voice import practice_voice
-from core.perception.array_check import check
-from core.perception.array_orientation import heard_from
-from core.perception.sound.listener import Listener
+from core.perception.sound.array_diagnostics import check
+from core.perception.sound.array_orientation import heard_from
+from core.perception.sound.doa_stream import DoaStream
+from core.pipelines.hear import PIECE, RecordingTranscriber
 from core.sensors.microphones import LOUDEST, RESPEAKER_ODAS, MicrophoneArray, Sound
 from core.settings import Settings
-from core.speech.array_transcriber import ArrayTranscriber
-from core.speech.endpointing import HOP, SIZE, Endpointer, Held
-from core.speech.path import NOTHING, decoded
-from core.speech.recognizer import at_16_khz
+from core.speech.practice_voice import practice_voice
+from core.speech.recognition.endpointing import HOP, SIZE, Endpointer, Held
+from core.speech.recognition.recognizer import at_16_khz
 from core.speech.settings import RATE
-from core.speech.stop_spotter import StopSpotter
-from core.speech.transcriber import Transcriber
+from core.speech.sphinx.decoded_path import NOTHING, decoded
+from core.speech.sphinx.keyword_spotting import KeywordSpotter
+from core.speech.transcription.array_transcriber import ArrayTranscriber
+from core.speech.transcription.transcriber import Transcriber
 from tests.benchmarks.random_sounds import ENTRANCES, ROUND, visit
 from tests.core.speech.ears import engine, padded
 from tests.sound_files import FORMS, write_sound
@@ -58,11 +58,11 @@ def test_a_sound_in_pieces_is_that_sound(count: int, rate: int, longest: float, 
 def test_the_ears_take_pieces_of_any_length_after_each_other() -> None:
     lengths = np.random.default_rng(5).permutation(2 * AROUND).tolist()
     pieces = in_a_row([0, *lengths, 0], 4)
-    for ears in (Transcriber(engine=engine()), Transcriber(engine=engine(), held=True), StopSpotter()):
+    for ears in (Transcriber(engine=engine()), Transcriber(engine=engine(), held=True), KeywordSpotter()):
         for piece in pieces:
             assert ears.feed(Sound(stamp=piece.stamp, rate=RATE, samples=piece.samples[:, :1])) == ()
-        assert isinstance(ears, StopSpotter) or ears.finish() == ()
-    array, directions = ArrayTranscriber(RESPEAKER_ODAS, engine=engine()), Listener(RESPEAKER_ODAS)
+        assert isinstance(ears, KeywordSpotter) or ears.finish() == ()
+    array, directions = ArrayTranscriber(RESPEAKER_ODAS, engine=engine()), DoaStream(RESPEAKER_ODAS)
     for piece in pieces:
         assert array.feed(piece) == () == directions.feed(piece)
     assert array.finish() == ()
@@ -97,13 +97,13 @@ def test_any_rate_becomes_16_khz(rate: int, count: int) -> None:
 
 
 @pytest.fixture(scope="module")
-def wordy() -> Hearer:
+def wordy() -> RecordingTranscriber:
     engine()
-    return Hearer(Settings())
+    return RecordingTranscriber(Settings())
 
 
 @pytest.mark.parametrize("count", [1, 7_999, 8_000, 8_001, 8_351, 14_720, 16_000])
-def test_a_file_of_any_length_is_heard_to_its_end(wordy: Hearer, tmp_path: Path, count: int) -> None:
+def test_a_file_of_any_length_is_heard_to_its_end(wordy: RecordingTranscriber, tmp_path: Path, count: int) -> None:
     """Of 8,351 and 14,720 samples the last piece was once empty: the parts' times do not add up to the whole's."""
     write_sound(tmp_path / "a.wav", murmur(count).samples, RATE, "pcm16")
     assert wordy.hear(tmp_path / "a.wav")["audio_s"] == pytest.approx(count / RATE)
@@ -112,7 +112,7 @@ def test_a_file_of_any_length_is_heard_to_its_end(wordy: Hearer, tmp_path: Path,
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("rate", [11_025, 96_000])
 def test_files_of_every_form_hold_what_was_written(tmp_path: Path, form: str, rate: int) -> None:
-    from core.log.sound_file import read_sound
+    from core.recording.sound_file import read_sound
 
     samples = np.clip(murmur(777, 5, rate=rate).samples * 300, -1, 1)
     write_sound(tmp_path / "a.sound", samples, rate, form)
@@ -126,7 +126,7 @@ def test_ears_hear_again_after_samples_that_are_no_numbers(number: float) -> Non
     array = RESPEAKER_ODAS
     spoilt = murmur(RATE // 10, 4).samples.copy()
     spoilt[77, 2] = number
-    directions, words = Listener(array), ArrayTranscriber(array, engine=engine())
+    directions, words = DoaStream(array), ArrayTranscriber(array, engine=engine())
     for ears in (directions, words):
         with pytest.raises(BadInput, match="no numbers"):
             ears.feed(Sound(stamp=0.0, rate=RATE, samples=spoilt))
@@ -134,7 +134,9 @@ def test_ears_hear_again_after_samples_that_are_no_numbers(number: float) -> Non
 
 
 @pytest.mark.parametrize("number", NUMBERS)
-def test_a_file_with_samples_that_are_no_numbers_is_refused(wordy: Hearer, tmp_path: Path, number: float) -> None:
+def test_a_file_with_samples_that_are_no_numbers_is_refused(
+    wordy: RecordingTranscriber, tmp_path: Path, number: float
+) -> None:
     samples = murmur(RATE).samples.copy()
     samples[3] = number
     write_sound(tmp_path / "a.wav", samples, RATE, "float64")

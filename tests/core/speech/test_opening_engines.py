@@ -8,10 +8,10 @@ import pytest
 
 from core.errors import BadInput, BeckonError, Unavailable
 from core.settings import Settings, read
-from core.speech.engines import ENGINES, open_engine
+from core.speech.recognition.engines import ENGINES, open_engine
+from core.speech.recognition.sherpa import Sherpa
 from core.speech.settings import SpeechSettings
-from core.speech.sherpa import Sherpa
-from core.speech.transcriber import Transcriber
+from core.speech.transcription.transcriber import Transcriber
 
 OPTIONAL = [name for name in ENGINES if name != "sphinx"]
 PACKAGES = {"vosk": "vosk", "faster-whisper": "faster_whisper", "sherpa": "sherpa_onnx"}

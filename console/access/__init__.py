@@ -1,0 +1,1 @@
+"""Access control: logins, roles, the guard in front of every request."""

@@ -1,0 +1,229 @@
+"""The socket `/ws/audio`: a browser's microphone up, transcripts down.
+
+What was heard goes through the same door as typed words. STOP is obeyed before the sentence is over.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import itertools
+import math
+import time
+from functools import partial
+from typing import Any
+
+import msgspec
+import numpy as np
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from console.access.logins import Person
+from console.access.open_sockets import TooMany
+from console.access.strict_json import read_json
+from console.broadcast import CloseSocket
+from console.control.command_freshness import Spoken
+from console.control.pending_commands import PendingCommand
+from console.http.problems import Problem
+from console.http.rate_counter import RateCounter, size_of
+from console.messages import audio
+from console.runtime import Runtime
+from console.speech.browser_microphone import TalkTurn
+from console.speech.room_transcription import UnrecognizedSpeechLog
+from console.speech.spoken_stops import SpokenStops, stopped
+from console.speech.utterance import UtteranceMessage
+from console.workers.tasks import end
+from core.errors import BadInput, Refused
+from core.speech.understanding.grammar import Refusal
+
+MOST_PER_SECOND = 250  # messages; pieces of 20 ms are 50, and what a stalled network held back comes at once
+MOST_BYTES = 2**19  # a second; sound is 32,000, and 15 s of it may come at once
+MOST_WAITING = 50  # messages down that may wait for a browser that does not read them
+SOURCE = "voice"
+PAGES = itertools.count(1)
+GONE = CloseSocket(1000, "The browser left.")
+
+
+class AudioSocket:
+    """One browser's microphone."""
+
+    def __init__(self, runtime: Runtime, socket: WebSocket, person: Person) -> None:
+        self._runtime, self._socket, self._person = runtime, socket, person
+        self._page = next(PAGES)
+        self._turn: TalkTurn | None = None
+        self._tally, self._volume = RateCounter(), RateCounter()
+        self._down: asyncio.Queue[audio.AudioDown] = asyncio.Queue(MOST_WAITING)
+        self._closing: CloseSocket | None = None
+        self._number = 0
+        self._stops = SpokenStops()
+        self._until = math.inf  # [s] when the socket was closed: nothing was said later
+        self._unrecognized = UnrecognizedSpeechLog(runtime.history)
+
+    async def run(self) -> None:
+        """From the handshake to the end."""
+        try:
+            with self._runtime.sockets.room_for(self._person, self._close):
+                await self._socket.accept()
+                self._runtime.microphone.warm()
+                self._runtime.pending_commands.when_held_back.append(self._held_back)
+                try:
+                    await self._converse()
+                finally:
+                    self._runtime.pending_commands.when_held_back.remove(self._held_back)
+        except TooMany as crowded:
+            await self._socket.accept()
+            self._close(1013, str(crowded))
+        if self._closing is not None and self._closing != GONE:
+            with contextlib.suppress(WebSocketDisconnect, RuntimeError):
+                await self._socket.close(self._closing.code, self._closing.reason)
+
+    async def _converse(self) -> None:
+        speaker = asyncio.create_task(self._speak())
+        try:
+            while self._closing is None:
+                message = await self._socket.receive()
+                if message["type"] == "websocket.disconnect":
+                    self._closing = GONE
+                elif self._tally.add(time.monotonic()) > MOST_PER_SECOND:
+                    self._close(1008, f"More than {MOST_PER_SECOND} messages a second.")
+                elif self._volume.add(time.monotonic(), size_of(message)) > MOST_BYTES:
+                    self._close(1008, f"More than {MOST_BYTES} bytes a second.")
+                elif message.get("bytes") is not None:
+                    self._take_sound(message["bytes"])
+                else:
+                    self._take_words(message.get("text") or "")
+        finally:
+            self._until = time.monotonic()
+            if self._turn is not None:
+                self._turn.rest()
+            self._runtime.pending_commands.left(self._person)
+            await end(speaker)
+
+    async def _speak(self) -> None:
+        with contextlib.suppress(WebSocketDisconnect, RuntimeError):
+            while True:
+                message = await self._down.get()
+                await self._socket.send_text(msgspec.json.encode(message).decode())
+
+    def _close(self, code: int, reason: str) -> None:
+        """Before the next message is taken."""
+        self._closing = self._closing or CloseSocket(code, reason)
+
+    def _tell(self, message: audio.AudioDown) -> None:
+        if self._down.full():
+            self._close(1008, "The browser does not read what is sent to it.")
+        else:
+            self._down.put_nowait(message)
+
+    # up
+
+    def _take_sound(self, raw: bytes) -> None:
+        size = audio.AUDIO_HEADER.size
+        if len(raw) > audio.MOST_BYTES or len(raw) < size or len(raw) % 2:
+            self._close(1009, f"A piece of sound has {size} bytes of header and at most {audio.MOST_BYTES} in all.")
+            return
+        kind, _, clock = audio.AUDIO_HEADER.unpack_from(raw)
+        if kind != audio.AUDIO_KIND or not 0 <= clock < 1e15:
+            self._close(1007, "This is no piece of sound: its header is wrong.")
+        elif self._turn is not None and not (self._turn.mode == "open" and self._runtime.voice.muted):
+            samples = np.frombuffer(raw, "<i2", offset=size).astype(float) / 32768
+            self._turn.add(samples, clock / 1000)
+            if self._turn.mode == "held":
+                self._runtime.pending_commands.hear()
+
+    def _take_words(self, text: str) -> None:
+        try:
+            message = msgspec.convert(read_json(text), audio.AudioUp)
+        except (BadInput, msgspec.ValidationError):
+            self._close(1007, "This message has not the form that is asked for.")
+            return
+        if isinstance(message, audio.Rest):
+            if self._turn is not None:
+                self._turn.rest()
+                self._turn = None
+            self._tell(audio.ListeningMessage(False))
+        else:
+            self._listen(message)
+
+    def _listen(self, wish: audio.Listen) -> None:
+        if self._turn is not None:
+            self._turn.rest()
+        turn = TalkTurn(
+            wish.mode,
+            self._hear,
+            lambda why, on: self._tell(audio.ListeningMessage(on, why)),
+            self._page,
+            partial(self._runtime.lease.rank, self._person),
+        )
+        try:
+            self._runtime.microphone.begin(turn)
+        except Refused as busy:
+            self._tell(audio.ListeningMessage(False, str(busy)))
+            return
+        now = time.monotonic()
+        turn.sent(self._runtime.states.oldest(wish.seen, now), now)
+        self._turn = turn
+        self._stops.another_clock()
+        self._tell(audio.ListeningMessage(True))
+
+    # what was heard
+
+    def _hear(self, utterance: UtteranceMessage, delay: float) -> None:
+        """Act on recognized words; `delay`: how long after their sound they came [s]."""
+        heard = self._stops.hear(utterance)
+        became: dict[str, Any] = {}
+        if heard == "stopped":
+            utterance = stopped(utterance)
+        elif heard == "stop":
+            became = {"entry": self._obey(utterance, delay).get("entry")}
+            self._stops.voice_control(self._runtime.door.words)
+        elif utterance.final and utterance.name is not None:
+            became = self._obey(utterance, delay)
+        elif utterance.final:
+            became = {"entry": self._refuse(utterance)}
+        reason: str = became.get("reason", utterance.reason)
+        accepted = utterance.name is not None and not reason
+        self._number += 1
+        self._tell(
+            audio.Transcript(
+                id=self._number,
+                words=utterance.words,
+                final=utterance.final,
+                accepted=accepted,
+                heard_as=utterance.heard_as,
+                reason=reason,
+                suggestions=list(utterance.suggestions),
+                seconds=round(utterance.end - utterance.begin, 2),
+                delay_s=round(delay, 3),
+                entry=became.get("entry"),
+                pending_command=became.get("pending_command"),
+            )
+        )
+
+    def _obey(self, utterance: UtteranceMessage, delay: float) -> dict[str, Any]:
+        """Try to carry out words → the history entry, the pending command, or the reason why there is neither."""
+        ended = min(time.monotonic() - delay, self._until)
+        said = self._stops.said(utterance.begin, Spoken(ended - (utterance.end - utterance.begin), ended))
+        command = utterance.command
+        if isinstance(command, Refusal):
+            return {"reason": command.reason}
+        try:
+            taken = self._runtime.pending_commands.take(
+                command, SOURCE, self._person, said, uncertain=utterance.uncertain
+            )
+            return {"pending_command" if isinstance(taken, PendingCommand) else "entry": taken.id}
+        except Problem as problem:
+            return {"reason": problem.detail}
+
+    def _held_back(self, pending_command: PendingCommand) -> None:
+        """An order of this person's waited and was held back."""
+        if pending_command.source == SOURCE and pending_command.person.id == self._person.id:
+            self._runtime.microphone.hold_back(pending_command.words, self._page)
+
+    def _refuse(self, utterance: UtteranceMessage) -> int | None:
+        """Record a rejection in the history."""
+        given = {"source": SOURCE, "remark": utterance.reason}
+        if not utterance.words:
+            entry = self._unrecognized.tell(self._person, **given)
+            return None if entry is None else entry.id
+        given |= {"words": utterance.words, "state": "refused"}
+        return self._runtime.history.add("command", self._person, **given).id

@@ -1,0 +1,65 @@
+"""Help: the pages of static/docs, rendered for the browser, offline."""
+
+from __future__ import annotations
+
+import html
+from functools import lru_cache
+from pathlib import Path
+
+from fastapi import APIRouter, Response
+from fastapi.responses import FileResponse, RedirectResponse
+from markdown_it import MarkdownIt
+
+from console.access.roles import needs
+from console.api.page import NO_CACHE, static_folder
+from console.http.problems import Problem
+
+help_pages = APIRouter()
+
+PAGE = """<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{title} · Beckon</title>
+<link rel="stylesheet" href="{root}static/css/tokens.css">
+<link rel="stylesheet" href="{root}static/css/docs.css">
+</head>
+<body class="prose">
+<nav><a href="{root}static/docs/index.md">Documentation</a> <a href="{root}">Console</a></nav>
+<main>
+{body}
+</main>
+</body>
+</html>
+"""
+
+
+@help_pages.get("/help", include_in_schema=False)
+@needs("public")
+async def start() -> RedirectResponse:
+    """The first page."""
+    return RedirectResponse("static/docs/index.md", headers=NO_CACHE)
+
+
+@help_pages.get("/static/docs/{path:path}", include_in_schema=False)
+@needs("public")
+async def help_page(path: str) -> Response:
+    """A page of the documentation, or a picture in it. Links between pages are those of the files."""
+    folder = (static_folder() / "docs").resolve()
+    file = (folder / path).resolve()
+    if not file.is_relative_to(folder) or not file.is_file():
+        raise Problem(404, "There is no such page; /help has the table of contents.")
+    if file.suffix != ".md":
+        return FileResponse(file, headers=NO_CACHE)
+    depth = len(file.relative_to(folder).parts) + 1
+    return Response(rendered(file, file.stat().st_mtime_ns, "../" * depth), media_type="text/html", headers=NO_CACHE)
+
+
+@lru_cache(maxsize=64)
+def rendered(file: Path, _changed: int, root: str) -> str:
+    """A Markdown file as a page; `root` leads to the console."""
+    text = file.read_text(encoding="utf-8")
+    title = next((line[2:] for line in text.splitlines() if line.startswith("# ")), "Documentation")
+    body = MarkdownIt("commonmark").enable("table").render(text)
+    return PAGE.format(title=html.escape(title), root=root, body=body)

@@ -1,0 +1,34 @@
+"""The spoken order that waits: begin it at once, or drop it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import Field
+
+from console.access.roles import needs
+from console.api import Behind, RequestBody, Who, router
+
+pending_command = router("pending_command")
+
+
+class PendingCommandRequest(RequestBody):
+    """Which order: the `id` that `pending_command` in the state has. It begins by itself when its moment is over."""
+
+    id: int = Field(ge=1, le=2**53)
+
+
+@pending_command.post("/pending-command/begin", status_code=202)
+@needs("operator")
+async def begin(order: PendingCommandRequest, behind: Behind, who: Who) -> dict[str, Any]:
+    """Begin the waiting order at once; the driver only. `entry` is its number in the history."""
+    entry = behind.pending_commands.begin(order.id, who)
+    return {"id": order.id, "entry": entry.id, "heard_as": entry.heard_as}
+
+
+@pending_command.post("/pending-command/drop")
+@needs("viewer")
+async def drop(order: PendingCommandRequest, behind: Behind, who: Who) -> dict[str, Any]:
+    """Drop the pending command: it does not begin. Anyone who may stop the robot may do this."""
+    behind.pending_commands.drop(order.id, who)
+    return {"id": order.id, "dropped": True}

@@ -1,0 +1,241 @@
+"""The socket `/ws`: state and camera down, hand and words up.
+
+Two tasks a viewer: one sends the newest and blocks nobody but itself, one listens. A stop is acted on before anything
+else is looked at. Every end has a code and a reason.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import secrets
+import time
+from typing import Any
+
+import msgspec
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from console import beckon_version, messages
+from console.access.logins import Person
+from console.access.open_sockets import TooMany
+from console.access.strict_json import read_json
+from console.broadcast import CloseSocket, Subscriber
+from console.control.command_freshness import Spoken
+from console.control.stop import latched
+from console.http.problems import Problem, refused
+from console.http.rate_counter import RateCounter
+from console.runtime import Runtime
+from console.state_view import card
+from console.workers.tasks import end
+from core.errors import BadInput, BeckonError
+
+GONE = CloseSocket(1000, "The browser left.")
+SEND_TIME = 10.0  # [s] for one message; a browser that takes longer is disconnected
+MOST_PER_SECOND = 200  # messages; a stop is heard nevertheless
+FLOOD = 5 * MOST_PER_SECOND  # messages a second, stops among them, that end the socket
+MOST_BYTES = 65536  # a second; a hand and its echoes take 5,000
+MAX_STOP_MESSAGE = 512  # characters of a stop or a halt
+
+
+class StateSocket:
+    """One socket's conversation."""
+
+    def __init__(self, runtime: Runtime, socket: WebSocket, person: Person) -> None:
+        self._runtime = runtime
+        self._socket = socket
+        self._person = person
+        self._viewer = Subscriber("state", "camera")
+        self._tab = secrets.token_hex(8)
+        self._session: str | None = None  # of a calibration, the one this page looks at
+        self._tally, self._volume = RateCounter(), RateCounter()
+        self._press: int | None = None  # of the key that this socket's hand holds down
+
+    async def run(self) -> None:
+        """From the handshake to the end."""
+        try:
+            with self._runtime.sockets.room_for(self._person, self._viewer.close):
+                await self._socket.accept()
+                await self._converse()
+        except TooMany as crowded:
+            await self._socket.accept()
+            await self._end(CloseSocket(1013, str(crowded)))
+
+    async def _converse(self) -> None:
+        runtime, person = self._runtime, self._person
+        runtime.hub.join(self._viewer)
+        runtime.scene.tabs[self._tab] = self._tell
+        runtime.lease.connected(person, time.monotonic())
+        you = messages.You(person.name, person.role, person.id)  # type: ignore[arg-type]
+        self._tell(
+            messages.HelloMessage(
+                you, beckon_version(), card(runtime.robot.profile), self._tab, 1000 * time.monotonic()
+            )
+        )
+        listener = asyncio.create_task(self._listen())
+        try:
+            await self._speak()
+        finally:
+            await end(listener)
+            if self._press is not None:
+                runtime.door.abandon(self._press)
+            runtime.hub.viewers.discard(self._viewer)
+            runtime.scene.tabs.pop(self._tab, None)
+            runtime.lease.disconnected(person)
+            runtime.pending_commands.left(person)
+
+    # down
+
+    async def _speak(self) -> None:
+        """Send the newest messages until the socket closes."""
+        try:
+            while (message := await self._viewer.next(self._runtime.hub)) is not None:
+                async with asyncio.timeout(SEND_TIME):
+                    if isinstance(message, str):
+                        await self._socket.send_text(message)
+                    else:
+                        await self._socket.send_bytes(message)
+        except (TimeoutError, WebSocketDisconnect, RuntimeError):
+            return
+        if self._viewer.closing is not None and self._viewer.closing != GONE:
+            await self._end(self._viewer.closing)
+
+    async def _end(self, closing: CloseSocket) -> None:
+        with contextlib.suppress(TimeoutError, WebSocketDisconnect, RuntimeError):
+            async with asyncio.timeout(1.0):
+                await self._socket.close(closing.code, closing.reason)
+
+    def _tell(self, message: messages.Down) -> None:
+        self._viewer.tell(messages.encode(message).decode())
+
+    # up
+
+    async def _listen(self) -> None:
+        """Receive messages until the socket closes; then stop the sender."""
+        try:
+            while True:
+                message = await self._socket.receive()
+                if message["type"] == "websocket.disconnect":
+                    self._viewer.close(GONE.code, GONE.reason)
+                    return
+                text = message.get("text")
+                if text is None:
+                    self._viewer.close(1003, "This socket takes text.")
+                    return
+                self._take(text)
+        except Exception:
+            self._viewer.close(1011, "The console could not take this message.")
+            raise
+
+    def _take(self, text: str) -> None:
+        ref, now = 0, time.monotonic()
+        heard = self._tally.add(now)
+        if self._volume.add(now, len(text)) > MOST_BYTES:
+            self._viewer.close(1008, f"More than {MOST_BYTES} bytes a second.")
+        if self._viewer.closing is not None and len(text) > MAX_STOP_MESSAGE:
+            return
+        try:
+            message = read_json(text)
+            self._runtime.lease.active(self._person, now)
+            if (stop_message := stop_of(message)) is not None:
+                self._stop_controller(stop_message)
+                self._bound(heard, FLOOD)
+            elif self._bound(heard, MOST_PER_SECOND):
+                ref = message["ref"] if isinstance(message, dict) and type(message.get("ref")) is int else 0
+                answer = self._act(msgspec.convert(message, messages.Up))
+                if isinstance(answer, messages.AnswerMessage):
+                    self._answer(answer)
+                elif answer is not None:
+                    self._tell(answer)
+        except BadInput as trouble:
+            self._viewer.close(1007, str(trouble))
+        except msgspec.ValidationError:
+            self._tell(messages.AnswerMessage(ref, False, 422, "This message has not the form that is asked for."))
+        except (Problem, BeckonError) as error:
+            self._answer(refused(ref, error))
+
+    def _answer(self, answer: messages.AnswerMessage) -> None:
+        """Send the answer when its history entry is on disk."""
+        self._runtime.keep(asyncio.create_task(self._answer_settled(answer)))
+
+    async def _answer_settled(self, answer: messages.AnswerMessage) -> None:
+        await self._runtime.history.settled()
+        self._tell(answer)
+
+    def _bound(self, heard: int, most: int) -> bool:
+        """Return whether to act on a message when `heard` came within a second; too many close the socket."""
+        if heard > most:
+            self._viewer.close(1008, f"More than {most} messages a second.")
+        return self._viewer.closing is None
+
+    def _act(self, message: messages.Up) -> messages.Down | None:
+        """Do what one message asks for → the answer, if it wants one."""
+        door, person = self._runtime.door, self._person
+        match message:
+            case messages.JogMessage():
+                door.drive(message, person)
+                self._press = message.press if message.v or message.w else None
+            case messages.EchoMessage():
+                return messages.EchoBack(message.t)
+            case messages.SayMessage():
+                now = time.monotonic()
+                given = self._runtime.states.oldest(message.seen, now)
+                entry = door.submit(message.text, message.source, person, said=Spoken(now, given))
+                return messages.AnswerMessage(message.ref, True, 202, entry.heard_as, id=entry.id)
+            case messages.LeaseMessage():
+                door.wish(message.do, person)
+                return messages.AnswerMessage(message.ref, True, 200)
+            case messages.HaltResetMessage():
+                door.reset(person, "page")
+                return messages.AnswerMessage(message.ref, True, 200)
+            case messages.PlaybackMessage():
+                self._runtime.keep(asyncio.create_task(self._play(message)))
+            case messages.SubscriptionMessage():
+                self._want(message)
+            case messages.StopMessage() | messages.HaltMessage():
+                self._stop_controller(message)
+        return None
+
+    def _want(self, wish: messages.SubscriptionMessage) -> None:
+        """Camera on or off; another calibration session, or none."""
+        if isinstance(wish.camera, bool):
+            self._runtime.hub.want(self._viewer, "camera", wanted=wish.camera)
+        if wish.calibration is not msgspec.UNSET:
+            self._viewer.want(f"calibration:{self._session}", wanted=False)
+            self._session = wish.calibration
+        if isinstance(wish.calibration, str):
+            self._runtime.hub.want(self._viewer, f"calibration:{self._session}", wanted=True)
+            self._runtime.calibration_service.show(wish.calibration)
+
+    def _stop_controller(self, message: messages.StopMessage | messages.HaltMessage) -> None:
+        if isinstance(message, messages.HaltMessage):
+            self._runtime.door.halt(self._person, "page", message.press)
+            self._runtime.keep(asyncio.create_task(self._latched()))
+        else:
+            self._runtime.door.stop(self._person, "page", message.press)
+
+    async def _latched(self) -> None:
+        """Tell this socket when its halt may not outlive a restart."""
+        if why_not := await latched(self._runtime.robot, self._runtime.board):
+            self._tell(messages.AnswerMessage(0, False, 507, why_not))
+
+    async def _play(self, message: messages.PlaybackMessage) -> None:
+        """The recording's driver is asked without keeping this socket waiting."""
+        answer = messages.AnswerMessage(message.ref, True, 200)
+        try:
+            await self._runtime.player.steer(message.do, message.value, self._person)
+        except (Problem, BeckonError) as error:
+            answer = refused(message.ref, error)
+        self._tell(answer)
+
+
+def stop_of(message: Any) -> messages.StopMessage | messages.HaltMessage | None:
+    """A stop or a halt, however carelessly it is written."""
+    if not isinstance(message, dict):
+        return None
+    kinds: dict[Any, type[messages.StopMessage | messages.HaltMessage]] = {
+        "stop": messages.StopMessage,
+        "halt": messages.HaltMessage,
+    }
+    kind = kinds.get(message.get("kind")) if isinstance(message.get("kind"), str) else None
+    press = message.get("press")
+    return kind(press if type(press) is int else 0) if kind else None

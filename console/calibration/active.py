@@ -1,0 +1,208 @@
+"""The calibrations in use: `camera.json` and `mount.json`, each with its former versions next to it.
+
+They hold the form of `core.calibration.reports.kept`, who accepted them when, and a checksum; one that somebody
+wrote by hand may do without, and counts as not verified. Nothing that was accepted is ever
+deleted: another one keeps it beside itself under its date, and undoing takes that back. At every moment of both, and
+on a full disk, the file in use is whole.
+
+The pilot looks through them at once, and from every later start on: `robot_sensors.calibrated` puts the camera's
+model and the mount into the robot's profile, from which perception takes both.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import time
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from console.http.problems import Problem
+from console.messages.calibration import CalibrationKind
+from core.calibration.files.camera_files import parse_camera, read_json
+from core.calibration.files.mount_files import read_mount
+from core.errors import BadInput, BeckonError
+from core.files import SEAL, is_intact, replacing, saving, sealed, sync_folder, write_atomic
+from core.geometry import OPTICAL, Transform
+from core.optics import CameraModel
+
+log = logging.getLogger(__name__)
+
+NAMES: dict[CalibrationKind, str] = {"camera": "camera", "laser": "mount"}
+MOST_BYTES = 2**22
+COMPARED = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2")
+
+Document = dict[str, Any]
+
+
+class ActiveCalibration:
+    """The calibrations in use, in memory and on disk. Only `open`, `put` and `undo` wait for the disk."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._documents: dict[CalibrationKind, Document] = {}
+        self._turn = Lock()
+        self.troubles: list[str] = []  # of files that are there but cannot be used
+        self.left_out: dict[CalibrationKind, str] = {}  # why one that was accepted is not used in this run
+
+    def open(self) -> None:
+        """Read the files; a file that cannot be used stays where it is and is reported in `troubles`."""
+        for kind, name in NAMES.items():
+            path = self._folder / f"{name}.json"
+            try:
+                if path.is_file():
+                    self._documents[kind] = read(path, kind)
+            except (OSError, BeckonError) as wrong:
+                why = str(wrong).rstrip(".")
+                self.troubles.append(f"The calibration in {path.name} cannot be used: {why}. Calibrate again.")
+                log.warning(self.troubles[-1])
+
+    @property
+    def camera(self) -> CameraModel | None:
+        """The camera in use."""
+        document = self._documents.get("camera")
+        return None if document is None else model_in(document)
+
+    @property
+    def mount(self) -> Transform | None:
+        """The mount in use, laser_from_camera."""
+        document = self._documents.get("laser")
+        return None if document is None else read_mount(document["extrinsics"])
+
+    @property
+    def mount_camera(self) -> CameraModel | None:
+        """The camera through which the mount in use was found."""
+        document = self._documents.get("laser")
+        return None if document is None else model_in(document)
+
+    def report(self, kind: CalibrationKind) -> Document | None:
+        """Everything there is to say about it, with who accepted it and when."""
+        document = self._documents.get(kind)
+        if document is None:
+            return None
+        accepted = document.get("accepted", {})
+        report = accepted.get("report") or plain_report(document, kind)
+        acceptance = {"accepted_s": accepted.get("when_s"), "accepted_by": accepted.get("who")}
+        return {**report, **acceptance, "verified": SEAL in document}
+
+    def put(self, kind: CalibrationKind, document: Document, report: Document, who: str) -> None:
+        """Use it from now on. Raises BadInput for a document that does not hold together, Unwritable."""
+        whole = sealed({**document, "accepted": {"when_s": time.time(), "who": who, "report": report}})
+        checked(whole, kind)
+        path = self._folder / f"{NAMES[kind]}.json"
+        with self._turn:
+            with saving("The calibration could not be saved"), replacing(path, lambda: self._put_aside(path)) as file:
+                file.write(json.dumps(whole, indent=1).encode())
+            self._documents[kind] = whole
+            self.left_out.pop(kind, None)
+
+    def undo(self, kind: CalibrationKind) -> None:
+        """Take the former back; the present one is kept aside.
+
+        Raises Problem 409 when there is nothing to undo, Unwritable when the disk does not take part; nothing has
+        changed then.
+        """
+        with self._turn:
+            if kind not in self._documents:
+                raise Problem(409, "There is no calibration in use that could be taken back.")
+            path = self._folder / f"{NAMES[kind]}.json"
+            with saving("The calibration could not be taken back"):
+                former = self._former(kind)
+                self._put_aside(path, "taken-back-")
+                if former is None:
+                    path.unlink(missing_ok=True)
+                else:
+                    former[0].replace(path)
+                sync_folder(self._folder)
+            if former is None:
+                del self._documents[kind]
+            else:
+                self._documents[kind] = former[1]
+            self.left_out.pop(kind, None)
+
+    def _former(self, kind: CalibrationKind) -> tuple[Path, Document] | None:
+        """The newest former that can be used; a damaged one is passed over and stays. Raises OSError."""
+        formers = self._folder.glob(f"{NAMES[kind]}-2*.json")
+        for path in sorted(formers, key=lambda former: former.stem, reverse=True):
+            try:
+                return path, read(path, kind)
+            except BeckonError as wrong:
+                log.warning("The former calibration in %s cannot be used: %s", path.name, wrong)
+        return None
+
+    def compare(self, kind: CalibrationKind, report: Document) -> dict[str, tuple[float, float]] | None:
+        """Compare a new report with the one in use, number by number: new, in use."""
+        mine = self.report(kind)
+        if mine is None:
+            return None
+        now, used = (numbers_of(kind, document) for document in (report, mine))
+        return {name: (value, used[name]) for name, value in now.items() if name in used}
+
+    def _put_aside(self, path: Path, why: str = "") -> None:
+        """The file, if there is one, stays under a second name. Raises OSError."""
+        if path.is_file():
+            keep(path, self._aside(path, why))
+
+    def _aside(self, path: Path, why: str = "") -> Path:
+        """A name that is free, with the date."""
+        stamp = time.strftime("%Y-%m-%dT%H-%M-%SZ", time.gmtime())
+        name = f"{path.stem}-{why}{stamp}"
+        free = (path.with_name(f"{name}{f'-{number:03d}' if number else ''}.json") for number in range(1000))
+        return next(each for each in free if not each.exists())
+
+
+def keep(path: Path, aside: Path) -> None:
+    """The file under a second name, which stays when the first is given to another. Raises OSError."""
+    try:
+        os.link(path, aside)
+    except OSError:  # no links on this disk
+        write_atomic(aside, path.read_bytes())
+
+
+def read(path: Path, kind: CalibrationKind) -> Document:
+    """A file → the document, whole and sound. Raises BadInput, OSError."""
+    if path.stat().st_size > MOST_BYTES:
+        raise BadInput("It is too large.")
+    document = read_json(path.read_text(encoding="utf-8", errors="replace"))
+    if is_intact(document) is False:
+        raise BadInput(f"It was changed after it was saved. If you changed it yourself, remove its “{SEAL}”.")
+    checked(document, kind)
+    return document
+
+
+def checked(document: Document, kind: CalibrationKind) -> None:
+    """Raises BadInput for a document that nothing could use."""
+    model_in(document)
+    if kind == "laser":
+        if not isinstance(document.get("extrinsics"), dict):
+            raise BadInput("It holds no mount.")
+        read_mount(document["extrinsics"])
+
+
+def model_in(document: Document) -> CameraModel:
+    """The camera in a document. Raises BadInput."""
+    return parse_camera(json.dumps(document))
+
+
+def plain_report(document: Document, kind: CalibrationKind) -> Document:
+    """Return the report of a document in which nobody wrote one: its numbers."""
+    if kind == "camera":
+        model = model_in(document)
+        names = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+        return {"image_size": [model.width, model.height], **{name: getattr(model, name) for name in names}}
+    mount = read_mount(document["extrinsics"])
+    return {"rotation": mount.rotation.tolist(), "translation_m": mount.translation.tolist()}
+
+
+def numbers_of(kind: CalibrationKind, report: Document) -> dict[str, float]:
+    """The numbers of a report that two calibrations are compared by."""
+    if kind == "camera":
+        return {name: report[name] for name in COMPARED if name in report}
+    turns = Rotation.from_matrix(np.array(report["rotation"]) @ OPTICAL.T).as_euler("xyz", degrees=True)
+    names = ("x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg")
+    return dict(zip(names, [*report["translation_m"], *turns.tolist()], strict=True))

@@ -1,0 +1,244 @@
+"""The simulated assistant: holds the board as advised, with a person's aim, until the session has enough."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import msgspec
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from console.calibration.codec import board_of
+from console.calibration.session import CalibrationSession
+from console.http.problems import Problem
+from core.calibration.board.board import Board
+from core.errors import BadInput, BeckonError, Refused
+from core.geometry import Transform
+
+Ask = Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]
+Suggest = Callable[[bool], Awaitable[Transform | None]]
+Phase = Literal["beside", "holding", "done"]
+
+SETTLED = ("same", "refused")  # verdicts after which holding on is no use
+
+
+@dataclass(frozen=True)
+class SessionView:
+    """The state of the session, as far as the assistant needs it."""
+
+    number: int = 0  # of the newest verdict
+    kind: str = ""  # of the newest verdict
+    ready: bool = False  # the calibration can be accepted
+    empty: bool = False  # the laser looks at the empty room: stay out of it
+    busy: bool = False  # a solution is on its way, after which the advice will be better
+
+
+@dataclass(frozen=True)
+class BoardDemoSettings:
+    """How well and how patiently the board is held."""
+
+    turn: float = np.deg2rad(5)  # [rad] by which the aim misses, standard deviation
+    miss: float = 0.05  # [m] likewise, in space
+    moving: float = 1.2  # [s] from one pose to the next
+    settle: float = 0.15  # [s] after arriving before verdicts are listened to
+    patience: float = 4.0  # [s] that a pose is held while nothing comes of it …
+    lost: float = 1.2  # [s] … while no board is seen …
+    gathering: float = 8.0  # [s] … and while scans are gathered
+    solving: float = 3.0  # [s] waited at most for a solution before the next pose
+    lift: float = 0.03  # [m] higher with every refusal of the room: low poses end at the floor …
+    highest: float = 0.36  # [m] … but not so high; then low again
+    tries: int = 4  # poses asked of the room before another suggestion is asked for
+    stuck: int = 40  # suggestions in a row that the room refuses before the assistant gives up
+    care: tuple[float, ...] = (
+        1.0,
+        0.5,
+        0.25,
+    )  # share of the misses in the first and the following tries at an advice
+
+
+class BoardDemo:
+    """Follows a session's advice in the simulated room. Owned by one task, which calls `step` ten times a second.
+
+    `ask(request)` awaits the driver's answer (`Runtime.ask`) and raises BadInput where a pose cannot be taken;
+    `advice(another)` awaits the advised pose camera_from_board, a new suggestion when `skip` is True, or None
+    while there is none; `board` is what is held, with its panel. Time comes with `step`, chance from `seed`.
+
+        assistant = Assistant(runtime.ask, advice, session.board, seed=1)
+        while not assistant.done:
+            await assistant.step(loop.time(), Sight(number, kind, ready, empty, busy))
+            await asyncio.sleep(0.1)
+        await assistant.leave()                    # also when it is switched off before
+    """
+
+    def __init__(
+        self,
+        ask: Ask,
+        advice: Suggest,
+        board: Board,
+        *,
+        seed: int = 0,
+        settings: BoardDemoSettings | None = None,
+    ) -> None:
+        self._ask, self._advice, self._board = ask, advice, board
+        self._settings = settings or BoardDemoSettings()
+        self._rng = np.random.default_rng(seed)
+        self._phase: Phase = "beside"
+        self._shown = False  # the board is in the room
+        self._arrived = self._freed = 0.0  # [s]
+        self._left = self._heard = 0  # numbers of the newest verdicts on departure and on arrival
+        self._tries = 0  # at the present advice
+        self._barred = 0  # suggestions in a row that the room has refused
+        self.held = 0  # poses so far
+
+    @property
+    def done(self) -> bool:
+        """The session has enough views; the board is gone."""
+        return self._phase == "done"
+
+    async def step(self, now: float, sight: SessionView) -> None:
+        """Do the next step at `now` [s]: hold on, move on, stay away, or leave.
+
+        Raises Refused with a sentence when there is no room for the board, whatever is suggested.
+        """
+        if sight.ready:
+            await self.leave()
+            self._phase = "done"
+        elif sight.empty:
+            await self.leave()
+            self._freed = now
+        elif self._phase == "beside" or self._through(now, sight):
+            await self._move_on(now, sight)
+
+    async def leave(self) -> None:
+        """Take the board away, if it is there."""
+        if self._shown:
+            self._shown, self._phase = False, "beside"
+            try:
+                await self._ask({"do": "remove", "id": "board"})
+            except BeckonError:
+                return  # another viewer was quicker, or there is no room any more
+
+    def _through(self, now: float, sight: SessionView) -> bool:
+        """Return whether holding the present pose is over, for better or worse."""
+        settings, held = self._settings, now - self._arrived
+        counted = sight.kind == "counted" and sight.number != self._left
+        if held < settings.settle and not counted:
+            self._heard = sight.number
+            return False
+        settled = sight.kind in SETTLED and sight.number != self._heard
+        waits = {"gathering": settings.gathering, "nothing": settings.lost}
+        if not (counted or settled) and held < waits.get(sight.kind, settings.patience):
+            return False
+        self._phase, self._freed = "beside", now
+        self._tries = 0 if counted else self._tries + 1
+        return True
+
+    async def _move_on(self, now: float, sight: SessionView) -> None:
+        """To the advised pose, more carefully the more often that has failed, then to another one."""
+        if sight.busy and now - self._freed < self._settings.solving:
+            return
+        skip = self._tries > 0 and self._tries % len(self._settings.care) == 0
+        pose = await self._advice(skip)
+        if pose is None:
+            return
+        barred = await self._barred_from(now, pose)
+        if not barred:
+            self._left, self._barred = sight.number, 0
+            return
+        self._barred += 1
+        self._tries += len(self._settings.care) - self._tries % len(self._settings.care)
+        if self._barred >= self._settings.stuck:
+            raise Refused(f"{barred} Drive the robot to where there is room before it, and begin again.")
+
+    async def _barred_from(self, now: float, advised: Transform) -> str:
+        """Ask the room for the advised pose, missed a little, higher each time it says no → its reason, or ''."""
+        settings = self._settings
+        turns, which = divmod(self._tries, len(settings.care))
+        words = ""
+        for number in range(settings.tries):
+            higher = settings.lift * (number + turns * settings.tries) % settings.highest if number else 0.0
+            pose = self._missed(advised, settings.care[which], higher)
+            try:
+                await self._ask(self._request(pose))
+            except BadInput as reason:
+                words = str(reason)
+                continue
+            self._arrived = now + (settings.moving if self._shown else 0.0)
+            self._shown, self._phase = True, "holding"
+            self.held += 1
+            return ""
+        return words
+
+    def _missed(self, advised: Transform, care: float, lift: float) -> Transform:
+        """The pose as a hand finds it: turned and shifted by chance, lifted by `lift` [m]; camera_from_board."""
+        settings, rng = self._settings, self._rng
+        about = rng.normal(size=3)
+        about *= care * settings.turn * abs(rng.normal()) / np.linalg.norm(about)
+        rotation = Rotation.from_rotvec(about).as_matrix() @ advised.rotation
+        shift = rng.normal(0.0, care * settings.miss / np.sqrt(3), 3) + np.array([0.0, -lift, 0.0])
+        middle = advised.apply(self._board.centre[None])[0] + shift
+        return Transform(rotation=rotation, translation=middle - rotation @ self._board.centre)
+
+    def _request(self, pose: Transform) -> dict[str, Any]:
+        board = self._board
+        return {
+            "do": "place",
+            "what": "board",
+            "columns": board.columns,
+            "rows": board.rows,
+            "square_m": board.square,
+            "panel_m": None if board.panel is None else list(board.panel),
+            "in_camera": {"rotation": pose.rotation.tolist(), "translation_m": pose.translation.tolist()},
+            "seconds": self._settings.moving,
+            "holder": True,
+        }
+
+
+STEP = 0.1  # [s]
+PANEL = 0.02  # [m] of rim around the print that the assistant's board has, when nobody measured it
+PATIENCE = 600.0  # [s] after which the assistant gives up
+
+
+async def show(session: CalibrationSession, ask: Ask, seed: int) -> None:
+    """Until the session is ready, or this task is cancelled; then the board is taken away."""
+
+    board = board_of(msgspec.to_builtins(session.card.board))
+    loop = asyncio.get_running_loop()
+    board_demo = BoardDemo(ask, lambda skip: advised(session, skip), board, seed=seed)
+    began, heard = loop.time(), session.last_counted
+    try:
+        while not board_demo.done and loop.time() - began < PATIENCE:
+            counted = session.last_counted != heard
+            heard = session.last_counted
+            await board_demo.step(loop.time(), sight_of(session, counted))
+            await asyncio.sleep(STEP)
+    except (BeckonError, Problem) as wrong:
+        session.trouble(f"The assistant gave up: {wrong}")
+    finally:
+        await asyncio.shield(board_demo.leave())
+
+
+async def advised(session: CalibrationSession, skip: bool) -> Transform | None:
+    """The advised pose of the board, camera_from_board; a new suggestion when `skip`."""
+    if skip:
+        await session.act("skip", {}, patient=True)
+    pose: dict[str, Any] | None = session.pose
+    if pose is None:
+        return None
+    return Transform(rotation=np.array(pose["rotation"]), translation=np.array(pose["translation_m"]))
+
+
+def sight_of(session: CalibrationSession, counted: bool) -> SessionView:
+    """Return the assistant's view of the session; a view that counted since the last time is not overlooked."""
+    verdict = session.shown.verdict
+    kind = "" if verdict is None else verdict.kind
+    return SessionView(
+        number=session.last_counted if counted else 0 if verdict is None else verdict.number,
+        kind="counted" if counted else kind,
+        ready=session.shown.progress.ready,
+        empty=session.card.kind == "laser" and kind in ("", "background"),
+        busy=session.shown.solving is not None,
+    )

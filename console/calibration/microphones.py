@@ -1,0 +1,270 @@
+"""The robot's microphones on the bench: are they wired as their profile says, and how are they turned?"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import math
+import time
+from collections.abc import Callable, Coroutine
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from console.calibration.microphone_recorder import MicrophoneRecorder
+from console.http.problems import Problem
+from console.robot.link import RobotLink
+from console.workers.array_worker import array_fields, sound_fields
+from console.workers.tasks import end
+from console.workers.worker import Worker, WorkerLost
+from core.errors import BadInput, BeckonError, Refused, Unavailable
+from core.files import SEAL, is_intact, saving, sealed, sync_folder, write_atomic
+from core.perception.sound.array_orientation import Clap, Orientation, OrientationWizard, oriented
+from core.robots import Profile
+from core.sensors.microphones import MicrophoneArray, Sound
+from core.snapshot import Snapshot
+
+log = logging.getLogger(__name__)
+
+CHECKED = 3.0  # [s] of sound that the self-check looks at
+CLAPPED = 3.0  # [s] within which a person claps
+BUDGET = 30.0  # [s] of processor time
+MOVING = 0.02  # [m/s, rad/s]
+MOST_CLAPS = 24
+FILE = "microphones.json"
+
+
+class MicrophoneCalibration:
+    """Lives on the event loop."""
+
+    def __init__(self, home: Path, robot: RobotLink, changed: Callable[[], None]) -> None:
+        """`changed`: another orientation is in use."""
+        self.wizard = OrientationWizard()
+        self.active: dict[str, Any] | None = None
+        self.left_out = ""  # why the accepted orientation is not used in this run
+        self.verdict = ""  # of the newest clap
+        self.busy = False
+        self.trouble = ""  # why the newest measurement could not be made
+        self.faults: list[dict[str, Any]] | None = None  # what the newest self-check found; None: nothing was checked
+        self.helped = False  # a person in the simulated room speaks for the measurement: no command
+        self.moves = False  # the robot does, so that nothing can be measured
+        self._path = home / "calibration" / FILE
+        self._robot, self._changed = robot, changed
+        self._recorder = MicrophoneRecorder(self._ask)
+        self._worker = Worker("array")
+        self._listening = False
+        self._task: asyncio.Task[None] | None = None
+
+    async def open(self) -> None:
+        """Load the accepted orientation."""
+        try:
+            self.active = await asyncio.to_thread(_read, self._path)
+        except BadInput as wrong:
+            self.trouble = str(wrong)
+            log.warning(self.trouble)
+
+    async def close(self) -> None:
+        """End the running measurement."""
+        await end(self._task)
+        self._worker.kill()
+        await self._worker.gone()
+
+    def took(self, snapshot: Snapshot, sound: Sound | None) -> None:
+        """The newest of what the robot does and hears."""
+        self.moves = abs(snapshot.velocity.v) > MOVING or abs(snapshot.velocity.w) > MOVING
+        if not self.busy:
+            self._listening = snapshot.hearing is not None and snapshot.hearing.listening
+        self._recorder.took(sound)
+
+    def profile(self, profile: Profile) -> Profile:
+        """The robot with its microphones as they were found to be mounted."""
+        if profile.microphones is None or self.active is None or self.left_out:
+            return profile
+        found = Orientation(**{name: self.active[name] for name in ("yaw", "yaw_sd", "mirrored", "residual")})
+        return replace(profile, microphones=oriented(profile.microphones, found))
+
+    def leave_out(self, why: str) -> list[str]:
+        """Use the accepted orientation no more in this run → its file, if it was in use until now."""
+        if self._array is None or self.active is None or self.left_out:
+            return []
+        self.left_out = why
+        return [FILE]
+
+    def check(self, *, show: bool) -> None:
+        """Listen for a moment, and check the channels; `show`: in the simulated room a person speaks meanwhile.
+
+        Raises Problem 404 or 409. What comes of it stands in `faults`. What is said in the room meanwhile is no
+        order, not even a stop: so the robot has to stand.
+        """
+        if show and self.moves:
+            raise Problem(409, "The robot moves; let it stand while its microphones are checked.")
+        self._start(self._check(0.0 if show else None), show=show)
+
+    def clap(self, asked: float, *, show: bool) -> None:
+        """A person claps at `asked` [rad] from the robot; `show`: in the simulated room a person speaks from there.
+
+        Raises Problem 404, and 409 while the robot moves. What is wrong with the clap stands in the verdict.
+        """
+        if self.moves:
+            raise Problem(409, "The robot moves; let it stand while its microphones are measured.")
+        if len(self.wizard.claps) >= MOST_CLAPS:
+            raise Problem(409, f"{MOST_CLAPS} claps are enough; begin again to take others.")
+        self._start(self._clap(asked, asked if show else None), show=show)
+
+    def forget(self) -> None:
+        """Begin again."""
+        self.wizard, self.verdict = OrientationWizard(), ""
+
+    def drop(self, number: int) -> None:
+        """Leave a clap out. Raises Problem 404."""
+        if not 0 <= number < len(self.wizard.claps):
+            raise Problem(404, "There is no such clap.")
+        self.wizard.drop(number)
+        self.verdict = ""
+
+    async def accept(self, who: str) -> None:
+        """Use the measured orientation. Raises Refused with the missing claps."""
+        found = self.wizard.solve()
+        if isinstance(found, str):
+            raise Refused(found)
+        await self._use(asdict(found) | {"claps": len(self.wizard.claps), "accepted_s": time.time(), "who": who})
+
+    async def undo(self) -> None:
+        """The profile's own orientation again."""
+        await self._use(None)
+
+    def checked(self) -> dict[str, Any]:
+        """The result of the newest self-check."""
+        found = self.faults
+        well = None if found is None else not any(fault["serious"] for fault in found)
+        return {"busy": self.busy, "well": well, "faults": found or [], "trouble": self.trouble}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything that the wizard's page shows."""
+        solved = self.wizard.solve()
+        found = None if isinstance(solved, str) else solved
+        return {
+            "microphones": self._array is not None,
+            "simulated": self._robot.profile.kind == "SIM",
+            "busy": self.busy,
+            "listens_s": CLAPPED,
+            "asked_rad": list(self.wizard.asked),
+            "claps": [
+                {
+                    "asked_rad": one.asked,
+                    "heard_rad": one.heard,
+                    "sd_rad": one.sd,
+                    "gap_rad": None if found is None else one.gap(found),
+                }
+                for one in self.wizard.claps
+            ],
+            "advice": self.wizard.advice,
+            "verdict": self.verdict,
+            "trouble": self.trouble,
+            "missing": solved if isinstance(solved, str) else "",
+            "solution": None if found is None else orientation_row(asdict(found)),
+            "active": None
+            if self.active is None
+            else orientation_row(self.active) | {"verified": SEAL in self.active, "not_used": self.left_out},
+        }
+
+    @property
+    def _array(self) -> MicrophoneArray | None:
+        return self._robot.profile.microphones
+
+    async def _ask(self, request: dict[str, Any]) -> dict[str, Any]:
+        return await asyncio.to_thread(self._robot.ask, request)
+
+    def _start(self, work: Coroutine[Any, Any, None], *, show: bool) -> None:
+        """Work that takes some seconds. Raises Problem."""
+        try:
+            self._ready(show=show)
+        except Problem:
+            work.close()
+            raise
+        self.busy, self.helped, self.trouble = True, show, ""
+        self._task = asyncio.get_running_loop().create_task(self._to_the_end(work))
+
+    def _ready(self, *, show: bool) -> None:
+        if self._array is None:
+            raise Problem(404, "This robot has no microphones.")
+        if self.busy:
+            raise Problem(409, "The microphones are being listened to already; wait a moment.")
+        if show and self._robot.profile.kind != "SIM":
+            raise Problem(409, "Only in the simulated room somebody is there to help; clap yourself.")
+
+    async def _to_the_end(self, work: Coroutine[Any, Any, None]) -> None:
+        try:
+            await work
+        except BeckonError as trouble:
+            self.trouble = str(trouble)
+        finally:
+            self.busy = self.helped = False
+
+    async def _check(self, say_from: float | None) -> None:
+        self.faults = None
+        sound = await self._recorder.record(CHECKED, self._listening, say_from)
+        self.faults = await self._asked("check", sound)
+
+    async def _clap(self, asked: float, say_from: float | None) -> None:
+        sound = await self._recorder.record(CLAPPED, self._listening, say_from)
+        try:
+            heard = await self._asked("heard_from", sound)
+        except BadInput as wrong:
+            self.verdict = str(wrong)
+            return
+        self.verdict = self.wizard.take(Clap(asked=asked, heard=heard["azimuth_rad"], sd=heard["sd_rad"]))
+
+    async def _asked(self, do: str, sound: Sound) -> Any:
+        """Raises what the worker raises, and Unavailable when it breaks."""
+        array = self._array
+        assert array is not None
+        try:
+            return await self._worker.ask(
+                do, {"sound": sound_fields(sound), "array": array_fields(array)}, budget=BUDGET
+            )
+        except WorkerLost as lost:
+            log.warning("The worker that looks at the array was lost: %s", lost)
+            raise Unavailable("What looks at the microphones broke; try once more.") from None
+
+    async def _use(self, found: dict[str, Any] | None) -> None:
+        found = None if found is None else sealed(found)
+        with saving("The microphones' orientation could not be saved"):
+            await asyncio.to_thread(_write, self._path, found)
+        self.active, self.left_out = found, ""
+        self._changed()
+
+
+def orientation_row(found: dict[str, Any]) -> dict[str, Any]:
+    """An orientation with the units in its names."""
+    names = {"yaw": "yaw_rad", "yaw_sd": "sd_yaw_rad", "residual": "residual_rad"}
+    return {names.get(name, name): value for name, value in found.items() if name != SEAL}
+
+
+def _read(path: Path) -> dict[str, Any] | None:
+    """Return the orientation in the file, or None without a file. Raises BadInput if it cannot be used."""
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        numbers = [document[name] for name in ("yaw", "yaw_sd", "residual")]
+        sound = isinstance(document["mirrored"], bool) and all(abs(number) <= math.tau for number in numbers)
+        why = "" if sound else "its numbers cannot be"
+        if is_intact(document) is False:
+            why = f"it was changed after it was saved (if you changed it yourself, remove its “{SEAL}”)"
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, KeyError, TypeError) as trouble:
+        document, why = {}, trouble.strerror if isinstance(trouble, OSError) else "it is damaged"
+    if why:
+        raise BadInput(f"The microphones' orientation in {path.name} cannot be used: {why}. Measure it again.")
+    return document
+
+
+def _write(path: Path, found: dict[str, Any] | None) -> None:
+    """Raises OSError."""
+    if found is None:
+        path.unlink(missing_ok=True)
+        if path.parent.is_dir():
+            sync_folder(path.parent)
+        return
+    write_atomic(path, json.dumps(found))

@@ -1,0 +1,296 @@
+"""The calibration service: every calibration session, what is in use, and the robot's pictures for both."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from console.broadcast import Broadcaster
+from console.calibration.active import NAMES, ActiveCalibration
+from console.calibration.apply import calibrated, laser_start
+from console.calibration.codec import board_of, camera_fields
+from console.calibration.demo import show
+from console.calibration.live_capture import LiveCapture, grey_fields
+from console.calibration.session import PICTURE_BUDGET, CalibrationSession
+from console.calibration.storage import VERSION, SessionInfo, SessionStore, StoredSession, kept_sessions
+from console.calibration.updates import SessionUpdates
+from console.http.problems import Problem
+from console.messages.calibration import CalibrationBoard, CalibrationKind, CalibrationSessionState, CalibrationSource
+from console.robot.link import RobotLink
+from console.workers.queue_limit import QueueLimit
+from console.workers.tasks import end
+from console.workers.worker import Worker
+from core.robots import Profile
+from core.sensors import Image, SensorFrame
+from core.snapshot import Level
+
+MOST_SESSIONS = 100
+FORGOTTEN = 600.0  # [s] without anybody who looks, after which a session looks no more
+MOST_PICTURES, MOST_EXPORTS = 8, 3  # whole pictures and zips that may be asked for at once
+KINDS: tuple[CalibrationKind, ...] = ("camera", "laser")
+IDLE = 180.0  # [s] after which a worker that nobody needs is ended
+
+
+class CalibrationService:
+    """Lives on the event loop. One per console."""
+
+    def __init__(
+        self,
+        home: Path,
+        robot: RobotLink,
+        hub: Broadcaster,
+        tell: Callable[[Level, str], None],
+        used: Callable[[Profile], None],
+    ) -> None:
+        """`tell` hangs a notice; `used` hears of the robot's profile whenever another calibration is in use."""
+        self.active = ActiveCalibration(home / "calibration")
+        self.sessions: dict[str, CalibrationSession] = {}
+        self.solver = Worker("solver")
+        self.picture_turns, self.export_turns = QueueLimit(MOST_PICTURES), QueueLimit(MOST_EXPORTS)
+        self.newest: Image | None = None  # the robot's picture; set by the pilot's thread
+        self.watching = False  # some session wants the robot's frames
+        self._home = home / "calibration"
+        self._robot, self._tell, self._used = robot, tell, used
+        self._news = SessionUpdates(hub)
+        self._live: dict[str, LiveCapture] = {}
+        self._shows: dict[str, asyncio.Task[None]] = {}
+
+    # life
+
+    async def open(self) -> None:
+        """Load the stored sessions and calibrations."""
+        await asyncio.to_thread(self.active.open)
+        for kept in await asyncio.to_thread(lambda: list(kept_sessions(self._home))):
+            shown = kept.shown
+            shown.live = shown.demo = False
+            shown.solving = shown.scan = None
+            self._reset_pose(kept)
+        for trouble in self.active.troubles:
+            self._tell("warning", trouble)
+
+    async def close(self) -> None:
+        """End every worker and wait until it is gone; the sessions stay on disk."""
+        await end(*self._shows.values(), *(live.task for live in self._live.values()))
+        for session in self.sessions.values():
+            session.close()
+        self.solver.kill()
+        await asyncio.gather(self.solver.gone(), *(session.gone() for session in self.sessions.values()))
+
+    def tick(self, now: float) -> None:
+        """Now and then: workers that nobody has needed for a while are ended, and looking that nobody looks at."""
+        for name in list(self._live):
+            session = self.sessions[name]
+            if self._news.watched(name) or name in self._shows:
+                session.looked_at = now
+            elif now - session.looked_at > FORGOTTEN:
+                self.live(session, on=False)
+        for session in self.sessions.values():
+            if session.pid is not None and not session.busy and now - session.used > IDLE:
+                session.close()
+        if self.solver.alive and not self.solver.busy and not any(s.pid for s in self.sessions.values()):
+            self.solver.kill()
+
+    # sessions
+
+    def find(self, session_id: str) -> CalibrationSession:
+        """Raises Problem 404."""
+        session = self.sessions.get(session_id)
+        if session is None:
+            raise Problem(404, "There is no such calibration session; it may have been deleted.")
+        session.looked_at = time.monotonic()
+        return session
+
+    async def begin(
+        self, kind: CalibrationKind, source: CalibrationSource, board: CalibrationBoard, height: float | None
+    ) -> CalibrationSession:
+        """A new session. Raises Problem 409, BadInput."""
+        board_of(msgspec.to_builtins(board))
+        if len(self.sessions) >= MOST_SESSIONS:
+            raise Problem(409, f"{MOST_SESSIONS} calibration sessions are kept already; delete some first.")
+        if source == "robot" and self._robot.profile.camera is None:
+            raise Problem(409, "This robot has no camera; upload pictures instead.")
+        card = SessionInfo(secrets.token_hex(6), kind, source, board, time.time())
+        if kind == "laser":
+            card.camera, card.mount = laser_start(self._robot.profile, source, self.active.camera, height)
+        shown = CalibrationSessionState(card.id, kind, source, board, card.created_s, height_m=height)
+        for other in list(self.sessions.values()):
+            if other.card.kind == kind:
+                self.rest(other)
+        session = self._reset_pose(StoredSession(VERSION, card, shown))
+        await session.save()
+        return session
+
+    async def delete(self, session: CalibrationSession) -> None:
+        """Delete a session for good; a calibration accepted from it stays in use."""
+        self.rest(session)
+        self.sessions.pop(session.card.id, None)
+        self._news.forget(session.card.id)
+        await session.remove()
+
+    def rest(self, session: CalibrationSession) -> None:
+        """Look no more, and let its worker go."""
+        if (task := self._shows.get(session.card.id)) is not None:
+            task.cancel()
+        self.live(session, on=False)
+        session.close()
+
+    def _reset_pose(self, kept: StoredSession) -> CalibrationSession:
+        card = kept.card
+        session = CalibrationSession(kept, SessionStore(self._home / card.id), self.solver, self._changed, self._warn)
+        session.compare = lambda: self.active.compare(card.kind, kept.shown.solution or {})
+        self.sessions[card.id] = session
+        return session
+
+    # in use
+
+    def profile(self) -> Profile:
+        """The robot as calibrated; a notice says why a calibration is not used."""
+        profile, reasons = calibrated(self._robot.profile, self.active)
+        for why_not in reasons.values():
+            self._warn(why_not)
+        return profile
+
+    def used(self) -> dict[str, Any]:
+        """The reports of the accepted calibrations, by kind, each with why it is not used, or ''; None: as built."""
+        reasons = calibrated(self._robot.profile, self.active)[1]
+        reports: dict[str, Any] = dict.fromkeys(KINDS)
+        for kind in KINDS:
+            if (report := self.active.report(kind)) is not None:
+                reports[kind] = {**report, "not_used": reasons.get(kind, "")}
+        return reports
+
+    def leave_out(self, why: str) -> list[str]:
+        """Use the accepted calibrations no more in this run → the files that were in use until now."""
+        reasons = calibrated(self._robot.profile, self.active)[1]
+        files: list[str] = []
+        for kind in KINDS:
+            if self.active.report(kind) is not None and kind not in reasons:
+                self.active.left_out[kind] = why
+                files.append(f"{NAMES[kind]}.json")
+        return files
+
+    async def accept(self, session: CalibrationSession, *, force: bool, who: str) -> dict[str, Any]:
+        """Use a session's calibration from now on → its report. Raises Refused with the reason."""
+        await self.show_demo(session, on=False)
+        self.live(session, on=False)  # the calibration that was looked through is the one in use
+        result = await session.accept(force=force)
+        await self.use(session.card.kind, result, who)
+        session.shown.accepted_s = time.time()
+        await session.save()
+        session.show(urgent=True)
+        return result["report"]
+
+    async def read(self, text: str, who: str) -> dict[str, Any]:
+        """Use the camera or the mount in a file of any form from now on → its kind and report. Raises BadInput."""
+        model = self.active.camera
+        given = {"text": text, "camera": None if model is None else camera_fields(model)}
+        result = await self.solver.ask("read_file", given, budget=PICTURE_BUDGET)
+        await self.use(result["kind"], result, who)
+        return {"kind": result["kind"], **result["report"]}
+
+    async def use(self, kind: CalibrationKind, result: dict[str, Any], who: str) -> None:
+        """A document with its report becomes the calibration in use. Raises BadInput, Problem 503."""
+        await asyncio.to_thread(self.active.put, kind, result["document"], result["report"], who)
+        self._used(self.profile())
+
+    async def undo(self, kind: CalibrationKind) -> None:
+        """Take the former calibration back. Raises Problem 409."""
+        await asyncio.to_thread(self.active.undo, kind)
+        self._used(self.profile())
+
+    def _warn(self, words: str) -> None:
+        self._tell("warning", words)
+
+    # looking
+
+    def live(self, session: CalibrationSession, *, on: bool) -> None:
+        """Look at the robot's pictures and scans by itself, or stop it. Raises Problem 409."""
+        if on and session.card.source != "robot":
+            raise Problem(409, "This session does not look at the robot; send it pictures.")
+        live = self._live.pop(session.card.id, None)
+        if on:
+            for other in self.sessions.values():
+                if other is not session and other.card.kind == session.card.kind:
+                    self.rest(other)
+            self._live[session.card.id] = live = live or LiveCapture(session)
+            live.task.add_done_callback(lambda _: self._looked(session, live))
+        elif live is not None:
+            live.end()
+        self.watching = bool(self._live)
+        if session.shown.live != on:
+            session.shown.live = on
+            session.show(urgent=True)
+
+    def _looked(self, session: CalibrationSession, live: LiveCapture) -> None:
+        """It has ended, perhaps by itself."""
+        if self._live.get(session.card.id) is live and not live.task.cancelled():
+            self.live(session, on=False)
+
+    def saw(self, frame: SensorFrame) -> None:
+        """A frame of the robot."""
+        for live in self._live.values():
+            live.saw(frame)
+
+    async def capture(self, session: CalibrationSession) -> None:
+        """The robot's newest picture, taken on purpose. Raises Problem 409, 503."""
+        if session.card.source != "robot" or session.card.kind != "camera":
+            raise Problem(409, "Only a camera session that looks at the robot takes its pictures on purpose.")
+        if self.newest is None or self._robot.link()[0] != "live":
+            raise Problem(503, "No picture comes from the robot now.")
+        image = self.newest
+        await session.act("capture", grey_fields(image), budget=PICTURE_BUDGET, stamp=image.stamp)
+
+    async def show_demo(self, session: CalibrationSession, *, on: bool) -> None:
+        """The simulated assistant holds the board for this session, or stops. Raises Problem 409."""
+        await end(self._shows.pop(session.card.id, None))
+        if on:
+            for other in list(self._shows):
+                await self.show_demo(self.sessions[other], on=False)
+            self.live(session, on=True)
+            task = asyncio.get_running_loop().create_task(self._show(session))
+            self._shows[session.card.id] = task
+
+    async def _show(self, session: CalibrationSession) -> None:
+        session.shown.demo = True
+        session.show(urgent=True)
+        try:
+            await show(session, self._ask, seed=len(self.sessions))
+        finally:
+            session.shown.demo = False
+            session.show(urgent=True)
+            self._shows.pop(session.card.id, None)
+
+    async def _ask(self, request: dict[str, Any]) -> dict[str, Any]:
+        return await asyncio.to_thread(self._robot.ask, request)
+
+    # updates
+
+    def show(self, session_id: str) -> None:
+        """A viewer begins to look at a session: publish it as it is."""
+        if session_id in self.sessions:
+            self._news.publish(self.sessions[session_id].shown)
+
+    def _changed(self, session: CalibrationSession, urgent: bool) -> None:
+        if session.card.id in self.sessions:
+            self._news.changed(session.shown, urgent=urgent)
+
+
+def listed(session: CalibrationSession) -> dict[str, Any]:
+    """A session in the list of all."""
+    shown = session.shown
+    return {
+        "id": shown.id,
+        "kind": shown.kind,
+        "source": shown.source,
+        "created_s": shown.created_s,
+        "views": shown.progress.views,
+        "ready": shown.progress.ready,
+        "accepted": shown.accepted_s is not None,
+        "accepted_s": shown.accepted_s,
+    }

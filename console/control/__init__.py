@@ -1,0 +1,1 @@
+"""Control: commands, stop, the lease, pending commands, history, playback."""

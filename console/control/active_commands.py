@@ -1,0 +1,104 @@
+"""Commands that are under way: who gave them, by which way, and what follows from that."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterator
+from dataclasses import dataclass
+
+from console.access.logins import Person
+from core.commands import spec_of
+from core.commands.command import Command
+
+RENEWED_BY = {
+    "rest": 'send POST /api/lease {"do": "renew"} every second',
+    "file": "touch speech.txt every second",
+}  # sources without a page, and how their sender shows that it still lives
+
+
+@dataclass(frozen=True)
+class ActiveCommand:
+    """A command that is under way."""
+
+    person: Person
+    source: str
+    given: float  # [s]
+    command: Command
+
+
+@dataclass
+class ActiveJog:
+    """A press of the drive keys that is under way."""
+
+    person: Person
+    press: int
+    entry: int
+    seen: float  # [s] of its newest moving frame
+
+
+class ActiveCommands:
+    """By the number of their row in the history."""
+
+    def __init__(self) -> None:
+        self._orders: dict[int, ActiveCommand] = {}
+        self._cancelled: set[int] = set()  # of them: the pilot has not said yet that they ended
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(tuple(self._orders))
+
+    def __len__(self) -> int:
+        return len(self._orders)
+
+    def begin(self, number: int, order: ActiveCommand) -> None:
+        """One more."""
+        self._orders[number] = order
+
+    def end(self, number: int) -> None:
+        """It has ended."""
+        self._orders.pop(number, None)
+        self._cancelled.discard(number)
+
+    def cancel(self) -> None:
+        """All are about to end."""
+        self._cancelled |= self._orders.keys()
+
+    def clear(self) -> None:
+        """All have ended."""
+        self._orders.clear()
+        self._cancelled.clear()
+
+    def given(self) -> list[float]:
+        """When each was given [s]."""
+        return [order.given for order in self._orders.values()]
+
+    def busy_above(self, sources: Container[str]) -> bool:
+        """Return whether a goal is under way that came another way than these; an endless command has no goal."""
+        return any(
+            not spec_of(order.command.name).endless and order.source not in sources for order in self._orders.values()
+        )
+
+    def does(self, command: Command) -> bool:
+        """Return whether the newest is this very command, so that saying it again asks for nothing new."""
+        number = next(reversed(self._orders), 0)
+        newest = self._orders.get(number)
+        return (
+            newest is not None
+            and number not in self._cancelled
+            and spec_of(command.name).idempotent
+            and command.call is None
+            and (newest.command.name, newest.command.numbers) == (command.name, command.numbers)
+        )
+
+    def keeps_lease(self, holder: Person | None) -> bool:
+        """Return whether the holder sent a command without a page that has bounds of its own and is not over."""
+        return any(
+            order.person == holder and order.source in RENEWED_BY and not spec_of(order.command.name).endless
+            for order in self._orders.values()
+        )
+
+    def how_to_renew(self) -> str:
+        """How to keep an endless command going that was sent without a page, a sentence; "" where there is none."""
+        for order in self._orders.values():
+            if spec_of(order.command.name).endless and order.source in RENEWED_BY:
+                said, how = order.command.heard_as, RENEWED_BY[order.source]
+                return f" “{said}” goes on only while its sender renews it: {how}."
+        return ""

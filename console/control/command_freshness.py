@@ -1,0 +1,102 @@
+"""The freshness of words: one rule for every source of words, checked when the motion would begin.
+
+Words older than `OBEYED_WITHIN` come too late. A stop by anyone, a hand on the keys, a newer command by any source, a
+change of who drives, and the closing of the speaker's page make everything that was heard before void. All times are
+of the console's monotonic clock; where a client's clock takes part, it only ever makes words older.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from dataclasses import dataclass, replace
+
+from console.access.logins import Person
+from console.control.lease import Lease
+from core.commands.confirmation_delay import OBEYED_WITHIN
+
+SPOKEN = ("ears", "voice")  # sources of words that a person said aloud
+READ = (*SPOKEN, "file")  # sources whose words were there before the console knew them
+TOO_LATE = "The words were understood {:.1f} s after they were spoken, which is too late to act on them."
+ON_ITS_WAY = "This command was {:.1f} s on its way, which is too late to act on it. Give it again."
+VOID = "Not obeyed, because something came after these words: {} Give the command again."
+CLOSED = "{} closed the page after these words; they are not obeyed."
+ABSENT = "Spoken commands take control only for an operator whose page is open. Open the page and say it again."
+
+
+@dataclass(frozen=True)
+class Spoken:
+    """When words were said [s], monotonic."""
+
+    began: float
+    ended: float
+    taken: float | None = None  # when they became a command that waits: from then on their age does not count
+    utterance: object = None  # whose own STOP does not make them void: "stop at x and y" begins with one
+
+    @classmethod
+    def now(cls) -> Spoken:
+        """Words that were given this very moment."""
+        now = time.monotonic()
+        return cls(now, now)
+
+
+@dataclass(frozen=True)
+class _StopEvent:
+    """A person stopped the robot, or dropped a pending command."""
+
+    at: float  # [s]
+    why: str
+    utterance: object = None  # that it was part of
+
+
+class CommandFreshness:
+    """Knows the newest event of each kind that makes words void. Lives on the event loop."""
+
+    def __init__(self, lease: Lease) -> None:
+        self._lease = lease
+        self._stops: deque[_StopEvent] = deque(maxlen=3)
+        self._since, self._why = -math.inf, ""  # [s] until when words are void for other reasons, and the newest one
+        self._left: dict[str, float] = {}  # [s] when a page of this person closed
+
+    def void(self, why: str, *, stop: bool = False, at: float | None = None) -> None:
+        """Make all words before `at` [s], or until now, void. `stop`: also the utterance that is under way."""
+        moment = math.nextafter(time.monotonic(), math.inf) if at is None else at
+        if stop:
+            self._stops.append(_StopEvent(moment, why))
+        elif moment >= self._since:
+            self._since, self._why = moment, why
+
+    def stopped_by(self, utterance: object) -> None:
+        """The newest stop was part of this utterance."""
+        newest = self._stops.pop()
+        if self._stops and self._stops[-1].utterance is utterance:
+            self._stops.pop()
+        self._stops.append(replace(newest, utterance=utterance))
+
+    def left(self, who: Person) -> None:
+        """A page of this person closed: nothing moves the robot that they had said before."""
+        now = time.monotonic()
+        self._left = {person: at for person, at in self._left.items() if now - at < 60.0} | {who.id: now}
+
+    def why_not(self, said: Spoken, source: str, who: Person) -> str:
+        """Why these words do not move the robot, a sentence; "" when they may."""
+        now = time.monotonic()
+        age = (now if said.taken is None else said.taken) - said.ended
+        if age > OBEYED_WITHIN:
+            return (TOO_LATE if source in READ else ON_ITS_WAY).format(age)
+        if source not in READ:
+            return ""
+        others = (
+            one for one in reversed(self._stops) if one.utterance is None or one.utterance is not said.utterance
+        )
+        stop = next(others, None)
+        if stop is not None and said.began < stop.at:
+            return VOID.format(stop.why)
+        if said.ended < self._since:
+            return VOID.format(self._why)
+        if source in SPOKEN and said.ended <= self._left.get(who.id, -math.inf):
+            return CLOSED.format(who.name)
+        if source in SPOKEN and not self._lease.held_by(who) and not self._lease.is_present(who):
+            return ABSENT
+        return ""

@@ -1,0 +1,314 @@
+"""The one entrance for commands from any source: typed, clicked, REST, teleoperation (jog) by keys or stick.
+
+Whether the words are understood, who may, whether a robot is there, whether the latch is off, who drives: checked
+here and nowhere else. Everything runs on the event loop and none of it waits.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Container
+from functools import partial
+
+from console import messages
+from console.access.logins import Person
+from console.control import lease as leases
+from console.control.active_commands import ActiveCommand, ActiveCommands, ActiveJog
+from console.control.command_freshness import CommandFreshness, Spoken
+from console.control.history import History, row_of
+from console.control.history_store import HistoryEntry
+from console.control.lease import Lease
+from console.control.notices import Notifications
+from console.control.stop import StopController
+from console.http.problems import Problem
+from console.robot.link import RobotLink
+from console.robot.pilot_thread import PilotLike
+from console.robot.setpoint_sender import SetpointSender
+from core.commands.command import Command
+from core.commands.stop_moving import STOP_MOVING
+from core.errors import Refused
+from core.gate.status import GateStatus
+from core.snapshot import ActiveCommandStatus, Ending
+from core.speech.understanding.grammar import Refusal, understand
+
+REACHED = ("live", "stale")
+SETTLED = 0.3  # [s] after which what the gate says surely concerns an order
+STALLED = 1.0  # [s] between two ticks after which what came meanwhile came at nobody knows what time
+LET_GO = 0.5  # [s] without a moving jog after which the press has ended
+
+
+class CommandDispatcher:
+    """Takes commands and records how they end."""
+
+    def __init__(self, robot: RobotLink, lease: Lease, history: History, board: Notifications) -> None:
+        self.setpoint_sender = SetpointSender(robot)
+        self._stop_controller = StopController(
+            robot, self.setpoint_sender, lease, history, board, partial(self.cancel, objected=True)
+        )
+        self.pilot: PilotLike | None = None  # None: it failed
+        self.when_cancelled: list[Callable[[Ending, str, bool], None]] = []  # called when the active command ends
+        self._robot = robot
+        self._lease = lease
+        self._history = history
+        self._board = board
+        self.words = CommandFreshness(lease)
+        self._orders = ActiveCommands()
+        self._jog: ActiveJog | None = None
+        self._trips, self._tripped = 0, 0.0  # how often the gate stopped by itself, and when [s] it last did
+        self._closed = False  # the console is ending
+        self._ticked = math.inf  # [s]
+        self._obeyed = 0.0  # [s] when the gate last had nothing against the active command
+
+    # orders
+
+    def submit(self, text: str, source: str, who: Person, said: Spoken | None = None) -> HistoryEntry:
+        """Understand words as they arrive → the history entry of the command that is now active; `said`: when they
+        were, if that was not this moment. Raises Problem 403 to 503.
+        """
+        return self.accept(understand(text), text, source, who, said)
+
+    def accept(
+        self, heard: Command | Refusal, words: str, source: str, who: Person, said: Spoken | None = None
+    ) -> HistoryEntry:
+        """Dispatch what was understood, or record its refusal. Raises Problem 422, 403 to 503."""
+        if isinstance(heard, Refusal):
+            self._history.add("command", who, state="refused", remark=heard.reason, source=source, words=words)
+            suggestions = list(heard.suggestions)
+            raise Problem(422, heard.reason, more={"reason": heard.reason, "suggestions": suggestions})
+        return self.dispatch(heard, source, who, said, words=words)
+
+    def dispatch(
+        self, command: Command, source: str, who: Person, said: Spoken | None = None, *, words: str = ""
+    ) -> HistoryEntry:
+        """Make a command the active one → its history entry; `words`: how it was put, if not by its own words.
+
+        Raises Problem 403 to 503.
+        """
+        words = words or command.heard_as
+        if command.name == STOP_MOVING.name:
+            self.setpoint_sender.stop()
+            self._tell("cancelled", f"Stopped by {who.name}.", objected=True)
+        else:
+            self.admit(command, words, source, who, said)
+        entry = self._history.add("command", who, state="running", **row_of(command, words, source))
+        self._hand_to_pilot(entry, command, who)
+        if command.name != STOP_MOVING.name:
+            self._tell("pre-empted", f"“{command.heard_as}” came after it.", at=None if said is None else said.ended)
+        return entry
+
+    def admit(self, heard: Command, words: str, source: str, who: Person, said: Spoken | None) -> None:
+        """Check that this person may move the robot now; a free lease goes to this person.
+
+        Raises Problem 403 to 503, which is then in the history, too.
+        """
+        try:
+            self._check_motion(who)
+            if said is not None and (why := self.words.why_not(said, source, who)):
+                raise Problem(409, why)
+            self._obtain(who)
+            if self._orders.does(heard):
+                raise Problem(409, f"The robot is already doing that: “{heard.heard_as}”.")
+        except Problem as problem:
+            fields = row_of(heard, words, source)
+            self._history.add("command", who, state="refused", remark=problem.detail, **fields)
+            raise
+
+    def drive(self, message: messages.JogMessage, who: Person) -> None:
+        """A hand on the keys. Raises Problem 403, 409, 503."""
+        moving = message.v != 0.0 or message.w != 0.0
+        if not self._lease.held_by(who):
+            if not moving:
+                return
+            self._check_motion(who)
+            self._obtain(who)
+        elif self._robot.status().state == "disarmed":
+            self.setpoint_sender.arm(
+                self._lease.epoch, who.name
+            )  # the gate was started again: it has forgotten who drives
+        now = time.monotonic()
+        self._lease.active(who, now)
+        if moving:
+            self._press(message.press, who, now)
+        self.setpoint_sender.jog(message)
+
+    def abandon(self, press: int) -> None:
+        """The socket of a hand that was driving is gone: zero now, instead of waiting for the deadman."""
+        if self._jog is not None and self._jog.press == press:
+            self.setpoint_sender.stop()
+            self._history.end(self._jog.entry, "cancelled", "The browser went away while it drove.")
+            self._jog = None
+
+    def stop(self, who: Person, source: str, press: int = 0) -> None:
+        """Everything cancelled, zero speed; anyone signed in. A `press` that comes by two ways is recorded once."""
+        self._stop_controller.stop(who, source, press)
+
+    def busy_above(self, sources: Container[str]) -> bool:
+        """Return whether a hand drives, or a goal is under way that came another way than these."""
+        return self._jog is not None or self._orders.busy_above(sources)
+
+    def halt(self, who: Person, source: str, press: int = 0) -> None:
+        """The same, latched."""
+        self._stop_controller.halt(who, source, press)
+
+    def reset(self, who: Person, source: str) -> None:
+        """Lift the latch; the lease holder only, and it never moves. Raises Problem 403, 409, 503."""
+        self._stop_controller.reset(who, source)
+
+    def wish(self, do: str, who: Person) -> None:
+        """Acquire, renew, take or release the lease. Raises Problem 403, 409; Refused when another holds it."""
+        if not who.may("operator"):
+            raise Problem(403, "Only an operator can drive.")
+        if not self._robot.profile.drives:
+            raise Problem(409, "This is a recording; it cannot be driven.")
+        before, holder = self._lease.epoch, self._lease.holder
+        if do == "release":
+            self._lease.release(who)
+        elif do == "take":
+            self._lease.take(who, time.monotonic())
+        elif do == "renew" and not self._lease.held_by(who):
+            raise Problem(409, "There is nothing to renew: you do not drive. Ask for control first.")
+        else:
+            self._lease.acquire(who, time.monotonic())
+        if self._lease.epoch == before:
+            return
+        took = do == "take" and holder is not None
+        self._changed_hands(f"{who.name} took over." if took else f"{who.name} gave control back.")
+        self._history.add("lease", who, remark=do)
+        if took:
+            self._board.tell("warning", f"{who.name} took over from {holder.name if holder else 'nobody'}.")
+
+    def forget(self, who: Person) -> None:
+        """The person signed out."""
+        if self._lease.held_by(who):
+            self._lease.forget(who)
+            self._changed_hands(f"{who.name} signed out.")
+
+    # what happens by itself
+
+    def tick(self, now: float) -> None:
+        """Twenty times a second: leases that lapse, presses that end, a gate that stopped by itself."""
+        if now - self._ticked > STALLED:  # sound that waited in the sockets looks as if it came just now
+            self.words.void(f"The console stood still for {now - self._ticked:.1f} s.", at=now + STALLED)
+        self._ticked = now
+        if self._jog and now - self._jog.seen > LET_GO:
+            self._history.end(self._jog.entry, "done", "")
+            self._jog = None
+        lost = self._lease.tick(now, obeying=self._orders.keeps_lease(self._lease.holder))
+        if lost is not None:
+            silence = f"{lost.name} is gone: there was no sign of life for {leases.GRACE:g} s."
+            self._changed_hands(silence + self._orders.how_to_renew())
+            self._history.add("lease", lost, remark="lapsed")
+            self._board.tell("info", f"{lost.name} is gone; nobody drives now.")
+        status = self._robot.status()
+        self._stop_controller.tick(status, now)
+        self._watch_gate(status, now)
+
+    def ended(self, status: ActiveCommandStatus) -> None:
+        """The pilot reports how an active command ended."""
+        self.setpoint_sender.dismiss(status.id)
+        self._orders.end(status.id)
+        self._history.end(status.id, status.state, status.remark)
+
+    def ended_without_pilot(self, why: str) -> None:
+        """No pilot says it now: everything under way has failed, and a pilot that comes to itself hears so."""
+        self._tell("failed", why)
+        for number in self._orders:
+            self.setpoint_sender.dismiss(number)
+            self._history.end(number, "failed", why)
+        self._orders.clear()
+        if self.pilot is not None:
+            self.pilot.cancel("failed", why)
+
+    def cancel(self, state: Ending, why: str, *, objected: bool = False) -> None:
+        """End the active command; it no longer drives from now on. `objected`: a person did not want it."""
+        self._tell(state, why, objected=objected)
+        self._orders.cancel()
+        for number in self._orders:
+            self.setpoint_sender.dismiss(number)
+        if self.pilot is not None:
+            self.pilot.cancel(state, why)
+
+    # steps of the above
+
+    def _tell(self, state: Ending, why: str, *, objected: bool = False, at: float | None = None) -> None:
+        self.words.void(why, stop=objected, at=at)
+        for tell in self.when_cancelled:
+            tell(state, why, objected)
+
+    def _hand_to_pilot(self, entry: HistoryEntry, heard: Command, who: Person) -> None:
+        if not self._robot.profile.drives:
+            self._history.end(entry.id, "done", "A recording drives nothing; there is nothing to stop.")
+            return
+        if self.pilot is None or self._robot.link()[0] not in REACHED:
+            self._history.end(entry.id, "done", "The robot was sent a stop; it does not report whether it stands.")
+            return
+        self._orders.begin(entry.id, ActiveCommand(who, entry.source, time.monotonic(), heard))
+        self.setpoint_sender.entrust(entry.id, self._lease.epoch)
+        try:
+            self.pilot.tell(entry.id, heard, entry.source, who.name)
+        except Refused as refused:
+            self.setpoint_sender.dismiss(entry.id)
+            self._orders.end(entry.id)
+            self._history.end(entry.id, "refused", str(refused))
+            raise Problem(409, str(refused)) from None
+
+    def _watch_gate(self, status: GateStatus, now: float) -> None:
+        """A command that the gate stopped, or does not let through, has failed."""
+        tripped, self._trips = status.trips > self._trips, status.trips
+        self._tripped = now if tripped else self._tripped
+        older = [given for given in self._orders.given() if now - given > SETTLED]
+        if not older or not status.refused:
+            self._obeyed = now
+        refuses = now - self._obeyed > SETTLED
+        if (older and tripped) or (refuses and self._tripped > min(older)):
+            self.cancel("failed", status.stopped_because)
+        elif refuses:
+            self.cancel("failed", f"The gate refuses: {status.refused}")
+
+    def close(self) -> None:
+        """The console is ending: the robot stands, and nothing moves it any more."""
+        self._closed = True
+        self.setpoint_sender.stop()
+        self.ended_without_pilot("The console ended before this did.")
+
+    def _check_motion(self, who: Person) -> None:
+        if self._closed:
+            raise Problem(503, "The console is ending; the robot stands.")
+        if not who.may("operator"):
+            raise Problem(403, "Viewers watch and may stop the robot; an operator drives it.")
+        if not self._robot.profile.drives:
+            raise Problem(409, "This is a recording; it cannot be driven.")
+        if self._robot.link()[0] not in REACHED:
+            raise Problem(503, self._robot.trouble or "The robot cannot be reached now.")
+        if self.pilot is None:
+            raise Problem(503, "The pilot is not running; the robot stands.")
+        if self._robot.status().state == "halted":
+            raise Problem(409, "The robot is halted; the driver must reset the halt first.")
+
+    def _obtain(self, who: Person) -> None:
+        """The lease, when it is free or already theirs; the gate knows it before any order."""
+        before = self._lease.epoch
+        try:
+            self._lease.acquire(who, time.monotonic())
+        except Refused as refused:
+            raise Problem(409, str(refused)) from None
+        if self._lease.epoch != before:
+            self._history.add("lease", who, remark="acquire")
+        self.setpoint_sender.arm(self._lease.epoch, who.name)
+
+    def _changed_hands(self, why: str) -> None:
+        self.cancel("cancelled", why)
+        holder = self._lease.holder
+        self.setpoint_sender.hand_over(self._lease.epoch, holder.name if holder else None)
+
+    def _press(self, press: int, who: Person, now: float) -> None:
+        """A hand that drives ends a goal; the goal does not resume."""
+        end = self.cancel if self._orders else self._tell
+        end("pre-empted", f"{who.name} drives by hand.")
+        if self._jog is not None and self._jog.press == press:
+            self._jog.seen = now
+            return
+        if self._jog is not None:
+            self._history.end(self._jog.entry, "done", "")
+        self._jog = ActiveJog(who, press, self._history.add("drive", who, state="running").id, now)

@@ -1,0 +1,206 @@
+"""The stored history: entries with their person and their end. SQLite, written by a thread of its own.
+
+Recording never waits, but a caller may ask when all of it is on disk. Rows that pile up meanwhile are
+committed together, with `synchronous=FULL`; rows that the disk refused are kept and written when it takes them again.
+"""
+
+from __future__ import annotations
+
+import logging
+import queue
+import sqlite3
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+log = logging.getLogger(__name__)
+
+REMEMBERED = 500  # entries kept at hand
+KEPT = 100_000  # entries kept on disk
+PRUNE = 1000  # rows written between two times that the oldest are forgotten
+BUSY = 5.0  # [s] to wait for another console that writes to the same file
+AGAIN = 1.0  # [s] after which rows that the disk refused are tried again
+MOST_WAITING = 20_000  # of those rows; beyond, the oldest are lost
+
+
+@dataclass(frozen=True)
+class HistoryEntry:
+    """One row: an event that gives, takes, bounds or ends motion, with its person, time, and end."""
+
+    id: int
+    what: str  # command | stop | halt | halt_reset | lease | drive | playback | place | login | logout | console
+    who: str
+    wall: float  # [s] since 1970
+    mono: float  # [s] of the console's own clock
+    role: str = ""
+    source: str = ""
+    words: str = ""  # as they arrived
+    heard_as: str = ""  # as they were understood
+    name: str = ""
+    numbers: dict[str, float] = field(default_factory=dict[str, float])
+    state: str = "done"  # running | done | refused | cancelled | pre-empted | failed
+    remark: str = ""
+    ended: float | None = None  # [s] since 1970
+
+
+UNREADABLE = "The history of before cannot be read; check history.sqlite in the data folder."
+UNSAVED = (
+    "The history cannot be saved on disk now; it is kept in memory, and written when the disk takes it again. "
+    "Check the data folder."
+)
+COLUMNS = ("run", *(column.name for column in fields(HistoryEntry)))
+SCHEMA = f"CREATE TABLE IF NOT EXISTS deeds ({', '.join(COLUMNS)}, PRIMARY KEY (run, id))"
+WRITE = f"INSERT OR REPLACE INTO deeds VALUES ({', '.join('?' * len(COLUMNS))})"
+READ = "SELECT * FROM deeds ORDER BY id DESC, run DESC LIMIT ?"
+FORGET = "DELETE FROM deeds WHERE id < (SELECT id FROM deeds ORDER BY id DESC LIMIT 1 OFFSET ?)"
+
+
+class HistoryStore:
+    """The file of history entries, and its writer."""
+
+    def __init__(self, path: Path, run: float, complain: Callable[[str], None]) -> None:
+        """`complain`, from any thread: why rows are not on disk, and "" when they are again."""
+        self._path = path
+        self._run = run
+        self._complain = complain
+        self._waiting: queue.SimpleQueue[HistoryEntry | Future[bool] | None] = queue.SimpleQueue()
+        self._kept, self._safe = 0, 0  # rows given to it, and how many of them were on disk when it was last idle
+        self._refused: dict[int, HistoryEntry] = {}  # what the disk did not take yet, by number
+        self._lost = 0  # rows that were too many to wait
+        self.trouble = ""  # why nothing is written now
+        self._writer = threading.Thread(target=self._write, name="store", daemon=True)
+
+    def open(self) -> list[HistoryEntry]:
+        """Start the writer; return the stored entries, oldest first. An unreadable file is reported, not raised."""
+        try:
+            remembered = self._read()
+        except (OSError, sqlite3.Error, ValueError, TypeError) as trouble:
+            self._failed(trouble, UNREADABLE)
+            remembered = []
+        self._writer.start()
+        return remembered
+
+    def keep(self, entry: HistoryEntry) -> None:
+        """Write an entry, or write it again."""
+        self._kept += 1
+        self._waiting.put(entry)
+
+    def settled(self) -> Future[bool] | None:
+        """Done when all entries so far are on disk (True) or refused by it (False); None when they are there."""
+        if self._safe == self._kept:
+            return None
+        settled: Future[bool] = Future()
+        self._waiting.put(settled)
+        return settled
+
+    def close(self) -> None:
+        """Write the waiting entries and stop."""
+        self._waiting.put(None)
+        if self._writer.is_alive():
+            self._writer.join(2.0)
+
+    def _connect(self) -> sqlite3.Connection:
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        base = sqlite3.connect(self._path, timeout=BUSY)
+        base.execute("PRAGMA journal_mode=WAL")
+        base.execute("PRAGMA synchronous=FULL")
+        base.execute(SCHEMA)
+        return base
+
+    def _read(self) -> list[HistoryEntry]:
+        base = self._connect()
+        with base:
+            base.execute(FORGET, (KEPT,))
+            rows = base.execute(READ, (REMEMBERED,)).fetchall()
+        base.close()
+        return [entry_of(row) for row in reversed(rows)]
+
+    def _write(self) -> None:
+        base: sqlite3.Connection | None = None
+        over, written, kept, tried = False, 0, 0, 0.0
+        while not over:
+            batch = self._next_batch()
+            over = None in batch
+            rows = [one for one in batch if isinstance(one, HistoryEntry)]
+            kept += len(rows)
+            self._refused |= {entry.id: entry for entry in rows}
+            if time.monotonic() - tried >= AGAIN or not self.trouble or over:
+                tried = time.monotonic()
+                due = written + len(rows) >= PRUNE
+                base = self._attempt(base, forget=due)
+                written = 0 if due else written + len(rows)
+            if not self._refused:
+                self._safe = kept
+            for one in batch:
+                if isinstance(one, Future) and one.set_running_or_notify_cancel():
+                    one.set_result(not self._refused)
+        if base is not None:
+            base.close()
+
+    def _next_batch(self) -> list[HistoryEntry | Future[bool] | None]:
+        """Take the waiting entries; none when it is time to try the refused ones again."""
+        batch: list[HistoryEntry | Future[bool] | None] = []
+        try:
+            batch.append(self._waiting.get(timeout=AGAIN if self._refused else None))
+            while True:
+                batch.append(self._waiting.get_nowait())
+        except queue.Empty:
+            return batch
+
+    def _attempt(self, base: sqlite3.Connection | None, *, forget: bool) -> sqlite3.Connection | None:
+        """Write a batch → the connection, while it is good."""
+        try:
+            if base is not None and not self._path.exists():  # the file was removed: rows written there are lost
+                base.close()
+                base = None
+            base = base or self._connect()
+            with base:
+                base.executemany(WRITE, [row_of(entry, self._run) for entry in self._refused.values()])
+                if forget:
+                    base.execute(FORGET, (KEPT,))
+        except (OSError, sqlite3.Error) as trouble:
+            self._failed(trouble, UNSAVED)
+            return None
+        self._refused.clear()
+        if self.trouble:
+            log.info("The history is written again; %d rows were lost.", self._lost)
+            self.trouble = ""
+            self._complain("")
+        return base
+
+    def _failed(self, trouble: Exception, words: str) -> None:
+        while len(self._refused) > MOST_WAITING:
+            del self._refused[next(iter(self._refused))]
+            self._lost += 1
+        if self.trouble != words:
+            log.warning("%s: %s", self._path, trouble)
+            self.trouble = words
+            self._complain(words)
+
+
+def row_of(entry: HistoryEntry, run: float) -> tuple[Any, ...]:
+    """An entry → its row; `run`: when its console started, so that two consoles never share a row."""
+    columns = {**vars(entry), "numbers": msgspec.json.encode(entry.numbers).decode()}
+    values = (columns[column] for column in COLUMNS[1:])
+    return (run, *(inert(value) if isinstance(value, str) else value for value in values))
+
+
+def entry_of(row: tuple[Any, ...]) -> HistoryEntry:
+    """A row → its entry; a command that was under way when the console ended has failed."""
+    columns: dict[str, Any] = dict(zip(COLUMNS[1:], row[1:], strict=True))
+    columns["numbers"] = msgspec.json.decode(columns["numbers"], type=dict[str, float])
+    entry = HistoryEntry(**columns)
+    if entry.state == "running":
+        return replace(entry, state="failed", remark="The console ended before this did.")
+    return entry
+
+
+def inert(words: str) -> str:
+    """Words that any text file can hold: what cannot be written in UTF-8 becomes a question mark."""
+    return words.encode("utf-8", "replace").decode()

@@ -1,0 +1,103 @@
+"""The operator lease: one person drives, all may watch, everyone may stop.
+
+Pure logic on the time that is passed in. The caller compares `epoch` before and after: it rises with every
+change, and the caller then takes the robot through zero (disarm, cancel, arm again for the holder, if there is one).
+"""
+
+from __future__ import annotations
+
+from console.access.logins import Person
+from core.errors import Refused
+
+GRACE = 5.0  # [s] without a sign of life of the holder: a message of their page, a request of their program
+
+
+class Lease:
+    """The right to drive, which one person holds."""
+
+    def __init__(self) -> None:
+        self.epoch = 0
+        self.holder: Person | None = None
+        self._seen = 0.0
+        self._sockets: dict[str, int] = {}
+
+    def held_by(self, person: Person) -> bool:
+        """Return whether this person drives."""
+        return self.holder is not None and self.holder.id == person.id
+
+    def rank(self, person: Person) -> int:
+        """Return the priority of a person where only one can be served: the driver, then operators, then viewers."""
+        return 2 if self.held_by(person) else int(person.may("operator"))
+
+    def check_not_anothers(self, person: Person) -> None:
+        """Raises Refused with the driver's name while another person drives."""
+        if self.holder is not None and not self.held_by(person):
+            raise Refused(f"{self.holder.name} drives now. Take over, or wait until control is given back.")
+
+    def acquire(self, person: Person, now: float) -> None:
+        """Take the lease when it is free; renews it for its holder. Raises Refused with the holder's name."""
+        self.check_not_anothers(person)
+        if self.holder is None:
+            self._change(person)
+        self._seen = now
+
+    def take(self, person: Person, now: float) -> None:
+        """Take the lease from its holder."""
+        if not self.held_by(person):
+            self._change(person)
+        self._seen = now
+
+    def release(self, person: Person) -> None:
+        """Give it back. Raises Refused when another person holds it."""
+        if self.holder is None:
+            return
+        if not self.held_by(person):
+            raise Refused(f"{self.holder.name} drives now; only the operator in control can give it back.")
+        self._change(None)
+
+    def forget(self, person: Person) -> None:
+        """The person signed out: the lease is free at once."""
+        if self.held_by(person):
+            self._change(None)
+
+    def is_present(self, person: Person) -> bool:
+        """Return whether a control socket of this person is open."""
+        return person.id in self._sockets
+
+    def connected(self, person: Person, now: float) -> None:
+        """One more socket of this person is open."""
+        self._sockets[person.id] = self._sockets.get(person.id, 0) + 1
+        self.active(person, now)
+
+    def disconnected(self, person: Person) -> None:
+        """A socket of this person is gone."""
+        left = self._sockets.get(person.id, 0) - 1
+        if left > 0:
+            self._sockets[person.id] = left
+        else:
+            self._sockets.pop(person.id, None)
+
+    def active(self, person: Person, now: float) -> None:
+        """A sign of life: it renews the lease of its holder. A socket that is merely open is none."""
+        if self.held_by(person):
+            self._seen = now
+
+    def tick(self, now: float, *, obeying: bool) -> Person | None:
+        """Free the lease when its holder is gone; returns who lost it.
+
+        `obeying`: a command that the holder sent without a page is still under way; it has bounds of its own and
+        keeps the lease until it ends.
+        """
+        holder = self.holder
+        if holder is None:
+            return None
+        if obeying:
+            self._seen = now
+        if now - self._seen <= GRACE:
+            return None
+        self._change(None)
+        return holder
+
+    def _change(self, person: Person | None) -> None:
+        self.epoch += 1
+        self.holder = person

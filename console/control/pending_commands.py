@@ -1,0 +1,170 @@
+"""A spoken order that was understood and waits a moment, in which anybody may hold it back.
+
+What is exact and near begins at once. What goes far or to a person, or has numbers that were not heard for sure,
+begins by itself after its moment, unless a stop, another order, a hand on the keys, another driver or a press of
+Cancel comes before. While somebody speaks it waits on: they may be about to say that it is wrong.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from console.access.logins import Person
+from console.control.command_freshness import Spoken
+from console.control.dispatcher import CommandDispatcher
+from console.control.history import History, row_of
+from console.control.history_store import HistoryEntry
+from console.control.lease import Lease
+from console.control.notices import Notifications
+from console.http.problems import Problem
+from core.commands import needs_confirmation
+from core.commands.command import Command
+from core.commands.confirmation_delay import MOMENT, ConfirmationDelay
+from core.snapshot import Ending, Snapshot
+
+
+@dataclass(frozen=True)
+class PendingCommand:
+    """An order that waits."""
+
+    id: int
+    person: Person  # in whose name it begins
+    source: str
+    words: str
+    command: Command
+    moment: float  # [s] that it waits in all
+    when: ConfirmationDelay  # it begins, on the monotonic clock
+    said: Spoken  # its words
+    uncertain: bool = False  # a number in it may have been another
+
+
+GONE = "No such order waits: it has begun, or it was dropped."
+
+
+class PendingCommands:
+    """At most one waits; the last one wins. Lives on the event loop."""
+
+    def __init__(self, door: CommandDispatcher, lease: Lease, history: History, board: Notifications) -> None:
+        self.moment = MOMENT
+        self.waiting: PendingCommand | None = None
+        self._door, self._lease, self._history, self._board = door, lease, history, board
+        self._newest = 0
+        self._alarm: asyncio.TimerHandle | None = None
+        self.when_held_back: list[
+            Callable[[PendingCommand], None]
+        ] = []  # called with each command that was dropped while it waited
+        door.when_cancelled.append(self._ended)
+
+    @property
+    def command(self) -> Command | None:
+        """The command that waits; from any thread."""
+        return None if self.waiting is None else self.waiting.command
+
+    def take(
+        self, command: Command, source: str, who: Person, said: Spoken, *, uncertain: bool = False
+    ) -> HistoryEntry | PendingCommand:
+        """Take a spoken command → the active command's entry, or the pending command; `said`: when it was spoken;
+        `uncertain`: a number may have been another. Raises Problem 403 to 503.
+        """
+        if not (uncertain or needs_confirmation(command)):
+            return self._door.dispatch(command, source, who, said)
+        words = command.heard_as
+        self._door.admit(command, words, source, who, said)
+        why, now = f"“{words}” came after it.", time.monotonic()
+        self._end("pre-empted", why)
+        self._door.words.void(why, at=said.ended)
+        self._newest += 1
+        moment = ConfirmationDelay.from_now(now, self.moment)
+        taken = replace(said, taken=now)
+        self._wait(PendingCommand(self._newest, who, source, words, command, self.moment, moment, taken, uncertain))
+        assert self.waiting is not None
+        return self.waiting
+
+    def took(self, snapshot: Snapshot) -> None:
+        """Note whether the robot's own ears hear speech."""
+        if snapshot.hearing is not None and snapshot.hearing.speaking:
+            self.hear()
+
+    def hear(self) -> None:
+        """A person speaks now: the pending command is put off until the words can have been understood."""
+        if self.waiting is not None:
+            self._wait(replace(self.waiting, when=self.waiting.when.while_speaking(time.monotonic())))
+
+    def _wait(self, pending_command: PendingCommand) -> None:
+        self._clear()
+        self.waiting = pending_command
+        left = pending_command.when.begins - time.monotonic()
+        self._alarm = asyncio.get_running_loop().call_later(left, self._begin_by_itself)
+
+    def begin(self, number: int, who: Person) -> HistoryEntry:
+        """Begin at once instead of waiting on; the driver only. Raises Problem 403 to 503."""
+        pending_command = self._find(number)
+        if not who.may("operator"):
+            raise Problem(403, "Viewers watch and may stop the robot; the driver begins an order.")
+        if not self._lease.held_by(who):
+            raise Problem(409, "Only who drives may begin this order; you may drop it.")
+        return self._begin(pending_command)
+
+    def drop(self, number: int, who: Person) -> None:
+        """Drop the pending command; anyone who may stop the robot may do this. Raises Problem 404."""
+        self._find(number)
+        why = f"Dropped by {who.name}."
+        self._door.words.void(why, stop=True)
+        self._ended("cancelled", why, objected=True)
+
+    def forget(self, source: str, why: str) -> None:
+        """Nothing that came by this way begins any more."""
+        if self.waiting is not None and self.waiting.source == source:
+            self._end("cancelled", why)
+
+    def left(self, who: Person) -> None:
+        """A page of this person closed: nothing that they said before begins."""
+        self._door.words.left(who)
+        if self.waiting is not None and self.waiting.person.id == who.id:
+            self._end("cancelled", f"{who.name} closed the page.")
+
+    def _find(self, number: int) -> PendingCommand:
+        if self.waiting is None or self.waiting.id != number:
+            raise Problem(404, GONE)
+        return self.waiting
+
+    def _begin_by_itself(self) -> None:
+        if self.waiting is None:
+            return
+        try:
+            self._begin(self.waiting)
+        except Problem as problem:
+            self._board.tell("warning", problem.detail)
+
+    def _begin(self, pending_command: PendingCommand) -> HistoryEntry:
+        self._clear()
+        return self._door.dispatch(
+            pending_command.command, pending_command.source, pending_command.person, pending_command.said
+        )
+
+    def _ended(self, state: Ending, why: str, objected: bool) -> None:
+        """The pending command ended with the active command, or alone; `objected`: a person did not want it."""
+        pending_command = self.waiting
+        self._end(state, why)
+        if pending_command is not None and objected:
+            for tell in self.when_held_back:
+                tell(pending_command)
+
+    def _end(self, state: Ending, why: str) -> None:
+        """End the pending command before it begins; the history says why."""
+        pending_command = self.waiting
+        self._clear()
+        if pending_command is not None:
+            fields = row_of(pending_command.command, pending_command.words, pending_command.source)
+            self._history.add(
+                "command", pending_command.person, state=state, remark=f"It had not begun: {why}", **fields
+            )
+
+    def _clear(self) -> None:
+        self.waiting = None
+        if self._alarm is not None:
+            self._alarm.cancel()
+            self._alarm = None

@@ -1,0 +1,112 @@
+"""Starts the pilot again when it fails: without its calibrations where these may be the reason, and not for ever."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections import deque
+from collections.abc import Callable
+
+from console.control.notices import Notifications
+from console.robot.pilot_thread import PilotPace, PilotThread
+
+log = logging.getLogger(__name__)
+
+RESTARTS = 3  # of the pilot
+RESTART_WINDOW = 60.0  # [s] within which that many are the most
+RESTART_PAUSE = 1.0  # [s]
+EARLY = 5.0  # [s] of work with a calibration within which a failure is blamed on it
+
+
+class PilotSupervisor:
+    """Owns the pilot's thread. Lives on the event loop."""
+
+    def __init__(
+        self,
+        make: Callable[[], PilotThread],
+        failed: Callable[[], None],
+        leave_out_calibrations: Callable[[str], list[str]],
+        board: Notifications,
+    ) -> None:
+        """`make` starts a pilot; `failed` ends the active command; the third returns the files no longer used."""
+        self.failure = ""  # why there is no pilot
+        self.thread: PilotThread | None = None
+        self._make, self._failed, self._leave_out = make, failed, leave_out_calibrations
+        self._board = board
+        self._failures: deque[float] = deque(maxlen=RESTARTS + 1)
+        self._calibrated_at = 0.0  # [s] since when it has worked with its present calibration
+        self._restart: asyncio.Task[None] | None = None
+        self._over = False
+
+    @property
+    def pace(self) -> PilotPace:
+        """How the pilot keeps up."""
+        return self.thread.pace if self.thread is not None else PilotPace()
+
+    @property
+    def steps(self) -> bool:
+        """True while the pilot runs and is not caught in a step."""
+        return self.thread is not None and self.thread.steps
+
+    @property
+    def hangs(self) -> bool:
+        """True while the pilot is caught in a step."""
+        return self.thread is not None and self.thread.alive and not self.thread.steps
+
+    @property
+    def trouble(self) -> str:
+        """Why no pilot works, a sentence; "" while one does."""
+        if self.failure or self.thread is None or self.thread.alive or self._over:
+            return self.failure
+        return "The pilot has ended; the robot stands. Restart the console."
+
+    def start(self) -> None:
+        """Start a pilot; one that cannot be started has failed."""
+        self.failure, self._calibrated_at = "", time.monotonic()
+        try:
+            self.thread = self._make()
+        except Exception as fault:
+            log.exception("The pilot could not be started")
+            self.bury(type(fault).__name__)
+        else:
+            self._board.reset_pilot()
+
+    def recalibrated(self) -> None:
+        """From now on the pilot works with another calibration."""
+        self._calibrated_at = time.monotonic()
+
+    def bury(self, fault: str) -> None:
+        """The pilot has failed: start another one soon, unless that happens too often."""
+        now = time.monotonic()
+        self._failed()
+        if now - self._calibrated_at < EARLY and (files := self._leave_out(fault)):
+            names = " and ".join(files)
+            self.failure = (
+                f"The pilot failed ({fault}) within seconds of using {names}; the robot was stopped and the pilot "
+                "starts again without. Calibrate again, or take the calibration back."
+            )
+        else:
+            self._failures.append(now)
+            if len(self._failures) > RESTARTS and now - self._failures[0] < RESTART_WINDOW:
+                self.failure = (
+                    f"The pilot failed {RESTARTS + 1} times in a minute and stays off. Restart the console."
+                )
+                self._board.tell("error", self.failure, "pilot")
+                return
+            self.failure = f"The pilot failed ({fault}); the robot was stopped and the pilot starts again."
+        self._board.tell("error", f"{self.failure} The map begins again.", "pilot")
+        self._restart = asyncio.get_running_loop().create_task(self._start_again())
+
+    async def close(self) -> None:
+        """End the pilot."""
+        self._over = True
+        if self._restart is not None:
+            self._restart.cancel()
+        if self.thread is not None:
+            await asyncio.to_thread(self.thread.close)
+
+    async def _start_again(self) -> None:
+        await asyncio.sleep(RESTART_PAUSE)
+        if not self._over:
+            self.start()

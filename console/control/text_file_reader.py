@@ -1,0 +1,137 @@
+"""The paper's interface by text files (4.2): words in speech.txt, and where they were said in source.txt.
+
+Another program writes them, at best under another name that is then renamed. What it wrote is read whole, obeyed once
+and emptied. The direction is only read for the commands that need one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import os
+import stat
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from core.errors import BadInput
+
+SPEECH, SOURCE = "speech.txt", "source.txt"
+STALE = 2.0  # [s] after which words that were written are those of another situation
+MOST = 2000  # bytes of a sentence
+WIDEST = math.radians(45)  # of a direction's standard deviation
+UNTOLD_SD = math.radians(10)  # of a direction that comes without one
+
+Mark = tuple[int, int, int]  # inode, size [bytes], changed [ns]
+
+
+@dataclass(frozen=True)
+class TextFileCommand:
+    """The command that was found in speech.txt."""
+
+    words: str
+    trouble: str = ""  # a sentence: why nobody should obey it
+    age: float = 0.0  # [s] by the file's date
+
+
+@dataclass(frozen=True)
+class TextFileSource:
+    """The source that was found in source.txt."""
+
+    azimuth: float  # [rad] from the robot's front, left is positive
+    sd: float  # [rad]
+    age: float  # [s] by the file's date
+
+
+class TextFileReader:
+    """A folder that is looked at again and again."""
+
+    def __init__(self, folder: Path) -> None:
+        """Raises BadInput where there is no such folder or nothing may be written into it."""
+        if not folder.is_dir():
+            raise BadInput(f"--text-files {folder}: there is no such folder. Make it, then start again.")
+        if not os.access(folder, os.R_OK | os.W_OK | os.X_OK):
+            raise BadInput(f"--text-files {folder}: this folder must be readable and writable.")
+        self._speech, self._source = folder / SPEECH, folder / SOURCE
+        self.writer_lives = False  # whether another program touched speech.txt since the look before
+        self._seen: Mark | None = None
+        self._dated = 0  # [ns] the date of speech.txt at the last look
+        self._taken = ""  # the words obeyed last: a file that cannot be emptied is not obeyed again
+
+    def look(self, now: float) -> TextFileCommand | None:
+        """Words that are whole and new, at `now` [s] of the wall clock; they are emptied from the file."""
+        self.writer_lives = False
+        try:
+            file = os.open(self._speech, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK)
+        except FileNotFoundError:
+            self._seen = None
+            return None
+        except OSError as error:
+            return self._once(f"{error.errno}", "", f"{SPEECH} cannot be opened: {error.strerror}.")
+        try:
+            return self._read(file, now)
+        finally:
+            os.close(file)
+
+    def source(self, now: float) -> TextFileSource:
+        """Return where the words came from, at `now` [s] of the wall clock. Raises BadInput with a sentence."""
+        try:
+            with open(os.open(self._source, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
+                words = file.read(MOST).decode("ascii", "replace").replace(",", " ").split()
+                age = now - os.fstat(file.fileno()).st_mtime
+        except OSError as error:
+            raise BadInput(f"{SOURCE} cannot be read: {error.strerror}.") from error
+        if abs(age) > STALE:
+            raise BadInput(
+                f"{SOURCE} is not of now, its date is {abs(age):.0f} s off. Write it together with {SPEECH}."
+            )
+        try:
+            azimuth, sd = [math.radians(float(word)) for word in words] + [UNTOLD_SD] * (len(words) == 1)
+        except ValueError:
+            azimuth = sd = math.nan
+        if not (abs(azimuth) <= math.tau and 0.0 < sd <= WIDEST):
+            raise BadInput(
+                f"{SOURCE} must hold one direction in degrees from the robot's front, left positive, and, if known,"
+                f" its standard deviation of at most {math.degrees(WIDEST):.0f}."
+            )
+        return TextFileSource(math.remainder(azimuth, math.tau), sd, max(age, 0.0))
+
+    def _read(self, file: int, now: float) -> TextFileCommand | None:
+        mark = mark_of(file)
+        self.writer_lives, self._dated = mark[2] != self._dated, mark[2]
+        whole, self._seen = mark == self._seen, mark
+        if not mark[1] or not whole:
+            return None
+        content = os.read(file, MOST + 1)
+        if mark_of(file) != mark:
+            return None
+        name = f"{hashlib.sha256(content).hexdigest()} {mark[2]}"
+        age = now - mark[2] * 1e-9
+        found = self._once(name, *judge(content, age))
+        os.ftruncate(file, 0)
+        self._seen, self._dated = None, mark_of(file)[2]
+        return None if found is None else replace(found, age=max(age, 0.0))
+
+    def _once(self, name: str, words: str, trouble: str) -> TextFileCommand | None:
+        if name == self._taken:
+            return None
+        self._taken = name
+        return TextFileCommand(words, trouble) if words or trouble else None
+
+
+def judge(content: bytes, age: float) -> tuple[str, str]:
+    """A file's content and age [s] → its words, and a sentence on why they must not be obeyed."""
+    if len(content) > MOST:
+        return "", f"{SPEECH} was longer than a sentence and is emptied."
+    try:
+        words = " ".join(content.decode("utf-8-sig").split())
+    except UnicodeDecodeError:
+        return "", f"{SPEECH} was no text and is emptied."
+    if words and abs(age) > STALE:
+        return words, f"{SPEECH} held words that are not of now; they are deleted."
+    return words, ""
+
+
+def mark_of(file: int) -> Mark:
+    """Return a mark that changes with every write to an open file; 0 bytes for a file that is no file of words."""
+    status = os.fstat(file)
+    return status.st_ino, status.st_size if stat.S_ISREG(status.st_mode) else 0, status.st_mtime_ns

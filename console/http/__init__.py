@@ -1,0 +1,1 @@
+"""HTTP itself: problems, timeouts, connection limits, downloads."""

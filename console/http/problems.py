@@ -1,0 +1,60 @@
+"""Errors as the web tells them: `application/problem+json`, one sentence to act on, never the input."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from http import HTTPStatus
+from typing import Any
+
+import msgspec
+
+from console import messages
+from core.errors import BadInput, BeckonError, Refused, Unavailable, Unwritable
+
+MEDIA_TYPE = b"application/problem+json"
+
+Headers = list[tuple[bytes, bytes]]
+
+
+class Problem(Exception):
+    """A refusal with its HTTP status; `more` holds further keys of the answer, such as suggestions."""
+
+    def __init__(
+        self,
+        status: int,
+        detail: str,
+        *,
+        headers: Mapping[str, str] | None = None,
+        more: Mapping[str, Any] | None = None,
+    ) -> None:
+        super().__init__(detail)
+        self.status = status
+        self.detail = detail
+        self.headers = dict(headers or {})
+        self.more = dict(more or {})
+
+    def body(self) -> bytes:
+        """The answer's JSON."""
+        title = HTTPStatus(self.status).phrase
+        body = {"type": "about:blank", "title": title, "status": self.status, "detail": self.detail, **self.more}
+        return msgspec.json.encode(body)
+
+    def header_list(self) -> Headers:
+        """The answer's headers, as ASGI wants them."""
+        extra = [(name.lower().encode(), value.encode()) for name, value in self.headers.items()]
+        return [(b"content-type", MEDIA_TYPE), (b"content-length", str(len(self.body())).encode()), *extra]
+
+
+STATUS = ((BadInput, 422), (Refused, 409), (Unwritable, 507), (Unavailable, 503))
+
+
+def problem_of(error: BeckonError) -> Problem:
+    """An error of the core → the same sentence with a proper status."""
+    status = next((status for kind, status in STATUS if isinstance(error, kind)), 500)
+    return Problem(status, str(error))
+
+
+def refused(ref: int, error: Problem | BeckonError) -> messages.AnswerMessage:
+    """A refusal as the answer to a socket's message."""
+    problem = error if isinstance(error, Problem) else problem_of(error)
+    return messages.AnswerMessage(ref, False, problem.status, problem.detail, problem.more.get("suggestions"))

@@ -1,0 +1,1 @@
+"""Saved maps: kept on the disk, exported, gone on in."""

@@ -1,0 +1,228 @@
+"""Map operations of the operator: saved maps, the robot's place on the map, and the closures that hold."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import IO, TypeVar
+
+from console.access.logins import Person
+from console.control.dispatcher import REACHED, CommandDispatcher
+from console.control.history import History
+from console.control.lease import Lease
+from console.http.problems import Problem
+from console.maps.export import FLOOR, PREVIEW, known_part, write_map
+from console.maps.store import MapInfo, MapStore, StoredMap, checked_name
+from console.maps.trajectory import Trajectory
+from console.messages import MapState
+from console.robot.link import RobotLink
+from console.robot.pilot_thread import PilotLike
+from console.workers.queue_limit import QueueLimit
+from console.workers.tasks import to_the_end
+from core.slam.map.map_file import SavedMap
+from core.slam.map.occupancy import OccupancyGrid
+from core.slam.map.status import ClosureStatus
+from core.snapshot import Snapshot
+
+T = TypeVar("T")
+
+SAME = 1e-6  # [m] by which two resolutions may differ
+PACKERS = 4  # who packs a map and those who wait for it
+
+
+class MapService:
+    """Lives on the event loop; the disk is waited for in threads, one write after the other."""
+
+    def __init__(self, home: Path, robot: RobotLink, door: CommandDispatcher, lease: Lease, history: History) -> None:
+        self.trajectory = Trajectory()
+        self._store = MapStore(home / "maps")
+        self._robot, self._door, self._lease = robot, door, lease
+        self._history = history
+        self._newest: Snapshot | None = None
+        self._pilot: PilotLike | None = None  # whose map it is
+        self._name: str | None = None  # of the saved map that it goes on in
+        self._revision = 0
+        self._turn = asyncio.Lock()
+        self._packing = QueueLimit(PACKERS)
+        self._clean = False
+
+    # state
+
+    def took(self, snapshot: Snapshot) -> None:
+        """The newest snapshot. Another pilot knows nothing of the former's map."""
+        if self._door.pilot is not self._pilot:
+            self._pilot, self._name = self._door.pilot, None
+            self.trajectory.forget()
+        self._newest = snapshot
+        self.trajectory.add(snapshot)
+
+    @property
+    def shown(self) -> MapState:
+        """The state of the map that every viewer is sent."""
+        return MapState(self._name, self._revision)
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The newest one. Raises Problem 503 while there is none."""
+        if self._newest is None:
+            raise Problem(503, "No frame of the robot has arrived yet.")
+        return self._newest
+
+    @property
+    def grid(self) -> OccupancyGrid:
+        """The map as it is now. Raises Problem 503 while there is none."""
+        if self._newest is None or not (self._newest.grid.log_odds != 0).any():
+            raise Problem(503, "There is no map yet; the robot is still looking around.")
+        return self._newest.grid
+
+    # saved maps
+
+    async def all(self) -> list[MapInfo]:
+        """Every saved map, the newest first."""
+        return [kept.card for kept in await self._on_disk(self._listed())]
+
+    async def save(self, name: str, who: Person, *, replace: bool) -> MapInfo:
+        """Keep the map under a name. Raises BadInput, NameTaken, Unwritable, Problem 503."""
+        name, grid, snapshot = checked_name(name), known_part(self.grid), self.snapshot
+        pilot, trajectory = self._piloting(), self.trajectory.rows()
+        rows, columns = grid.log_odds.shape
+        card = MapInfo(
+            name=name,
+            saved_s=time.time(),
+            by=who.name,
+            robot=self._robot.profile.name,
+            resolution_m=grid.resolution,
+            width_m=round(columns * grid.resolution, 2),
+            height_m=round(rows * grid.resolution, 2),
+            submaps=len(snapshot.floor.submaps),
+            landmarks=len(snapshot.landmarks),
+            closures=sum(closure.state == "accepted" for closure in snapshot.floor.closures),
+        )
+
+        def write() -> None:
+            saved = pilot.keep_map()
+            self._store.keep(card, lambda folder: write_map(folder, saved, snapshot, trajectory), replace=replace)
+
+        await self._on_disk(self._taking_turns(write))
+        self._name = name
+        self._changed("save", name, who)
+        return card
+
+    async def load(self, name: str, who: Person) -> None:
+        """Go on in a saved map. Raises Problem 404, 409, 503, BadInput."""
+        kept = await self.kept(name)
+        card, profile = kept.card, self._robot.profile
+        if card.robot != profile.name:
+            raise Problem(409, f"This map was made by “{card.robot}”; this robot is “{profile.name}”.")
+        here = self.snapshot.grid.resolution
+        if abs(card.resolution_m - here) > SAME:
+            sizes = f"{100 * card.resolution_m:g} cm; the settings now say {100 * here:g} cm."
+            raise Problem(409, f"This map was drawn with cells of {sizes}")
+        saved = await self._on_disk(asyncio.to_thread(lambda: SavedMap.from_files(self._store.checked(kept) / FLOOR)))
+        self._not_anothers(who)
+        pilot = self._piloting()
+        pilot.enter_map(saved)
+        self._door.cancel("cancelled", "Another map was loaded.")
+        self.trajectory.forget()
+        self._name = card.name
+        self._changed("load", card.name, who)
+
+    async def delete(self, name: str, who: Person) -> None:
+        """Away with a saved map. Raises Problem 404, 503, Unwritable."""
+        kept = await self.kept(name)
+        await self._on_disk(self._taking_turns(lambda: self._store.remove(kept)))
+        if self._name == kept.card.name:
+            self._name = None
+        self._changed("delete", kept.card.name, who)
+
+    async def kept(self, name: str) -> StoredMap:
+        """The saved map of this name. Raises Problem 404."""
+        kept = await self._on_disk(asyncio.to_thread(self._store.find, name))
+        if kept is None:
+            raise Problem(404, "There is no saved map of that name.")
+        return kept
+
+    async def packed(self, name: str) -> IO[bytes]:
+        """A saved map as a zip on the disk. Raises Problem 404, 429, 503, BadInput, Unwritable."""
+        kept = await self.kept(name)
+        async with self._packing.taken():
+            return await self._on_disk(asyncio.to_thread(self._store.packed, kept))
+
+    async def preview(self, name: str) -> bytes:
+        """A small picture of a saved map. Raises Problem 404, 503."""
+        kept = await self.kept(name)
+        return await self._on_disk(asyncio.to_thread((kept.folder / PREVIEW).read_bytes))
+
+    # the map that is in use
+
+    def undo(self, number: int, who: Person) -> None:
+        """A closure does not hold: the rooms go back to where they would be without it. Raises Problem."""
+        if self._closure(number).state == "undone":
+            raise Problem(409, "That closure is undone already.")
+        self._not_anothers(who)
+        self._piloting().undo_closure(number)
+        self._history.add("closure", who, words=f"undo {number}")
+
+    def redo(self, number: int, who: Person) -> None:
+        """It holds after all. Raises Problem."""
+        if self._closure(number).state != "undone":
+            raise Problem(409, "That closure is not undone; there is nothing to take back.")
+        self._not_anothers(who)
+        self._piloting().redo_closure(number)
+        self._history.add("closure", who, words=f"redo {number}")
+
+    def here(self, x: float, y: float, heading: float | None, who: Person, *, force: bool) -> None:
+        """The robot is at (x, y) [m], world, and looks to `heading` [rad] or nobody knows where. Raises Problem."""
+        if not self._robot.profile.drives:
+            raise Problem(409, "This is a recording; its place cannot be set.")
+        if self.snapshot.floor.lost is None and not force:
+            raise Problem(409, "The robot is not lost; it knows where it is.")
+        if self._robot.link()[0] not in REACHED:
+            raise Problem(503, self._robot.trouble or "The robot cannot be reached now.")
+        self._not_anothers(who)
+        self._piloting().place_at(x, y, heading)
+        self._door.cancel("cancelled", "The robot's place was set.")
+        self._history.add("here", who, words=f"I am at {x:.2f} and {y:.2f}")
+
+    # steps of the above
+
+    def _closure(self, number: int) -> ClosureStatus:
+        found = next((closure for closure in self.snapshot.floor.closures if closure.id == number), None)
+        if found is None:
+            raise Problem(404, "There is no such closure.")
+        return found
+
+    def _piloting(self) -> PilotLike:
+        if self._door.pilot is None:
+            raise Problem(503, "The pilot is not running; the robot stands.")
+        return self._door.pilot
+
+    def _not_anothers(self, who: Person) -> None:
+        """Only the driver may change the map under a robot."""
+        self._lease.check_not_anothers(who)
+
+    async def _listed(self) -> list[StoredMap]:
+        if not self._clean:
+            self._clean = True
+            await self._taking_turns(self._store.clean)
+        return await asyncio.to_thread(self._store.all)
+
+    async def _taking_turns(self, work: Callable[[], None]) -> None:
+        """A write in a thread; who is cancelled meanwhile keeps the turn until it is done."""
+        async with self._turn:
+            await to_the_end(work)
+
+    async def _on_disk(self, work: Awaitable[T]) -> T:
+        """Work on the disk. Raises Problem 404 or 503 where it cannot be read, and what the work raises."""
+        try:
+            return await work
+        except FileNotFoundError:
+            raise Problem(404, "There is no saved map of that name any more.") from None
+        except OSError as wrong:
+            raise Problem(503, f"The saved maps cannot be read ({wrong.strerror or wrong}).") from None
+
+    def _changed(self, what: str, name: str, who: Person) -> None:
+        self._revision += 1
+        self._history.add("map", who, words=f"{what} {name}")

@@ -1,0 +1,206 @@
+"""Saved maps on the disk: a folder each, written aside and renamed, so that a half-written one never counts."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import logging
+import re
+import secrets
+import shutil
+import tempfile
+import unicodedata
+import zipfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+import msgspec
+
+from core.errors import BadInput, Refused
+from core.files import checksum, is_intact, saving, sealed, sync_folder, write_atomic
+
+log = logging.getLogger(__name__)
+
+VERSION = 1
+CARD = "card.json"
+LARGEST_CARD = 65536  # [bytes]
+LONGEST = 40  # letters of a name
+NAME = re.compile(r"\w(?:[\w \-]*\w)?")
+ASIDE = ".new-"  # how the folder of a map begins that is being written
+
+
+class MapInfo(msgspec.Struct):
+    """The description of a saved map."""
+
+    name: str
+    saved_s: float  # Unix time
+    by: str  # who saved it
+    robot: str  # whose it is
+    resolution_m: float
+    width_m: float
+    height_m: float
+    submaps: int
+    landmarks: int
+    closures: int
+    version: int = VERSION
+    files: dict[str, str] = {}  # name within the map's folder → checksum; maps of earlier consoles have none
+
+
+@dataclass(frozen=True)
+class StoredMap:
+    """A map that was found on the disk."""
+
+    card: MapInfo
+    folder: Path
+    changed: bool = False  # the card itself is not as it was saved
+
+
+class NameTaken(Refused):
+    """There is a map of that name already."""
+
+
+class MapStore:
+    """All saved maps below one folder. Its methods wait for the disk: call them from a thread, one at a time."""
+
+    def __init__(self, base: Path) -> None:
+        self._base = base
+
+    def clean(self) -> None:
+        """Remove unfinished maps, and maps that a newer one of the same name replaces."""
+        for left in self._base.glob(f"{ASIDE}*"):
+            shutil.rmtree(left, ignore_errors=True)
+        newest = {kept.folder for kept in self.all()}
+        for kept in self._readable():
+            if kept.folder not in newest:
+                shutil.rmtree(kept.folder, ignore_errors=True)
+
+    def all(self) -> list[StoredMap]:
+        """Every map, the newest first."""
+        found: dict[str, StoredMap] = {}
+        for kept in sorted(self._readable(), key=lambda kept: kept.card.saved_s):
+            found[key_of(kept.card.name)] = kept
+        return sorted(found.values(), key=lambda kept: -kept.card.saved_s)
+
+    def find(self, name: str) -> StoredMap | None:
+        """The map of this name; large and small letters are the same."""
+        return next((kept for kept in self.all() if key_of(kept.card.name) == key_of(name)), None)
+
+    def keep(self, card: MapInfo, write: Callable[[Path], None], *, replace: bool) -> None:
+        """Save a map: `write` puts its files into the folder it is given. Raises NameTaken, Unwritable."""
+        former = self.find(card.name)
+        if former is not None and not replace:
+            raise NameTaken(f"There is a map “{former.card.name}” already; choose another name, or replace it.")
+        aside = self._base / f"{ASIDE}{secrets.token_hex(4)}"
+        try:
+            with saving("The map could not be saved, and nothing was changed"):
+                aside.mkdir(parents=True)
+                write(aside)
+                card.files = {name: checksum(path.read_bytes()) for name, path in files_of(aside)}
+                write_atomic(aside / CARD, json.dumps(sealed(msgspec.to_builtins(card)), indent=1))
+                for path in filter(Path.is_dir, [*aside.rglob("*"), aside]):
+                    sync_folder(path)
+                aside.rename(self._base / f"{slug(card.name)}-{secrets.token_hex(4)}")
+        except BaseException:
+            shutil.rmtree(aside, ignore_errors=True)
+            raise
+        with saving("The map was saved, but a power cut may lose it"):
+            sync_folder(self._base)
+        if former is not None:
+            shutil.rmtree(former.folder, ignore_errors=True)
+
+    def remove(self, kept: StoredMap) -> None:
+        """For good: out of sight first, then piece by piece. Raises FileNotFoundError, Unwritable."""
+        gone = self._base / f"{ASIDE}{secrets.token_hex(4)}"
+        kept.folder.stat()
+        with saving("The map could not be deleted"):
+            kept.folder.rename(gone)
+            sync_folder(self._base)
+        shutil.rmtree(gone, ignore_errors=True)
+
+    def checked(self, kept: StoredMap) -> Path:
+        """The map's folder, when all in it is as it was saved. Raises BadInput that names the file, OSError."""
+        for name in self._names(kept):
+            self._read(kept, name)
+        return kept.folder
+
+    def packed(self, kept: StoredMap) -> IO[bytes]:
+        """Everything of a map as a zip, at its beginning; its file is gone when it is closed.
+
+        Raises BadInput that names a file which is not as it was saved, Unwritable, OSError.
+        """
+        failure = "The map could not be packed"
+        with contextlib.ExitStack() as held:
+            with saving(failure):
+                packed: IO[bytes] = held.enter_context(tempfile.TemporaryFile(dir=self._base))
+                box = held.enter_context(zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED))
+            for name in self._names(kept):
+                raw = self._read(kept, name)
+                with saving(failure):
+                    box.writestr(name, raw)
+            with saving(failure):
+                box.close()
+            packed.seek(0)
+            held.pop_all()
+        return packed
+
+    @staticmethod
+    def _names(kept: StoredMap) -> list[str]:
+        """All files of a map, also missing ones; for old maps, the files that are there."""
+        return [CARD, *sorted({*kept.card.files, *(name for name, _ in files_of(kept.folder))})]
+
+    @staticmethod
+    def _read(kept: StoredMap, name: str) -> bytes:
+        """A file of a map. Raises BadInput when it is not the one that was saved, OSError when the map is gone."""
+        kept.folder.stat()
+        path = kept.folder / name
+        raw = path.read_bytes() if path.is_file() else b""
+        changed = kept.changed if name == CARD else kept.card.files.get(name, checksum(raw)) != checksum(raw)
+        if changed:
+            raise BadInput(
+                f"The saved map “{kept.card.name}” is damaged: {path} is not as it was saved. "
+                "Restore this file from a backup, or delete the map and save it again."
+            )
+        return raw
+
+    def _readable(self) -> Iterator[StoredMap]:
+        for path in self._base.glob(f"*/{CARD}"):
+            if path.parent.name.startswith(ASIDE):
+                continue
+            try:
+                if path.stat().st_size > LARGEST_CARD:
+                    raise ValueError("too large")
+                raw = path.read_bytes()
+                card = msgspec.json.decode(raw, type=MapInfo)
+                if card.version != VERSION or card.name != checked_name(card.name):
+                    raise ValueError("of another version, or without a proper name")
+            except (OSError, ValueError, BadInput, msgspec.MsgspecError) as trouble:
+                log.warning("A saved map cannot be read: %s: %s", path, trouble)
+                continue
+            yield StoredMap(card, path.parent, changed=is_intact(json.loads(raw)) is False)
+
+
+def checked_name(name: str) -> str:
+    """A name as it is kept. Raises BadInput with what a name may be."""
+    tidy = unicodedata.normalize("NFC", " ".join(name.split()))
+    if not 0 < len(tidy) <= LONGEST or not NAME.fullmatch(tidy):
+        raise BadInput(f"A map's name has 1 to {LONGEST} letters, digits, spaces, hyphens or underscores.")
+    return tidy
+
+
+def key_of(name: str) -> str:
+    """Return the same key for two names that must not both exist."""
+    return unicodedata.normalize("NFC", name).casefold()
+
+
+def slug(name: str) -> str:
+    """A name as every file system takes it: "Großes Büro" → "groes-buro"."""
+    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode().lower()
+    return re.sub(r"[^a-z0-9]+", "-", plain).strip("-") or "map"
+
+
+def files_of(folder: Path) -> list[tuple[str, Path]]:
+    """All files of a map but its card, by their names within its folder."""
+    found = {path.relative_to(folder).as_posix(): path for path in sorted(folder.rglob("*")) if path.is_file()}
+    return [(name, path) for name, path in found.items() if name != CARD]

@@ -1,0 +1,68 @@
+"""The robot's trajectory, stored in the frames of its submaps: a closure that moves a submap moves these poses."""
+
+from __future__ import annotations
+
+from array import array
+
+import numpy as np
+
+from core.geometry import Pose
+from core.message import Array
+from core.slam.map.status import MapStatus, SubmapView
+from core.snapshot import Snapshot
+
+GAP = 0.1  # [s] between two poses, until there are too many
+MOST = 100_000
+FIELDS = 5  # stamp [s], submap, x, y [m], heading [rad] in the submap
+NOWHERE = -1  # no room: the pose is the world's
+
+
+class Trajectory:
+    """Grows with every snapshot; when it is full every second pose goes, and the gap doubles."""
+
+    def __init__(self) -> None:
+        self._rows = array("d")
+        self._gap = GAP
+        self._newest = -np.inf
+
+    def __len__(self) -> int:
+        """How many poses it has."""
+        return len(self._rows) // FIELDS
+
+    def forget(self) -> None:
+        """Begin again."""
+        self._rows, self._gap, self._newest = array("d"), GAP, -np.inf
+
+    def add(self, snapshot: Snapshot) -> None:
+        """Add the pose of a snapshot. A robot whose clock began again begins another trajectory."""
+        if snapshot.stamp < self._newest - 1e-6:
+            self.forget()
+        if snapshot.stamp - self._newest < self._gap - 1e-6:
+            return
+        self._newest = snapshot.stamp
+        room, pose = active(snapshot.floor), snapshot.estimate.pose
+        local = pose if room is None else room.pose.inverse() @ pose
+        number = NOWHERE if room is None else room.id
+        self._rows.extend((snapshot.stamp, number, local.x, local.y, local.heading))
+        if len(self) > MOST:
+            self._rows, self._gap = array("d", self.rows()[::2].tobytes()), 2 * self._gap
+
+    def rows(self) -> Array:
+        """A copy of all that is kept (K, 5): stamp [s], room, pose in it."""
+        return np.frombuffer(self._rows).reshape(-1, FIELDS).copy()
+
+
+def laid_out(rows: Array, floor: MapStatus) -> tuple[list[float], list[Pose]]:
+    """A trajectory's rows (K, 5) → stamps [s] and poses in the world frame, as the submaps lie now.
+
+    What was in a room that is no more is left out.
+    """
+    rooms = {room.id: room.pose for room in floor.submaps} | {NOWHERE: Pose()}
+    known = [row for row in rows.tolist() if int(row[1]) in rooms]
+    poses = [rooms[int(number)] @ Pose(x, y, heading) for _, number, x, y, heading in known]
+    return [row[0] for row in known], poses
+
+
+def active(floor: MapStatus) -> SubmapView | None:
+    """The submap that the robot is in."""
+    return next((room for room in floor.submaps if room.active), None)

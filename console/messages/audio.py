@@ -1,0 +1,64 @@
+"""The socket `/ws/audio`: sound of a browser's microphone up, recognized words down."""
+
+from __future__ import annotations
+
+import struct
+from typing import Literal
+
+import msgspec
+
+Struct = msgspec.Struct
+
+AUDIO_HEADER = struct.Struct("<B3xId")  # kind 2, number of the piece, milliseconds of the browser's clock
+AUDIO_KIND = 2
+AUDIO_RATE = 16_000  # [Hz]
+MOST_BYTES = 8192  # of one message
+
+ListenMode = Literal["held", "open"]
+
+
+class AudioMessage(Struct, tag_field="kind", forbid_unknown_fields=True):
+    """Base of what a browser may say here."""
+
+
+class Listen(AudioMessage, tag="listen"):
+    """Speech follows: until `rest` (the button is held), or cut into utterances by its silences (open).
+
+    `seen`: `seq` of the newest state that the page has (0: none), which dates the sound that is sent next.
+    """
+
+    mode: ListenMode
+    seen: int = 0
+
+
+class Rest(AudioMessage, tag="rest"):
+    """The button was let go, or the microphone closed."""
+
+
+AudioUp = Listen | Rest
+
+
+class ListeningMessage(Struct, tag_field="kind", tag="listening"):
+    """`on`: words are read now; otherwise the reason why not."""
+
+    on: bool
+    why: str = ""
+
+
+class Transcript(Struct, tag_field="kind", tag="transcript"):
+    """Words that were heard, and what came of them."""
+
+    id: int
+    words: str  # "" where nothing was understood
+    final: bool  # false: a STOP before the sentence was over
+    accepted: bool
+    heard_as: str  # the command as it was understood, with its numbers; "" when refused
+    reason: str  # a sentence; "" when accepted
+    suggestions: list[str]
+    seconds: float  # of speech
+    delay_s: float  # from the end of the sound that it needed to this message
+    entry: int | None = None  # its row in the history
+    pending_command: int | None = None  # the order waits: `intent` of the state has it
+
+
+AudioDown = ListeningMessage | Transcript

@@ -1,0 +1,95 @@
+"""Messages that a browser may send over the socket."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+
+Struct = msgspec.Struct
+Source = Literal["typed", "chip", "click"]
+Short = Annotated[str, msgspec.Meta(max_length=2000)]
+Count = Annotated[int, msgspec.Meta(ge=0, le=2**53)]
+
+
+class InboundMessage(Struct, tag_field="kind", forbid_unknown_fields=True):
+    """Base of what a browser may say."""
+
+
+class JogMessage(InboundMessage, tag="drive"):
+    """Hold to drive: sent at 20 Hz while a key or the pad is held. `press` is drawn again with every press."""
+
+    v: float
+    w: float
+    press: Count
+    seq: Count
+    nonce: Count
+    epoch: Count
+
+
+class StopMessage(InboundMessage, tag="stop"):
+    """Everything cancelled, zero speed. `press` (0: none): its copy over HTTP is recorded once."""
+
+    press: Count = 0
+
+
+class SayMessage(InboundMessage, tag="command"):
+    """Words for the robot. `seen`: `seq` of the newest state that the page has (0: none), which dates them."""
+
+    text: Short
+    source: Source
+    ref: Count
+    seen: Count = 0
+
+
+class LeaseMessage(InboundMessage, tag="lease"):
+    """Take control, take it over, give it back."""
+
+    do: Literal["acquire", "take", "release"]
+    ref: Count
+
+
+class HaltMessage(InboundMessage, tag="halt"):
+    """Latch a stop. `press` as of `StopMessage`."""
+
+    press: Count = 0
+
+
+class HaltResetMessage(InboundMessage, tag="halt_reset"):
+    """Undo the latch; never moves."""
+
+    ref: Count
+
+
+class PlaybackMessage(InboundMessage, tag="playback"):
+    """Steer a recording: `value` is the speed (times real time) or the place to seek (0..1)."""
+
+    do: Literal["play", "pause", "speed", "seek"]
+    ref: Count
+    value: float | None = None
+
+
+class SubscriptionMessage(InboundMessage, tag="want"):
+    """The wishes of this socket: the camera, and a calibration session (null: none); what is left out stays."""
+
+    camera: bool | msgspec.UnsetType = msgspec.UNSET
+    calibration: Annotated[str, msgspec.Meta(max_length=40)] | msgspec.UnsetType | None = msgspec.UNSET
+
+
+class EchoMessage(InboundMessage, tag="echo"):
+    """Comes back as it is."""
+
+    t: float
+
+
+Up = (
+    JogMessage
+    | StopMessage
+    | SayMessage
+    | LeaseMessage
+    | HaltMessage
+    | HaltResetMessage
+    | PlaybackMessage
+    | SubscriptionMessage
+    | EchoMessage
+)

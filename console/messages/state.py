@@ -1,0 +1,246 @@
+"""The state message, and everything else that goes down the socket `/ws` to a browser.
+
+Keys carry their unit. What is not a finite number leaves as null.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import Literal
+
+import msgspec
+
+from console.messages.calibration import CalibrationNews
+from console.messages.hearing import HearingState, VoiceHeard
+from console.messages.map import MapState, SubmapsState
+from console.messages.pending_command import CommandPayload, PendingCommandState
+from console.messages.person import PersonState
+from console.messages.picture import CalibrationDriftState, PictureQualityState
+from core.robots import RobotKind
+from core.snapshot import Ending, Level
+
+Struct = msgspec.Struct
+Link = Literal["connecting", "live", "stale", "lost"]
+
+CAMERA_HEADER = struct.Struct("<BxxxId")  # kind = 1, sequence number, stamp [s]; the JPEG follows
+
+
+class PointState(Struct):
+    """A point of the world frame."""
+
+    x_m: float
+    y_m: float
+
+
+class PoseState(Struct):
+    """A pose of the world frame and its covariance."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+    cov: list[list[float]]  # 3x3 of x, y, heading
+
+
+class TruePose(Struct):
+    """The true pose of the simulated robot."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+
+
+class Velocity(Struct):
+    """Speeds as the wheels report them."""
+
+    v_m_s: float
+    w_rad_s: float
+
+
+class LandmarkRow(Struct):
+    """A row of the paper's table L."""
+
+    id: int
+    x_m: float
+    y_m: float
+    cov_m2: list[list[float]]  # 2x2
+    hits: int
+    misses: int
+    kind: str
+
+
+class SlamState(Struct):
+    """How the filter fares."""
+
+    mode: str
+    updates: int
+    nis: float | None
+    nis_band: tuple[float, float]  # within which it lies 95 % of the time when all is well
+    nees: float | None  # the same of the pose's true error, ideal mean 3; only where the truth is known
+    error_m: float | None  # how far the estimate lies from the truth; simulator only
+    error_rad: float | None
+    matched: int
+    ignored: int
+    tentative: int
+    update_ms: float | None
+    looking_around: bool
+
+
+class CommandState(CommandPayload):
+    """A command and how it goes."""
+
+    state: Ending
+    remark: str
+    progress: float | None
+
+
+class EdgeLine(Struct):
+    """A vertical edge in the newest picture, in pixels."""
+
+    u0: float
+    v0: float
+    u1: float
+    v1: float
+    bearing_rad: float
+    matched: bool
+
+
+class CameraOverlay(Struct):
+    """The outlines that perception drew on the newest picture."""
+
+    stamp_s: float
+    width: int
+    height: int
+    edges: list[EdgeLine]
+    laser: list[tuple[float, float, float]]  # u, v [pixel], range [m]
+    quality: PictureQualityState | None
+
+
+class RobotState(Struct):
+    """The robot and the link to it."""
+
+    url: str
+    kind: RobotKind
+    name: str
+    link: Literal["connecting", "live", "stale", "lost"]
+    age_s: float | None
+    rate_hz: float
+    contact: bool
+    running: bool
+    progress: float | None
+    speed: float
+
+
+class GateState(Struct):
+    """The setpoint that the gate lets through."""
+
+    state: str  # disarmed | armed | halted
+    reason: str
+    v_m_s: float
+    w_rad_s: float
+    source: str
+    nonce: int
+    epoch: int
+    limit_v_m_s: float | None
+    blocked_by: PointState | None
+    need_neutral: bool
+
+
+class LeaseState(Struct):
+    """The lease: the operator who drives."""
+
+    holder: str | None
+    holder_id: str | None
+    epoch: int
+
+
+class NoticeLine(Struct):
+    """A sentence for the operator."""
+
+    id: int
+    stamp_s: float
+    level: Level
+    text: str
+
+
+class State(Struct, tag_field="kind", tag="state"):
+    """Everything that may be shown at one instant; the newest replaces the older."""
+
+    seq: int
+    stamp_s: float
+    pose: PoseState
+    dead_reckoning: PoseState
+    velocity: Velocity
+    landmarks: list[LandmarkRow]
+    slam: SlamState
+    floor: SubmapsState
+    map: MapState
+    direction: VoiceHeard | None  # the voice that was heard last
+    ears: HearingState | None  # None: the robot has no microphones
+    person: PersonState | None  # who the running command looks at
+    goal: PointState | None
+    path: list[tuple[float, float]]
+    command: CommandState | None
+    pending_command: PendingCommandState | None  # a spoken order that waits for its moment
+    camera: CameraOverlay | None
+    calibration_drift: CalibrationDriftState | None
+    robot: RobotState
+    gate: GateState
+    lease: LeaseState
+    viewers: int
+    notices: list[NoticeLine]
+    history_revision: int
+    truth: TruePose | None
+
+
+class You(Struct):
+    """The person a socket belongs to."""
+
+    name: str
+    role: Literal["viewer", "operator", "admin"]
+    id: str
+
+
+class RobotCard(Struct):
+    """The description of the robot."""
+
+    url: str
+    kind: RobotKind
+    name: str
+    radius_m: float
+    cruise_m_s: float
+    max_speed_m_s: float
+    max_turn_rate_rad_s: float
+    drives: bool
+    duration_s: float | None
+
+
+class HelloMessage(Struct, tag_field="kind", tag="hello"):
+    """The first message of a socket."""
+
+    you: You
+    version: str
+    robot: RobotCard
+    tab: str  # names this tab's 3-D scene: scene/ws/<tab>
+    clock_ms: float  # of the console's steady clock now: the frames of a hand count on from it, over reloads
+
+
+class AnswerMessage(Struct, tag_field="kind", tag="answer", omit_defaults=True):
+    """The result of a message that carried `ref`; 0 when it carried none."""
+
+    ref: int
+    ok: bool
+    status: int
+    detail: str | None = None
+    suggestions: list[str] | None = None
+    id: int | None = None
+
+
+class EchoBack(Struct, tag_field="kind", tag="echo"):
+    """The same number back: measures the link."""
+
+    t: float
+
+
+Down = HelloMessage | State | CalibrationNews | AnswerMessage | EchoBack
+
+encode = msgspec.json.Encoder().encode

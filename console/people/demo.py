@@ -1,0 +1,169 @@
+"""Show me: a simulated person steps before the robot's camera and takes the gestures that are asked for."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import math
+import time
+from collections.abc import Awaitable, Callable
+from itertools import product
+from typing import Any
+
+from console.http.problems import Problem
+from console.people.enrollment import EnrollmentSession, Gesture
+from console.robot.link import RobotLink
+from console.workers.tasks import end
+from core.errors import BadInput, BeckonError, Refused
+from core.geometry import Pose
+from core.sensors import Camera, Image
+
+Ask = Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]
+Capture = Callable[[EnrollmentSession, str], Awaitable[None]]
+
+ID = "show me"
+AWAY = (3.7, 4.1, 3.5, 4.5)  # [m] from the camera, the best first
+ASIDE = (0.0, 0.1, -0.1, 0.2, -0.2)  # [rad]
+LOOKS = ("green/black", "red/blue", "white/brown", "yellow/grey", "blue/white", "black/green")
+ARMS = {"down": "", "out": "wide", "wave": "wave", "side": ""}
+NO_ROOM = "There is no room to stand whole before the camera. Turn the robot so that some three metres are free."
+
+
+class DemoPerson:
+    """Owned by one task. `ask(request)` awaits the driver's answer and raises BadInput where one cannot stand."""
+
+    def __init__(self, ask: Ask, camera: Camera | None, look: int) -> None:
+        self._ask, self._camera = ask, camera
+        self._look = LOOKS[look % len(LOOKS)]
+        self._stays = False
+
+    async def sit(self, enrollment: EnrollmentSession, capture: Capture) -> None:
+        """Show every gesture of the enrollment; then the person stays, to be come to. Raises Refused, BadInput."""
+        await self.leave()
+        await capture(enrollment, "background")
+        robot = await self._ask({"do": "truth"})
+        here = Pose(robot["x_m"], robot["y_m"], robot["heading_rad"])
+        places = [here @ Pose(far * math.cos(angle), far * math.sin(angle), 0.0) for far, angle in self._towards()]
+        standing: Pose | None = None
+        for place in places:
+            if await self._try(enrollment, capture, place):
+                standing = place
+                break
+        if standing is None:
+            raise Refused(NO_ROOM)
+        while enrollment.next is not None:
+            if not await self._try(enrollment, capture, standing):
+                raise Refused(enrollment.newest.wrong if enrollment.newest else NO_ROOM)
+        await self._stand(standing, None)
+        self._stays = True
+
+    async def leave(self) -> None:
+        """Out of the room, unless everything was shown."""
+        if self._stays:
+            return
+        try:
+            await self._ask({"do": "remove", "id": ID})
+        except BeckonError:
+            return  # was not there
+
+    def _towards(self) -> list[tuple[float, float]]:
+        """Return where to stand, seen from the robot: distance [m] and bearing [rad]."""
+        ahead = self._camera.mounting.rotation[:, 2] if self._camera is not None else (1.0, 0.0)
+        axis = math.atan2(float(ahead[1]), float(ahead[0]))
+        return [(far, axis + aside) for aside, far in product(ASIDE, AWAY)]
+
+    async def _try(self, enrollment: EnrollmentSession, capture: Capture, place: Pose) -> bool:
+        """Take the gesture that is asked for, there → whether the picture was good."""
+        try:
+            await self._stand(place, enrollment.next)
+        except BadInput:
+            return False  # a wall or a thing is there
+        before = len(enrollment.taken)
+        await capture(enrollment, "picture")
+        return len(enrollment.taken) > before
+
+    async def _stand(self, place: Pose, gesture: Gesture | None) -> None:
+        """Face the robot, or turn aside."""
+        robot = await self._ask({"do": "truth"})
+        facing = math.atan2(robot["y_m"] - place.y, robot["x_m"] - place.x)
+        turned = math.pi / 2 if gesture is not None and gesture.name == "side" else 0.0
+        wish = {"id": ID, "x_m": place.x, "y_m": place.y, "heading_rad": facing + turned, "clothes": self._look}
+        arms = ARMS[gesture.name] if gesture is not None else ""
+        await self._ask({"do": "place", "what": "person", **wish, "gesture": arms})
+
+
+log = logging.getLogger(__name__)
+
+PATIENCE = 20.0  # [s] for a picture: the machine may be busy
+ANSWERING = 10.0  # [s] that the driver may take to answer
+GAP = 0.03  # [s] between two looks whether the picture is there
+WAITS = "I wait for a picture from the robot's camera."
+SILENT = "No picture comes from the robot's camera; press Show me again when one does."
+BROKE_OFF = "Showing it broke off; nothing was lost. Press Show me again; the log says more."
+
+Take = Callable[[EnrollmentSession, str, Image], Awaitable[None]]
+
+
+class EnrollmentDemo:
+    """One at a time. Lives on the event loop."""
+
+    def __init__(self, robot: RobotLink, newest: Callable[[], Image | None], take: Take) -> None:
+        """`newest` picture of the robot; `take(enrollment, what, picture)` has it judged."""
+        self.stands = False  # who showed everything is in the simulated room still
+        self._robot, self._newest, self._take = robot, newest, take
+        self._task: asyncio.Task[None] | None = None
+        self._turn = asyncio.Lock()
+
+    async def begin(self, enrollment: EnrollmentSession, look: int) -> None:
+        """Let a person step before the camera, in the clothes of that number; a former one leaves."""
+        async with self._turn:
+            await end(self._task)
+            self.stands = False
+            enrollment.demo, enrollment.trouble = True, ""
+            self._task = asyncio.get_running_loop().create_task(self._shown(enrollment, look))
+            self._task.add_done_callback(lambda _: enrollment.rest())  # also where it was cancelled before it began
+
+    async def stop(self) -> None:
+        """Enough is shown: the person leaves."""
+        async with self._turn:
+            await end(self._task)
+
+    def drop(self) -> None:
+        """The same without waiting for it."""
+        if self._task is not None:
+            self._task.cancel()
+
+    async def send_away(self) -> None:
+        """Nobody who showed something is in the room any more. Raises Unavailable."""
+        await self.stop()
+        with contextlib.suppress(BadInput):  # nobody is there
+            await self._ask({"do": "remove", "id": ID})
+        self.stands = False
+
+    async def _shown(self, enrollment: EnrollmentSession, look: int) -> None:
+        demo_person = DemoPerson(self._ask, self._robot.profile.camera, look=look)
+        try:
+            await demo_person.sit(enrollment, self._capture)
+            self.stands = True
+        except (BeckonError, Problem) as wrong:
+            enrollment.trouble = str(wrong)
+        except Exception:
+            log.exception("Showing broke off")
+            enrollment.trouble = BROKE_OFF
+        finally:
+            await asyncio.shield(demo_person.leave())
+
+    async def _capture(self, enrollment: EnrollmentSession, what: str) -> None:
+        """Take a picture of how the room is now: none that was on its way already. Raises Problem, BeckonError."""
+        enrollment.waits = WAITS
+        now = (await self._ask({"do": "truth"}))["stamp_s"]
+        until = time.monotonic() + PATIENCE
+        while (image := self._newest()) is None or image.stamp <= now:
+            if time.monotonic() > until:
+                raise Problem(503, SILENT)
+            await asyncio.sleep(GAP)
+        await self._take(enrollment, what, image)
+
+    async def _ask(self, request: dict[str, Any]) -> dict[str, Any]:
+        return await asyncio.to_thread(self._robot.ask, request, ANSWERING)

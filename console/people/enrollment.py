@@ -1,0 +1,153 @@
+"""One person being learnt: the empty picture, then gestures. Everything of it is in memory only, until it is over."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from core.geometry import Pose
+from core.perception.people.enrollment import FEWEST
+
+Fields = dict[str, Any]
+
+MOST_PICTURES = 12
+FORGOTTEN = 900.0  # [s] without anybody at it, after which an enrollment is over
+RECENT = 6  # pictures, good or not, that a page which is slow may still ask for
+PARTS = ("head", "torso", "feet")
+
+
+class Gesture(NamedTuple):
+    """A gesture that the person is asked for."""
+
+    name: str
+    words: str
+
+
+GESTURES = (
+    Gesture("down", "Stand upright with your arms down."),
+    Gesture("out", "Stretch both arms out to the sides."),
+    Gesture("wave", "Raise one hand, as if you waved."),
+    Gesture("side", "Turn sideways."),
+)
+STEP_OUT = "First the empty room: leave the picture, and take it without anybody."
+ENOUGH = "That is enough. Say who you are."
+
+
+@dataclass
+class JudgedPicture:
+    """A picture and what came of it."""
+
+    number: int
+    gesture: str  # that was asked for; "" for the background
+    size: list[int]  # [pixel]
+    picture: bytes  # JPEG
+    wrong: str = ""
+    outline: list[list[float]] = field(default_factory=list[list[float]])
+    person_image: Fields | None = None
+
+    def to_dict(self) -> Fields:
+        """As the page gets it."""
+        words = self.wrong or ("Good." if self.gesture else "Good; now come into the picture.")
+        boxes: list[list[float]] = [] if self.person_image is None else self.person_image["boxes"]
+        return {
+            "number": self.number,
+            "gesture": self.gesture,
+            "good": not self.wrong,
+            "words": words,
+            "size": self.size,
+            "outline": self.outline,
+            "parts": [{"name": name, "box_px": box} for name, box in zip(PARTS, boxes, strict=False)],
+        }
+
+
+@dataclass
+class EnrollmentSession:
+    """Lives on the event loop."""
+
+    id: str
+    who: str  # at the console
+    owner: str  # the same person, as the console tells people of one name apart
+    background: Fields | None = None  # as the worker takes it
+    stood: Pose | None = None  # the robot when its camera took the background; None: another camera did
+    taken: list[JudgedPicture] = field(default_factory=list[JudgedPicture])
+    newest: JudgedPicture | None = None
+    trouble: str = ""  # why what the assistant did ended
+    waits: str = ""  # what is waited for
+    demo: bool = False
+    number: int = 0
+    used: float = field(default_factory=time.monotonic)
+    _recent: deque[JudgedPicture] = field(default_factory=lambda: deque[JudgedPicture](maxlen=RECENT))
+
+    @property
+    def stale(self) -> bool:
+        """True if nobody has been at it for long."""
+        return not self.demo and time.monotonic() - self.used > FORGOTTEN
+
+    @property
+    def next(self) -> Gesture | None:
+        """The gesture that is asked for now; None: there is enough, or the background is missing."""
+        if self.background is None:
+            return None
+        have = {one.gesture for one in self.taken}
+        return next((gesture for gesture in GESTURES if gesture.name not in have), None)
+
+    def restart(self, answer: Fields, stood: Pose | None) -> None:
+        """Take another empty picture: pictures that were taken with the former one are left out."""
+        self.background, self.stood = answer["kept"], stood
+        self.taken.clear()
+        self.newest = self._judged("", answer)
+
+    def take(self, answer: Fields) -> None:
+        """Take the worker's answer about a picture of a person."""
+        gesture = self.next
+        self.newest = self._judged(gesture.name if gesture else "more", answer)
+        if not self.newest.wrong:
+            self.taken.append(self.newest)
+
+    def rest(self) -> None:
+        """Nobody shows anything any more."""
+        self.demo, self.waits = False, ""
+
+    def drop(self, number: int) -> bool:
+        """Leave a picture out → whether there was one."""
+        before = len(self.taken)
+        self.taken = [one for one in self.taken if one.number != number]
+        if self.newest is not None and self.newest.number == number:
+            self.newest = None
+        self._recent = deque((one for one in self._recent if one.number != number), RECENT)
+        return len(self.taken) < before
+
+    def picture(self, number: int) -> bytes | None:
+        """A picture that is still in memory."""
+        return next((one.picture for one in (*self.taken, *self._recent) if one.number == number), None)
+
+    def to_dict(self) -> Fields:
+        """As the page gets it."""
+        gesture = self.next
+        return {
+            "id": self.id,
+            "who": self.who,
+            "owner": self.owner,
+            "background": self.background is not None,
+            "next": gesture.name if gesture else "",
+            "advice": STEP_OUT if self.background is None else gesture.words if gesture else ENOUGH,
+            "gestures": [one.name for one in GESTURES],
+            "pictures": [one.to_dict() for one in self.taken],
+            "newest": None if self.newest is None else self.newest.to_dict(),
+            "fewest": FEWEST,
+            "ready": len(self.taken) >= FEWEST,
+            "demo": self.demo,
+            "trouble": self.trouble,
+            "waits": self.waits,
+        }
+
+    def _judged(self, gesture: str, answer: Fields) -> JudgedPicture:
+        self.used = time.monotonic()
+        self.trouble = ""
+        self.number += 1
+        verdict = {name: answer[name] for name in ("wrong", "outline", "person_image") if name in answer}
+        judged = JudgedPicture(self.number, gesture, answer["size"], answer["picture"], **verdict)
+        self._recent.append(judged)
+        return judged

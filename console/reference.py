@@ -1,0 +1,215 @@
+"""The reference pages, written from the code: `python -m console.reference`. A test keeps the two equal."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import inspect
+from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any, cast, get_args
+
+import msgspec
+from fastapi.routing import APIRoute
+
+from console import messages
+from console.__main__ import build_parser
+from console.access.roles import declared
+from console.api.page import static_folder
+from console.app import create_app
+from console.cli.settings import settings_of
+from console.messages.generate_js import js_type
+from console.runtime import Runtime
+from core.commands import VOCABULARY
+from core.settings import Settings
+
+NOTE = "<!-- Written by `python -m console.reference`; a test keeps it equal to the code. Do not edit. -->"
+
+
+def reference_pages() -> dict[str, str]:
+    """Name of a page in static/docs/reference → its text."""
+    return {
+        "cli.md": cli_page(),
+        "settings.md": settings_page(),
+        "rest.md": rest_page(),
+        "socket.md": socket_page(),
+        "commands.md": commands_page(),
+    }
+
+
+def table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    """A table in Markdown; bars within cells are escaped."""
+    lines = [head, tuple("---" for _ in head), *rows]
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+
+
+def page(title: str, intro: str, *parts: str) -> str:
+    """A page."""
+    return "\n\n".join((f"# {title}", NOTE, intro, *(part for part in parts if part))) + "\n"
+
+
+# the command line
+
+
+def cli_page() -> str:
+    """Every subcommand with its options."""
+    intro = (
+        "`beckon` alone is `beckon run`. Every command that computes something takes `--json`. Exit codes: 0 done, "
+        "1 could not be done (a sentence on standard error says why), 2 wrong usage."
+    )
+    return page("Command line", intro, *(section(*one) for one in leaves("beckon", build_parser(), "")))
+
+
+def leaves(
+    name: str, parser: argparse.ArgumentParser, summary: str
+) -> Iterator[tuple[str, str, list[argparse.Action]]]:
+    """The subcommands that take arguments: name, summary, arguments."""
+    nested = [action for action in parser._actions if isinstance(action.choices, dict)]
+    if not nested:
+        actions = [action for action in parser._actions if action.dest != "help" and action.help != argparse.SUPPRESS]
+        yield name, summary, actions
+    for action in nested:
+        helps = {choice.dest: choice.help or "" for choice in getattr(action, "_choices_actions", ())}
+        for word, child in cast(dict[str, argparse.ArgumentParser], action.choices).items():
+            yield from leaves(f"{name} {word}", child, helps.get(word, ""))
+
+
+def section(name: str, summary: str, actions: list[argparse.Action]) -> str:
+    """One subcommand."""
+    rows = [(f"`{call_of(action)}`", plain(action.help)) for action in actions]
+    body = f"## {name}\n\n{summary[:1].upper() + summary[1:]}."
+    return f"{body}\n\n{table(('argument', 'meaning'), rows)}" if rows else body
+
+
+def call_of(action: argparse.Action) -> str:
+    """How an argument is written."""
+    value = action.metavar if isinstance(action.metavar, str) else ""
+    if not value and action.choices is not None:
+        value = "{" + ",".join(str(choice) for choice in action.choices) + "}"
+    value = value or (action.dest.upper() if action.nargs != 0 else "")
+    if not action.option_strings:
+        return f"{value} …" if action.nargs in ("+", "*") else value
+    return f"{action.option_strings[0]} {value}".strip() if action.nargs != 0 else action.option_strings[0]
+
+
+def plain(text: str | None) -> str:
+    """A help text as argparse prints it."""
+    return (text or "").replace("%%", "%")
+
+
+# settings
+
+
+def settings_page() -> str:
+    """Every section of the settings with its numbers."""
+    intro = (
+        "A TOML file changes any of them: `beckon run --settings my.toml`. An unknown name is refused with the name "
+        "that was probably meant."
+    )
+    parts: list[str] = []
+    for one in dataclasses.fields(Settings):
+        default: Any = one.default_factory() if callable(one.default_factory) else None
+        rows = [(f"`{name}`", f"`{value}`", unit, meaning) for name, value, unit, meaning in settings_of(default)]
+        about = (inspect.getdoc(type(default)) or "").splitlines()[0]
+        parts.append(f"## [{one.name}]\n\n{about}\n\n{table(('setting', 'default', 'unit', 'meaning'), rows)}")
+    return page("Settings", intro, *parts)
+
+
+# HTTP
+
+
+def rest_page() -> str:
+    """Every endpoint with its role."""
+    runtime = SimpleNamespace(history=None, access=None)
+    topics: dict[str, list[tuple[str, ...]]] = {}
+    for route in create_app(cast(Runtime, runtime)).routes:
+        if isinstance(route, APIRoute) and route.include_in_schema:
+            need = declared(route)
+            topic = str(route.tags[0]) if route.tags else "other"
+            method = ", ".join(sorted(route.methods or ()))
+            about = (inspect.getdoc(route.endpoint) or "").split("\n\n")[0].replace("\n", " ")
+            topics.setdefault(topic, []).append((f"`{method} {route.path}`", need.role if need else "", about))
+    intro = (
+        "JSON in and out, keys with units in their names. Sign in with `Authorization: Bearer KEY`. Errors are "
+        "`application/problem+json` with a sentence in `detail`; the input is never repeated in it. `/docs` on a "
+        "running console has every field."
+    )
+    parts = [f"## {topic}\n\n{table(('call', 'role', 'does'), rows)}" for topic, rows in topics.items()]
+    return page("REST", intro, *parts)
+
+
+# the socket
+
+
+def socket_page() -> str:
+    """Every message of `/ws`."""
+    intro = (
+        "`/ws` carries JSON both ways, distinguished by `kind`, and the camera as binary: a header of 16 bytes (kind "
+        "1, sequence number, stamp in seconds) and a JPEG, the newest only. `/ws/audio` carries 16 kHz mono 16-bit "
+        "PCM up and transcripts down."
+    )
+    unions = (("Up", "From the browser"), ("Down", "To the browser"))
+    parts = [f"## {title}\n\n" + "\n\n".join(map(shape, get_args(getattr(messages, name)))) for name, title in unions]
+    used: dict[str, type[msgspec.Struct]] = {}
+    for name, _ in unions:
+        for kind in get_args(getattr(messages, name)):
+            collect(kind, used)
+    return page("Socket messages", intro, *parts, "## Their parts\n\n" + "\n\n".join(map(shape, used.values())))
+
+
+def collect(kind: type[msgspec.Struct], used: dict[str, type[msgspec.Struct]]) -> None:
+    """The structs within a struct, each once."""
+    for each in msgspec.structs.fields(kind):
+        for part in structs_in(each.type):
+            if part.__name__ not in used:
+                used[part.__name__] = part
+                collect(part, used)
+
+
+def structs_in(hint: Any) -> Iterator[type[msgspec.Struct]]:
+    """The structs that a type names."""
+    if isinstance(hint, type) and issubclass(hint, msgspec.Struct):
+        yield hint
+    for part in get_args(hint):
+        yield from structs_in(part)
+
+
+def shape(kind: type[msgspec.Struct]) -> str:
+    """One message."""
+    tag = kind.__struct_config__.tag
+    title = (
+        f'{kind.__name__} · `"{kind.__struct_config__.tag_field}": "{tag}"`'
+        if isinstance(tag, str)
+        else kind.__name__
+    )
+    about = (inspect.getdoc(kind) or "").replace("\n", " ")
+    rows = [
+        (f"`{each.name}`", f"`{js_type(each.type)}`", "" if each.required else "optional")
+        for each in msgspec.structs.fields(kind)
+    ]
+    return f"### {title}\n\n{about}" + (f"\n\n{table(('key', 'type', ''), rows)}" if rows else "")
+
+
+# commands
+
+
+def commands_page() -> str:
+    """Table 2."""
+    rows = [
+        (
+            f"`{kind.name}`",
+            " · ".join(f"`{words}`" for words in kind.words),
+            "; ".join(f"{one.name} {one.low:g} to {one.high:g} {one.unit}" for one in kind.numbers),
+            kind.summary,
+        )
+        for kind in VOCABULARY
+    ]
+    intro = (
+        "Table 2 of the chapter. Only a whole sentence that matches moves the robot; *stop* in any sentence stops it."
+    )
+    return page("Commands", intro, table(("name", "words", "numbers", "does"), rows))
+
+
+if __name__ == "__main__":
+    for name, text in reference_pages().items():
+        (static_folder() / "docs" / "reference" / name).write_text(text)

@@ -1,0 +1,94 @@
+"""A running driver: its profile, its frames, its answers."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import math
+import pickle
+import socket
+import time
+from collections.abc import Callable
+from typing import Any
+
+from console.workers.child_process import ChildProcess
+from core.errors import Unavailable
+from core.gate.packets import packet_pair, send_packet
+from core.robots import Profile
+from core.robots.frame_sender import FrameReceiver
+from core.robots.ipc_messages import DriverHello, DriverTrouble, OpenRequest
+
+log = logging.getLogger(__name__)
+
+STARTING = 30.0  # [s] that a robot may take to be opened; a recording may take as long as its driver reads
+READ = 1 << 20  # bytes taken at once
+
+
+class DriverProcess:
+    """Started by making one; `hello` waits until the robot is there."""
+
+    def __init__(self, module: str, opening: OpenRequest) -> None:
+        self.stream, their_stream = socket.socketpair()
+        self._control, their_control = packet_pair()
+        self._gate_end, their_gate_end = packet_pair()
+        self._inbox = FrameReceiver()
+        self._patience = math.inf if opening.url.startswith("log:") else STARTING
+        self._control.send(pickle.dumps(opening))
+        with their_stream, their_control, their_gate_end:
+            theirs = {"stream": their_stream, "control": their_control, "gate": their_gate_end}
+            arguments = [f"--{name}={end.fileno()}" for name, end in theirs.items()]
+            self.child = ChildProcess(module, arguments, list(theirs.values()))
+
+    def hello(self, given_up: Callable[[], bool]) -> Profile:
+        """Wait for the robot → its profile. Raises BadInput or Unavailable with the driver's sentence."""
+        deadline = time.monotonic() + self._patience
+        self.stream.settimeout(0.1)
+        while time.monotonic() < deadline and not given_up():
+            try:
+                raw = self.stream.recv(READ)
+            except TimeoutError:
+                continue
+            except OSError:
+                break  # closed meanwhile: given up
+            if not raw:
+                raise Unavailable("The robot's driver ended before the robot was ready.")
+            for message in self._inbox.feed(raw):
+                if isinstance(message, DriverTrouble):
+                    if message.details:
+                        log.error("The robot could not be opened: %s\n%s", message.sentence, message.details)
+                    raise message.error
+                if isinstance(message, DriverHello):
+                    self.stream.setblocking(False)
+                    return message.profile
+        if given_up():
+            raise Unavailable("The robot was let go before it was ready.")
+        raise Unavailable(f"The robot was not ready within {STARTING:g} s.")
+
+    def read(self) -> list[Any] | None:
+        """The messages that have come, without waiting; None when the driver is gone."""
+        try:
+            raw = self.stream.recv(READ)
+        except BlockingIOError:
+            return []
+        except OSError:
+            return None
+        return self._inbox.feed(raw) if raw else None
+
+    def gate_end(self) -> socket.socket:
+        """The end of a pipe to the driver for a gate: at first that of the beginning, then each time a new one."""
+        if self._gate_end.fileno() < 0:
+            self._gate_end, their_end = packet_pair()
+            with their_end, contextlib.suppress(OSError):
+                socket.send_fds(self._control, [b'{"kind":"gate"}'], [their_end.fileno()])
+        return self._gate_end
+
+    def ask(self, ref: int, request: dict[str, Any]) -> bool:
+        """Send a request → whether it is on its way; the answer comes with `read`."""
+        return send_packet(self._control, {"kind": "ask", "ref": ref, "request": request})
+
+    def end(self, patience: float) -> None:
+        """Let it go, by force after `patience` [s]."""
+        send_packet(self._control, {"kind": "leave"})
+        self.child.end(patience)
+        for end in (self.stream, self._control, self._gate_end):
+            end.close()

@@ -1,0 +1,87 @@
+"""The link to a robot, wherever it runs: what the console may ask of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from console.messages import Link
+from core.gate.setpoint import Setpoint
+from core.gate.status import GateStatus
+from core.robots import Profile
+from core.sensors import SensorFrame
+
+
+class RobotLink(Protocol):
+    """The robot and its gate, seen from the console.
+
+    Only `start`, `next_frame`, `latch_halt`, `ask` and `close` wait.
+    """
+
+    trouble: str  # why there is no robot, a sentence; "" when there is one
+    alarm: Callable[[str], None]  # called at every loss of driver or gate, in a sentence; from any thread
+
+    @property
+    def profile(self) -> Profile:
+        """The robot's profile; known after `start`."""
+        ...
+
+    def start(self) -> None:
+        """Bring it up. Raises Unavailable with a sentence."""
+        ...
+
+    def next_frame(self, timeout: float) -> SensorFrame | None:
+        """The newest frame, or None when none came within `timeout` [s]."""
+        ...
+
+    def send(self, setpoint: Setpoint) -> None:
+        """An order for the gate to judge."""
+        ...
+
+    def stop(self) -> None:
+        """Zero at once, not latched."""
+        ...
+
+    def halt(self) -> None:
+        """Zero at once, latched as soon as the disk has it."""
+        ...
+
+    def halt_is_latched(self) -> bool:
+        """True if the newest halt is on disk and has not been reset."""
+        ...
+
+    def latch_halt(self) -> None:
+        """Latch the newest halt where the gate does not; waits for the disk. Raises Unavailable."""
+        ...
+
+    def reset(self) -> bool:
+        """Lift the latch; never moves → whether the request reached the gate."""
+        ...
+
+    def arm(self, epoch: int, owner: str) -> None:
+        """Obey the holder of this lease from now on."""
+        ...
+
+    def disarm(self) -> None:
+        """Obey nobody."""
+        ...
+
+    def beat(self) -> None:
+        """The console is alive."""
+        ...
+
+    def status(self) -> GateStatus:
+        """The gate's newest status."""
+        ...
+
+    def ask(self, request: dict[str, Any], timeout: float = 2.0) -> dict[str, Any]:
+        """A request to the driver → its answer. Raises BadInput, Refused or Unavailable with a sentence."""
+        ...
+
+    def link(self) -> tuple[Link, float]:
+        """State of the link and the age [s] of the newest frame."""
+        ...
+
+    def close(self) -> None:
+        """Stop the robot and let go of it."""
+        ...

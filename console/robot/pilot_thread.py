@@ -1,0 +1,182 @@
+"""The pilot's thread: for each frame of the robot, obey, step, drive, publish."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Protocol
+
+from console.robot.link import RobotLink
+from console.robot.setpoint_sender import SetpointSender
+from core.commands.command import Command
+from core.gate.scheduling import PILOT, come_first
+from core.perception.people.colours import PersonProfile
+from core.robots import Profile
+from core.sensors import SensorFrame
+from core.slam.map.map_file import SavedMap
+from core.snapshot import Ending, Snapshot
+
+log = logging.getLogger(__name__)
+
+PATIENCE = 0.1  # [s] to wait for a frame before looking whether it is over
+HUNG = 2.0  # [s] without a turn after which the pilot hangs; the gate has the base stand long before
+REMEMBERED = 400  # steps, ten seconds of them
+NEWEST = 8  # steps; at 40 Hz at least one of them has a scan
+
+
+class PilotLike(Protocol):
+    """The methods of a pilot that the console calls."""
+
+    def tell(self, command_id: int, command: Command, source: str, who: str) -> None:
+        """A command to obey; the last one wins. From any thread."""
+        ...
+
+    def cancel(self, state: Ending, why: str) -> None:
+        """End the active command. From any thread."""
+        ...
+
+    def look_through(self, profile: Profile) -> None:
+        """See with this profile's camera from the next frame on. From any thread."""
+        ...
+
+    def obey_only(self, who: PersonProfile | None) -> None:
+        """Come to and follow nobody but this person from the next frame on; None: anybody. From any thread."""
+        ...
+
+    def undo_closure(self, number: int) -> None:
+        """Take back a place that was recognised, from the next frame on. From any thread."""
+        ...
+
+    def redo_closure(self, number: int) -> None:
+        """Believe it again. From any thread."""
+        ...
+
+    def place_at(self, x: float, y: float, heading: float | None = None) -> None:
+        """The robot is at (x, y) [m], world, looking to `heading` [rad] or nobody knows where. From any thread."""
+        ...
+
+    def keep_map(self) -> SavedMap:
+        """The whole map as it is between two frames. From any thread. Raises Refused while there is none."""
+        ...
+
+    def enter_map(self, saved: SavedMap) -> None:
+        """Go on in this map from the next frame on. From any thread."""
+        ...
+
+    def step(self, frame: SensorFrame) -> Snapshot:
+        """One frame further."""
+        ...
+
+
+class PilotPace:
+    """How often frames come and how long a step takes."""
+
+    def __init__(self) -> None:
+        self._stamp = 0.0  # [s] of the newest frame
+        self._arrivals: deque[float] = deque(maxlen=REMEMBERED)
+        self._delays: deque[float] = deque(maxlen=REMEMBERED)
+        self._steps: deque[float] = deque(maxlen=REMEMBERED)
+
+    def note(self, stamp: float, arrived: float, took: float) -> None:
+        """Record a step: when its frame was sensed (robot's clock), when it came and how long it took (ours) [s]."""
+        if stamp < self._stamp:
+            self._delays.clear()  # another clock: the robot was started again, or a recording jumped
+        self._stamp = stamp
+        self._arrivals.append(arrived)
+        self._delays.append(arrived - stamp)
+        self._steps.append(took)
+
+    def rate(self, now: float) -> float:
+        """Frames per second over the last two seconds [Hz]."""
+        recent = [moment for moment in tuple(self._arrivals) if now - moment < 2.0]
+        return (len(recent) - 1) / max(recent[-1] - recent[0], 1e-3) if len(recent) > 1 else 0.0
+
+    def measured(self, now: float) -> tuple[float, float | None]:
+        """Frames per second [Hz], and the longest of the newest steps [ms]: the one that had most to see."""
+        newest = tuple(self._steps)[-NEWEST:]
+        return self.rate(now), round(1000 * max(newest), 2) if newest else None
+
+    def step_ms(self, part: float) -> float | None:
+        """The time within which `part` (0..1) of the newest steps were done [ms]."""
+        return quantile_ms(tuple(self._steps), part)
+
+    def late_ms(self, part: float) -> float | None:
+        """How much later than the quickest of them `part` (0..1) of the newest frames came, at most [ms]."""
+        delays = tuple(self._delays)
+        least = min(delays, default=0.0)
+        return quantile_ms([delay - least for delay in delays], part)
+
+
+def quantile_ms(spans: Sequence[float], part: float) -> float | None:
+    """The span [s] that `part` (0..1) of them do not exceed, in ms."""
+    return round(1000 * sorted(spans)[min(int(part * len(spans)), len(spans) - 1)], 2) if spans else None
+
+
+class PilotThread:
+    """Owns one pilot. When the pilot fails the robot is stopped and `failed` is called, once, from this thread."""
+
+    def __init__(
+        self,
+        robot: RobotLink,
+        pilot: PilotLike,
+        setpoint_sender: SetpointSender,
+        publish: Callable[[Snapshot, SensorFrame], None],
+        failed: Callable[[str], None],
+        deaf: Callable[[float], bool] = lambda _: False,
+    ) -> None:
+        """`deaf`: tells for a stamp [s] whether sound up to it is not listened to."""
+        self.pilot = pilot
+        self.pace = PilotPace()
+        self._robot = robot
+        self._setpoint_sender = setpoint_sender
+        self._publish = publish
+        self._failed = failed
+        self._deaf = deaf
+        self._over = threading.Event()
+        self._turned = 0.0  # [s] when it last was at the beginning of a turn
+        self._thread = threading.Thread(target=self._run, name="pilot", daemon=True)
+
+    @property
+    def alive(self) -> bool:
+        """True while it has neither failed nor ended."""
+        return self._thread.is_alive()
+
+    @property
+    def steps(self) -> bool:
+        """True while it goes on, rather than being caught in a step."""
+        return self.alive and time.monotonic() - self._turned < HUNG
+
+    def start(self) -> None:
+        """Begin."""
+        self._turned = time.monotonic()
+        self._thread.start()
+
+    def close(self) -> None:
+        """End; waits at most two seconds."""
+        self._over.set()
+        if self._thread.is_alive():
+            self._thread.join(2.0)
+
+    def _run(self) -> None:
+        come_first(PILOT)
+        try:
+            while not self._over.is_set():
+                self._turned = time.monotonic()
+                frame = self._robot.next_frame(PATIENCE)
+                if frame is None:
+                    continue
+                arrived = time.monotonic()
+                if frame.sound is not None and self._deaf(frame.stamp):
+                    frame = replace(frame, sound=None)
+                snapshot = self.pilot.step(frame)
+                self._setpoint_sender.follow(snapshot)
+                self._publish(snapshot, frame)
+                self.pace.note(frame.stamp, arrived, time.monotonic() - arrived)
+        except Exception as fault:
+            self._setpoint_sender.stop()
+            log.exception("The pilot failed")
+            self._failed(type(fault).__name__)

@@ -1,0 +1,95 @@
+"""The console's hand on the gate: goals from the pilot thread, jogs and stops from the event loop, in one order."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+import time
+from collections.abc import Callable
+
+from console.messages import JogMessage
+from console.robot.link import RobotLink
+from core.gate.setpoint import Setpoint
+from core.gate.twist import ZERO, Twist
+from core.snapshot import Snapshot
+
+AGAIN = 0.02  # [s] within which the same stop, with no order between, is not sent again: no flood may fill the pipe
+
+
+class SetpointSender:
+    """Sends a goal's setpoints only while the goal is entrusted, under the lease it was entrusted with.
+
+    The lock makes a stop final: whatever the pilot computed before it is not sent after it.
+    """
+
+    def __init__(self, robot: RobotLink) -> None:
+        self._robot = robot
+        self._lock = threading.Lock()
+        self._entrusted: dict[int, int] = {}  # active command → epoch of its lease
+        self._seq = itertools.count(1)
+        self._driving: Setpoint | None = None  # the last goal setpoint that moved
+        self._stood: dict[str, float] = {}  # when a stop or a halt was sent [s], of those since the last order
+
+    def entrust(self, active_command: int, epoch: int) -> None:
+        """Let this active command drive from now on, under this lease."""
+        with self._lock:
+            self._entrusted[active_command] = epoch
+
+    def dismiss(self, active_command: int) -> None:
+        """It has ended."""
+        with self._lock:
+            self._entrusted.pop(active_command, None)
+
+    def follow(self, snapshot: Snapshot) -> None:
+        """Send what the pilot asks for; from the pilot's thread."""
+        with self._lock:
+            last, press = self._driving, snapshot.setpoint_press
+            epoch = self._entrusted.get(press)
+            if epoch is not None:
+                self._driving = self._send(epoch, press, snapshot.setpoint, snapshot.nonce)
+            elif last is not None:
+                self._send(last.epoch, last.press, ZERO, snapshot.nonce)
+                self._driving = None
+
+    def jog(self, drive: JogMessage) -> None:
+        """Send what a hand asks for."""
+        with self._lock:
+            self._stood.clear()
+            self._robot.send(Setpoint(drive.epoch, drive.seq, "jog", drive.press, drive.v, drive.w, drive.nonce))
+
+    def stop(self) -> None:
+        """Zero now; no goal that was entrusted until now moves again."""
+        self._stand("stop", self._robot.stop)
+
+    def halt(self) -> None:
+        """The same, latched."""
+        self._stand("halt", self._robot.halt)
+
+    def hand_over(self, epoch: int, owner: str | None) -> None:
+        """Through zero to the next driver, or to nobody."""
+        with self._lock:
+            self._stood.clear()
+            self._robot.disarm()
+            self._entrusted.clear()
+            if owner is not None:
+                self._robot.arm(epoch, owner)
+
+    def arm(self, epoch: int, owner: str) -> None:
+        """Make sure that the gate knows the holder of the lease; changes nothing when it does."""
+        with self._lock:
+            self._stood.clear()
+            self._robot.arm(epoch, owner)
+
+    def _stand(self, kind: str, act: Callable[[], None]) -> None:
+        with self._lock:
+            self._entrusted.clear()
+            now = time.monotonic()
+            if now - self._stood.get(kind, -AGAIN) >= AGAIN:
+                act()
+                self._stood[kind] = now
+
+    def _send(self, epoch: int, press: int, twist: Twist, nonce: int) -> Setpoint | None:
+        self._stood.clear()
+        setpoint = Setpoint(epoch, next(self._seq), "goal", press, twist.v, twist.w, nonce)
+        self._robot.send(setpoint)
+        return setpoint if twist.moves else None

@@ -1,0 +1,272 @@
+"""The robot's driver and its gate: started, supervised, ended.
+
+Each has a process of its own, so that neither rendering nor thinking can make the gate late. When one dies it is
+started again, disarmed; three deaths within a minute are the last.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import math
+import select
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from console.robot.driver_process import DriverProcess
+from console.robot.frame_buffer import FrameBuffer
+from console.robot.gate_process import GateProcess, limits_of
+from console.robot.halt_request import HaltRequest
+from console.robot.restarts import Restarts
+from core.errors import BeckonError, Unavailable
+from core.gate import GateStatus, Limits
+from core.gate.suspend import SleepWatch, time_asleep
+from core.robots import Profile
+from core.robots.connect import excerpt
+from core.robots.ipc_messages import DriverTrouble, OpenRequest, RobotAnswer
+from core.sensors import SensorFrame
+from core.settings import load
+
+log = logging.getLogger(__name__)
+
+LOOK = 0.05  # [s] between looks after the processes
+GATE_FROZEN = 1.0  # [s] without a word of the gate, then it is replaced
+GATE_STARTING = 5.0  # [s] that a new gate may take to say its first
+DRIVER_FROZEN = 10.0  # [s] without a frame, then the driver is replaced
+AWAKENING = 2.0  # [s] after a sleep of the machine in which a death is nobody's fault
+ENDING = 0.4  # [s] to end when asked
+
+
+class RobotSupervisor:
+    """Owns both processes and the thread that looks after them."""
+
+    driver_module = "core.robots.process"
+    asleep = staticmethod(time_asleep)  # how long the machine has slept [s]
+
+    def __init__(
+        self,
+        url: str,
+        *,
+        home: Path,
+        seed: int = 0,
+        limits: Limits | None = None,
+        gate_trace: Path | None = None,
+        settings_file: Path | None = None,
+    ) -> None:
+        """Raises BadInput for an unknown kind of robot or unusable settings; nothing is started yet."""
+        settings = load(settings_file)
+        self.trouble = ""  # why there is no robot, a sentence; "" when there is one
+        self.alarm: Callable[[str], None] = log.debug  # called at every loss of driver or gate, from any thread
+        self._opening = OpenRequest(url, seed, excerpt(url, settings))
+        self._limits = limits or settings.limits
+        self._halt, self._home, self._trace = HaltRequest(home), home, gate_trace
+        self._profile: Profile | None = None
+        self._driver: DriverProcess | None = None
+        self._gate: GateProcess | None = None
+        self._switching = threading.RLock()  # held while the gate is replaced
+        self._status = GateStatus()
+        self._presses: dict[str, int] = {}  # newest moving press of each source: over for a gate that comes after
+        self._mail = FrameBuffer()
+        self._frame_at: float | None = None
+        self._restarts = Restarts()
+        self._sleep = SleepWatch(self.asleep)
+        self._woke_at = -math.inf  # [s] when this process went on after a sleep or a stop of its own
+        self._last_words = ""  # of a driver that failed
+        self._over = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    # life
+
+    def start(self) -> None:
+        """Bring up driver and gate. Raises BadInput or Unavailable with the driver's sentence."""
+        try:
+            self._start()
+        except (OSError, MemoryError) as trouble:
+            self.close()
+            raise Unavailable(f"The robot could not be started: {reason_of(trouble)}.") from None
+        except BeckonError:
+            self.close()
+            raise
+        self._thread = threading.Thread(target=self._run, name="robot", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Zero, then end both within a second; harmless when done twice."""
+        self._over.set()
+        self._mail.shut()
+        if self._thread is not None:
+            self._thread.join()
+        self._end_gate(ENDING)
+        self._end_driver(ENDING)
+
+    @property
+    def profile(self) -> Profile:
+        """The robot's profile; known after `start`."""
+        if self._profile is None:
+            raise Unavailable("The robot has not been started yet.")
+        return self._profile
+
+    @property
+    def pids(self) -> dict[str, int]:
+        """Which processes run now: driver, gate."""
+        running = {"driver": self._driver, "gate": self._gate}
+        return {name: one.child.pid for name, one in running.items() if one is not None}
+
+    def _send(self, packet: dict[str, Any]) -> bool:
+        gate = self._gate
+        return gate is not None and gate.send(packet)
+
+    def _insist(self, kind: str, **more: int) -> None:
+        """Tell the gate to stand; one that does not listen is killed, then the base stops."""
+        heard = self._send({"kind": kind, **more})
+        if not heard and (gate := self._gate) is not None:
+            gate.child.kill()
+
+    # starting, watching, ending; from one thread at a time
+
+    def _start(self) -> None:
+        """Both, or whichever is missing. Raises BadInput or Unavailable."""
+        if self._driver is None:
+            self._driver = DriverProcess(self.driver_module, self._opening)
+            try:
+                self._profile = self._driver.hello(self._over.is_set)
+            except (OSError, MemoryError):
+                self._end_driver(0.0)
+                raise
+        with self._switching:
+            if self._over.is_set():
+                raise Unavailable("The robot was let go.")
+            limits = limits_of(self.profile, self._limits)
+            spent, halted = self._presses, self._halt.asked
+            self._gate = GateProcess(self._driver, limits, self._home, trace=self._trace, spent=spent, halted=halted)
+
+    def _run(self) -> None:
+        """Read messages and look after the processes, until the robot is closed."""
+        while not self._over.is_set():
+            try:
+                self._supervise()
+            except (OSError, MemoryError) as trouble:  # the system has no means for it now
+                log.exception("The robot's supervision was interrupted: %s", reason_of(trouble))
+                self._over.wait(LOOK)
+            except Exception as fault:
+                log.exception("The robot's supervision failed")
+                self._give_up(f"The robot's supervision failed ({type(fault).__name__}): restart the console.")
+                return
+
+    def _supervise(self) -> None:
+        """One turn: wait for news, take it, look after the processes."""
+        watched = select.poll()
+        hear: dict[int, Callable[[], None]] = {}
+        if self._driver is not None:
+            hear[self._driver.stream.fileno()] = self._hear_driver
+        if self._gate is not None:
+            hear[self._gate.orders.fileno()] = self._hear_gate
+        for descriptor in hear:
+            watched.register(descriptor, select.POLLIN)
+        waited_from = time.monotonic()
+        events = watched.poll(1000 * LOOK)
+        now = time.monotonic()
+        slept = self._sleep.woke()
+        if slept:
+            self._insist("stop")
+            self.alarm(f"The machine slept for {slept:.0f} s; the robot was stopped. It moves only on a new order.")
+        if slept or now - waited_from > 0.5 * GATE_FROZEN:
+            self._woke_at = now
+        for descriptor, _ in events:
+            hear[descriptor]()
+        self._look_after(time.monotonic())
+
+    def _hear_driver(self) -> None:
+        if self._driver is None:
+            return
+        messages = self._driver.read()
+        if messages is None:
+            self._bury(self._last_words or "The robot's driver has ended.", driver=True)
+            return
+        for message in messages:
+            if isinstance(message, SensorFrame):
+                self._mail.put_frame(message)
+                self._frame_at = time.monotonic()
+            elif isinstance(message, RobotAnswer):
+                self._mail.put_answer(message)
+            elif isinstance(message, DriverTrouble):
+                self._last_words = message.sentence
+                log.error("%s\n%s", message.sentence, message.details)
+
+    def _hear_gate(self) -> None:
+        if self._gate is None:
+            return
+        statuses, there = self._gate.read()
+        if statuses:
+            self._status = statuses[-1]
+        if not there:
+            self._bury("The gate has ended.", driver=False)
+
+    def _look_after(self, now: float) -> None:
+        """Replace frozen or ended processes. A console that was frozen itself does not judge others by that time."""
+        if (gate := self._gate) is not None:
+            patience = GATE_FROZEN if gate.started else GATE_STARTING
+            if now - max(gate.heard, self._woke_at) > patience:
+                self._bury("The gate did not answer any more.", driver=False)
+        frame_at = self._frame_at
+        if self._driver is not None and frame_at is not None and now - max(frame_at, self._woke_at) > DRIVER_FROZEN:
+            self._bury("The robot's driver did not answer any more.", driver=True)
+        if self._gate is None and self._restarts.due(now):
+            try:
+                self._start()
+                self.trouble = ""
+            except BeckonError as trouble:
+                self._bury(str(trouble), driver=True)
+            except (OSError, MemoryError) as trouble:
+                why = f"The robot's processes could not be started: {reason_of(trouble)}."
+                self._tell_trouble(f"{why} {self._restarts.postpone(now)}")
+
+    def _bury(self, words: str, *, driver: bool) -> None:
+        """One of them is no use any more: end it, say so, and start again soon, unless that happens too often."""
+        if self._over.is_set():
+            return
+        now = time.monotonic()
+        log.error(words)
+        self._end_gate(0.0)
+        excused = now - self._woke_at < AWAKENING
+        outcome = self._restarts.forgive(now) if excused else self._restarts.died(now)
+        self._tell_trouble(f"{words} {outcome}")
+        self._last_words = ""
+        if driver:
+            self._end_driver(0.0)
+            self._frame_at = None
+
+    def _tell_trouble(self, words: str) -> None:
+        """There is no gate, and why."""
+        state = "halted" if self._halt.stands else "disarmed"
+        self._status = GateStatus(state=state, reason=words, need_neutral=True)
+        if words != self.trouble:
+            self.trouble = words
+            self.alarm(words)
+
+    def _give_up(self, words: str) -> None:
+        """Nobody looks after the processes any more: end both, so that the robot stands."""
+        with contextlib.suppress(OSError, MemoryError):
+            self._end_gate(0.0)
+            self._end_driver(0.0)
+        self._tell_trouble(words)
+
+    def _end_gate(self, patience: float) -> None:
+        with self._switching:
+            gate, self._gate = self._gate, None
+            if gate is not None:
+                gate.end(patience)
+                self._halt.outlast()
+
+    def _end_driver(self, patience: float) -> None:
+        driver, self._driver = self._driver, None
+        if driver is not None:
+            driver.end(patience)
+
+
+def reason_of(trouble: OSError | MemoryError) -> str:
+    """Return the lacks of the system, in words."""
+    return (trouble.strerror if isinstance(trouble, OSError) else "") or "not enough memory"

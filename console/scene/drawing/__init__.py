@@ -1,0 +1,1 @@
+"""Lines, solids and colours of the 3-D scene."""

@@ -1,0 +1,70 @@
+"""The newest sightings: a ray to each match, a broken ray with a cross to each rejected one."""
+
+from __future__ import annotations
+
+import numpy as np
+from viser import SceneApi
+
+from console.scene.drawing.lines import Lines
+from console.scene.drawing.palette import CONVEX, DOUBT, UNSURE
+from core.message import Array
+from core.robots import Profile
+from core.slam.estimate import Association
+from core.snapshot import Snapshot
+
+ARM = 0.045  # [m] of a cross
+HEIGHT = 0.014  # [m]
+DASHES = 10  # of a broken ray
+REJECTED, ON_TRIAL = ("ignored",), ("tentative", "new")
+
+
+class Associations:
+    """Rays and crosses of the newest update: matched green, rejected amber, on trial grey."""
+
+    def __init__(self, scene: SceneApi, robot: Profile) -> None:
+        self._rays = Lines(scene, "/associations/rays", CONVEX, 1.0)
+        self._rejected = Lines(scene, "/associations/rejected", DOUBT, 1.8)
+        self._trial = Lines(scene, "/associations/trial", UNSURE, 1.8)
+        self._shown: tuple[Association, ...] | None = None
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Draw them when they are new."""
+        if snapshot.associations is self._shown:
+            return
+        self._shown = snapshot.associations
+        pose = snapshot.estimate.pose
+        here = np.array([pose.x, pose.y])
+        matched, rejected = places(self._shown, ("matched",)), places(self._shown, REJECTED)
+        self._rays.draw(lifted(rays(here, matched)))
+        self._rejected.draw(lifted(np.concatenate((dashes(here, rejected), crosses(rejected)))))
+        self._trial.draw(lifted(crosses(places(self._shown, ON_TRIAL))))
+
+
+def places(associations: tuple[Association, ...], fates: tuple[str, ...]) -> Array:
+    """Return the places (N, 2) [m] of the sightings that had one of these fates."""
+    chosen = [seen.position for seen in associations if seen.fate in fates]
+    return np.array(chosen).reshape(-1, 2)
+
+
+def rays(start: Array, ends: Array) -> Array:
+    """From one place (2,) to others (N, 2) → segments (N, 2, 2)."""
+    return np.stack((np.broadcast_to(start, ends.shape), ends), axis=1)
+
+
+def dashes(start: Array, ends: Array) -> Array:
+    """The same, broken → segments (N·DASHES, 2, 2)."""
+    part = np.linspace(0.0, 1.0, 2 * DASHES + 1)[:-1]
+    points = start + part[None, :, None] * (ends - start)[:, None, :]
+    return points.reshape(-1, 2, 2)
+
+
+def crosses(centres: Array) -> Array:
+    """Centres (N, 2) → the two strokes of each (2N, 2, 2)."""
+    one, other = np.array([ARM, ARM]), np.array([ARM, -ARM])
+    starts, ends = np.vstack((centres - one, centres - other)), np.vstack((centres + one, centres + other))
+    return np.stack((starts, ends), axis=1)
+
+
+def lifted(segments: Array) -> Array:
+    """Segments (N, 2, 2) → (N, 2, 3) just above the floor."""
+    return np.concatenate((segments, np.full((*segments.shape[:2], 1), HEIGHT)), axis=2)

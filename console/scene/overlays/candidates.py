@@ -1,0 +1,55 @@
+"""While the robot is lost: where it may be, as outlines of itself, the likeliest drawn the strongest."""
+
+from __future__ import annotations
+
+import numpy as np
+from viser import SceneApi
+
+from console.scene.drawing.lines import Lines
+from console.scene.drawing.palette import DOUBT, UNSURE, mix
+from core.message import Array
+from core.robots import Profile
+from core.slam.map.status import LostStatus
+from core.snapshot import Snapshot
+
+HEIGHT = 0.02  # [m]
+SIDES = 20  # of an outline
+NOSE = 2.2  # radii from the middle to the tip of its pointer
+
+
+class CandidatePoses:
+    """One node for all of them; hidden while the robot knows where it is."""
+
+    def __init__(self, scene: SceneApi, robot: Profile) -> None:
+        self._outline = outline(robot.radius)
+        self._strokes = Lines(scene, "/candidates", DOUBT, 2.4)
+        self._shown: LostStatus | None = None
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Draw them when they are new."""
+        lost = snapshot.floor.lost
+        if lost is self._shown:
+            return
+        self._shown = lost
+        if lost is None or len(lost.candidates) == 0:
+            self._strokes.draw(np.zeros((0, 2, 3)))
+            return
+        drawn = np.concatenate([stood(self._outline, place) for place in lost.candidates])
+        shades = [mix(DOUBT, UNSURE, 1.0 if rank == 0 else 0.5) for rank in range(len(lost.candidates))]
+        self._strokes.draw(drawn, np.repeat(np.array(shades, np.uint8), len(self._outline), axis=0))
+
+
+def outline(radius: float) -> Array:
+    """Segments (N, 2, 2) [m], robot frame: a ring and a pointer ahead."""
+    angles = np.linspace(0.0, 2 * np.pi, SIDES + 1)
+    ring = radius * np.column_stack((np.cos(angles), np.sin(angles)))
+    pointer = [[[radius, 0.0], [NOSE * radius, 0.0]]]
+    return np.concatenate((np.stack((ring[:-1], ring[1:]), axis=1), np.array(pointer)))
+
+
+def stood(segments: Array, place: Array) -> Array:
+    """Segments (N, 2, 2), robot frame, and a place (3,) x, y [m], heading [rad] → (N, 2, 3), world."""
+    x, y, heading = place.tolist()
+    turn = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
+    world = segments @ turn + (x, y)
+    return np.concatenate((world, np.full((*world.shape[:2], 1), HEIGHT)), axis=2)

@@ -1,0 +1,86 @@
+"""The preview of a pending command: broken lines, gone when it begins or is dropped."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from viser import SceneApi
+
+from console.control.command_preview import caller, preview
+from console.scene.drawing.lines import CIRCLE, Lines
+from console.scene.drawing.palette import PREVIEW
+from core.commands.command import Command, CommandPreview
+from core.message import Array
+from core.perception.people.voice_bearing import VoiceBearing
+from core.robots import Profile
+from core.snapshot import Snapshot
+
+HEIGHT = 0.016  # [m]
+DASH = 0.07  # [m] of a stroke, and of the gap after it
+RAY = 3.0  # [m] towards who spoke
+HEAD = 0.05  # [m] of the two strokes that end a turn
+GROWN = 1.15  # radii of the robot of the ring around the goal
+NOTHING = np.zeros((0, 2, 3))
+
+
+class PreviewLines:
+    """One node for all of it."""
+
+    def __init__(self, scene: SceneApi, robot: Profile, waiting: Callable[[], Command | None]) -> None:
+        """`waiting`, from any thread: the order that waits, if one does."""
+        self._strokes = Lines(scene, "/intended", PREVIEW, 3.0)
+        self._radius = robot.radius
+        self._waiting = waiting
+        self._drawn = NOTHING
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Draw the preview again when it has changed by a millimetre: the robot may still move."""
+        command = self._waiting()
+        if command is None:
+            segments = NOTHING
+        else:
+            seen, call = preview(command, snapshot, self._radius), caller(command, snapshot)
+            segments = np.round(strokes_of(seen, call, self._radius), 3)
+        if not np.array_equal(segments, self._drawn):
+            self._drawn = segments
+            self._strokes.draw(segments)
+
+
+def strokes_of(seen: CommandPreview, call: VoiceBearing | None, radius: float) -> Array:
+    """What an order would do → segments (N, 2, 3) [m], world; `radius` [m] of the robot."""
+    pieces = [dashed(seen.path, DASH)]
+    if seen.goal is not None:
+        ring = np.array(seen.goal) + GROWN * radius * np.column_stack((np.cos(CIRCLE), np.sin(CIRCLE)))
+        pieces.append(dashed(ring, 0.4 * DASH))
+    if seen.heading is not None:
+        pieces.append(_head(seen.path))
+    if call is not None:
+        ray = call.ray
+        start = np.array([ray.x, ray.y])
+        pieces.append(dashed(np.array([start, start + RAY * _unit(ray.azimuth)]), DASH))
+    flat = np.concatenate(pieces)
+    return np.concatenate((flat, np.full((*flat.shape[:2], 1), HEIGHT)), axis=2)
+
+
+def dashed(points: Array, dash: float) -> Array:
+    """A line through points (P, 2) [m] → strokes (N, 2, 2) `dash` [m] long, with gaps as long between them."""
+    if len(points) < 2:
+        return np.zeros((0, 2, 2))
+    along = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
+    starts = np.arange(0.0, along[-1], 2 * dash)
+    ends = np.minimum(starts + dash, along[-1])
+    both = np.stack((starts, ends), axis=1)
+    return np.stack([np.interp(both, along, column) for column in points.T], axis=2)
+
+
+def _head(way: Array) -> Array:
+    """An arrow's head at the end of a way → its strokes (2, 2, 2)."""
+    before, end = way[-2:]
+    back = math.atan2(*(before - end)[::-1])
+    return np.array([(end, end + HEAD * _unit(back + side)) for side in (0.5, -0.5)])
+
+
+def _unit(angle: float) -> Array:
+    return np.array([math.cos(angle), math.sin(angle)])

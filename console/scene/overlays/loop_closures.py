@@ -1,0 +1,66 @@
+"""Places that were recognised, as arches from where the robot was to where it had seen the same before."""
+
+from __future__ import annotations
+
+import numpy as np
+from viser import SceneApi
+
+from console.scene.drawing.lines import Lines
+from console.scene.drawing.palette import CLOSURE, DOUBT, UNSURE, Colour
+from core.message import Array
+from core.robots import Profile
+from core.slam.map.status import ClosureState, ClosureStatus
+from core.snapshot import Snapshot
+
+PIECES = 24  # of an arch
+LOWEST, HIGHEST = 0.25, 2.0  # [m] of an arch's middle
+STEEP = 0.35  # height of an arch for its length
+FOOT = 0.05  # [m] of the cross at either end
+FLOOR = 0.012  # [m]
+COLOURS: dict[ClosureState, Colour] = {"accepted": CLOSURE, "doubtful": DOUBT, "undone": UNSURE}
+
+
+class LoopClosureArcs:
+    """One node for all arches; those that are undone are dashed."""
+
+    def __init__(self, scene: SceneApi, robot: Profile) -> None:
+        self._arches = Lines(scene, "/closures", CLOSURE, 2.6)
+        self._shown: tuple[ClosureStatus, ...] = ()
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Draw them when they are new, or moved."""
+        if snapshot.floor.closures is self._shown:
+            return
+        self._shown = snapshot.floor.closures
+        if not self._shown:
+            self._arches.draw(np.zeros((0, 2, 3)))
+            return
+        drawn = [strokes_of(closure) for closure in self._shown]
+        colours = [
+            np.tile(COLOURS[closure.state], (len(part), 1)) for closure, part in zip(self._shown, drawn, strict=True)
+        ]
+        self._arches.draw(np.concatenate(drawn), np.concatenate(colours).astype(np.uint8))
+
+
+def strokes_of(closure: ClosureStatus) -> Array:
+    """A closure → segments (N, 2, 3) [m]: an arch and a cross at either end."""
+    spans = arch(closure.position_from, closure.position_to)
+    if closure.state == "undone":
+        spans = spans[::2]
+    return np.concatenate((spans, cross(closure.position_from), cross(closure.position_to)))
+
+
+def arch(start: Array, end: Array) -> Array:
+    """Feet (2,) [m] → segments (PIECES, 2, 3): half a wave over the line between them."""
+    part = np.linspace(0.0, 1.0, PIECES + 1)
+    height = np.clip(STEEP * float(np.hypot(*(end - start))), LOWEST, HIGHEST)
+    ground = start + part[:, None] * (end - start)
+    points = np.column_stack((ground, FLOOR + height * np.sin(np.pi * part)))
+    return np.stack((points[:-1], points[1:]), axis=1)
+
+
+def cross(at: Array) -> Array:
+    """A place (2,) [m] → segments (2, 2, 3) along both axes."""
+    x, y = at.tolist()
+    ends = [[[x - FOOT, y, FLOOR], [x + FOOT, y, FLOOR]], [[x, y - FOOT, FLOOR], [x, y + FOOT, FLOOR]]]
+    return np.array(ends)

@@ -1,0 +1,66 @@
+"""The tracked person: a ring and an ellipse where all senses put them, a cross by the laser, and the bearings."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from viser import SceneApi
+
+from console.scene.drawing.lines import CIRCLE, Lines, ellipses, joined
+from console.scene.drawing.palette import DOUBT, SCAN, UNSURE, VOICE, Colour
+from core.message import Array
+from core.perception.people.fusion import Ray
+from core.perception.people.tracked_person import TrackedPerson
+from core.robots import Profile
+from core.snapshot import Snapshot
+
+RING = 0.22  # [m]
+CROSS = 0.10  # [m]
+HEIGHT = 0.035  # [m]
+SIGMAS = 2.0
+
+
+class People:
+    """One node for all of it."""
+
+    def __init__(self, scene: SceneApi, robot: Profile) -> None:
+        self._strokes = Lines(scene, "/person", DOUBT, 2.6)
+        self._drawn: tuple[float, ...] = ()
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Draw them again when something of them changed by a centimetre."""
+        person = snapshot.person
+        key = () if person is None else (*np.round(person.position, 2).tolist(), float(person.state == "seen"))
+        if key == self._drawn:
+            return
+        self._drawn = key
+        pieces = [] if person is None else strokes_of(person)
+        segments = [segment for segment, _ in pieces]
+        colours = [np.tile(np.array(colour, np.uint8), (len(segment), 1)) for segment, colour in pieces]
+        if segments:
+            self._strokes.draw(np.concatenate(segments), np.concatenate(colours))
+        else:
+            self._strokes.draw(np.zeros((0, 2, 3)))
+
+
+def strokes_of(person: TrackedPerson) -> list[tuple[Array, Colour]]:
+    """A person → pieces of segments (N, 2, 3) [m], world, each in one colour."""
+    own = DOUBT if person.state == "seen" else UNSURE
+    ring = person.position + RING * np.column_stack((np.cos(CIRCLE), np.sin(CIRCLE)))
+    strokes = [(joined(ring, HEIGHT), own)]
+    strokes.append((ellipses(person.position[None], person.covariance[None], SIGMAS, HEIGHT), own))
+    if person.laser is not None:
+        arms = CROSS * np.array([[[-1.0, 0.0], [1.0, 0.0]], [[0.0, -1.0], [0.0, 1.0]]])
+        strokes += [(joined(person.laser + arm, HEIGHT), SCAN) for arm in arms]
+    for ray, colour in ((person.camera, own), (person.sound, VOICE)):
+        if ray is not None:
+            strokes.append((joined(_line(ray, person.position), HEIGHT), colour))
+    return strokes
+
+
+def _line(ray: Ray, towards: Array) -> Array:
+    """A bearing as a line (2, 2) [m] as long as it is to the person."""
+    length = float(np.hypot(*(towards - (ray.x, ray.y))))
+    end = (ray.x + length * math.cos(ray.azimuth), ray.y + length * math.sin(ray.azimuth))
+    return np.array([(ray.x, ray.y), end])

@@ -1,0 +1,51 @@
+"""How sure the robot is of where it is: two standard deviations of place, and of heading."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from viser import SceneApi
+
+from console.scene.drawing.lines import Lines, ellipses, joined
+from console.scene.drawing.palette import POSE
+from console.scene.drawing.shapes import place
+from core.geometry import Pose
+from core.message import Array
+from core.robots import Profile
+from core.snapshot import Snapshot
+
+SIGMAS = 2.0
+HEIGHT = 0.010  # [m]
+FINEST = 0.02  # relative change of the covariance that is worth a new drawing
+
+
+class PoseEllipse:
+    """An ellipse under the robot and a wedge of headings before it; both travel with it as one."""
+
+    def __init__(self, scene: SceneApi, robot: Profile) -> None:
+        self._reach = 2.6 * robot.radius
+        self._place = scene.add_frame("/sureness", show_axes=False)
+        self._heading = scene.add_frame("/sureness/heading", show_axes=False)
+        self._ellipse = Lines(scene, "/sureness/ellipse", POSE, 2.4)
+        self._wedge = Lines(scene, "/sureness/heading/wedge", POSE, 1.4)
+        self._drawn = np.full((3, 3), np.inf)
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Move them, and draw them again when the covariance has changed."""
+        pose, covariance = snapshot.estimate.pose, snapshot.estimate.covariance
+        place(self._place, Pose(pose.x, pose.y))
+        place(self._heading, Pose(heading=pose.heading))
+        if np.abs(covariance - self._drawn).max() <= FINEST * np.abs(np.diag(covariance)).min():
+            return
+        self._drawn = covariance
+        self._ellipse.draw(ellipses(np.zeros((1, 2)), covariance[None, :2, :2], SIGMAS, HEIGHT))
+        self._wedge.draw(joined(wedge(self._reach, float(covariance[2, 2])), HEIGHT))
+
+
+def wedge(reach: float, variance: float) -> Array:
+    """Variance of the heading [rad²] → outline (15, 2) [m] of the headings that are likely, about straight ahead."""
+    half = min(SIGMAS * math.sqrt(max(variance, 0.0)), math.pi)
+    angles = np.linspace(-half, half, 13)
+    arc = reach * np.column_stack((np.cos(angles), np.sin(angles)))
+    return np.vstack((np.zeros((1, 2)), arc, np.zeros((1, 2))))

@@ -1,0 +1,51 @@
+"""Voices: from where the robot stood when it heard them, a wedge two deviations wide, fading with age."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from viser import SceneApi
+
+from console.scene.drawing.lines import Lines
+from console.scene.drawing.palette import UNSURE, VOICE, mix
+from core.message import Array
+from core.robots import Profile
+from core.snapshot import Snapshot, VoiceDirection
+
+SIGMAS = 2.0
+REACH = 2.5  # [m]
+HEIGHT = 0.03  # [m]
+RAYS = 9
+FADES = 6.0  # [s]
+NARROWEST = 0.02  # [rad] half of a wedge that can still be seen
+
+
+class VoiceWedges:
+    """One node for all of them."""
+
+    def __init__(self, scene: SceneApi, robot: Profile) -> None:
+        self._strokes = Lines(scene, "/voices", VOICE, 2.2)
+        self._drawn: tuple[tuple[int, float, int], ...] = ()
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Draw them again when one was heard, or has faded by a tenth."""
+        voices = snapshot.hearing.voices if snapshot.hearing is not None else ()
+        key = tuple((one.id, one.stamp, int(10 * one.age / FADES)) for one in voices)
+        if key == self._drawn:
+            return
+        self._drawn = key
+        segments = [wedge(one) for one in voices]
+        shades = [mix(VOICE, UNSURE, max(0.0, 1 - one.age / FADES)) for one in voices]
+        colours = np.repeat(np.array(shades, np.uint8).reshape(-1, 3), RAYS + 1, axis=0)
+        self._strokes.draw(np.concatenate(segments) if segments else np.zeros((0, 2, 3)), colours)
+
+
+def wedge(voice: VoiceDirection) -> Array:
+    """A voice → segments (RAYS + 1, 2, 3) [m], world: its two sides and the arc between them."""
+    half = min(max(SIGMAS * voice.sd_heard, NARROWEST), math.pi)
+    angles = voice.azimuth_world + np.linspace(-half, half, RAYS)
+    rim = voice.heard_at + REACH * np.column_stack((np.cos(angles), np.sin(angles)))
+    outline = np.vstack((voice.heard_at[None], rim, voice.heard_at[None]))
+    high = np.column_stack((outline, np.full(len(outline), HEIGHT)))
+    return np.stack((high[:-1], high[1:]), axis=1)

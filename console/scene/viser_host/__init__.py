@@ -1,0 +1,1 @@
+"""viser inside the console's own process, without a socket of its own."""

@@ -1,0 +1,196 @@
+"""Microphones of browsers: one at a time speaks to the robot, and a worker reads its words.
+
+Lives on the event loop. Sound waits for the worker within bounds; older sound is not heard, and the page shows that.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from console.messages.audio import AUDIO_RATE, ListenMode
+from console.speech.transcription_client import TranscriptionClient
+from console.speech.utterance import UtteranceMessage
+from console.workers.tasks import end
+from console.workers.worker import WorkerLost
+from core.errors import BeckonError, Refused
+from core.message import Array
+from core.speech.settings import SpeechSettings
+
+log = logging.getLogger(__name__)
+
+PIECE = 0.1  # [s] of sound that go to the worker at once
+MOST_WAITING = 15.0  # [s] of sound that may wait for it: it may just be starting
+JUMP = 0.1  # [s] by which the browser's clock may be off before the sound counts as interrupted
+IDLE = 120.0  # [s] after which a worker that nobody needs is ended
+TAKEN = "The driver speaks to the robot now; wait until they have ended."
+BUSY = "Somebody else is speaking to the robot now; wait until they have ended."
+
+
+class TalkTurn:
+    """One person's turn to speak, from the press to the words."""
+
+    def __init__(
+        self,
+        mode: ListenMode,
+        hear: Callable[[UtteranceMessage, float], None],
+        say: Callable[[str, bool], None],
+        page: int = 0,
+        rank: Callable[[], int] = lambda: 0,
+    ) -> None:
+        """`hear`: words, and how long after their sound they came [s]; `say`: a sentence, and whether it goes on;
+        `page`: one number for all turns at the same browser's page; `rank`: now, the higher takes the microphone
+        from the lower.
+        """
+        self.mode: ListenMode = mode
+        self.page = page
+        self.rank = rank
+        self.hear, self.say = hear, say
+        self.over = False  # nothing more will be said
+        self.news = asyncio.Event()
+        self._waiting: list[Array] = []
+        self._samples = 0  # that wait
+        self._start: float | None = None  # [s] of the first that waits, by the browser's clock
+        self._on_its_way = 0.0  # [s] that the first of it may have been, at most
+        self._lead = -np.inf  # [s] by which the browser's clock is ahead of ours, as far as its sound shows
+
+    def sent(self, oldest: float, now: float) -> None:
+        """The page began this turn not before `oldest` [s] of our clock; the sound that comes first is from then."""
+        self._on_its_way = max(0.0, now - oldest)
+
+    def add(self, samples: Array, stamp: float) -> None:
+        """Sound (N,) of full scale ±1, first at `stamp` [s] of the browser's clock."""
+        if self.over:
+            return
+        end = stamp + len(samples) / AUDIO_RATE
+        self._lead = max(self._lead, end - time.monotonic() + self._on_its_way)
+        self._on_its_way = 0.0
+        expected = None if self._start is None else self._start + self._samples / AUDIO_RATE
+        if expected is None or abs(stamp - expected) > JUMP or self.waiting > MOST_WAITING:
+            if self.waiting > MOST_WAITING:
+                self.say("The console is too slow to read words now; some of the sound was not heard.", True)
+            self._waiting, self._samples, self._start = [], 0, stamp
+        self._waiting.append(samples)
+        self._samples += len(samples)
+        if self.waiting >= PIECE:
+            self.news.set()
+
+    @property
+    def waiting(self) -> float:
+        """Sound [s] that waits for the worker."""
+        return self._samples / AUDIO_RATE
+
+    def rest(self) -> None:
+        """The button was let go."""
+        self.over = True
+        self.news.set()
+
+    def give_way(self) -> None:
+        """A person of a higher rank speaks: waiting sound is not heard."""
+        self.say(TAKEN, False)
+        self._waiting, self._samples = [], 0
+        self.rest()
+
+    def take(self) -> tuple[Array, float]:
+        """All that waits: samples (N,), and the stamp [s] of the first."""
+        samples = np.concatenate(self._waiting) if self._waiting else np.zeros(0)
+        start = self._start or 0.0
+        self._waiting, self._samples, self._start = [], 0, start + len(samples) / AUDIO_RATE
+        self.news.clear()
+        return samples, start
+
+    def late(self, end: float) -> float:
+        """How long ago [s] sound that ended at `end` [s] of the browser's clock arrived."""
+        return max(0.0, time.monotonic() - (end - self._lead))
+
+
+class BrowserMicrophone:
+    """The worker, and whose turn it is."""
+
+    def __init__(self, settings: SpeechSettings | None = None) -> None:
+        self.settings = settings or SpeechSettings()
+        self._worker = TranscriptionClient()
+        self._turn: TalkTurn | None = None
+        self._page = 0  # of the newest turn
+        self._task: asyncio.Task[None] | None = None  # that reads the newest turn
+        self._reading: set[asyncio.Task[None]] = set()  # and those left from earlier turns
+        self._warming: asyncio.Task[None] | None = None
+        self._used = 0.0  # [s]
+
+    def warm(self) -> None:
+        """A person is about to speak: the worker may be started."""
+        self._used = time.monotonic()
+        if self._warming is None and not self._worker.alive:
+            self._warming = asyncio.get_running_loop().create_task(self._warm())
+
+    def begin(self, turn: TalkTurn) -> None:
+        """Listen to this one from now on, until it rests. Raises Refused while one of no lower rank speaks."""
+        former = self._turn
+        if former is not None and former is not turn:
+            if former.rank() >= turn.rank():
+                raise Refused(BUSY)
+            former.give_way()
+        self._turn, self._page = turn, turn.page
+        task = asyncio.get_running_loop().create_task(self._read(turn, self._task))
+        self._task = task
+        self._reading.add(task)
+        task.add_done_callback(self._reading.discard)
+
+    def hold_back(self, words: str, page: int) -> None:
+        """An order that was spoken at this page waited and was held back."""
+        if page == self._page:
+            self._worker.hold_back(words)
+
+    def tick(self, now: float) -> None:
+        """Now and then: a worker that nobody needs is ended."""
+        if self._turn is None and self._worker.alive and now - self._used > IDLE:
+            self._worker.kill()
+
+    async def close(self) -> None:
+        """Listen to nobody any more."""
+        await end(*self._reading, self._warming)
+        self._worker.kill()
+        await self._worker.gone()
+
+    async def _warm(self) -> None:
+        try:
+            await self._worker.begin(self.settings)
+        except BeckonError as trouble:
+            log.warning("Words cannot be read: %s", trouble)
+        finally:
+            self._warming = None
+
+    async def _read(self, turn: TalkTurn, former: asyncio.Task[None] | None) -> None:
+        """One turn, from its begin to its last word; the former one, if it had to give way, ends first."""
+        try:
+            if former is not None:
+                await asyncio.wait({former})
+            if self._warming is not None:
+                await asyncio.gather(self._warming, return_exceptions=True)
+            await self._worker.begin(self.settings, held=turn.mode == "held", speaker=turn.page)
+            while True:
+                await turn.news.wait()
+                over = turn.over
+                samples, start = turn.take()
+                if len(samples):
+                    self._tell(turn, await self._worker.feed(samples, AUDIO_RATE, start))
+                if over:
+                    self._tell(turn, await self._worker.finish())
+                    return
+        except WorkerLost as lost:
+            log.warning("The worker that reads words was lost: %s", lost)
+            turn.say("The worker that reads words broke; speak again.", False)
+        except BeckonError as trouble:
+            turn.say(str(trouble), False)
+        finally:
+            self._used = time.monotonic()
+            if self._turn is turn:
+                self._turn = None
+
+    def _tell(self, turn: TalkTurn, heard: list[UtteranceMessage]) -> None:
+        for utterance in heard:
+            turn.hear(utterance, turn.late(utterance.end))

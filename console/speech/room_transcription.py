@@ -1,0 +1,256 @@
+"""The robot's own ears: its sound goes to the worker that reads words, and the words are shown.
+
+STOP is obeyed from any voice, before the sentence is over. Anything else that is understood is shown, and moves
+the robot only where the driver has taken on the words: see `console.speech.voice_commands`.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from console.access.logins import Person
+from console.control.command_freshness import Spoken
+from console.control.dispatcher import CommandDispatcher
+from console.control.history import History
+from console.control.history_store import HistoryEntry
+from console.control.notices import Notifications
+from console.control.pending_commands import PendingCommand
+from console.messages.hearing import TranscriptionStatus
+from console.speech.spoken_stops import SpokenStops, stopped
+from console.speech.transcription_client import TranscriptionClient
+from console.speech.utterance import UtteranceMessage
+from console.workers.tasks import end
+from console.workers.worker import WorkerLost
+from core.errors import BeckonError
+from core.geometry import wrap
+from core.perception.people.voice_bearing import VoiceBearing
+from core.sensors import Sound
+from core.sensors.microphones import MicrophoneArray, joined, usable
+from core.snapshot import Snapshot, VoiceDirection
+from core.speech.settings import MOST_WAITING, PIECE, SpeechSettings
+
+
+class UnrecognizedSpeechLog:
+    """Words of one listener that nobody understands. Lives on the event loop."""
+
+    def __init__(self, history: History) -> None:
+        self._history = history
+        self._newest_id = 0  # of the entry in the history
+
+    def tell(self, who: Person, **more: Any) -> HistoryEntry | None:
+        """Into the history, unless it is the newest there already."""
+        newest = self._history.newest_first(commands_only=True, limit=1)
+        if newest and newest[0].id == self._newest_id:
+            return None
+        entry = self._history.add("command", who, state="refused", words="", **more)
+        self._newest_id = entry.id
+        return entry
+
+
+log = logging.getLogger(__name__)
+
+MOST_LOSSES = 3  # of the worker, one after the other
+REMEMBERED = 50  # utterances
+OFFERED = 15.0  # [s] that a command is offered whose words were heard with a doubt
+CREEPS = 0.01  # [m/s], [rad/s] up to which the robot's own motors are not heard
+KNOWN = 30.0  # [s] for which the robot's clock is known in ours
+FRESH = 1.5  # [s] by which a direction may be older than the end of the words that it belongs to
+ROOM = Person("room", "a voice in the room", "viewer")
+NOT_OBEYED = "Voices in the room are shown; nobody who drives has taken them on."
+
+
+@dataclass(frozen=True)
+class RoomUtterance:
+    """An utterance near the robot."""
+
+    id: int
+    t0_s: float  # robot clock
+    t1_s: float
+    words: str
+    accepted: bool
+    command: str | None  # as it was understood, in words
+    reason: str
+    azimuth_rad: float | None  # robot frame, as the robot stood when it heard it
+    sd_rad: float | None
+    suggested_command: str = ""  # the command that the words would be, had they been heard without a doubt
+    uncertain: bool = False  # a number in it may have been another
+
+
+class RoomTranscriber:
+    """Lives on the event loop."""
+
+    def __init__(self, door: CommandDispatcher, history: History, board: Notifications) -> None:
+        self.settings = SpeechSettings()
+        self.stamp = 0.0  # [s] robot clock of the newest snapshot
+        self.trouble = ""  # why words are not read
+        self.utterances: deque[RoomUtterance] = deque(maxlen=REMEMBERED)
+        self.obey: Callable[[UtteranceMessage, RoomUtterance, VoiceBearing | None], str] | None = (
+            None  # takes words on, or tells why not
+        )
+        self._door, self._history, self._board = door, history, board
+        self._worker = TranscriptionClient()
+        self._array: MicrophoneArray | None = None  # of which a beam can be made
+        self._waiting: Sound | None = None
+        self._voices: tuple[VoiceDirection, ...] = ()
+        self._task: asyncio.Task[None] | None = None
+        self._stops = SpokenStops()
+        self._moments: deque[tuple[float, float]] = deque()  # [s] by the robot's clock, and by ours
+        self._newest = 0
+        self._drove = (-np.inf, -np.inf)  # [s] from when to when the robot moved last
+        self._unrecognized = UnrecognizedSpeechLog(history)
+        self._losses = 0  # of the worker, one after the other
+
+    def took(
+        self, snapshot: Snapshot, sound: Sound | None, array: MicrophoneArray | None, sensed: float = 0.0
+    ) -> None:
+        """Take the sound of this snapshot; words are read from the array's beam towards the voice.
+
+        `sensed`: when the robot's driver had it, in our monotonic clock [s]; 0: nobody knows, so it counts from now.
+        """
+        if snapshot.stamp < self.stamp:  # another clock: the robot was started again
+            self._drove = (-np.inf, -np.inf)
+            self._stops.another_clock()
+            self._moments.clear()
+        self.stamp = snapshot.stamp
+        self._moments.append((self.stamp, sensed or time.monotonic()))
+        while self._moments[0][0] < self.stamp - KNOWN:
+            self._moments.popleft()
+        if abs(snapshot.velocity.v) > CREEPS or abs(snapshot.velocity.w) > CREEPS:
+            since, until = self._drove
+            self._drove = (since if self.stamp - until < FRESH else self.stamp, self.stamp)
+        if snapshot.hearing is not None:
+            self._voices = snapshot.hearing.voices or self._voices
+        if sound is None or array is None or self.trouble or not usable(sound.samples):
+            return  # a piece that is no numbers is a gap; the pilot says that it came
+        try:
+            heard = array.heard(sound)
+            self._array = array if array.dimensions >= 2 else None  # a line of microphones has no directions
+            one = replace(sound, samples=heard if self._array is not None else heard[:, :1])
+        except BeckonError as misfit:
+            self._give_up(str(misfit))
+            return
+        self._waiting = joined(self._waiting, one, MOST_WAITING)
+        if self._task is None and self._waiting is not None and self._waiting.duration >= PIECE:
+            self._task = asyncio.get_running_loop().create_task(self._read())
+
+    def hold_back(self, pending_command: PendingCommand) -> None:
+        """An order from here waited and was held back."""
+        if pending_command.source == "ears":
+            self._worker.hold_back(pending_command.words)
+
+    def said(self, one: RoomUtterance) -> Spoken:
+        """When an utterance was said, by our own clock."""
+        at, sensed = next((known for known in self._moments if known[0] >= one.t1_s), self._moments[-1])
+        ended = sensed - max(at - one.t1_s, 0.0)
+        return self._stops.said(one.t0_s, Spoken(ended - (one.t1_s - one.t0_s), ended))
+
+    async def close(self) -> None:
+        """Read no more."""
+        await end(self._task)
+        self._worker.kill()
+        await self._worker.gone()
+
+    @property
+    def words(self) -> TranscriptionStatus:
+        """How it is with them."""
+        newest = self.utterances[-1] if self.utterances else None
+        fresh = newest is not None and 0 <= self.stamp - newest.t1_s < OFFERED
+        offered = newest.suggested_command if newest is not None and fresh else ""
+        return TranscriptionStatus(starting=not self.trouble and not self._worker.ready, suggested_command=offered)
+
+    def shown(self) -> list[dict[str, Any]]:
+        """The newest utterances, newest first."""
+        return [asdict(one) for one in reversed(self.utterances)]
+
+    async def _read(self) -> None:
+        try:
+            while self._waiting is not None and self._waiting.duration >= PIECE:
+                sound, self._waiting = self._waiting, None
+                for utterance in await self._words(sound):
+                    self._hear(utterance)
+                self._losses = 0
+        except WorkerLost as lost:
+            log.warning("The worker that reads words was lost: %s", lost)
+            self._losses += 1
+            if self._losses == MOST_LOSSES:
+                self._give_up("What reads the words broke again and again; the log says more.")
+        except BeckonError as refusal:
+            self._give_up(str(refusal))
+        finally:
+            self._task = None
+
+    def _give_up(self, why: str) -> None:
+        self.trouble = why
+        self._board.tell("warning", f"The robot's ears hear no words: {why}")
+
+    async def _words(self, sound: Sound) -> list[UtteranceMessage]:
+        """Send one piece to the worker; a worker that was started again first learns how to listen."""
+        if not await self._worker.begun():
+            await self._worker.begin(self.settings, array=self._array)
+        return await self._worker.feed(sound.samples, sound.rate, sound.stamp)
+
+    def _hear(self, utterance: UtteranceMessage) -> None:
+        """One utterance, or a STOP within one that is not over."""
+        heard = self._stops.hear(utterance)
+        if heard == "stop":
+            self._door.stop(ROOM, "ears")
+            self._stops.voice_control(self._door.words)
+        if not utterance.final:
+            return
+        voice = self._voice(utterance)
+        one = self._utterance(stopped(utterance) if heard != "words" else utterance, voice)
+        self.utterances.append(one)
+        if heard != "words":
+            return
+        if not one.words:
+            if not self._motors(one):
+                self._unrecognized.tell(ROOM, source="ears", remark=one.reason)
+            return
+        reason = NOT_OBEYED if one.accepted else one.reason
+        if one.accepted and self.obey is not None:
+            reason = self.obey(utterance, one, None if voice is None else voice.call)
+            if not reason:
+                return
+        self._history.add(
+            "command",
+            ROOM,
+            state="refused",
+            source="ears",
+            words=one.words,
+            heard_as=utterance.heard_as,
+            remark=reason,
+        )
+
+    def _motors(self, unrecognized: RoomUtterance) -> bool:
+        """Return whether the robot moved while it heard that: then it is its own motors, most likely."""
+        since, until = self._drove
+        return unrecognized.t0_s <= until and unrecognized.t1_s >= since
+
+    def _voice(self, utterance: UtteranceMessage) -> VoiceDirection | None:
+        """Return the strongest voice that was heard while these words were spoken."""
+        near = [one for one in self._voices if utterance.begin - PIECE <= one.stamp <= utterance.end + FRESH]
+        return max(near, key=lambda one: one.strength, default=None)
+
+    def _utterance(self, utterance: UtteranceMessage, best: VoiceDirection | None) -> RoomUtterance:
+        self._newest += 1
+        return RoomUtterance(
+            id=self._newest,
+            t0_s=round(utterance.begin, 3),
+            t1_s=round(utterance.end, 3),
+            words=utterance.words,
+            accepted=utterance.name is not None,
+            command=utterance.heard_as or None,
+            reason=utterance.reason,
+            azimuth_rad=None if best is None else round(wrap(best.azimuth), 4),
+            sd_rad=None if best is None else round(best.sd_heard, 4),
+            suggested_command=utterance.suggested_command,
+            uncertain=utterance.uncertain,
+        )

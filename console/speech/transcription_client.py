@@ -1,0 +1,96 @@
+"""The worker that reads words out of sound, as those who listen ask it."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from dataclasses import asdict
+
+import msgspec
+import numpy as np
+
+from console.speech.utterance import UtteranceMessage
+from console.workers.array_worker import array_fields
+from console.workers.worker import Worker
+from core.message import Array
+from core.sensors.microphones import MicrophoneArray
+from core.speech.settings import SpeechSettings
+
+BUDGET = 20.0  # [s] of processor time for a piece of sound
+FEW = 8  # orders held back while nobody listens: of more than these only the newest count
+
+
+class TranscriptionClient:
+    """The worker of one listener. Lives on the event loop; raises Lost when the process is lost, and its errors."""
+
+    def __init__(self) -> None:
+        self._worker = Worker("words")
+        self._held_back: deque[tuple[str, float]] = deque(maxlen=FEW)  # sent with the next sound
+        self._speaker = 0
+        self._begun = 0  # the process's start that knows how to listen
+
+    @property
+    def alive(self) -> bool:
+        """True while there is a process."""
+        return self._worker.alive
+
+    @property
+    def ready(self) -> bool:
+        """True if the words of the next sound are read without starting a process first."""
+        return self._worker.alive and self._worker.starts == self._begun
+
+    async def begun(self) -> bool:
+        """Start the process where there is none; return whether it knows how to listen."""
+        await self._worker.ready()
+        return self._worker.starts == self._begun
+
+    async def begin(
+        self,
+        settings: SpeechSettings,
+        *,
+        held: bool = False,
+        array: MicrophoneArray | None = None,
+        speaker: int = 0,
+    ) -> None:
+        """Listen again; `held`: everything up to `finish` is one utterance; `array`: to the beam towards the voice.
+
+        Another `speaker` has another clock, and what was held back before was not theirs.
+        """
+        if speaker != self._speaker:
+            self._held_back.clear()
+        self._speaker = speaker
+        request = {
+            "settings": asdict(settings),
+            "held": held,
+            "array": None if array is None else array_fields(array),
+            "speaker": speaker,
+        }
+        await self._worker.ask("begin", request, budget=BUDGET)
+        self._begun = self._worker.starts
+
+    async def feed(self, samples: Array, rate: int, stamp: float) -> list[UtteranceMessage]:
+        """Samples (N,) of full scale ±1, or (N, M) of the array's microphones in their order, first at `stamp` [s] →
+        what became known with them.
+        """
+        raw = np.ascontiguousarray(samples, np.float32).tobytes()
+        given = {"samples": raw, "rate": rate, "stamp": stamp, "channels": samples[0].size if len(samples) else 1}
+        now = time.monotonic()
+        given["rejected"] = [(words, now - then) for words, then in self._held_back]
+        self._held_back.clear()
+        return msgspec.convert(await self._worker.ask("feed", given, budget=BUDGET), list[UtteranceMessage])
+
+    def hold_back(self, words: str) -> None:
+        """These words, as an order, were held back: said again, they most likely are others."""
+        self._held_back.append((words, time.monotonic()))
+
+    async def finish(self) -> list[UtteranceMessage]:
+        """End the sound → the utterances that became known with that."""
+        return msgspec.convert(await self._worker.ask("finish", {}, budget=BUDGET), list[UtteranceMessage])
+
+    def kill(self) -> None:
+        """End the process now."""
+        self._worker.kill()
+
+    async def gone(self) -> None:
+        """It was killed: wait until no process is left."""
+        await self._worker.gone()

@@ -1,0 +1,87 @@
+"""Words of voices in the room, obeyed: only for a driver who has taken them on, fresh, and whole.
+
+A voice in the room never interrupts a hand on the keys or what was typed or clicked; the last spoken order wins. What
+goes far or to a person waits a moment: see `console.control.pending_commands`.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+from console.access.logins import Person
+from console.control.command_freshness import SPOKEN
+from console.control.dispatcher import CommandDispatcher
+from console.control.lease import Lease
+from console.control.notices import Notifications
+from console.control.pending_commands import PendingCommands
+from console.http.problems import Problem
+from console.speech.room_transcription import RoomTranscriber, RoomUtterance
+from console.speech.utterance import UtteranceMessage
+from core.errors import Refused
+from core.perception.people.voice_bearing import VoiceBearing
+from core.speech.understanding.grammar import Refusal
+
+SOURCE = "ears"
+NOT_YOURS = "The person who accepted voice commands no longer drives; voices in the room are only shown again."
+HIGHER = "Somebody drives by hand or by the page; a voice does not interrupt that. Only stop does."
+
+
+class VoiceCommands:
+    """Lives on the event loop."""
+
+    def __init__(
+        self,
+        ears: RoomTranscriber,
+        door: CommandDispatcher,
+        lease: Lease,
+        pending_commands: PendingCommands,
+        board: Notifications,
+    ) -> None:
+        self.driver: Person | None = None  # who has taken the words on
+        pending_commands.when_held_back.append(ears.hold_back)
+        self._ears, self._door, self._lease, self._pending_commands, self._board = (
+            ears,
+            door,
+            lease,
+            pending_commands,
+            board,
+        )
+
+    def take_on(self, who: Person) -> None:
+        """Obey voices in the room in this driver's name from now on. Raises Problem 403, 409."""
+        if not who.may("operator"):
+            raise Problem(403, "Viewers watch and may stop the robot; an operator takes words on.")
+        try:
+            self._lease.acquire(who, time.monotonic()) if self._lease.held_by(who) else self._door.wish(
+                "acquire", who
+            )
+        except Refused as refused:
+            raise Problem(409, str(refused)) from None
+        self.driver, self._ears.obey = who, self._obey
+
+    def let_go(self) -> None:
+        """Words are only shown again."""
+        self.driver = self._ears.obey = None
+        self._pending_commands.forget(SOURCE, "Voices in the room are obeyed no more.")
+
+    def _obey(self, utterance: UtteranceMessage, said: RoomUtterance, call: VoiceBearing | None) -> str:
+        """Begin, or wait a moment and begin → "", or why not."""
+        who = self.driver
+        if who is None or not self._lease.held_by(who):
+            self.let_go()
+            return NOT_YOURS
+        when = self._ears.said(said)
+        late = self._door.words.why_not(when, SOURCE, who)
+        if late:
+            return late
+        command = utterance.command
+        if isinstance(command, Refusal):
+            return command.reason
+        if self._door.busy_above(SPOKEN):
+            return HIGHER
+        try:
+            self._pending_commands.take(replace(command, call=call), SOURCE, who, when, uncertain=said.uncertain)
+        except Problem as problem:
+            self._board.tell("warning", problem.detail)
+        return ""

@@ -1,0 +1,254 @@
+"""The view model, or serializer: a Snapshot and the console's own state → the state message of every viewer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from console import messages
+from console.control.command_preview import caller, preview
+from console.control.lease import Lease
+from console.control.pending_commands import PendingCommand
+from console.messages import hearing, person, picture
+from console.messages.map import accuracy, floor
+from core.commands import spec_of
+from core.gate.status import GateStatus
+from core.message import Array
+from core.robots import Profile
+from core.slam.consistency import faded_band
+from core.slam.ekf_slam import FADE
+from core.slam.estimate import Estimate, Landmark
+from core.snapshot import ActiveCommandStatus, CameraView, Notice, Snapshot
+
+NIS_BAND = faded_band(FADE)
+
+
+@dataclass(frozen=True)
+class StateContext:
+    """The console's part of the state, besides the snapshot."""
+
+    profile: Profile
+    link: messages.Link
+    age: float | None  # [s] since the newest frame
+    pace: tuple[float, float | None]  # frames per second [Hz], and the longest of the newest steps [ms]
+    speed: float  # of the playback, times real time
+    gate: GateStatus
+    lease: Lease
+    viewers: int
+    notices: Sequence[Notice]
+    history_revision: int
+    map: messages.MapState
+    words: hearing.TranscriptionStatus  # of the room
+    muted: bool = False  # the robot speaks: nobody is listened to
+    voice_control: bool = False  # a driver has taken the words of the room on
+    pending_command: PendingCommand | None = None  # a spoken order that waits
+    now: float = 0.0  # [s] on the monotonic clock
+
+
+def draw(snapshot: Snapshot, around: StateContext, seq: int) -> messages.State:
+    """Everything that may be shown at one instant."""
+    goal = snapshot.goal
+    return messages.State(
+        seq=seq,
+        stamp_s=snapshot.stamp,
+        pose=pose(snapshot.estimate),
+        dead_reckoning=pose(snapshot.dead_reckoning),
+        velocity=messages.Velocity(near(snapshot.velocity.v), near(snapshot.velocity.w)),
+        landmarks=[landmark(row) for row in snapshot.landmarks],
+        slam=slam(snapshot, around.pace[1]),
+        floor=floor(snapshot.floor),
+        map=around.map,
+        direction=hearing.direction(snapshot.hearing, around.profile.camera),
+        ears=hearing.ears(
+            snapshot.hearing,
+            around.profile.camera,
+            muted=around.muted,
+            voice_control=around.voice_control,
+            words=around.words,
+        ),
+        person=person.person(snapshot.person, snapshot.stamp),
+        goal=None if goal is None else messages.PointState(near(goal[0]), near(goal[1])),
+        path=[(x, y) for x, y in rounded(snapshot.path, 3)],
+        command=None if snapshot.active_command is None else command(snapshot.active_command),
+        pending_command=pending_command(around.pending_command, snapshot, around.profile.radius, around.now),
+        camera=None if snapshot.view is None else camera(snapshot.view),
+        calibration_drift=picture.drift(snapshot.drift),
+        robot=robot(snapshot, around),
+        gate=gate(around.gate, snapshot),
+        lease=lease(around.lease),
+        viewers=around.viewers,
+        notices=[messages.NoticeLine(one.id, one.stamp, one.level, one.text) for one in around.notices],
+        history_revision=around.history_revision,
+        truth=None if snapshot.truth is None else true_pose(snapshot),
+    )
+
+
+def near(value: float) -> float:
+    """A tenth of a millimetre, or of a milliradian, is near enough to be shown."""
+    return round(float(value), 4)
+
+
+def rounded(values: Array, digits: int) -> list[tuple[float, ...]]:
+    """Rows of an array, rounded."""
+    return np.round(values.astype(np.float64), digits).tolist()
+
+
+def short(covariance: Array) -> list[list[float]]:
+    """Four digits of each element: half of every message would be the others."""
+    return [[float(f"{value:.4g}") for value in row] for row in covariance.tolist()]
+
+
+def pose(estimate: Estimate) -> messages.PoseState:
+    """A pose and its covariance."""
+    at = estimate.pose
+    return messages.PoseState(near(at.x), near(at.y), near(at.heading), short(estimate.covariance))
+
+
+def true_pose(snapshot: Snapshot) -> messages.TruePose | None:
+    """The true pose of the simulated robot."""
+    at = snapshot.truth
+    return None if at is None else messages.TruePose(near(at.x), near(at.y), near(at.heading))
+
+
+def landmark(row: Landmark) -> messages.LandmarkRow:
+    """A row of the table of landmarks."""
+    x, y = row.position.tolist()
+    return messages.LandmarkRow(row.id, near(x), near(y), short(row.covariance), row.hits, row.misses, row.kind)
+
+
+def slam(snapshot: Snapshot, step_ms: float | None) -> messages.SlamState:
+    """How the filter fares; without a time of its own, how long the step took that had most to see."""
+    health = snapshot.slam
+    error_m, error_rad, squared = accuracy(snapshot.estimate, snapshot.truth)
+    return messages.SlamState(
+        mode=health.mode,
+        updates=health.updates,
+        nis=health.nis,
+        nis_band=NIS_BAND,
+        nees=squared,
+        error_m=error_m,
+        error_rad=error_rad,
+        matched=health.matched,
+        ignored=health.ignored,
+        tentative=health.tentative,
+        update_ms=step_ms if health.update_ms is None else health.update_ms,
+        looking_around=health.looking_around,
+    )
+
+
+def command(status: ActiveCommandStatus) -> messages.CommandState:
+    """A command and how it goes."""
+    return messages.CommandState(
+        id=status.id,
+        name=status.name,
+        numbers=dict(status.numbers),
+        heard_as=status.heard_as,
+        source=status.source,
+        who=status.who,
+        state=status.state,
+        remark=status.remark,
+        progress=status.progress,
+    )
+
+
+def camera(view: CameraView) -> messages.CameraOverlay:
+    """The outlines that perception drew on the newest picture."""
+    edges: list[messages.EdgeLine] = []
+    for edge in view.edges:
+        (u0, v0), (u1, v1) = rounded(np.stack((edge.top, edge.bottom)), 1)
+        edges.append(messages.EdgeLine(u0, v0, u1, v1, near(edge.bearing), edge.matched))
+    laser = [(u, v, distance) for u, v, distance in rounded(view.laser, 2)]
+    quality = picture.quality(view.quality)
+    return messages.CameraOverlay(view.stamp, view.width, view.height, edges, laser, quality)
+
+
+def robot(snapshot: Snapshot, around: StateContext) -> messages.RobotState:
+    """The robot and the link to it."""
+    return messages.RobotState(
+        url=around.profile.url,
+        kind=around.profile.kind,
+        name=around.profile.name,
+        link=around.link,
+        age_s=around.age,
+        rate_hz=round(around.pace[0], 1),
+        contact=snapshot.contact,
+        running=snapshot.running,
+        progress=snapshot.progress,
+        speed=around.speed,
+    )
+
+
+def gate(status: GateStatus, snapshot: Snapshot) -> messages.GateState:
+    """The setpoint that the gate lets through; what blocks it, in the world frame."""
+    blocked = None
+    if status.blocked_by is not None:
+        x, y = snapshot.estimate.pose.apply(np.array([status.blocked_by]))[0]
+        blocked = messages.PointState(near(x), near(y))
+    return messages.GateState(
+        state=status.state,
+        reason=status.reason,
+        v_m_s=near(status.v),
+        w_rad_s=near(status.w),
+        source=status.source,
+        nonce=status.nonce,
+        epoch=status.epoch,
+        limit_v_m_s=status.limit_v,
+        blocked_by=blocked,
+        need_neutral=status.need_neutral,
+    )
+
+
+def lease(held: Lease) -> messages.LeaseState:
+    """The lease: the operator who drives."""
+    holder = held.holder
+    return messages.LeaseState(holder and holder.name, holder and holder.id, held.epoch)
+
+
+def card(profile: Profile) -> messages.RobotCard:
+    """The description of the robot."""
+    return messages.RobotCard(
+        url=profile.url,
+        kind=profile.kind,
+        name=profile.name,
+        radius_m=profile.radius,
+        cruise_m_s=profile.cruise,
+        max_speed_m_s=profile.max_speed,
+        max_turn_rate_rad_s=profile.max_turn_rate,
+        drives=profile.drives,
+        duration_s=profile.duration,
+    )
+
+
+DIGITS = 3
+
+
+def pending_command(
+    waiting: PendingCommand | None, snapshot: Snapshot, radius: float, now: float
+) -> messages.PendingCommandState | None:
+    """The pending command and its preview as the robot stands; `radius` [m] of the robot, `now` [s] monotonic."""
+    if waiting is None:
+        return None
+    command = waiting.command
+    seen, call = preview(command, snapshot, radius), caller(command, snapshot)
+    heading = snapshot.estimate.pose.heading
+    bearing = None if call is None else math.remainder(call.azimuth - heading, math.tau)
+    return messages.PendingCommandState(
+        id=waiting.id,
+        name=command.name,
+        numbers=dict(command.numbers),
+        heard_as=command.heard_as,
+        source=waiting.source,
+        who=waiting.person.name,
+        begins_in_s=round(max(0.0, waiting.when.begins - now), DIGITS),
+        delay_s=waiting.moment,
+        target=spec_of(command.name).target,
+        uncertain=waiting.uncertain,
+        way=[(round(x, DIGITS), round(y, DIGITS)) for x, y in seen.path.tolist()],
+        goal=None if seen.goal is None else (round(seen.goal[0], DIGITS), round(seen.goal[1], DIGITS)),
+        heading_rad=None if seen.heading is None else round(seen.heading, DIGITS),
+        bearing_rad=None if bearing is None else round(bearing, DIGITS),
+        bearing_sd_rad=None if call is None else round(call.sd, DIGITS),
+    )

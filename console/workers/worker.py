@@ -1,0 +1,155 @@
+"""Workers that may be killed: dangerous or slow jobs run in a process of their own."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import signal
+import socket
+import threading
+from typing import Any
+
+import msgspec
+
+from console.workers.child_process import ChildProcess
+from console.workers.process import LENGTH, packed
+from core import errors
+from core.errors import BadInput, BeckonError, Unavailable
+
+log = logging.getLogger(__name__)
+
+STARTING = 30.0  # [s] until a worker has to be ready
+GOING = 1.0  # [s] that a worker whose pipe is closed may take to end by itself
+LONGER = 4.0  # times its processor time that a job may take by the clock
+MOST_ANSWER = 2**26  # [bytes] of one answer
+
+
+class WorkerLost(BeckonError):
+    """The worker is gone, and with it the job; the text says why."""
+
+    def __init__(self, words: str, *, killed: bool = False) -> None:
+        super().__init__(words)
+        self.killed = killed  # from outside, so that the job is not to blame
+
+
+class Worker:
+    """One process for one kind of work, started when first asked, started again after it was lost.
+
+    Lives on the event loop. Jobs wait for each other; there is never more than one under way.
+    """
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+        self.starts = 0  # how often it was started: a caller that keeps something there notices that it is gone
+        self._child: ChildProcess | None = None
+        self._reader: asyncio.StreamReader | None = None
+        self._writer: asyncio.StreamWriter | None = None
+        self._turn = asyncio.Lock()
+        self._reaper: threading.Thread | None = None
+
+    @property
+    def alive(self) -> bool:
+        """True while there is a process."""
+        return self._child is not None and self._child.alive
+
+    @property
+    def pid(self) -> int | None:
+        """Its number, when there is one."""
+        return self._child.pid if self._child is not None and self.alive else None
+
+    @property
+    def busy(self) -> bool:
+        """True while a job is under way."""
+        return self._turn.locked()
+
+    async def ready(self) -> None:
+        """Start it, if it is not there. Raises Lost."""
+        async with self._turn:
+            await self._ready()
+
+    async def ask(self, do: str, given: dict[str, Any], *, budget: float) -> Any:
+        """One job with so much processor time [s] → its answer.
+
+        Raises Lost when the worker was killed or broke, otherwise what the job raised: BadInput, Refused.
+        """
+        async with self._turn:
+            await self._ready()
+            answer = await self._converse(packed({"do": do, "given": given, "budget": budget}), LONGER * budget)
+        if "details" in answer:
+            log.error("A worker failed: %s", answer["details"])
+        if "sentence" in answer:
+            kind = getattr(errors, str(answer.get("kind")), BadInput)
+            raise kind(str(answer["sentence"]))
+        return answer.get("result")
+
+    def kill(self) -> None:
+        """End it now; a job under way is lost. Nobody waits here until the process is gone."""
+        if self._writer is not None:
+            self._writer.close()
+        if self._child is not None:
+            self._child.kill()
+            self._reaper = threading.Thread(target=self._child.end, args=(GOING,), daemon=True)
+            self._reaper.start()
+        self._child = self._reader = self._writer = None
+
+    async def gone(self) -> None:
+        """It was killed: wait a while until no process is left."""
+        if self._reaper is not None:
+            await asyncio.to_thread(self._reaper.join, GOING)
+
+    async def _ready(self) -> None:
+        if self.alive:
+            return
+        self.kill()
+        ours, theirs = socket.socketpair()
+        with theirs:
+            arguments = [f"--pipe={theirs.fileno()}", f"--worker={self.kind}"]
+            self._child = await asyncio.to_thread(ChildProcess, "console.workers.process", arguments, [theirs])
+        self._reader, self._writer = await asyncio.open_connection(sock=ours, limit=2**20)
+        self.starts += 1
+        await self._converse(b"", STARTING)
+
+    async def _converse(self, raw: bytes, patience: float) -> dict[str, Any]:
+        """Send, and wait for the answer. Raises Lost; then the worker is gone."""
+        reader, writer = self._reader, self._writer
+        if reader is None or writer is None:
+            raise WorkerLost("The calibration's worker is gone.")
+        try:
+            async with asyncio.timeout(patience):
+                writer.write(raw)
+                await writer.drain()
+                length = LENGTH.unpack(await reader.readexactly(LENGTH.size))[0]
+                if length > MOST_ANSWER:
+                    raise WorkerLost("The calibration's worker talks nonsense; it is started again.")
+                answer = msgspec.msgpack.decode(await reader.readexactly(length))
+        except TimeoutError:
+            self.kill()
+            raise WorkerLost("That took too long, so it was given up.") from None
+        except (OSError, asyncio.IncompleteReadError):
+            raise await self._last_words() from None
+        except msgspec.MsgspecError:
+            self.kill()
+            raise WorkerLost("The calibration's worker talks nonsense; it is started again.") from None
+        except BaseException:
+            self.kill()
+            raise
+        if not isinstance(answer, dict):
+            raise Unavailable("The calibration's worker did not answer properly.")
+        return answer
+
+    async def _last_words(self) -> WorkerLost:
+        """It has ended by itself, or was killed."""
+        child, code = self._child, None
+        try:
+            if child is not None:
+                async with asyncio.timeout(2 * GOING):
+                    await asyncio.to_thread(child.end, GOING)
+                code = child.code
+        except TimeoutError:
+            log.warning("A calibration worker does not end: process %d.", child.pid if child else 0)
+        finally:
+            self.kill()
+        if code == -signal.SIGPROF:
+            return WorkerLost("That took too long, so it was given up.")
+        killed = code in (-signal.SIGKILL, -signal.SIGTERM)
+        return WorkerLost("That broke the worker that looked at it; nothing else was lost.", killed=killed)

@@ -1,0 +1,1 @@
+"""The chessboard: found in pictures, judged, printed."""

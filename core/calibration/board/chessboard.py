@@ -1,0 +1,170 @@
+"""Find a chessboard in a picture and its inner corners to a fraction of a pixel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from core.calibration.board.board import Board
+from core.message import Array, message
+
+FLAGS = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
+QUICK = FLAGS | cv2.CALIB_CB_FAST_CHECK
+CRITERIA = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 30, 0.001)
+
+
+@dataclass(frozen=True)
+class ChessboardSettings:
+    """Settings of the search for the board."""
+
+    glance: int = 320  # [pixel] width of the copy on which a live picture is glanced at first
+    small: int = 400  # [pixel] pictures up to this width are searched at twice their size: many more boards are found
+    patient: int = (
+        800  # [pixel] longest side up to which the search goes without the quick check; noise takes seconds
+    )
+    search: int = 1280  # [pixel] longest side in which corners are searched; finer pictures only refine
+    window_share: float = 1 / 3  # of the smallest corner spacing: half-window of the sub-pixel refinement …
+    window_least: int = 2  # [pixel] … never smaller
+    window_most: int = 10  # [pixel] … never larger. A window that reaches the next corner pulls f away by up to 20 px
+    around: float = 0.4  # share of the board's extent that is searched around its last place …
+    enough: float = 16.0  # [pixel] … after a glance at a copy with corners so far apart: half a board takes 100 ms
+
+
+@message
+class BoardView:
+    """A board in one picture."""
+
+    corners: Array  # (N, 2) [pixel], row by row, clockwise, from the corner whose inner square is dark
+    window: int  # [pixel] half-window of the refinement
+    spacing: float  # [pixel] smallest distance of neighbouring corners
+
+
+def find_board(grey: Array, board: Board, settings: ChessboardSettings | None = None) -> BoardView | None:
+    """Grey picture (H, W) uint8 → the board in it, or None. For pictures that may take their time."""
+    settings = settings or ChessboardSettings()
+    own, longest = working_scale(grey, settings), max(grey.shape)
+    if longest <= settings.patient:
+        found = _search_at(grey, board, own, FLAGS, settings)
+    else:
+        found = _search_at(grey, board, min(1.0, settings.search / longest), QUICK, settings)
+        if found is None:
+            found = _search_at(grey, board, settings.patient / longest, FLAGS, settings)
+    return None if found is None else _view(grey, found, board, settings)
+
+
+def glimpse(
+    grey: Array,
+    board: Board,
+    last: Array | None = None,
+    *,
+    thorough: bool = True,
+    settings: ChessboardSettings | None = None,
+) -> BoardView | None:
+    """The same for a live picture: where the board was a moment ago, else after a glance at a small copy.
+
+    `last`: corners (N, 2) [pixel] in the picture before. `thorough`: look at the whole picture when the glance, which
+    misses far boards, sees nothing; ask for it now and then only, as it is slow where there is no board.
+    """
+    settings = settings or ChessboardSettings()
+    found = None if last is None else _search_around(grey, board, last, settings)
+    if found is None:
+        scale = min(1.0, settings.glance / grey.shape[1])
+        if scale < 1 and search(_scaled(grey, scale), board, QUICK) is not None:
+            found = _search_at(grey, board, min(1.0, settings.patient / max(grey.shape)), FLAGS, settings)
+        elif thorough:
+            found = _search_at(grey, board, working_scale(grey, settings), QUICK, settings)
+    return None if found is None else _view(grey, found, board, settings)
+
+
+def working_scale(grey: Array, settings: ChessboardSettings) -> float:
+    """The scale at which boards in such a picture are found best."""
+    return 2.0 if grey.shape[1] <= settings.small else min(1.0, settings.patient / max(grey.shape))
+
+
+def search(grey: Array, board: Board, flags: int) -> Array | None:
+    """The classic detector: grey picture → corners (N, 2) [pixel], in any order, or None."""
+    if min(grey.shape) < 3 * max(board.columns, board.rows):
+        return None
+    found, corners = cv2.findChessboardCorners(grey, (board.columns, board.rows), flags=flags)
+    return corners.reshape(-1, 2).astype(float) if found else None
+
+
+def half_window(spacing: float, settings: ChessboardSettings | None = None) -> int:
+    """Smallest spacing of corners [pixel] → half-window [pixel] that cannot reach a neighbouring corner."""
+    settings = settings or ChessboardSettings()
+    return int(np.clip(int(spacing * settings.window_share), settings.window_least, settings.window_most))
+
+
+def smallest_spacing(corners: Array, board: Board) -> float:
+    """Corners (N, 2) [pixel] → smallest distance of neighbours along rows and columns [pixel]."""
+    grid = corners.reshape(board.rows, board.columns, 2)
+    return float(min(np.linalg.norm(np.diff(grid, axis=axis), axis=2).min() for axis in (0, 1)))
+
+
+def oriented(grey: Array, corners: Array, board: Board) -> Array:
+    """Corners (N, 2) in the detector's order → row by row, clockwise, from the corner whose inner square is dark.
+
+    A board with both counts odd or both even looks the same after half a turn; there the start stays as it was.
+    """
+    grid = corners.reshape(board.rows, board.columns, 2)
+    along, down = grid[0, -1] - grid[0, 0], grid[-1, 0] - grid[0, 0]
+    if along[0] * down[1] - along[1] * down[0] < 0:
+        grid = grid[:, ::-1]
+    squares = (grid[:-1, :-1] + grid[1:, :-1] + grid[:-1, 1:] + grid[1:, 1:]) / 4
+    shades = sample(grey, squares)
+    even = np.add.outer(np.arange(board.rows - 1), np.arange(board.columns - 1)) % 2 == 0
+    if not board.ambiguous and shades[even].mean() > shades[~even].mean():
+        grid = grid[::-1, ::-1]
+    return np.ascontiguousarray(grid.reshape(-1, 2))
+
+
+def sample(grey: Array, pixels: Array) -> Array:
+    """Grey levels at pixels (..., 2), interpolated; NaN outside the picture."""
+    places = np.ascontiguousarray(pixels.reshape(-1, 1, 2), dtype=np.float32)
+    levels = cv2.remap(grey, places, None, cv2.INTER_LINEAR)  # pyright: ignore[reportCallIssue,reportArgumentType]
+    height, width = grey.shape
+    inside = np.all((pixels >= 0) & (pixels <= (width - 1, height - 1)), axis=-1)
+    return np.where(inside, levels.reshape(pixels.shape[:-1]).astype(float), np.nan)
+
+
+def _view(grey: Array, found: Array, board: Board, settings: ChessboardSettings) -> BoardView:
+    corners, window = _refined(grey, found, board, settings)
+    spacing = smallest_spacing(corners, board)
+    return BoardView(corners=oriented(grey, corners, board), window=window, spacing=spacing)
+
+
+def _refined(grey: Array, found: Array, board: Board, settings: ChessboardSettings) -> tuple[Array, int]:
+    window = half_window(smallest_spacing(found, board), settings)
+    corners = np.ascontiguousarray(found.reshape(-1, 1, 2), dtype=np.float32)
+    refined = cv2.cornerSubPix(grey, corners, (window, window), (-1, -1), CRITERIA)
+    return refined.reshape(-1, 2).astype(float), window
+
+
+def _search_at(grey: Array, board: Board, scale: float, flags: int, settings: ChessboardSettings) -> Array | None:
+    """Search in a scaled copy; corners in the pixels of the original."""
+    if scale == 1.0:
+        return search(grey, board, flags)
+    copy = _scaled(grey, scale)
+    found = search(copy, board, flags)
+    return None if found is None else (_refined(copy, found, board, settings)[0] + 0.5) / scale - 0.5
+
+
+def _search_around(grey: Array, board: Board, last: Array, settings: ChessboardSettings) -> Array | None:
+    low, high = last.min(axis=0), last.max(axis=0)
+    reach = settings.around * (high - low) + 16
+    height, width = grey.shape
+    left, top = np.maximum(low - reach, 0).astype(int)
+    right, bottom = np.minimum(high + reach, (width, height)).astype(int)
+    part = np.ascontiguousarray(grey[top:bottom, left:right])
+    scale, gate = working_scale(grey, settings), settings.enough / smallest_spacing(last, board)
+    if gate < 0.8 * scale and search(_scaled(part, gate), board, QUICK) is None:
+        return None
+    found = _search_at(part, board, scale, QUICK, settings)
+    return None if found is None else found + np.array([left, top])
+
+
+def _scaled(grey: Array, scale: float) -> Array:
+    how = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+    return cv2.resize(grey, None, fx=scale, fy=scale, interpolation=how)

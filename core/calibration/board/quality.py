@@ -1,0 +1,215 @@
+"""Judge whether a found board can be used: cut, far, blurred, wrong or misplaced corners; or why none was found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from core.calibration.board.board import Board
+from core.calibration.board.chessboard import QUICK, BoardView, sample, search
+from core.calibration.homography import homographies
+from core.calibration.levenberg_marquardt import minimise
+from core.message import Array, message
+
+MISCOUNTS = ((-1, -1), (-1, 0), (0, -1), (1, 0), (0, 1), (1, 1))
+"""How people miscount, the likeliest first: squares instead of inner corners."""
+
+
+@dataclass(frozen=True)
+class ViewQualitySettings:
+    """Limits beyond which a view is refused."""
+
+    rim: int = 2  # [pixel] beyond the refinement window that every corner keeps from the rim
+    nearest_corners: float = 6.0  # [pixel] corners closer together than this are refused: too far
+    soft_edges: float = 5.0  # [pixel] width of an edge above which a warning is given …
+    blurred_edges: float = 7.0  # … and above which the view is refused
+    no_edges: float = 1000.0  # [pixel]: OpenCV's answer where it finds none
+    ordinary: int = 1280  # [pixel] longest side up to which these widths hold; finer pictures have wider edges
+    smooth: float = 0.3  # [pixel] scale of the soft-L1 loss of the smoothness test
+    misplaced: float = 1.2  # [pixel] a corner this far from its smooth grid is misplaced …
+    misplaced_share: float = 0.03  # … or this share of the corner spacing, whichever is more
+    most_misplaced: float = 0.1  # share of misplaced corners above which the view is refused
+    saddle: float = 0.4  # share of the board's contrast that makes a crossing of four squares
+
+
+@message
+class ViewQuality:
+    """The judgement of a view."""
+
+    sharpness: float  # [pixel] mean width of an edge
+    misplaced: Array  # (K,) numbers of the corners that lie off the smooth grid
+    refusals: tuple[str, ...]  # sentences; empty: the view is fit
+    warnings: tuple[str, ...]
+
+
+def judge(grey: Array, view: BoardView, board: Board, settings: ViewQualitySettings | None = None) -> ViewQuality:
+    """A board found in a grey picture (H, W) → its quality in words."""
+    settings = settings or ViewQualitySettings()
+    refusals: list[str] = []
+    warnings: list[str] = []
+    side = _cut_side(grey, view, settings.rim)
+    if side:
+        refusals.append(f"A corner is too close to the {side} rim of the picture; move the board away from it.")
+    if view.spacing < settings.nearest_corners:
+        refusals.append(f"The board is too far: its corners are only {view.spacing:.0f} px apart. Come closer.")
+    sharpness = edge_width(grey, view, board)
+    finer = max(1.0, max(grey.shape) / settings.ordinary)
+    if sharpness > settings.no_edges:
+        refusals.append("The edges cannot be measured: hold still, come closer, or add light.")
+    elif sharpness > settings.blurred_edges * finer:
+        refusals.append(f"Blurred: edges are {sharpness:.1f} px wide. Hold still, or add light.")
+    elif sharpness > settings.soft_edges * finer:
+        warnings.append(f"Slightly blurred: edges are {sharpness:.1f} px wide.")
+    off = off_grid(view.corners, board, grey.shape, settings.smooth)
+    misplaced = np.flatnonzero(off > max(settings.misplaced, settings.misplaced_share * view.spacing))
+    if len(misplaced) > settings.most_misplaced * board.count:
+        refusals.append(
+            f"{len(misplaced)} corners do not lie on a smooth grid; is this the {board.name} board, and flat?"
+        )
+    elif len(misplaced):
+        row, column = divmod(int(misplaced[np.argmax(off[misplaced])]), board.columns)
+        warnings.append(f"The corner in row {row + 1}, column {column + 1} is {off.max():.1f} px off the grid.")
+    beyond = continues(grey, view.corners, board, settings.saddle)
+    if beyond:
+        refusals.append(
+            f"The pattern goes on beyond the {beyond} of the {board.name} corners: the board has more inner corners "
+            "than entered. Count the points where four squares meet."
+        )
+    return ViewQuality(sharpness=sharpness, misplaced=misplaced, refusals=tuple(refusals), warnings=tuple(warnings))
+
+
+def why_none(grey: Array, board: Board) -> str:
+    """A grey picture in which the board was not found → the likely reason, and what to do."""
+    return next(
+        filter(None, (miscounted(grey, board, which, 640) for which in range(len(MISCOUNTS)))), None
+    ) or unseen(grey, board)
+
+
+def miscounted(grey: Array, board: Board, which: int, longest: int) -> str:
+    """'' or a sentence, if a board shows up when corners are counted differently, by number `which` of MISCOUNTS.
+
+    Looks at a copy whose longest side is `longest` [pixel].
+    """
+    columns, rows = MISCOUNTS[which % len(MISCOUNTS)]
+    size = (board.columns + columns, board.rows + rows)
+    if min(size) < 3 or max(size) > 40:
+        return ""
+    scale = min(2.0, longest / max(grey.shape))
+    small = cv2.resize(
+        grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+    )
+    other = Board(columns=size[0], rows=size[1], square=board.square)
+    corners = search(small, other, QUICK)
+    if corners is None or continues(small, corners, other, ViewQualitySettings.saddle):
+        return ""
+    what = "squares instead of inner corners" if (columns, rows) == (-1, -1) else "the wrong number of corners"
+    return (
+        f"I see a board with {other.name} inner corners, not {board.name}: you may have counted {what}. "
+        "Count the points where four squares meet."
+    )
+
+
+def unseen(grey: Array, board: Board) -> str:
+    """A grey picture without a board → words about its light."""
+    dark, light = np.quantile(grey[::4, ::4], (0.05, 0.95))
+    if light < 60:
+        return "The picture is too dark to see a board; add light."
+    if light - dark < 30:
+        return "The picture has almost no contrast; is something covering the lens?"
+    return (
+        f"I see no {board.name} board. Is the whole board in the picture, sharp and evenly lit, with nothing over it?"
+    )
+
+
+def edge_width(grey: Array, view: BoardView, board: Board) -> float:
+    """[pixel]: mean width of the edges between squares, of those along rows or columns, whichever are wider.
+
+    2.5 to 3.5 is sharp. Motion along the rows leaves the rows' own edges sharp, so both have to be looked at.
+    """
+    corners = np.ascontiguousarray(view.corners.reshape(-1, 1, 2), dtype=np.float32)
+    size = (board.columns, board.rows)
+    widths = [
+        np.asarray(cv2.estimateChessboardSharpness(grey, size, corners, vertical=vertical)[0]).ravel()[0]
+        for vertical in (False, True)
+    ]
+    return float(max(widths))
+
+
+def off_grid(corners: Array, board: Board, shape: tuple[int, ...], soft: float) -> Array:
+    """Corners (N, 2) → distance (N,) [pixel] of each from the best smooth grid.
+
+    The grid is a homography followed by two radial terms about the picture's centre: lens distortion alone would move
+    good corners by several pixels off a plain homography.
+    """
+    height, width = shape[:2]
+    centre, unit = np.array([(width - 1) / 2, (height - 1) / 2]), max(width, height) / 2
+    seen = (corners - centre) / unit
+    flat = (board.points - board.centre)[:, :2] / board.width
+    mapping = homographies(np.column_stack((flat, np.zeros(len(flat)))), seen[None])[0]
+    start = np.concatenate(((mapping / mapping[2, 2]).ravel()[:8], (0.0, 0.0)))
+
+    def model(numbers: Array) -> tuple[Array, Array]:
+        placed, jacobian = _grid(numbers, flat)
+        return (placed - seen).ravel() * unit, jacobian.reshape(-1, 10) * unit
+
+    fit = minimise(model, start, lambda state, step: state + step, soft=soft, iterations=25)
+    return np.linalg.norm(fit.residuals.reshape(-1, 2), axis=1)
+
+
+def continues(grey: Array, corners: Array, board: Board, share: float) -> str:
+    """'' or the side on which the pattern goes on beyond the corners (N, 2), as the board was entered too small."""
+    mapping = homographies(board.points / board.square, corners[None])[0]
+    across, down = np.arange(board.columns, dtype=float), np.arange(board.rows, dtype=float)
+    contrast = np.median(_crossing(grey, mapping, _pairs(across, down)))
+    sides = {
+        "left": _pairs(np.array([-1.0]), down),
+        "right": _pairs(np.array([float(board.columns)]), down),
+        "top": _pairs(across, np.array([-1.0])),
+        "bottom": _pairs(across, np.array([float(board.rows)])),
+    }
+    for side, places in sides.items():
+        strength = _crossing(grey, mapping, places)
+        if np.isfinite(strength).mean() > 0.5 and np.nanmean(strength > share * contrast) > 0.7:
+            return side
+    return ""
+
+
+def _grid(numbers: Array, flat: Array) -> tuple[Array, Array]:
+    """Homography (8) and two radial terms (2), places (N, 2) → placed in the picture (N, 2), Jacobian (N, 2, 10)."""
+    ground = np.column_stack((flat, np.ones(len(flat))))
+    above, below = ground @ numbers[:6].reshape(2, 3).T, ground @ np.append(numbers[6:8], 1.0)
+    plane = above / below[:, None]
+    r2 = np.sum(plane**2, axis=1)
+    radial = 1 + r2 * (numbers[8] + r2 * numbers[9])
+    slope = numbers[8] + 2 * r2 * numbers[9]
+    by_plane = radial[:, None, None] * np.eye(2) + 2 * slope[:, None, None] * plane[:, :, None] * plane[:, None, :]
+    by_mapping = np.zeros((len(flat), 2, 8))
+    by_mapping[:, 0, 0:3] = by_mapping[:, 1, 3:6] = ground / below[:, None]
+    by_mapping[:, :, 6:8] = -plane[:, :, None] * (flat / below[:, None])[:, None, :]
+    by_radial = plane[:, :, None] * np.column_stack((r2, r2 * r2))[:, None, :]
+    return plane * radial[:, None], np.concatenate((by_plane @ by_mapping, by_radial), axis=2)
+
+
+def _crossing(grey: Array, mapping: Array, places: Array) -> Array:
+    """Places (K, 2) in squares → how clearly four squares of alternating colour meet there [grey level]."""
+    reach = 0.32
+    offsets = np.array([[reach, reach], [-reach, -reach], [reach, -reach], [-reach, reach]])
+    around = np.concatenate((places[:, None] + offsets, np.ones((len(places), 4, 1))), axis=2) @ mapping.T
+    levels = sample(grey, around[..., :2] / around[..., 2:])
+    one, other = levels[:, :2], levels[:, 2:]
+    return np.maximum(one.min(axis=1) - other.max(axis=1), other.min(axis=1) - one.max(axis=1))
+
+
+def _pairs(across: Array, down: Array) -> Array:
+    return np.stack(np.meshgrid(across, down), axis=-1).reshape(-1, 2)
+
+
+def _cut_side(grey: Array, view: BoardView, rim: int) -> str:
+    """The side of the picture to which a corner is too close, or ''."""
+    height, width = grey.shape
+    low, high = view.corners.min(axis=0), view.corners.max(axis=0)
+    gaps = {"left": low[0], "top": low[1], "right": width - 1 - high[0], "bottom": height - 1 - high[1]}
+    side = min(gaps, key=lambda name: float(gaps[name]))
+    return side if gaps[side] < view.window + rim else ""

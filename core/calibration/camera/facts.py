@@ -1,0 +1,64 @@
+"""Facts of our own camera file besides the camera itself: how exact it is, and with which board it was found."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from core.calibration.files.camera_files import read_json
+
+PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+FIGURES = ("rms_px", "p95_uncertainty_px", "views_used")
+
+Facts = dict[str, Any]
+
+
+def known_facts(text: str) -> tuple[Facts, Facts | None]:
+    """The text of a camera file → what is to be kept of its camera entry, and its board.
+
+    Only what is whole and plausible is kept; other forms hold nothing of it. Raises BadInput for bad JSON.
+    """
+    if not text.lstrip().startswith("{"):
+        return {}, None
+    document = read_json(text)
+    entry, board = document.get("camera"), document.get("board")
+    return _facts(entry) if isinstance(entry, dict) else {}, board if _is_board(board) else None
+
+
+def _facts(entry: Facts) -> Facts:
+    known: Facts = {name: entry[name] for name in FIGURES if _positive(entry.get(name))}
+    free, sd, covariance = entry.get("free"), entry.get("sd"), entry.get("covariance")
+    if not isinstance(free, list) or not set(map(str, free)) <= set(PARAMETERS):
+        return known
+    sds = _array(sd, (len(free),))
+    if sds is None or np.any(sds < 0):
+        return known
+    known |= {"free": free, "sd": sds.tolist()}
+    spread = _array(covariance, (len(free), len(free)))
+    if spread is not None and np.allclose(spread, spread.T) and np.allclose(np.diag(spread), sds**2, rtol=1e-6):
+        known["covariance"] = spread.tolist()
+    return known
+
+
+def _is_board(board: Any) -> bool:
+    """Return whether it is a board as our own file describes it."""
+    if not isinstance(board, dict):
+        return False
+    counts, panel = _array(board.get("inner_corners"), (2,)), board.get("panel_m")
+    whole = counts is not None and bool(np.all((counts >= 2) & (counts == np.round(counts))))
+    measured = panel is None or ((sides := _array(panel, (2,))) is not None and bool(np.all(sides > 0)))
+    return whole and measured and _positive(board.get("square_m"))
+
+
+def _array(rows: Any, shape: tuple[int, ...]) -> Any:
+    """A list of finite numbers in this shape as an array, or None."""
+    try:
+        values = np.array(rows, dtype=float)
+    except (ValueError, TypeError):
+        return None
+    return values if values.shape == shape and np.all(np.isfinite(values)) else None
+
+
+def _positive(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and bool(0 < value < np.inf)

@@ -1,0 +1,304 @@
+"""The camera's parameters from pictures of a chessboard (section 3.1, figure 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.calibration import homography
+from core.calibration.board.board import Board
+from core.calibration.camera import bundle_adjustment, influence
+from core.calibration.camera.bundle_adjustment import BundleSolution, Corners
+from core.calibration.camera.influence import Figures
+from core.calibration.camera.suspects import accuse, odd_line
+from core.calibration.projection import PAPER, PARAMETERS, Poses, model_of
+from core.errors import BadInput
+from core.message import Array, message
+from core.optics import CameraModel
+
+
+@dataclass(frozen=True)
+class IntrinsicsSettings:
+    """Settings for corners and views that do not fit."""
+
+    soft: float = 0.3  # [pixel] scale of the soft-L1 loss of the first solve
+    flat_factor: float = 8.0  # views this many times less flat than the median view wait until the camera is known
+    view_factor: float = 3.0  # a view this many times worse than the median view is left out
+    rest_factor: float = 1.5  # the same for a view of which some corners have been left out already
+    corner_factor: float = 5.0  # a corner this many times worse than the median corner is left out
+    negligible: float = 0.1  # [pixel] errors below this never lead to leaving anything out
+    most_corners_out: float = 0.25  # a view that would lose a larger share of its corners is left out whole
+    rounds: int = 4  # of leaving out and solving again
+    extra_gain: float = 0.01  # k3 has to lower the hold-out error by this share …
+    extra_sds: float = 3.0  # … and to differ from zero by this many standard deviations
+    folds: int = 10  # of the hold-out
+
+
+@message
+class ViewCorners:
+    """The corners of one picture."""
+
+    name: str
+    corners: Array  # (N, 2) [pixel], in the board's order
+
+
+@message
+class ViewVerdict:
+    """The outcome of one picture."""
+
+    name: str
+    used: bool
+    rms: float  # [pixel], both axes together
+    reason: str = ""  # why it is not used and what it would change, or what is odd about it; empty: nothing
+    left_out: Array  # (K,) numbers of its corners that were left out
+
+
+@message
+class Calibration:
+    """The camera, how sure we are, and what became of every view."""
+
+    model: CameraModel
+    free: tuple[str, ...]  # the parameters that were estimated, in the order of the covariance
+    covariance: Array  # (P, P)
+    noise: float  # [pixel] standard deviation of one corner coordinate
+    rms: float  # [pixel], both axes together, over the corners that were used
+    board: Board
+    verdicts: tuple[ViewVerdict, ...]
+    corners: Corners  # as they were used
+    poses: Poses  # of the board in every view, camera_from_board
+    deciding: str = ""  # a sentence about the view that decides a figure by itself; empty: none does
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def sds(self) -> dict[str, float]:
+        """Standard deviation of every free parameter, by name."""
+        return {
+            name: float(sd) for name, sd in zip(self.free, np.sqrt(np.abs(np.diag(self.covariance))), strict=True)
+        }
+
+    @property
+    def solution(self) -> BundleSolution:
+        """Camera and poses as the bundle takes them."""
+        return BundleSolution(np.array([getattr(self.model, name) for name in PARAMETERS]), self.poses)
+
+    @property
+    def residuals(self) -> Array:
+        """Projected minus seen (M, N, 2) [pixel] of every corner."""
+        return bundle_adjustment.errors(self.corners, self.solution)
+
+    @property
+    def used(self) -> Array:
+        """(M,) bool: the views that took part."""
+        return self.corners.views_used
+
+
+def calibrate(
+    views: Sequence[ViewCorners], board: Board, size: tuple[int, int], settings: IntrinsicsSettings | None = None
+) -> Calibration:
+    """Pictures' corners and the picture's width and height [pixel] → the camera with its covariance.
+
+    Raises BadInput with fewer than three views.
+    """
+    settings = settings or IntrinsicsSettings()
+    if len(views) < 3:
+        raise BadInput(f"{len(views)} usable pictures are too few: at least 3 are needed, 10 to 20 are good.")
+    if any(view.corners.shape != (board.count, 2) for view in views):
+        raise BadInput(f"Every picture must have the {board.count} corners of the {board.name} board.")
+    pixels = np.stack([view.corners for view in views])
+    everything = Corners(board.points, pixels, np.ones(pixels.shape[:2], bool))
+    corners, solution, focal_known = _solve_robustly(everything, size, settings)
+    free = PAPER
+    if _deserves_k3(corners, solution, settings):
+        free = (*PAPER, PARAMETERS.index("k3"))
+        solution = bundle_adjustment.refine(corners, solution, free)
+    noise = bundle_adjustment.noise(corners, solution, free)
+    covariance = bundle_adjustment.covariance(
+        bundle_adjustment.information(corners, solution, free).sum(axis=0), noise
+    )
+    known = influence.figures(solution.camera, covariance)
+    brought = influence.with_each(corners, solution, free)
+    verdicts = _verdicts(views, corners, everything, solution, board, known, brought)
+    deciding = _deciding(views, influence.without_each(corners, solution, free, noise), known)
+    squares = np.sum(bundle_adjustment.errors(corners, solution) ** 2, axis=2)[corners.used]
+    return Calibration(
+        model=model_of(solution.camera, size),
+        free=tuple(PARAMETERS[index] for index in free),
+        covariance=covariance,
+        noise=noise,
+        rms=float(np.sqrt(squares.mean())),
+        board=board,
+        verdicts=verdicts,
+        corners=corners,
+        poses=solution.poses,
+        deciding=deciding,
+        warnings=(*_warnings(corners, focal_known), *([deciding] if deciding else [])),
+    )
+
+
+def _solve_robustly(
+    everything: Corners, size: tuple[int, int], settings: IntrinsicsSettings
+) -> tuple[Corners, BundleSolution, bool]:
+    """Soft loss first, then leave out what does not fit and finish with plain least squares."""
+    flat = _flat(everything, settings)
+    part, focal_known = _from_scratch(everything.take(flat), size, settings.soft)
+    begun = homography.board_poses(everything.points, everything.pixels, part.camera)
+    solution = BundleSolution(part.camera, _all_poses(everything, part, flat, begun, settings.soft))
+    used = _fitting(everything, solution, settings)
+    for _ in range(settings.rounds):
+        kept = np.count_nonzero(used, axis=1) > 0
+        some = Corners(everything.points, everything.pixels[kept], used[kept])
+        part = bundle_adjustment.refine(some, BundleSolution(solution.camera, solution.poses.take(kept)), PAPER)
+        if not used.all():
+            part = _upright(some, part, None)
+        solution = BundleSolution(part.camera, _all_poses(everything, part, kept, solution.poses, settings.soft))
+        again = _fitting(everything, solution, settings)
+        if np.array_equal(again, used):
+            break
+        used = again
+    return Corners(everything.points, everything.pixels, used), solution, focal_known
+
+
+def _flat(everything: Corners, settings: IntrinsicsSettings) -> Array:
+    """(M,) bool: views whose corners look like a plane at all; the others would drag the first solve away."""
+    mapping = homography.homographies(everything.points, everything.pixels)
+    ground = np.column_stack((everything.points[:, :2], np.ones(len(everything.points))))
+    image = ground @ np.swapaxes(mapping, 1, 2)
+    error = np.median(np.linalg.norm(image[..., :2] / image[..., 2:] - everything.pixels, axis=2), axis=1)
+    flat = error <= settings.flat_factor * max(float(np.median(error)), settings.negligible)
+    return flat if np.count_nonzero(flat) >= 3 else np.ones(len(error), bool)
+
+
+def _from_scratch(corners: Corners, size: tuple[int, int], soft: float) -> tuple[BundleSolution, bool]:
+    """Homographies, both poses of every board, Levenberg-Marquardt; also whether they determine the focal length."""
+    first = homography.start(corners.points, corners.pixels, size)
+    solution = BundleSolution(first.camera, first.poses)
+    solution = BundleSolution(solution.camera, bundle_adjustment.refine_poses(corners, solution, soft=soft, steps=6))
+    solution, _ = bundle_adjustment.rescue(corners, solution, soft=soft, ratio=1.0)
+    return _upright(corners, bundle_adjustment.refine(corners, solution, PAPER, soft=soft), soft), first.focal_known
+
+
+def _upright(corners: Corners, solution: BundleSolution, soft: float | None) -> BundleSolution:
+    """Turn boards over where that fits better, and solve again, until none is left."""
+    for _ in range(3):
+        solution, turned = bundle_adjustment.rescue(corners, solution, soft=soft)
+        if not turned.any():
+            break
+        solution = bundle_adjustment.refine(corners, solution, PAPER, soft=soft)
+    return solution
+
+
+def _all_poses(everything: Corners, part: BundleSolution, kept: Array, poses: Poses, soft: float) -> Poses:
+    """Poses of the kept views as solved; those of the others fitted to the camera that the kept ones gave."""
+    rotations, translations = poses.rotations.copy(), poses.translations.copy()
+    rotations[kept], translations[kept] = part.poses
+    if not kept.all():
+        others = everything.take(~kept)
+        guess = homography.board_poses(others.points, others.pixels, part.camera)
+        guess = bundle_adjustment.refine_poses(others, BundleSolution(part.camera, guess), soft=soft, steps=30)
+        turned, _ = bundle_adjustment.rescue(others, BundleSolution(part.camera, guess), soft=soft)
+        rotations[~kept], translations[~kept] = turned.poses
+    return Poses(rotations, translations)
+
+
+def _fitting(everything: Corners, solution: BundleSolution, settings: IntrinsicsSettings) -> Array:
+    """(M, N) bool: the corners that agree with the solution; nothing of a view that does not."""
+    lengths = np.linalg.norm(bundle_adjustment.errors(everything, solution), axis=2)
+    if len(lengths) < 4:
+        return np.ones(lengths.shape, bool)
+    typical = np.median(np.sqrt(np.mean(lengths**2, axis=1)))
+    middle = np.median(np.median(lengths, axis=1))
+    fits = lengths <= max(settings.corner_factor * middle, settings.negligible)
+    rms = np.sqrt(np.sum(lengths**2 * fits, axis=1) / np.maximum(fits.sum(axis=1), 1))
+    limit = np.where(fits.all(axis=1), settings.view_factor, settings.rest_factor) * typical
+    bad = (rms > np.maximum(limit, settings.negligible)) | ((~fits).mean(axis=1) > settings.most_corners_out)
+    fits[bad] = False
+    return fits
+
+
+def _deserves_k3(corners: Corners, solution: BundleSolution, settings: IntrinsicsSettings) -> bool:
+    """Return whether k3 is clearly not zero and improves the prediction of views that took no part in the fit."""
+    kept = corners.views_used
+    some = corners.take(kept)
+    if len(some.pixels) < 6:
+        return False
+    paper = BundleSolution(solution.camera, solution.poses.take(kept))
+    more = (*PAPER, PARAMETERS.index("k3"))
+    longer = bundle_adjustment.refine(some, paper, more)
+    precision = bundle_adjustment.information(some, longer, more).sum(axis=0)
+    sd = float(np.sqrt(bundle_adjustment.covariance(precision, bundle_adjustment.noise(some, longer, more))[-1, -1]))
+    if abs(longer.camera[8]) < settings.extra_sds * sd:
+        return False
+    without, with_k3 = (
+        hold_out_rms(some, each, free, settings.folds) for each, free in ((paper, PAPER), (longer, more))
+    )
+    return with_k3 < (1 - settings.extra_gain) * without
+
+
+def hold_out_rms(corners: Corners, solution: BundleSolution, free: tuple[int, ...], folds: int) -> float:
+    """[pixel]: error on views that took no part in estimating the camera; only their poses are fitted."""
+    number = np.arange(len(corners.pixels)) % folds
+    squares, count = 0.0, 0
+    for fold in range(min(folds, len(number))):
+        inside, outside = number != fold, number == fold
+        fitted = bundle_adjustment.refine(
+            corners.take(inside), BundleSolution(solution.camera, solution.poses.take(inside)), free
+        )
+        held = corners.take(outside)
+        poses = bundle_adjustment.refine_poses(held, BundleSolution(fitted.camera, solution.poses.take(outside)))
+        error = bundle_adjustment.errors(held, BundleSolution(fitted.camera, poses))
+        squares += float(np.sum(np.sum(error**2, axis=2) * held.used))
+        count += int(np.count_nonzero(held.used))
+    return float(np.sqrt(squares / max(count, 1)))
+
+
+def _verdicts(
+    views: Sequence[ViewCorners],
+    corners: Corners,
+    everything: Corners,
+    solution: BundleSolution,
+    board: Board,
+    known: Figures,
+    brought: Mapping[int, Array],
+) -> tuple[ViewVerdict, ...]:
+    """The outcome of every view; `brought`: the figures (5,) [pixel] with each that is not used, by number."""
+    errors = bundle_adjustment.errors(everything, solution)
+    lengths = np.linalg.norm(errors, axis=2)
+    rms = bundle_adjustment.view_rms(everything, solution)
+    typical = float(np.median(lengths[corners.used]))
+    verdicts: list[ViewVerdict] = []
+    for number, view in enumerate(views):
+        out = np.flatnonzero(~corners.used[number])
+        used = len(out) < board.count
+        if len(out):
+            reason, certain = accuse(view.corners, number, solution, board, typical)
+            if used:
+                reason = f"used without {len(out)} of its corners: {reason}"
+            elif number in brought:
+                reason += f"; {influence.words_with(brought[number], known, advise=not certain)}"
+        else:
+            reason = odd_line(errors[number].reshape(board.rows, board.columns, 2), typical)
+        verdicts.append(ViewVerdict(name=view.name, used=used, rms=float(rms[number]), reason=reason, left_out=out))
+    return tuple(verdicts)
+
+
+def _deciding(views: Sequence[ViewCorners], others: Mapping[int, Figures], known: Figures) -> str:
+    """A sentence about the view that decides most, if that is too much; "" where none does."""
+    if len(others) < influence.FEWEST:
+        return ""
+    number = max(others, key=lambda each: float(influence.sway(others[each], known).max()))
+    words = influence.words_without(others[number], known)
+    return words and f"{views[number].name} {words}."
+
+
+def _warnings(corners: Corners, focal_known: bool) -> tuple[str, ...]:
+    found: list[str] = []
+    used = int(np.count_nonzero(corners.views_used))
+    if not focal_known:
+        found.append(
+            "Every board faces the camera, so the focal length is a guess: tilt the board by 20 to 50 degrees."
+        )
+    if used < 8:
+        found.append(f"Only {used} pictures were used; with fewer than 8 the stated uncertainty is itself uncertain.")
+    return tuple(found)

@@ -1,0 +1,258 @@
+"""The camera's wizard without a screen: look at pictures, say what becomes of each, know what to show next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from core.calibration.board.board import Board
+from core.calibration.board.chessboard import BoardView, find_board
+from core.calibration.board.quality import judge, why_none
+from core.calibration.board.tracking import Explainer, Watcher
+from core.calibration.camera.coverage import Measures, bars, cells, measures
+from core.calibration.camera.guidance import Advice, GuidanceSettings, advise
+from core.calibration.camera.intrinsics import Calibration, ViewCorners, calibrate
+from core.calibration.camera.uncertainty import UncertaintyMap, uncertainty_map
+from core.calibration.reports import target
+from core.errors import BadInput, Refused
+from core.message import Array, message
+
+Kind = Literal["nothing", "refused", "moving", "same", "counted"]
+
+
+@dataclass(frozen=True)
+class SessionSettings:
+    """Conditions under which a live picture is taken by itself."""
+
+    still: float = 0.5  # [pixel] mean motion of the corners between pictures, per 640 pixels of width
+    still_for: float = 0.25  # [s]
+    new: float = 0.05  # share of the width that the corners have moved, on average, from every view taken
+    least_views: int = 6  # before the camera can count as calibrated
+    solve_from: int = 4  # views
+    explain_every: float = 1.0  # [s] between looks for the reason why no board is seen; they are slow
+    most_views: int = 400
+
+
+@message
+class PictureVerdict:
+    """The outcome of one picture."""
+
+    kind: Kind
+    words: str  # one sentence for the person
+    name: str = ""  # of the view that was taken
+    corners: Array | None = None  # (N, 2) [pixel], to be drawn
+    sharpness: float | None = None  # [pixel] width of an edge
+
+
+class SessionProgress(NamedTuple):
+    """The progress of the wizard."""
+
+    views: int
+    p95: float | None  # [pixel] projection uncertainty, 95 % of the picture; None before the first solution
+    target: float  # [pixel]
+    ready: bool
+    bars: Measures
+    cells: Array  # (6, 8) corners seen in each cell of the picture
+    words: str
+
+
+@dataclass
+class AcceptedView:
+    """A view in the session."""
+
+    name: str
+    corners: Array  # (N, 2) [pixel]
+    dropped: bool = False  # by the person
+
+
+class CameraSession:
+    """One calibration from the first picture to the accepted camera. Owned by one thread."""
+
+    def __init__(self, board: Board, settings: SessionSettings | None = None) -> None:
+        self.board = board
+        self.settings = settings or SessionSettings()
+        self.size: tuple[int, int] | None = None  # [pixel] of the views; before the first, of the newest picture
+        self.taken: list[AcceptedView] = []
+        self.calibration: Calibration | None = None
+        self._solved: tuple[str, ...] = ()
+        self._advice: Advice | None = None
+        self._watcher = Watcher(board)
+        self._still_since: float | None = None
+        self._explainer = Explainer(board, self.settings.explain_every)
+        self._asked = 0
+
+    def look(self, grey: Array, stamp: float) -> PictureVerdict:
+        """A live picture (H, W) uint8 of time `stamp` [s] → its verdict; it is taken when sharp, still and new."""
+        self._check_size(grey)
+        view = self._watcher.look(grey)
+        if view is None:
+            self._still_since = None
+            return PictureVerdict(kind="nothing", words=self._explainer.why(grey, stamp))
+        verdict = self._judged(grey, view)
+        if verdict is not None:
+            return verdict
+        if self._watcher.moved > self.settings.still:
+            self._still_since = None
+            return PictureVerdict(kind="moving", words="Good view; hold it still.", corners=view.corners)
+        self._still_since = stamp if self._still_since is None else self._still_since
+        if stamp - self._still_since < self.settings.still_for:
+            return PictureVerdict(kind="moving", words="Hold still …", corners=view.corners)
+        return self._take(f"view {len(self.taken) + 1}", view)
+
+    def capture(self, grey: Array, name: str) -> PictureVerdict:
+        """A picture that was uploaded or taken on purpose → its verdict; it is taken unless unfit or known."""
+        self._check_size(grey)
+        view = find_board(grey, self.board)
+        if view is None:
+            return PictureVerdict(kind="nothing", words=why_none(grey, self.board))
+        return self._judged(grey, view) or self._take(name, view)
+
+    def drop(self, name: str) -> None:
+        """Leave a view out of the next solution. Raises BadInput when there is none of that name."""
+        self._named(name).dropped = True
+
+    def restore(self, name: str) -> None:
+        """Take a view back in. Raises BadInput when there is none of that name."""
+        self._named(name).dropped = False
+
+    @property
+    def views(self) -> tuple[ViewCorners, ...]:
+        """The views that take part; with `size` and `board` all that a solver in another process needs."""
+        return tuple(ViewCorners(name=each.name, corners=each.corners) for each in self.taken if not each.dropped)
+
+    @property
+    def stale(self) -> bool:
+        """True when the solution does not cover the present views."""
+        return len(self.views) >= self.settings.solve_from and self._solved != tuple(view.name for view in self.views)
+
+    def solve(self) -> Calibration:
+        """Solve here and now. Raises BadInput with too few views."""
+        views = self.views
+        if self.size is None or len(views) < self.settings.solve_from:
+            raise BadInput(f"{len(views)} views are too few; take at least {self.settings.solve_from}.")
+        return self.adopt(calibrate(views, self.board, self.size), views)
+
+    def adopt(self, calibration: Calibration, views: tuple[ViewCorners, ...]) -> Calibration:
+        """Take over a solution that was made of these views, perhaps in another process."""
+        self.calibration, self._advice = calibration, None
+        self._solved = tuple(view.name for view in views)
+        return calibration
+
+    def accept(self) -> Calibration:
+        """The calibration, if it is good enough to be used. Raises Refused with the reason."""
+        progress = self.progress()
+        if self.calibration is None or not progress.ready:
+            raise Refused(progress.words)
+        return self.calibration
+
+    def uncertainty(self) -> UncertaintyMap | None:
+        """The live map; None before the first solution."""
+        return None if self.calibration is None else uncertainty_map(self.calibration)
+
+    def advice(self) -> Advice | None:
+        """The most useful next view; None before the first picture gives the size."""
+        if self._advice is None and self.size is not None:
+            taken = np.array([view.corners for view in self.views]).reshape(-1, self.board.count, 2)
+            settings = GuidanceSettings(seed=GuidanceSettings.seed + self._asked)
+            self._advice = advise(self.board, self.size, self.calibration, taken, settings)
+        return self._advice
+
+    def skip(self) -> Advice | None:
+        """Another suggestion, for one who cannot reach the present one."""
+        self._asked += 1
+        self._advice = None
+        return self.advice()
+
+    def progress(self) -> SessionProgress:
+        """The progress so far, and what is missing."""
+        size = self.size or (1, 1)
+        views = [view.corners for view in self.views]
+        known = self.uncertainty()
+        p95, wanted = (None if known is None else known.p95), target(size[0])
+        missing = self.settings.least_views - len(views)
+        if missing > 0:
+            words = f"{missing} more view{'s' * (missing > 1)} at least."
+        elif p95 is None or self.stale:
+            words = "Not solved yet."
+        elif p95 > wanted:
+            words = (
+                f"95 % of the picture is known to ±{p95:.2f} px; {wanted:.2f} px are wanted. Show the suggested view."
+            )
+        else:
+            words = f"Done: 95 % of the picture is known to ±{p95:.2f} px."
+            if self.calibration is not None and self.calibration.deciding:
+                words += f" But {self.calibration.deciding}"
+        ready = missing <= 0 and p95 is not None and p95 <= wanted and not self.stale
+        spanned = bars([measures(corners, self.board, size) for corners in views])
+        return SessionProgress(len(views), p95, wanted, ready, spanned, cells(views, size), words)
+
+    def state(self) -> dict[str, Any]:
+        """All that is needed to go on after a restart, as JSON."""
+        return {
+            "board": [self.board.columns, self.board.rows, self.board.square],
+            "size": None if self.size is None else list(self.size),
+            "taken": [
+                {"name": each.name, "corners": each.corners.tolist(), "dropped": each.dropped} for each in self.taken
+            ],
+        }
+
+    @staticmethod
+    def resumed(state: dict[str, Any], settings: SessionSettings | None = None) -> CameraSession:
+        """Restore a session from `state`; it must be solved again."""
+        columns, rows, square = state["board"]
+        session = CameraSession(Board(columns=columns, rows=rows, square=square), settings)
+        session.size = None if state["size"] is None else (state["size"][0], state["size"][1])
+        session.taken = [
+            AcceptedView(each["name"], np.array(each["corners"]), each["dropped"]) for each in state["taken"]
+        ]
+        return session
+
+    def _check_size(self, grey: Array) -> None:
+        """The first view that is taken fixes the size; before that it is the newest picture's. Raises BadInput."""
+        size = (grey.shape[1], grey.shape[0])
+        if self.size is not None and size != self.size:
+            if self.taken:
+                raise BadInput(
+                    f"This picture is {size[0]}x{size[1]}, the views so far are {self.size[0]}x{self.size[1]}; "
+                    "a calibration holds for one camera setting only: begin a new session for this one."
+                )
+            self._advice, self._still_since, self._watcher = None, None, Watcher(self.board)
+        self.size = size
+
+    def _judged(self, grey: Array, view: BoardView) -> PictureVerdict | None:
+        """The reason against taking a view, or None."""
+        quality = judge(grey, view, self.board)
+        if quality.refusals:
+            words = quality.refusals[0]
+            return PictureVerdict(kind="refused", words=words, corners=view.corners, sharpness=quality.sharpness)
+        same = self._same(view.corners)
+        if same:
+            return PictureVerdict(
+                kind="same", words=f"Same as {same}; move on to the suggested view.", corners=view.corners
+            )
+        return None
+
+    def _same(self, corners: Array) -> str:
+        """The name of the view that this one repeats, or ''."""
+        width = self.size[0] if self.size else 1
+        for each in self.taken:
+            if not each.dropped and np.linalg.norm(each.corners - corners, axis=1).mean() < self.settings.new * width:
+                return each.name
+        return ""
+
+    def _take(self, name: str, view: BoardView) -> PictureVerdict:
+        if len(self.taken) >= self.settings.most_views:
+            raise Refused(f"{len(self.taken)} views are more than enough; drop some or start again.")
+        known = {each.name for each in self.taken}
+        unique = next(each for each in (name, *(f"{name} ({n})" for n in range(2, 9999))) if each not in known)
+        self.taken.append(AcceptedView(unique, view.corners))
+        self._advice, self._still_since = None, None
+        return PictureVerdict(kind="counted", words=f"Counted as {unique}.", name=unique, corners=view.corners)
+
+    def _named(self, name: str) -> AcceptedView:
+        for each in self.taken:
+            if each.name == name:
+                return each
+        raise BadInput("There is no view of that name in this session.")

@@ -1,0 +1,1 @@
+"""Calibrations, pictures and scans in files."""

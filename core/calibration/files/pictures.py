@@ -1,0 +1,177 @@
+"""Pictures from strangers: looked at before they are decoded, and refused in words."""
+
+from __future__ import annotations
+
+import struct
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from core.errors import BadInput
+from core.message import Array
+
+MOST_BYTES = 40 * 2**20
+MOST_PIXELS = 2**25
+LEAST_SIDE = 64  # [pixel]
+TAIL = 4096  # bytes after the end mark that cameras and editors are known to add
+
+
+class Header(NamedTuple):
+    """The header fields of a picture."""
+
+    width: int
+    height: int
+    complete: bool  # its end mark is there
+    turned: bool  # it asks to be shown turned
+
+
+def read_grey(path: Path) -> tuple[Array, str]:
+    """A picture file → grey (H, W) uint8 as the sensor took it, and a remark or ''. Raises BadInput."""
+    return decode_grey(_content(path))
+
+
+def read_colour(path: Path) -> Array:
+    """A picture file → blue-green-red (H, W, 3) uint8 as the sensor took it. Raises BadInput."""
+    return decode(_content(path), cv2.IMREAD_COLOR)[0]
+
+
+def decode_grey(content: bytes) -> tuple[Array, str]:
+    """Bytes of a picture → grey (H, W) uint8 and a remark or ''. Raises BadInput."""
+    return decode(content, cv2.IMREAD_GRAYSCALE)
+
+
+def own_names(files: Sequence[Path]) -> tuple[str, ...]:
+    """Label every file: its name, or its whole path where several files have the same name."""
+    counts = Counter(path.name for path in set(files))
+    return tuple(path.name if counts[path.name] == 1 else str(path) for path in files)
+
+
+def size_words(picture: Array) -> str:
+    """A picture (H, W, …) → "640x480"."""
+    return f"{picture.shape[1]}x{picture.shape[0]}"
+
+
+def decode(content: bytes, how: int) -> tuple[Array, str]:
+    """Bytes of a picture → its pixels and a remark or ''. Raises BadInput.
+
+    The orientation in EXIF is not followed: it would swap width and height under a calibration.
+    """
+    header = look(content)
+    if header is None:
+        raise BadInput("this is no JPEG, PNG, BMP, WebP or PGM picture")
+    if header.width * header.height > MOST_PIXELS:
+        raise BadInput(
+            f"it announces {header.width}x{header.height} pixels; at most {MOST_PIXELS // 2**20} Mpx are read"
+        )
+    if min(header.width, header.height) < LEAST_SIDE:
+        raise BadInput(f"it is only {header.width}x{header.height} pixels")
+    if not header.complete:
+        raise BadInput("the file is cut off")
+    try:
+        pixels = cv2.imdecode(np.frombuffer(content, np.uint8), how | cv2.IMREAD_IGNORE_ORIENTATION)
+    except cv2.error:
+        pixels = None
+    if pixels is None or pixels.shape[:2] != (header.height, header.width):
+        raise BadInput("the picture is damaged and cannot be decoded")
+    remark = "it asks to be shown turned (EXIF); it is used as the sensor took it" if header.turned else ""
+    return pixels, remark
+
+
+def _content(path: Path) -> bytes:
+    try:
+        if path.is_dir():
+            raise BadInput(f"it is a folder; give the pictures in it, as in {path.name}/*.jpg")
+        if not path.is_file():
+            raise BadInput("there is no such file")
+        if path.stat().st_size > MOST_BYTES:
+            raise BadInput(f"the file is larger than {MOST_BYTES // 2**20} MB")
+        return path.read_bytes()
+    except OSError as trouble:
+        raise BadInput(f"it cannot be read: {trouble.strerror or trouble}") from None
+
+
+def look(content: bytes) -> Header | None:
+    """The first bytes → size and completeness; None for anything that is not a picture we read."""
+    try:
+        if content.startswith(b"\xff\xd8\xff"):
+            return _jpeg(content)
+        if content.startswith(b"\x89PNG\r\n\x1a\n") and content[12:16] == b"IHDR":
+            width, height = struct.unpack(">II", content[16:24])
+            return Header(width, height, b"IEND" in content[-TAIL:], turned=False)
+        if content.startswith(b"BM"):
+            size, width, height = *struct.unpack("<I", content[2:6]), *struct.unpack("<ii", content[18:26])
+            return Header(abs(width), abs(height), len(content) >= size, turned=False)
+        if content[:4] == b"RIFF" and content[8:12] == b"WEBP":
+            return _webp(content)
+        if content[:2] in (b"P2", b"P3", b"P5", b"P6"):
+            return _pnm(content)
+    except (struct.error, IndexError, ValueError):
+        return None
+    return None
+
+
+def _jpeg(content: bytes) -> Header | None:
+    """Walk the segments up to the frame header."""
+    turned = False
+    for marker, segment in _segments(content):
+        if marker == 0xE1 and segment.startswith(b"Exif\0\0"):
+            turned = _orientation(segment[6:]) not in (0, 1)
+        if 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):
+            height, width = struct.unpack(">HH", segment[1:5])
+            return Header(width, height, b"\xff\xd9" in content[-TAIL:], turned)
+    return None
+
+
+def _segments(content: bytes) -> Iterator[tuple[int, bytes]]:
+    at = 2
+    while at + 4 <= len(content):
+        if content[at] != 0xFF:
+            return
+        marker = content[at + 1]
+        if marker == 0xFF:
+            at += 1
+            continue
+        length = struct.unpack(">H", content[at + 2 : at + 4])[0]
+        yield marker, content[at + 4 : at + 2 + length]
+        at += 2 + length
+
+
+def _orientation(tiff: bytes) -> int:
+    """The EXIF block → its orientation, 0 where it has none."""
+    order = "<" if tiff[:2] == b"II" else ">"
+    start = struct.unpack(order + "I", tiff[4:8])[0]
+    for entry in range(min(struct.unpack(order + "H", tiff[start : start + 2])[0], 200)):
+        at = start + 2 + 12 * entry
+        if struct.unpack(order + "H", tiff[at : at + 2])[0] == 0x0112:
+            return int(struct.unpack(order + "H", tiff[at + 8 : at + 10])[0])
+    return 0
+
+
+def _webp(content: bytes) -> Header | None:
+    complete = len(content) >= struct.unpack("<I", content[4:8])[0] + 8
+    kind = content[12:16]
+    if kind == b"VP8X":
+        width, height = (int.from_bytes(content[at : at + 3], "little") + 1 for at in (24, 27))
+    elif kind == b"VP8 ":
+        width, height = (size & 0x3FFF for size in struct.unpack("<HH", content[26:30]))
+    elif kind == b"VP8L":
+        bits = int.from_bytes(content[21:25], "little")
+        width, height = (bits & 0x3FFF) + 1, (bits >> 14 & 0x3FFF) + 1
+    else:
+        return None
+    return Header(width, height, complete, turned=False)
+
+
+def _pnm(content: bytes) -> Header:
+    words: list[bytes] = []
+    for line in content[:1024].splitlines():
+        words += line.split(b"#")[0].split()
+        if len(words) >= 4:
+            break
+    width, height = int(words[1]), int(words[2])
+    needed = width * height * (3 if words[0] in (b"P3", b"P6") else 1)
+    return Header(width, height, len(content) >= needed, turned=False)

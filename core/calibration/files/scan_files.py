@@ -1,0 +1,132 @@
+"""Laser scans in files: PCD (ascii and binary) and CSV of angle and range, or of x and y."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from core.errors import BadInput
+from core.message import Array
+
+MOST_BYTES = 32 * 2**20
+MOST_POINTS = 2_000_000
+SAME_BEAM = 1e-4  # [rad]: bearings closer than this belong to the same beam
+KINDS = {"F4": "<f4", "F8": "<f8", "I1": "<i1", "I2": "<i2", "I4": "<i4", "U1": "<u1", "U2": "<u2", "U4": "<u4"}
+
+
+def read_scans(path: Path) -> tuple[Array, Array]:
+    """A file of one or more scans of a still scene → bearings (B,) [rad], rising, and ranges (K, B) [m], NaN = none.
+
+    A new scan begins where the bearing jumps back, or where a `scan` column changes. Raises BadInput.
+    """
+    if path.stat().st_size > MOST_BYTES:
+        raise BadInput(f"{path.name} is larger than {MOST_BYTES // 2**20} MB; that is no scan.")
+    scans = _read_pcd(path) if path.suffix.lower() == ".pcd" else _read_csv(path)
+    scans = [scan[np.all(np.isfinite(scan), axis=1) & (scan[:, 1] > 0)] for scan in scans]
+    scans = [scan for scan in scans if len(scan) >= 3]
+    if not scans:
+        raise BadInput(f"{path.name} holds no scan: at least 3 measured beams are needed.")
+    return _on_common_beams(scans)
+
+
+def polar(points: Array) -> Array:
+    """Points (N, 2) [m] → bearing [rad] and range [m] (N, 2)."""
+    return np.column_stack((np.arctan2(points[:, 1], points[:, 0]), np.hypot(points[:, 0], points[:, 1])))
+
+
+def _on_common_beams(scans: list[Array]) -> tuple[Array, Array]:
+    """Scans of (bearing, range) → all bearings that occur, and every scan on them."""
+    every = np.sort(np.concatenate([scan[:, 0] for scan in scans]))
+    bearings = every[np.concatenate(([True], np.diff(every) > SAME_BEAM))]
+    ranges = np.full((len(scans), len(bearings)), np.nan)
+    for row, scan in enumerate(scans):
+        place = np.clip(np.searchsorted(bearings, scan[:, 0] + SAME_BEAM) - 1, 0, len(bearings) - 1)
+        ranges[row, place] = scan[:, 1]
+    return bearings, ranges
+
+
+def _read_csv(path: Path) -> list[Array]:
+    rows = [row for row in csv.reader(path.read_text(encoding="utf-8", errors="replace").splitlines()) if row]
+    if len(rows) > MOST_POINTS:
+        raise BadInput(f"{path.name} has more than {MOST_POINTS} lines; that is no scan.")
+    names = [] if not rows or _number(rows[0][0]) is not None else [_column(name) for name in rows.pop(0)]
+    names = names or ["angle", "range"]
+    table = np.array([[_number(cell) for cell in row[: len(names)]] for row in rows if len(row) >= len(names)], float)
+    if not len(table):
+        raise BadInput(f"{path.name} holds no numbers; columns angle [rad] and range [m], or x and y [m], are read.")
+    if {"angle", "range"} <= set(names):
+        points = table[:, [names.index("angle"), names.index("range")]]
+        breaks = np.flatnonzero(np.diff(points[:, 0]) < -0.1) + 1
+    elif {"x", "y"} <= set(names):
+        points, breaks = polar(table[:, [names.index("x"), names.index("y")]]), np.empty(0, int)
+    else:
+        raise BadInput(f"{path.name} needs columns angle [rad] and range [m], or x and y [m].")
+    if "scan" in names:
+        breaks = np.flatnonzero(np.diff(table[:, names.index("scan")]) != 0) + 1
+    return np.split(points, breaks)
+
+
+def _column(name: str) -> str:
+    """A column's heading, whatever its unit: 'angle_rad' → 'angle'."""
+    word = name.strip().lower().split("[")[0].strip().removesuffix("_rad").removesuffix("_m")
+    return {"theta": "angle", "bearing": "angle", "azimuth": "angle", "r": "range", "distance": "range"}.get(
+        word, word
+    )
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _read_pcd(path: Path) -> list[Array]:
+    head, names, kinds, counts = 0, [""], [""], [1]
+    count, form = 0, ""
+    content = path.read_bytes()
+    while not form:
+        end = content.find(b"\n", head)
+        if end < 0 or head > 4096:
+            raise BadInput(f"{path.name} is no PCD file: its header does not end.")
+        word, *values = content[head:end].decode("ascii", "replace").split() or ["#"]
+        head = end + 1
+        match word:
+            case "FIELDS":
+                names = values
+            case "SIZE":
+                kinds = values
+            case "TYPE":
+                kinds = [letter + size for letter, size in zip(values, kinds, strict=False)]
+            case "COUNT":
+                counts = [int(value) for value in values if value.isdigit()]
+            case "POINTS":
+                count = int(values[0]) if values and values[0].isdigit() else 0
+            case "DATA":
+                form = values[0] if values else "?"
+            case _:
+                pass
+    if not {"x", "y"} <= set(names) or not 0 < count <= MOST_POINTS or any(each != 1 for each in counts):
+        raise BadInput(f"{path.name} needs the single fields x and y and between 1 and {MOST_POINTS} points.")
+    table = _pcd_table(path, content[head:], names, kinds, count, form)
+    return [polar(table)]
+
+
+def _pcd_table(path: Path, body: bytes, names: list[str], kinds: list[str], count: int, form: str) -> Array:
+    """The fields x and y (N, 2) of a PCD file's body."""
+    if form == "ascii":
+        rows = [line.split() for line in body.decode("ascii", "replace").splitlines()]
+        x, y = names.index("x"), names.index("y")
+        points = [(_number(row[x]), _number(row[y])) for row in rows if len(row) >= len(names)]
+        table = np.array(points, float).reshape(-1, 2)
+    elif form == "binary" and len(kinds) == len(names) and set(kinds) <= set(KINDS):
+        layout = np.dtype([(name, KINDS[kind]) for name, kind in zip(names, kinds, strict=True)])
+        if len(body) < count * layout.itemsize:
+            raise BadInput(f"{path.name} is cut off: {count} points are announced.")
+        points = np.frombuffer(body, layout, count)
+        table = np.column_stack((points["x"], points["y"])).astype(float)
+    else:
+        raise BadInput(f"{path.name} is written as '{form[:20]}'; ascii and binary PCD are read.")
+    return table

@@ -1,0 +1,1 @@
+"""The camera's mount on the laser (section 3.2)."""

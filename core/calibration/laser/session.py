@@ -1,0 +1,269 @@
+"""The laser's wizard without a screen: the empty room first, then still poses of the board that both sensors see."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from core.calibration.board.board import Board
+from core.calibration.board.quality import judge
+from core.calibration.board.tracking import Explainer, Watcher
+from core.calibration.camera.guidance import Advice
+from core.calibration.laser.board_line import average, find_lines, foreground
+from core.calibration.laser.guidance import advise_pose
+from core.calibration.laser.planes import BoardPose, Plane, board_pose
+from core.calibration.laser.progress import LaserProgress, progress_of
+from core.calibration.laser.range_lines import unit_rays
+from core.calibration.laser.solve import LaserCalibration, LaserPose, LaserSettings, calibrate_laser
+from core.calibration.mount import Mount
+from core.calibration.projection import Poses
+from core.errors import BadInput, Refused
+from core.message import Array, message
+from core.optics import CameraModel
+from core.sensors.laser import Scan
+
+Kind = Literal["background", "nothing", "refused", "moving", "gathering", "same", "counted"]
+
+CLEARLY = 1.5  # times as new as a pose has to be are the poses that are advised: hands miss
+RANGE_SD = 0.007  # [m] of an averaged range, until it has been measured
+
+
+@dataclass(frozen=True)
+class LaserSessionSettings:
+    """Conditions under which a pose is taken by itself."""
+
+    background: int = 30  # scans of the empty room
+    scans: int = 20  # of every still pose
+    still: float = 0.7  # [pixel] mean motion of the corners between pictures, per 640 pixels of width
+    drift: float = 2.0  # [pixel] that the corners may wander in all while scans are gathered, per 640 pixels of width
+    blind: int = 5  # scans that may come without a picture that shows the board still
+    turned: float = np.deg2rad(8)  # a pose is new when its board is turned by so much …
+    moved: float = 0.08  # … or by this share of its distance nearer or farther
+    least_poses: int = 10
+    solve_from: int = 4
+    laser_offset: float = 3.0  # [pixel] within which a laser point at 1 m has to land (95 %)
+    solve: LaserSettings = field(default_factory=LaserSettings)
+
+
+@message
+class LaserVerdict:
+    """The outcome of one picture or scan."""
+
+    kind: Kind
+    words: str
+    name: str = ""
+    corners: Array | None = None  # (N, 2) [pixel], to be drawn
+    beams: Array | None = None  # (K,) numbers of the beams taken for the board, to be highlighted
+
+
+@dataclass
+class TakenPose:
+    """A pose in the session."""
+
+    pose: LaserPose
+    dropped: bool = False
+
+
+class LaserSession:
+    """One calibration of the laser against a calibrated camera. Owned by one thread."""
+
+    def __init__(
+        self,
+        board: Board,
+        model: CameraModel,
+        mount: Mount | None = None,
+        settings: LaserSessionSettings | None = None,
+    ) -> None:
+        self.board, self.model, self.mount = board, model, mount or Mount()
+        self.settings = settings or LaserSessionSettings()
+        self.taken: list[TakenPose] = []
+        self.calibration: LaserCalibration | None = None
+        self.background: Array | None = None  # (B,) [m]
+        self._scans: list[Array] = []
+        self._rays = np.empty((0, 3))
+        self._watcher, self._explainer = Watcher(board), Explainer(board)
+        self._seen: BoardPose | None = None
+        self._corners: list[Array] = []  # (N, 2) [pixel] each, in every picture since gathering began
+        self._blind = 0  # scans since the last picture
+        self._solved: tuple[str, ...] = ()
+        self._asked = 0
+
+    def sweep(self, scan: Scan) -> LaserVerdict | None:
+        """One scan → a verdict where it completes something: first the background, then every still pose."""
+        ranges = np.where(scan.valid, scan.ranges, np.nan)
+        if len(self._rays) not in (0, len(ranges)):
+            raise BadInput("The laser's scans have changed their number of beams; start the session again.")
+        self._rays = unit_rays(scan.angles)
+        if self.background is None:
+            self._scans.append(ranges)
+            return self._empty_room()
+        if self._seen is None:
+            return None
+        self._blind += 1
+        if self._blind > self.settings.blind:
+            self._forget()
+            return LaserVerdict(kind="nothing", words="No pictures arrive; is the camera running?")
+        self._scans.append(ranges)
+        if len(self._scans) < self.settings.scans:
+            words = f"Hold still: {len(self._scans)} of {self.settings.scans} scans."
+            return LaserVerdict(kind="gathering", words=words, corners=self._watcher.corners)
+        return self._take()
+
+    def look(self, grey: Array, stamp: float = 0.0) -> LaserVerdict:
+        """One picture (H, W) uint8 of time `stamp` [s] → its verdict. The board is still while scans are gathered."""
+        if self.background is None:
+            words = (
+                f"Looking at the empty room: keep out of it. {len(self._scans)} of {self.settings.background} scans."
+            )
+            return LaserVerdict(kind="background", words=words)
+        view = self._watcher.look(grey)
+        self._blind = 0
+        if view is None:
+            self._forget()
+            return LaserVerdict(kind="nothing", words=self._explainer.why(grey, stamp))
+        start = self._corners[0] if self._corners else None
+        wandered = self._watcher.apart(view.corners, start, grey.shape[1]) > self.settings.drift
+        if self._watcher.moved > self.settings.still or (self._seen is not None and wandered):
+            self._forget()
+            return LaserVerdict(kind="moving", words="Hold the board still.", corners=view.corners)
+        if self._seen is not None:
+            self._corners.append(view.corners)
+            words = f"Hold still: {len(self._scans)} of {self.settings.scans} scans."
+            return LaserVerdict(kind="gathering", words=words, corners=view.corners)
+        refusals = judge(grey, view, self.board).refusals
+        if refusals:
+            return LaserVerdict(kind="refused", words=refusals[0], corners=view.corners)
+        pose = board_pose(self.model, self.board, view.corners)
+        same = self._same(pose.plane)
+        if same:
+            words = f"Same as {same}; tilt or move the board."
+            return LaserVerdict(kind="same", words=words, corners=view.corners)
+        self._seen, self._corners, self._scans = pose, [view.corners], []
+        return LaserVerdict(kind="gathering", words="Hold still …", corners=view.corners)
+
+    def forget_room(self) -> None:
+        """Scan the empty room again: the laser was moved, or a person was in the room. Poses keep their own room."""
+        self.background = None
+        self._forget()
+
+    def drop(self, name: str) -> None:
+        """Leave a pose out of the next solution. Raises BadInput when there is none of that name."""
+        self._named(name).dropped = True
+
+    def restore(self, name: str) -> None:
+        """Take a pose back in. Raises BadInput when there is none of that name."""
+        self._named(name).dropped = False
+
+    @property
+    def poses(self) -> tuple[LaserPose, ...]:
+        """The poses that take part."""
+        return tuple(each.pose for each in self.taken if not each.dropped)
+
+    @property
+    def stale(self) -> bool:
+        """True when the solution does not cover the present poses."""
+        return len(self.poses) >= self.settings.solve_from and self._solved != tuple(pose.name for pose in self.poses)
+
+    def solve(self) -> LaserCalibration:
+        """Solve here and now. Raises BadInput with too few poses."""
+        poses = self.poses
+        found = calibrate_laser(poses, self.board, mount=self.mount, settings=self.settings.solve)
+        return self.adopt(found, poses)
+
+    def adopt(self, calibration: LaserCalibration, poses: tuple[LaserPose, ...]) -> LaserCalibration:
+        """Take over a solution that was made of these poses, perhaps in another process."""
+        self.calibration, self._solved = calibration, tuple(pose.name for pose in poses)
+        return calibration
+
+    def accept(self) -> LaserCalibration:
+        """The calibration, if it is good enough to be used. Raises Refused with the reason."""
+        progress = self.progress()
+        if self.calibration is None or not progress.ready:
+            raise Refused(progress.words)
+        return self.calibration
+
+    def advice(self) -> Advice | None:
+        """The most useful next pose; None before the first scan, or where none is in view of both sensors."""
+        if not len(self._rays):
+            return None
+        known = self.calibration
+        found, sd = (None, RANGE_SD) if known is None else (known.extrinsics, known.range_sd)
+        boards = [pose.board for pose in self.poses]
+        taken = Poses(
+            np.array([board.rotation for board in boards]).reshape(-1, 3, 3),
+            np.array([board.translation for board in boards]).reshape(-1, 3),
+        )
+        return advise_pose(
+            self.board,
+            self.model,
+            self._rays,
+            sd,
+            self.mount,
+            taken if found is None else found,
+            fresh=lambda plane: not self._same(plane, CLEARLY),
+            asked=self._asked,
+        )
+
+    def skip(self) -> Advice | None:
+        """Another suggestion, for one who cannot reach the present one."""
+        self._asked += 1
+        return self.advice()
+
+    def progress(self) -> LaserProgress:
+        """The progress so far, and what is missing."""
+        return progress_of(
+            self.calibration,
+            self.model,
+            self.mount,
+            poses=len(self.poses),
+            wanted=(self.settings.least_poses, self.settings.laser_offset),
+            stale=self.stale,
+            room_known=self.background is not None,
+        )
+
+    def _empty_room(self) -> LaserVerdict:
+        count, wanted = len(self._scans), self.settings.background
+        if count < wanted:
+            words = f"Looking at the empty room: keep out of it. {count} of {wanted} scans."
+            return LaserVerdict(kind="background", words=words)
+        self.background, self._scans = average(np.array(self._scans), self._rays).ranges, []
+        return LaserVerdict(kind="background", words="The empty room is known. Now show the board.")
+
+    def _take(self) -> LaserVerdict:
+        """Enough scans of a still board: find it among the beams that end before the empty room.
+
+        Scans and pictures are both averaged over the same time, so that a hand that sways a little does no harm.
+        """
+        scan = average(np.array(self._scans), self._rays)
+        pose = board_pose(self.model, self.board, np.mean(self._corners, axis=0))
+        corners = self._watcher.corners
+        self._forget()
+        lines = find_lines(scan, foreground(scan, self.background, self.settings.solve.line), self.board)
+        if not lines:
+            words = "The laser does not meet the board: hold it at the laser's height, nearer, away from walls."
+            return LaserVerdict(kind="refused", words=words, corners=corners)
+        name = f"pose {len(self.taken) + 1}"
+        self.taken.append(TakenPose(LaserPose(name=name, board=pose, scan=scan, background=self.background)))
+        words = f"Counted as {name}: {len(lines[0].beams)} beams on the board."
+        return LaserVerdict(kind="counted", words=words, name=name, corners=corners, beams=lines[0].beams)
+
+    def _same(self, plane: Plane, times: float = 1.0) -> str:
+        """The name of the pose that this plane repeats, being less than `times` as new as it has to be, or ''."""
+        for each in self.taken:
+            known = each.pose.board.plane
+            angle = float(np.arccos(np.clip(known.normal @ plane.normal, -1, 1)))
+            nearer = abs(known.distance - plane.distance) / known.distance
+            if not each.dropped and angle < times * self.settings.turned and nearer < times * self.settings.moved:
+                return each.pose.name
+        return ""
+
+    def _forget(self) -> None:
+        self._seen, self._scans, self._corners = None, [], []
+
+    def _named(self, name: str) -> TakenPose:
+        for each in self.taken:
+            if each.pose.name == name:
+                return each
+        raise BadInput("There is no pose of that name in this session.")

@@ -1,0 +1,199 @@
+"""From still poses of the board to the mount: find the lines, solve, find them better, solve again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from core.calibration.board.board import Board
+from core.calibration.laser.board_line import BoardLineSettings, MeanScan, find_lines, foreground, select_inside
+from core.calibration.laser.extrinsics import ExtrinsicsSettings, Freedom, solve
+from core.calibration.laser.plane_pairs import Guess, PlanePair, disagreement
+from core.calibration.laser.planes import BoardPose
+from core.calibration.laser.range_lines import fit_ranges
+from core.calibration.mount import NAMES, Extrinsics, Mount
+from core.errors import BadInput
+from core.geometry import Transform
+from core.message import Array, message
+
+FIRST_TURN, FIRST_SHIFT = np.deg2rad(8), 0.15  # [rad], [m]: how far a mount may be off its nominal value at first
+HELD_TURN, HELD_SHIFT = np.deg2rad(0.5), 0.005  # [rad], [m]: what is left open, while the squares are checked
+SURE = 25.0  # chi-square (2 dof) up to which a line may belong to the board as the nominal mount predicts it
+RANGE_FLOOR = 0.002  # [m]: no averaged range is believed better than this
+
+
+@dataclass(frozen=True)
+class LaserSettings:
+    """Settings of the alternation between selecting and solving."""
+
+    line: BoardLineSettings = field(default_factory=BoardLineSettings)
+    extrinsics: ExtrinsicsSettings = field(default_factory=ExtrinsicsSettings)
+    rounds: int = 5
+
+
+@message
+class LaserPose:
+    """One still pose of the board."""
+
+    name: str
+    board: BoardPose
+    scan: MeanScan
+    background: Array | None = None  # (B,) [m]: the empty room from where the robot stood; None: the one for all
+
+
+@message
+class LaserCalibration:
+    """The mount and what became of every pose."""
+
+    extrinsics: Extrinsics
+    beams: tuple[Array, ...]  # of every pose: the beam numbers that were taken for the board
+    reasons: tuple[str, ...]  # of every pose: why it is not used; empty: it is
+    residuals: tuple[Array, ...]  # of every pose: measured minus predicted range [m] of those beams
+    range_sd: float  # [m] of an averaged range, from the straightness of the lines
+    square: tuple[float, float]  # [m] side of a square as the laser believes it, and its sd
+
+    @property
+    def used(self) -> Array:
+        """(M,) bool: the poses that took part."""
+        return np.array([not reason for reason in self.reasons])
+
+    @property
+    def residual_rms(self) -> float:
+        """[m] over the beams of the used poses."""
+        kept = [each for each, reason in zip(self.residuals, self.reasons, strict=True) if not reason]
+        return float(np.sqrt(np.mean(np.concatenate(kept) ** 2)))
+
+
+def calibrate_laser(
+    poses: Sequence[LaserPose],
+    board: Board,
+    background: Array | None = None,
+    mount: Mount | None = None,
+    *,
+    with_offset: bool = False,
+    settings: LaserSettings | None = None,
+) -> LaserCalibration:
+    """Still poses, the board, and the ranges (B,) [m] of the empty room → the mount.
+
+    A pose that brings its own empty room is looked for in that one.
+    Raises BadInput where fewer than three poses show the board to the laser.
+    """
+    mount, settings = mount or Mount(), settings or LaserSettings()
+    freedom = Freedom(offset=with_offset)
+    beams = [_first_beams(pose, board, background, mount, settings) for pose in poses]
+    found = _solve(poses, beams, mount, freedom, settings)
+    for _ in range(settings.rounds):
+        again = [
+            _enough(select_inside(pose.scan, pose.board, board, found, settings.line), settings) for pose in poses
+        ]
+        if _seen(again) < max(3, _seen(beams) / 2) or _same(again, beams):
+            break  # settled; or a first solution so poor that it misses its own boards
+        beams = again
+        found = _solve(poses, beams, mount, freedom, settings, found.transform)
+    scaled = _solve(
+        poses, beams, _held(mount, found), Freedom(offset=with_offset, scale=True), settings, found.transform
+    )
+    factor, factor_sd = scaled.scale or (1.0, 0.0)
+    seen = [number for number, each in enumerate(beams) if len(each)]
+    fits = dict(zip(seen, zip(found.used, found.chi2, strict=True), strict=True))
+    return LaserCalibration(
+        extrinsics=found,
+        beams=tuple(beams),
+        reasons=tuple(_reason(fits.get(number), found) for number in range(len(poses))),
+        residuals=tuple(range_residuals(pose, each, found.guess) for pose, each in zip(poses, beams, strict=True)),
+        range_sd=_range_sd(poses, beams),
+        square=(board.square * factor, board.square * factor_sd),
+    )
+
+
+def range_residuals(pose: LaserPose, beams: Array, guess: Guess) -> Array:
+    """Measured minus predicted range (K,) [m] of beams on the board, under a mount."""
+    normal = guess.rotation @ pose.board.plane.normal
+    nearness = guess.scale * pose.board.plane.distance + normal @ guess.translation
+    return pose.scan.ranges[beams] - guess.offset - nearness / (pose.scan.rays[beams] @ normal)
+
+
+def _held(mount: Mount, found: Extrinsics) -> Mount:
+    """The mount with what the data leave open held fast: a free tilt would trade against the size of the squares."""
+    tight = tuple(
+        min(sd, HELD_TURN if number < 3 else HELD_SHIFT) if name in found.weak else sd
+        for number, (name, sd) in enumerate(zip(NAMES, mount.spread, strict=True))
+    )
+    return Mount(nominal=mount.nominal, spread=tight)
+
+
+def _first_beams(
+    pose: LaserPose, board: Board, background: Array | None, mount: Mount, settings: LaserSettings
+) -> Array:
+    """The run that fits the nominal mount best; if none does, the longest before the empty room; else no beam."""
+    background = background if pose.background is None else pose.background
+    lines = find_lines(pose.scan, foreground(pose.scan, background, settings.line), board, settings.line)
+    if not lines:
+        return np.empty(0, int)
+    pairs = [_pair(pose, line.beams, pose.scan.sd) for line in lines]
+    nominal = Guess(mount.nominal.rotation, mount.nominal.translation)
+    doubt = np.diag([FIRST_TURN**2] * 3 + [FIRST_SHIFT**2] * 3)
+    chi2 = disagreement(pairs, nominal, doubt)
+    best = int(np.argmin(chi2))
+    if chi2[best] < SURE:
+        return lines[best].beams
+    return lines[0].beams if background is not None else np.empty(0, int)
+
+
+def _solve(
+    poses: Sequence[LaserPose],
+    beams: Sequence[Array],
+    mount: Mount,
+    freedom: Freedom,
+    settings: LaserSettings,
+    start: Transform | None = None,
+) -> Extrinsics:
+    seen = [(pose, each) for pose, each in zip(poses, beams, strict=True) if len(each)]
+    if len(seen) < 3:
+        raise BadInput(
+            f"The laser sees the board in only {len(seen)} of {len(poses)} poses; at least 3 are needed. "
+            "Hold the board at the laser's height, nearer, and away from walls and furniture."
+        )
+    sd = _range_sd(poses, beams)
+    pairs = [_pair(pose, each, sd) for pose, each in seen]
+    return solve(pairs, mount, start=start, freedom=freedom, settings=settings.extrinsics)
+
+
+def _pair(pose: LaserPose, beams: Array, sd: float) -> PlanePair:
+    return PlanePair(plane=pose.board.plane, ranges=fit_ranges(pose.scan.rays[beams], pose.scan.ranges[beams], sd))
+
+
+def _range_sd(poses: Sequence[LaserPose], beams: Sequence[Array]) -> float:
+    """[m] of an averaged range: how straight the beams on each board are; the median over the poses."""
+    spreads = [
+        float(np.sum(fit_ranges(pose.scan.rays[each], pose.scan.ranges[each], 1.0).residuals ** 2)) / (len(each) - 2)
+        for pose, each in zip(poses, beams, strict=True)
+        if len(each) > 2
+    ]
+    return max(float(np.sqrt(np.median(spreads))), RANGE_FLOOR)
+
+
+def _same(beams: Sequence[Array], others: Sequence[Array]) -> bool:
+    return all(np.array_equal(one, other) for one, other in zip(beams, others, strict=True))
+
+
+def _seen(beams: Sequence[Array]) -> int:
+    """Poses in which any beam was taken for the board."""
+    return sum(len(each) > 0 for each in beams)
+
+
+def _enough(beams: Array, settings: LaserSettings) -> Array:
+    return beams if len(beams) >= settings.line.least_beams else np.empty(0, int)
+
+
+def _reason(fit: tuple[bool, float] | None, found: Extrinsics) -> str:
+    """The reason why a pose is not used, or ''."""
+    if fit is None:
+        return "the laser does not meet the board: hold it at the laser's height, nearer, away from walls"
+    used, chi2 = fit
+    if used:
+        return ""
+    times = np.sqrt(chi2 / 2 / max(1.0, found.misfit))
+    return f"camera and laser disagree {times:.0f} times more than expected: did the board move in between?"

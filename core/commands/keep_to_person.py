@@ -1,0 +1,54 @@
+"""Keep to a person: the part that COME HERE and FOLLOW ME share once the robot has turned to a voice."""
+
+from __future__ import annotations
+
+from core.commands.command import Progress
+from core.commands.turn_to_voice import TurnToVoice
+from core.navigation.control_context import ControlContext
+from core.navigation.goal_controller import GoalAim, GoalStep
+from core.perception.people.tracked_person import TrackedPerson
+
+WAITING = 0.5  # [s] without a picture, after which the robot stands …
+BLIND = 1.0  # [s] … and after which nobody is followed any more
+
+
+class KeepToPerson:
+    """Finds the person who called, then tracks them frame by frame."""
+
+    def __init__(self, seeking: TurnToVoice) -> None:
+        self.track = seeking.track
+        self._seeking: TurnToVoice | None = seeking
+
+    def watch(self, here: ControlContext) -> TrackedPerson | Progress:
+        """Take one frame → the person, or what to do until they are found. Raises Refused when nobody is there."""
+        if self._seeking is not None:
+            found = self._seeking.look(here)
+            if isinstance(found, Progress):
+                return found
+            self._seeking = None
+        self.track.follow(here.stamp, here.pose, here.scan_points, here.image, here.camera)
+        person, silent = self.track.person, here.stamp - self.track.looked
+        if person is None or silent > BLIND:
+            return Progress(finished="failed", remark="No picture comes from the camera any more; I stay here.")
+        if silent > WAITING:
+            return Progress(remark="No picture comes from the camera; I wait.", person=person)
+        return person
+
+
+def aim_at(person: TrackedPerson, keep: float) -> GoalAim:
+    """Return an aim `keep` [m] in front of a person."""
+    x, y = person.position.tolist()
+    return GoalAim(x=x, y=y, keep=keep)
+
+
+def going(step: GoalStep, person: TrackedPerson, words: str, fraction: float | None = None) -> Progress:
+    """Return the progress of a step towards a person; `words` is the remark where the step has none."""
+    return Progress(
+        twist=step.twist,
+        finished="failed" if step.state == "stuck" else "",
+        remark=step.words or words,
+        fraction=fraction,
+        path=step.path,
+        goal=step.stand,
+        person=person,
+    )

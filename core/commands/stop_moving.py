@@ -1,0 +1,55 @@
+"""STOP MOVING, and START of the paper's Fig. 17: the robot stands still."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from core.commands.command import Action, Command, CommandFacts, Parameter, Progress
+from core.navigation.control_context import ControlContext
+
+
+@dataclass(frozen=True, kw_only=True)
+class StopMoving(CommandFacts):
+    """Standing still, and that is all."""
+
+    name: str
+    words: tuple[str, ...]
+    summary: str
+    remark: str
+    numbers: tuple[Parameter, ...] = ()
+    moves: bool = False
+
+    @property
+    def example(self) -> str:
+        """Words that are understood as they stand."""
+        return self.words[0]
+
+    def begin(self, command: Command, here: ControlContext) -> Action:
+        """Stop at once; whatever ran before has been pre-empted."""
+        return StandingStill(command.remark or self.remark)
+
+
+class StandingStill:
+    """Asks for zero speed and is done."""
+
+    def __init__(self, remark: str) -> None:
+        self._remark = remark
+
+    def drive(self, here: ControlContext) -> Progress:
+        """Zero, at once."""
+        return Progress(finished="done", remark=self._remark, fraction=1.0)
+
+
+STOP_MOVING = StopMoving(
+    name="stop_moving",
+    words=("stop moving", "stop"),
+    summary="Stops moving at once. Any sentence with the word stop does.",
+    remark="The robot stands still.",
+    icon="stop_moving",
+)
+START = StopMoving(
+    name="start",
+    words=("start",),
+    summary="Stands still and waits for a command.",
+    remark="Ready for a command.",
+)

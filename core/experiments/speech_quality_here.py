@@ -1,0 +1,142 @@
+"""Measure how well a person is understood here: a text spoken at several distances and noise levels around the robot.
+
+The same loop as in `core.experiments.speech_quality`, but in the room that the robot stands in: its walls, its
+reverberation, its microphones. One step at a time, so that it can be watched and given up.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from core.errors import BadInput, Unavailable
+from core.experiments.speech_quality import TEXT, SpokenPhrase, close_by, padded, read, received_at, spoken
+from core.geometry import Pose
+from core.message import Array, message
+from core.sensors.microphones import Sound
+from core.simulation.acoustics.enclosure import enclosure, in_sight
+from core.simulation.acoustics.shoebox import impulse_responses
+from core.simulation.microphones import RATE, MicrophoneSettings, SimulatedMicrophones
+from core.simulation.world import world_named
+from core.speech.quality.audio_similarity import AudioSimilarity, liken
+from core.speech.quality.osqe import SpeechQuality, compare
+from core.speech.quality.osqe import as_json as quality_json
+from core.speech.quality.report import page
+from core.speech.recognition.engines import open_writer
+from core.speech.recognition.recognizer import Engine
+from core.speech.settings import SpeechSettings
+from core.speech.synthesis import NO_VOICE, can_speak
+
+MOUTH = 1.55  # [m] above the floor
+NEAREST, FARTHEST = 0.3, 12.0  # [m] of a mouth from the robot
+MOST_PLACES = 20
+MOST_PHRASES = 36
+WALL = "A wall or a thing is in the way there."
+BEHIND = "That is behind a wall of the room that the robot is in."
+
+
+@message
+class SpeakingPlace:
+    """A place of the speaker, and the noise level of the room."""
+
+    distance: float  # [m] on the floor
+    ratio: float  # [dB] a voice at 1 m over the room's noise
+    mouth: Array  # (3,) [m] in the world
+    refused: str = ""  # why no person can speak from there
+
+
+class SpeechQualityHere:
+    """One run, from the first phrase to the last place."""
+
+    def __init__(
+        self,
+        world: str,
+        pose: Pose,
+        towards: float,
+        distances: Sequence[float],
+        ratios: Sequence[float],
+        *,
+        phrases: int = 18,
+        seed: int = 0,
+        ears: MicrophoneSettings | None = None,
+        speech: SpeechSettings | None = None,
+    ) -> None:
+        """The robot stands at `pose` in the world of that name; people speak `towards` [rad] of the world from it.
+
+        Raises BadInput, and Unavailable where there is no voice, no recognizer, or no microphone.
+        """
+        _check(distances, ratios, phrases)
+        if not can_speak():
+            raise Unavailable(NO_VOICE)
+        chosen = ears or MicrophoneSettings()
+        if chosen.array is None:
+            raise Unavailable("This simulated robot is deaf: it has no microphones.")
+        self._world, self._pose, self._seed, self._rt60 = world_named(world), pose, seed, chosen.reverberation
+        self._ear = SimulatedMicrophones(chosen.array, chosen, np.random.SeedSequence(seed)).ears(pose)[:1]
+        self._engine: Engine = open_writer(speech or SpeechSettings())
+        texts = [TEXT[number % len(TEXT)] for number in range(phrases)]
+        self._said: list[SpokenPhrase]
+        self._said, self.voice = spoken(np.random.default_rng(seed), texts)
+        self.places = tuple(self._place(towards, distance, ratio) for ratio in ratios for distance in distances)
+        self.person = ""  # what the person's own microphone made of it
+
+    def listen_close(self) -> str:
+        """The person's path: the text into a microphone at the mouth → what was read."""
+        self.person = close_by(self._engine, self._said, self._seed)
+        return self.person
+
+    def measure(self, place: SpeakingPlace) -> tuple[dict[str, Any], str]:
+        """One place → its figures, and the report page. The person's path comes first."""
+        row: dict[str, Any] = {"distance_m": place.distance, "snr_db": place.ratio, "refused": place.refused}
+        if place.refused:
+            return row, ""
+        quality, similarity = self._listen(place)
+        figures = quality_json(quality)
+        row |= {"stoi": similarity.stoi, "estoi": similarity.estoi, "si_sdr_db": similarity.si_sdr_db}
+        names = ("words", "erroneous_words_person", "erroneous_words_robot", "osqe_d", "osqe_r", "reason", "verdict")
+        row |= {name: figures[name] for name in names}
+        row |= {"commands": len(quality.phrases), "commands_exact": figures["robot"]["commands_exact"]}
+        around = {
+            "where": f"{self._world.name}, {place.distance:g} m from the robot, {MOUTH:g} m above the floor",
+            "noise": f"{place.ratio:g} dB below a voice at 1 m",
+            "reverberation": f"RT60 {self._rt60:g} s",
+            "voice": self.voice,
+        }
+        return row, page(quality, similarity, around)
+
+    def _place(self, towards: float, distance: float, ratio: float) -> SpeakingPlace:
+        x, y = self._pose.x + distance * math.cos(towards), self._pose.y + distance * math.sin(towards)
+        mouth = np.array([x, y, MOUTH])
+        refused = ""
+        if not self._world.open_air(mouth[None]):
+            refused = WALL
+        elif not in_sight(self._world, self._ear[0], mouth):
+            refused = BEHIND
+        return SpeakingPlace(distance=distance, ratio=ratio, mouth=mouth, refused=refused)
+
+    def _listen(self, place: SpeakingPlace) -> tuple[SpeechQuality, AudioSimilarity]:
+        rng = np.random.default_rng(self._seed)  # the same noise everywhere: only the place makes a difference
+        box = enclosure(self._world, np.vstack((self._ear, place.mouth)), self._rt60)
+        inside = box.inside(np.vstack((place.mouth, self._ear)))
+        responses = impulse_responses(box.room, inside[0], inside[1:], RATE, np.random.default_rng(1))
+        clean = [padded(one) for one in self._said]
+        received = [received_at(rng, sound, responses, place.ratio) for sound in clean]
+        whole = [Sound(stamp=0.0, rate=RATE, samples=np.concatenate(some)[:, None]) for some in (clean, received)]
+        robot = "; ".join(read(self._engine, sound) for sound in received)
+        return compare("; ".join(one.text for one in self._said), self.person, robot), liken(*whole)
+
+
+def _check(distances: Sequence[float], ratios: Sequence[float], phrases: int) -> None:
+    if not distances or not ratios or len(distances) * len(ratios) > MOST_PLACES:
+        raise BadInput(
+            f"Choose at least one distance and one noise level, and at most {MOST_PLACES} of both together."
+        )
+    if not all(NEAREST <= one <= FARTHEST for one in distances):
+        raise BadInput(f"Distances must lie between {NEAREST:g} and {FARTHEST:g} m.")
+    if not all(-10 <= one <= 60 for one in ratios):
+        raise BadInput("A voice must lie between 10 dB below and 60 dB above the noise.")
+    if not 1 <= phrases <= MOST_PHRASES:
+        raise BadInput(f"1 to {MOST_PHRASES} phrases can be spoken.")

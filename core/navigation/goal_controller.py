@@ -1,0 +1,245 @@
+"""The goal controller: drive to a place, up to a person, or after a person, with a goal that may move."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from core.errors import Refused
+from core.gate import ZERO, Twist
+from core.geometry import wrap
+from core.message import Array, message
+from core.navigation.control_context import ControlContext
+from core.navigation.costmap import Costmap, survey
+from core.navigation.obstacle import free_space, obstacle_ahead, why_no_headway
+from core.navigation.planner import SOMEBODY, PlannerSettings, is_free, plan, plan_beside
+from core.navigation.steering import Arrival, Pursuit, StallDetector, Travel, spin
+
+
+@message
+class GoalAim:
+    """A place to stand at, its distance and heading."""
+
+    x: float  # [m] world: the place, or who stands there
+    y: float  # [m]
+    keep: float = 0.0  # [m] from there to stand: 0 = on the spot; else with nothing in between, and facing it
+    heading: float | None = None  # [rad], world, to look in the end; None: as it comes
+
+
+State = Literal["under way", "there", "waiting", "backing", "stuck"]
+
+
+@message
+class GoalStep:
+    """The result of one frame."""
+
+    state: State  # "stuck" is for good: nothing helped, the words say what blocks and what to do
+    left: float  # [m] along the way, 0 when there
+    path: Array  # (R, 2) [m], world: what lies ahead
+    stand: Array  # (2,) [m], world: where it will stand
+    twist: Twist = ZERO
+    words: str = ""  # a sentence for the operator: why it waits, backs up or is stuck
+
+
+class GoalController:
+    """Plans, steers, looks, plans again when the way closes or the aim moves, waits, backs up, and asks.
+
+    COME HERE: `GoalController(GoalAim(x=…, y=…, keep=0.5), here)`, then `drive(here)` with every frame until its
+    state is "there" (facing the person, at rest) or "stuck". FOLLOW ME: `GoalController(…, here, lasting=True)` and
+    a fresh aim with every frame, `drive(here, aim)`: near enough it stands and faces, farther away it sets out
+    again; "there" is then no end. Raises Refused with a sentence when there is no way at the start; later it
+    waits instead.
+    """
+
+    LOOK_EVERY = 0.2  # [s]
+    PLAN_EVERY = 1.0  # [s] where the way is shut
+    FOLLOW_EVERY = 0.4  # [s] where the aim moves
+    MOVED = 0.1  # [m] from which an aim has moved
+    WAIT = 5.0  # [s] for a way to open again
+    BACK = 0.15  # [m] that it backs up out of a tight place
+    BACK_SPEED = 0.05  # [m/s]
+    TRIES = 2  # times that it backs up, each time planning more carefully
+    CAUTION = 0.03  # [m] more around the body after each
+    FACING = 0.03  # [rad] within which it faces what it should
+    SLACK = 0.04  # [m] around the distance that is kept from what moves
+
+    def __init__(
+        self, aim: GoalAim, here: ControlContext, *, lasting: bool = False, cruise: float | None = None
+    ) -> None:
+        """`lasting`: the aim will move and being there is no end; `cruise` [m/s]: None, as the body does."""
+        steering = here.steering
+        self._aim, self._lasting = aim, lasting
+        self._cruise = min(cruise or here.body.cruise, here.body.max_speed)
+        self._arrival = Arrival(self.SLACK if lasting else steering.goal_tolerance, steering)
+        self._faced = Arrival(self.FACING, steering)
+        self._shut = ""  # why there is no way at the moment
+        self._tries = 0
+        self._back_from: tuple[float, float] | None = None
+        self._began = self._looked = self._shut_since = here.stamp
+        self._pursuit: Pursuit | None = None
+        self._headway = _headway(here)
+        self._travel = Travel(here.pose)
+        self._allowance = self._set_out(here)
+
+    def drive(self, here: ControlContext, aim: GoalAim | None = None) -> GoalStep:
+        """Take one frame towards the former aim, or towards this new one."""
+        if aim is not None:
+            self._aim = aim
+        self._look(here)
+        if self._back_from is not None:
+            return self._back(here)
+        left = self._left(here)
+        if self._arrival.reached(left, here.stamp):
+            self._headway = _headway(here)
+            return self._face(here)
+        if self._shut:
+            self._headway = _headway(here)
+            return self._wait(here, left)
+        if not self._lasting and here.stamp > self._began + self._allowance:
+            return self._say("stuck", left, f"The way took too long; the goal is {left:.2f} m away.")
+        space = free_space(here.scan_points, here.body.radius)
+        twist = self._way.steer(here.pose, self._cruise, here.body.turn, space)
+        if twist.moves and self._headway.lost(self._effort(here), here.stamp):
+            return self._stalled(here, left)
+        return self._say("under way", left, twist=twist)
+
+    @property
+    def _way(self) -> Pursuit:
+        assert self._pursuit is not None, "a way was planned at the start"
+        return self._pursuit
+
+    def _effort(self, here: ControlContext) -> float:
+        """Return a length [m] that falls with progress: the way left; towards a moving aim, minus the way gone."""
+        if not self._lasting:
+            return self._way.effort(here.pose)
+        return -self._travel.gone(here.pose)
+
+    def _left(self, here: ControlContext) -> float:
+        """Return the distance to the place to stand [m]; 0 within the distance to keep if nothing is between."""
+        x, y = self._way.path[-1]
+        left = here.pose.distance_to(float(x), float(y))
+        if self._aim.keep == 0.0:
+            return left
+        beyond = here.pose.distance_to(self._aim.x, self._aim.y) - self._aim.keep
+        return min(left, max(0.0, beyond)) if self._open else left
+
+    def _say(self, state: State, left: float, words: str = "", twist: Twist = ZERO) -> GoalStep:
+        way = self._way
+        return GoalStep(state=state, left=left, path=way.rest, stand=way.path[-1], twist=twist, words=words)
+
+    def _face(self, here: ControlContext) -> GoalStep:
+        """At the place: turn to what it should look at, and stay."""
+        heading = self._aim.heading
+        if heading is None and self._aim.keep > 0.0:
+            heading = math.atan2(self._aim.y - here.pose.y, self._aim.x - here.pose.x)
+        error = 0.0 if heading is None else wrap(heading - here.pose.heading)
+        soon = error - here.turn_rate * here.steering.turn_lead
+        if not self._faced.reached(abs(error), here.stamp):
+            return self._say("under way", 0.0, twist=Twist(0.0, spin(soon, here.body.turn, here.steering)))
+        settled = self._arrival.settled(here.stamp) and self._faced.settled(here.stamp)
+        return self._say("there" if settled else "under way", 0.0)
+
+    def _wait(self, here: ControlContext, left: float) -> GoalStep:
+        """Wait for a way, then back up if something is near, then ask."""
+        if here.stamp - self._shut_since <= self.WAIT:
+            return self._say("waiting", left, self._shut)
+        if self._tries < self.TRIES and self._tight(here):
+            return self._stalled(here, left)
+        return self._say("stuck", left, self._shut)
+
+    def _stalled(self, here: ControlContext, left: float) -> GoalStep:
+        """Back up from what is near, or give up."""
+        if not self._tight(here) or self._tries >= self.TRIES:
+            return self._say("stuck", left, why_no_headway(here.scan_points, here.body.radius))
+        self._tries += 1
+        self._back_from = here.pose.x, here.pose.y
+        self._back_until = here.stamp + 2 * self.BACK / self.BACK_SPEED
+        return self._back(here)
+
+    def _tight(self, here: ControlContext) -> bool:
+        """Return whether something is so near, ahead or at the side, that backing up may help."""
+        points, radius = here.scan_points, here.body.radius
+        return free_space(points, radius) < 2 * self.CAUTION or obstacle_ahead(points, radius, self.BACK) is not None
+
+    def _back(self, here: ControlContext) -> GoalStep:
+        """Back out of a tight place, then plan again, with more room around the body where there is any."""
+        assert self._back_from is not None
+        if here.pose.distance_to(*self._back_from) < self.BACK and here.stamp < self._back_until:
+            words = f"{why_no_headway(here.scan_points, here.body.radius)} I back up."
+            return self._say("backing", self._left(here), words, Twist(-self.BACK_SPEED, 0.0))
+        self._back_from = None
+        self._try_to_set_out(here)
+        return self._say("waiting" if self._shut else "under way", self._left(here), self._shut)
+
+    def _set_out(self, here: ControlContext) -> float:
+        """Plan from here and follow that → how long it may take [s]. Raises Refused."""
+        self._planned, self._planned_for = here.stamp, (self._aim.x, self._aim.y)
+        cautious = replace(here.planner, guard=here.planner.guard + self.CAUTION * self._tries)
+        try:
+            way = self._plan(here, cautious)
+        except Refused:
+            if not self._tries:
+                raise
+            way = self._plan(here, here.planner)
+        self._pursuit = Pursuit(
+            way, here.steering, turn_first=not self._lasting or self._pursuit is None or self._pursuit.turning
+        )
+        if not self._lasting:
+            self._headway = _headway(here)
+        self._open = self._sees_aim(here)
+        length = float(np.hypot(*np.diff(way, axis=0).T).sum())
+        return 3 * (length / self._cruise + 2 * math.pi / here.body.turn) + 2.0 + 2 * self.WAIT
+
+    def _plan(self, here: ControlContext, settings: PlannerSettings) -> Array:
+        seen, place = here.pose.apply(here.scan_points), (self._aim.x, self._aim.y)
+        if self._aim.keep == 0.0:
+            return plan(here.grid, seen, here.pose, place, here.body.radius, settings)
+        return plan_beside(here.grid, seen, here.pose, place, self._aim.keep, here.body.radius, settings)
+
+    def _try_to_set_out(self, here: ControlContext) -> None:
+        try:
+            self._set_out(here)
+            self._shut = ""
+        except Refused as refusal:
+            self._shut_since = self._shut_since if self._shut else here.stamp
+            self._shut = str(refusal)
+
+    def _look(self, here: ControlContext) -> None:
+        """See whether the way is still free and leads to the aim; plan again where it does not."""
+        if here.stamp - self._looked < self.LOOK_EVERY:
+            return
+        self._looked = here.stamp
+        moved = math.dist(self._planned_for, (self._aim.x, self._aim.y)) > self.MOVED
+        if moved and here.stamp - self._planned >= self.FOLLOW_EVERY:
+            self._try_to_set_out(here)
+            return
+        rest = np.vstack(((here.pose.x, here.pose.y), self._way.rest))
+        self._open = self._sees_aim(here)
+        if is_free(_terrain(here, rest), rest, here.body.radius, here.planner):
+            self._shut = ""
+        elif here.stamp - self._planned >= self.PLAN_EVERY:
+            self._try_to_set_out(here)
+
+    def _sees_aim(self, here: ControlContext) -> bool:
+        """Return whether nothing stands between the robot and the aim; what is near the aim does not count."""
+        if self._aim.keep == 0.0:
+            return True
+        ends = np.array([(here.pose.x, here.pose.y), (self._aim.x, self._aim.y)])
+        far = here.pose.distance_to(self._aim.x, self._aim.y)
+        shares = np.linspace(0.0, max(0.0, 1 - SOMEBODY / max(far, 1e-6)), 2 + math.ceil(far / here.grid.resolution))
+        line = ends[0] + shares[:, None] * (ends[1] - ends[0])
+        return bool((_terrain(here, ends).clearance_at(line) > 0).all())
+
+
+def _headway(here: ControlContext) -> StallDetector:
+    """A fresh watch: what stands still on purpose has lost nothing."""
+    return StallDetector(0.03, here.steering.stalled_after)
+
+
+def _terrain(here: ControlContext, places: Array) -> Costmap:
+    """The ground around places (N, 2) [m], world, with the newest scan on it."""
+    low, high = places.min(axis=0) - 0.5, places.max(axis=0) + 0.5
+    return survey(here.grid, here.pose.apply(here.scan_points), low, high, here.planner.occupied)

@@ -1,0 +1,133 @@
+"""Vertical edges in a picture, as bearings (Canny, Hough; section 4.1)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from core.errors import BadInput
+from core.message import Array, message
+from core.perception.landmarks.level_view import LevelView, level_view
+from core.perception.landmarks.preprocessing import NOTHING, Preprocessing
+from core.sensors import Camera, Image
+
+
+@message
+class ImageEdge:
+    """A vertical edge in the newest picture."""
+
+    top: Array  # (2,) pixel in the picture as the camera delivers it
+    bottom: Array  # (2,) pixel
+    bearing: float  # [rad] in the robot's axes, seen from the camera
+    matched: bool = False  # confirms a laser corner
+
+
+@dataclass(frozen=True)
+class EdgeSettings:
+    """Criteria of a vertical edge and of its match with a corner."""
+
+    blur: float = 1.0  # [pixel] sd of the smoothing against sensor noise
+    canny_low: float = 15.0  # gradient, as Canny's hysteresis takes it
+    canny_high: float = 35.0
+    tilt: float = math.radians(5)  # off the vertical, at most
+    length: float = 0.2  # of the picture's height, at least
+    gap: float = 6.0  # [pixel] that may be missing in an edge
+    together: float = 3.0  # [pixel] columns closer than this are one edge
+    bearing_sd: float = math.radians(0.25)  # of an edge, with the extrinsic calibration's share
+    shift_share: float = 0.1  # sd of the turn between picture and scan, as a share of it
+    gate: float = 3.0  # sd between an edge and the corner it confirms
+    inflation: float = 1.3  # of a corner's covariance in a sighting: a wall can hide steps within the laser's noise
+    range_floor: float = 0.004  # [m] sd of a sighting that no averaging takes away
+    bearing_floor: float = math.radians(0.08)  # [rad]
+    edge_required: bool = False  # the paper's rule: a corner without an edge is no landmark
+
+
+def find_edges(
+    image: Image, camera: Camera, settings: EdgeSettings | None = None, preparation: Preprocessing = NOTHING
+) -> tuple[ImageEdge, ...]:
+    """Picture → its vertical edges, left to right in the picture. Raises BadInput for a picture of another size.
+
+    `preparation` is what the picture's quality calls for; without it the picture is taken as it comes.
+    """
+    settings = settings or EdgeSettings()
+    model = camera.model
+    if image.pixels.shape[:2] != (model.height, model.width):
+        size = "x".join(str(n) for n in image.pixels.shape[1::-1])
+        raise BadInput(
+            f"The picture is {size}, its calibration {model.width}x{model.height}; calibrate at this size."
+        )
+    view = level_view(camera)
+    outline, steepness = _outline(view.warp(preparation.grey(image.pixels)), view, settings, preparation)
+    edges: list[ImageEdge] = []
+    for top, bottom, column in _uprights(outline, steepness, settings):
+        ends = view.to_picture(np.array([[column, top], [column, bottom]]))
+        if np.isfinite(ends).all():
+            edges.append(ImageEdge(top=ends[0], bottom=ends[1], bearing=view.bearing(column)))
+    return tuple(edges)
+
+
+def _outline(
+    level: Array, view: LevelView, settings: EdgeSettings, preparation: Preprocessing
+) -> tuple[Array, Array]:
+    """Level picture → Canny's outline where it runs upright (uint8), and the steepness across (float32)."""
+    spread = settings.blur * preparation.across, settings.blur * preparation.along
+    smooth = cv2.GaussianBlur(level, (0, 0), sigmaX=spread[0], sigmaY=spread[1])
+    across = cv2.Sobel(smooth, cv2.CV_16S, 1, 0)
+    down = cv2.Sobel(smooth, cv2.CV_16S, 0, 1)
+    low, high = settings.canny_low / preparation.contrast, settings.canny_high / preparation.contrast
+    outline = cv2.Canny(across, down, low, high, L2gradient=True)
+    steepness = np.abs(across.astype(np.float32))
+    upright = (steepness > 2.0 * np.abs(down)) & view.inside
+    return np.where(upright, outline, 0).astype(np.uint8), steepness
+
+
+def _uprights(outline: Array, steepness: Array, settings: EdgeSettings) -> list[tuple[float, float, float]]:
+    """Outline → upright edges as (top row, bottom row, column); segments of nearly one column are one edge."""
+    shortest = settings.length * outline.shape[0]
+    broad = cv2.dilate(outline, np.ones((1, 3), np.uint8))  # an edge between two columns must not fall to pieces
+    found = cv2.HoughLinesP(
+        broad, 1.0, math.pi / 360, int(0.5 * shortest), minLineLength=0.6 * shortest, maxLineGap=settings.gap
+    )
+    if found is None:
+        return []
+    segments = np.asarray(found, dtype=float).reshape(-1, 4)  # OpenCV 4 has (N, 1, 4), OpenCV 5 (N, 4)
+    rise = np.abs(segments[:, 3] - segments[:, 1])
+    slope = np.abs(segments[:, 2] - segments[:, 0]) / np.maximum(rise, 1e-9)
+    segments = segments[slope < math.tan(settings.tilt)]
+    segments = segments[np.argsort(0.5 * (segments[:, 0] + segments[:, 2]))]
+    middle = 0.5 * (segments[:, 0] + segments[:, 2])
+    groups = np.split(segments, np.flatnonzero(np.diff(middle) > settings.together) + 1)
+    edges: list[tuple[float, float, float]] = []
+    for group in groups:
+        piece = _longest(group, settings.gap)
+        if len(piece) and piece[:, 1::2].max() - piece[:, 1::2].min() >= shortest:
+            top, bottom = float(piece[:, 1::2].min()), float(piece[:, 1::2].max())
+            columns = 0.5 * (piece[:, 0] + piece[:, 2])
+            edges.append((top, bottom, _column(steepness, int(top), int(bottom), columns, settings)))
+    return edges
+
+
+def _longest(group: Array, gap: float) -> Array:
+    """Segments (K, 4) of one column → those of its longest piece without a larger gap."""
+    if not len(group):
+        return group
+    tops, bottoms = group[:, 1::2].min(axis=1), group[:, 1::2].max(axis=1)
+    order = np.argsort(tops)
+    reached = np.maximum.accumulate(bottoms[order])
+    breaks = np.flatnonzero(tops[order][1:] > reached[:-1] + gap) + 1
+    pieces = np.split(order, breaks)
+    return group[max(pieces, key=lambda piece: bottoms[piece].max() - tops[piece].min())]
+
+
+def _column(steepness: Array, top: int, bottom: int, columns: Array, settings: EdgeSettings) -> float:
+    """Column of an edge to a part of a pixel: the centre of the steepness around it, over all its rows."""
+    reach = round(settings.together) + 1
+    middle = round(float(columns.mean()))
+    left, right = max(middle - reach, 0), min(middle + reach + 1, steepness.shape[1])
+    profile = steepness[top : bottom + 1, left:right].mean(axis=0)
+    profile = np.maximum(profile - profile.min(), 0.0) ** 2
+    total = float(profile.sum())
+    return float((profile * np.arange(left, right)).sum()) / total if total > 0 else float(columns.mean())

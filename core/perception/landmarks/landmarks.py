@@ -1,0 +1,138 @@
+"""Landmarks as the paper has them: laser corners, confirmed and sharpened by vertical edges (section 4.1)."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from core.geometry import Pose, arc, wrap
+from core.message import Array, message
+from core.perception.landmarks.corners import Corner
+from core.perception.landmarks.edges import EdgeSettings, ImageEdge
+from core.sensors import Camera, Laser, Wheels
+
+
+@message
+class Sighting:
+    """A landmark seen from the robot."""
+
+    range: float  # [m] from the robot's origin
+    bearing: float  # [rad] in the robot frame
+    covariance: Array  # (2, 2) of range [m] and bearing [rad]
+    stamp: float = 0.0  # [s] of the robot frame it is given in
+    kind: str = ""  # "convex" | "concave" | ""
+    confirmed: bool = False  # a vertical edge stands there
+    opening: float | None = None  # [rad] robot frame: bisector of the corner's walls, on the robot's side
+    sector: float = math.pi  # [rad] around the opening from where the corner can be seen
+    id: int | None = None  # whose it is, where that is known (experiments)
+
+    @property
+    def position(self) -> Array:
+        """Position (2,) [m] in the robot frame."""
+        return self.range * np.array([math.cos(self.bearing), math.sin(self.bearing)])
+
+
+def sight(
+    corners: tuple[Corner, ...],
+    edges: tuple[ImageEdge, ...] = (),
+    *,
+    stamp: float = 0.0,
+    edges_stamp: float = 0.0,
+    wheels: Wheels | None = None,
+    moved: Pose | None = None,
+    camera: Camera | None = None,
+    settings: EdgeSettings | None = None,
+) -> tuple[tuple[Sighting, ...], tuple[ImageEdge, ...]]:
+    """Corners at `stamp` [s] and edges at `edges_stamp` [s] → sightings, and the edges with those matched marked.
+
+    `moved`: pose of the robot at `edges_stamp` seen from its pose at `stamp`; None: from the wheels' twist.
+    An edge confirms the corner it goes with and sharpens its bearing. It is no gate, unless `edge_required` asks for
+    the paper's rule: with a narrow camera that would starve the filter.
+    """
+    settings = settings or EdgeSettings()
+    matched: dict[int, int] = {}
+    if corners and edges and camera is not None:
+        there = _moved(wheels, edges_stamp - stamp) if moved is None else moved
+        corners, matched = _confirm(corners, edges, there, camera, settings)
+    sightings = tuple(
+        _sighting(corner, stamp, index in matched, settings)
+        for index, corner in enumerate(corners)
+        if index in matched or not settings.edge_required
+    )
+    confirming = set(matched.values())
+    return sightings, tuple(
+        dataclasses.replace(edge, matched=True) if index in confirming else edge for index, edge in enumerate(edges)
+    )
+
+
+def laser_in_picture(points: Array, laser: Laser, camera: Camera, moved: Pose | None = None) -> Array:
+    """Laser points (M, 2) [m], robot frame → those in the picture (K, 3): u, v [pixel] and range [m] from the laser.
+
+    `moved`: where the robot was when the picture was taken, in the robot frame of the points.
+    """
+    seen = (moved or Pose()).inverse().apply(points) if len(points) else points.reshape(0, 2)
+    space = np.column_stack((seen, np.full(len(seen), laser.height)))
+    in_camera = camera.mounting.inverse().apply(space)
+    model = camera.model
+    ahead = in_camera[:, 2] > 0.01
+    off_axis = np.hypot(in_camera[:, 0], in_camera[:, 1]) / np.where(ahead, in_camera[:, 2], np.nan)
+    inside = ahead & (off_axis <= model.widest_ray)  # beyond, the distortion folds back
+    pixels = model.project(in_camera[inside])
+    ranges = np.hypot(points[inside, 0] - laser.mounting.x, points[inside, 1] - laser.mounting.y)
+    drawn = ((pixels >= -0.5) & (pixels < (model.width - 0.5, model.height - 0.5))).all(axis=1)
+    return np.column_stack((pixels, ranges))[drawn]
+
+
+def _moved(wheels: Wheels | None, elapsed: float) -> Pose:
+    """Pose of the robot `elapsed` [s] later (earlier if negative), seen from its pose now."""
+    return Pose() if wheels is None else arc(wheels.speed * elapsed, wheels.turn_rate * elapsed)
+
+
+def _confirm(
+    corners: tuple[Corner, ...], edges: tuple[ImageEdge, ...], moved: Pose, camera: Camera, settings: EdgeSettings
+) -> tuple[tuple[Corner, ...], dict[int, int]]:
+    """Corners, edges → the corners with sharpened bearings, and corner → edge for those matched (one to one)."""
+    eye = moved.apply(camera.mounting.translation[None, :2])[0]
+    edge_variance = settings.bearing_sd**2 + (settings.shift_share * moved.heading) ** 2
+    seen = np.array([corner.position - eye for corner in corners])
+    reach = np.maximum((seen**2).sum(axis=1), 1e-6)
+    slopes = np.column_stack((-seen[:, 1], seen[:, 0])) / reach[:, None]
+    spreads = np.array([corner.covariance for corner in corners])
+    variances = np.einsum("ci,cij,cj->c", slopes, spreads, slopes) + edge_variance
+    bearings = np.arctan2(seen[:, 1], seen[:, 0])
+    shown = np.array([edge.bearing + moved.heading for edge in edges])
+    off = (shown[None, :] - bearings[:, None] + np.pi) % (2 * np.pi) - np.pi
+    distance = off**2 / variances[:, None]
+    fits = distance < settings.gate**2
+    rows, columns = linear_sum_assignment(np.where(fits, distance, 1e3))
+    matched = {int(row): int(column) for row, column in zip(rows, columns, strict=True) if fits[row, column]}
+    sharpened = list(corners)
+    for row, column in matched.items():
+        gain = spreads[row] @ slopes[row] / variances[row]
+        sharpened[row] = dataclasses.replace(
+            corners[row],
+            position=corners[row].position + gain * off[row, column],
+            covariance=spreads[row] - variances[row] * np.outer(gain, gain),
+        )
+    return tuple(sharpened), matched
+
+
+def _sighting(corner: Corner, stamp: float, confirmed: bool, settings: EdgeSettings) -> Sighting:
+    """Corner (x, y) → range and bearing with their covariance J C Jᵀ, inflated, and the floor below it."""
+    x, y = corner.position.tolist()
+    reach = max(math.hypot(x, y), 1e-6)
+    slopes = np.array([[x / reach, y / reach], [-y / reach**2, x / reach**2]])
+    floor = np.diag([settings.range_floor**2, settings.bearing_floor**2])
+    return Sighting(
+        range=reach,
+        bearing=wrap(math.atan2(y, x)),
+        covariance=settings.inflation * slopes @ corner.covariance @ slopes.T + floor,
+        stamp=stamp,
+        kind=corner.kind,
+        confirmed=confirmed,
+        opening=corner.opening,
+        sector=corner.sector,
+    )

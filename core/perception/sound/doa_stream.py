@@ -1,0 +1,154 @@
+"""Listen while sound comes in: noise is learned in silence, directions are reported 0.35 s into an utterance."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import replace
+
+import numpy as np
+
+from core.message import Array, message
+from core.perception.sound.direction import Direction
+from core.perception.sound.locate import DEFAULT
+from core.perception.sound.multi_source import share_out
+from core.perception.sound.settings import DirectionFindingSettings
+from core.perception.sound.spectra import (
+    Noise,
+    Spectra,
+    frame_size,
+    framed,
+    freshness,
+    noise_from,
+    noise_of,
+    quiet_frames,
+    strangeness,
+)
+from core.perception.sound.voice_activity import VoiceActivityDetector, active_share
+from core.sensors.microphones import MicrophoneArray, Sound
+
+KEPT = 12.0  # [s] of spectra that are remembered
+FIRST = 0.4  # [s] of sound from which the noise is learnt before anything is heard
+LEAD = 0.3  # [s] before an utterance that are looked at with it
+GUARD = 0.15  # [s] before now that are not yet taken for noise: an utterance may be beginning
+GAP = 0.02  # [s] missing between two pieces of sound, beyond which listening starts again
+MOST_TALKERS = 2
+
+
+@message
+class HeardDirections:
+    """Directions of an utterance: reported early, renewed while it lasts, and once more at its end."""
+
+    begin: float  # [s]
+    end: float | None  # [s]; None while it lasts
+    directions: tuple[Direction, ...]  # strongest first
+
+
+class DoaStream:
+    """Estimates the directions of utterances in a stream of sound."""
+
+    def __init__(self, array: MicrophoneArray, settings: DirectionFindingSettings = DEFAULT) -> None:
+        self.array, self.settings = array, settings
+        self._forget(0.0)
+
+    def _forget(self, now: float) -> None:
+        self._pending = np.zeros((0, len(self.array.positions)))
+        self._start = now  # [s] of the first pending sample
+        self._pieces: deque[Spectra] = deque()
+        self._cross: Array | None = None
+        self._noise: Noise | None = None
+        self._learnt = now
+        self._reported = now
+        self._activity = VoiceActivityDetector(self.settings)
+        self._rate = 0
+
+    @property
+    def speaking(self) -> bool:
+        """True while an utterance is under way."""
+        return self._activity.begin is not None
+
+    def feed(self, sound: Sound) -> tuple[HeardDirections, ...]:
+        """The next piece of sound → what became known with it. A gap in time resets the state. Raises BadInput."""
+        samples = self.array.heard(sound)
+        expected = self._start + len(self._pending) / (self._rate or sound.rate)
+        if sound.rate != self._rate or abs(sound.stamp - expected) > GAP:
+            self._forget(sound.stamp)
+            self._rate = sound.rate
+        self._pending = np.concatenate((self._pending, samples))
+        size = frame_size(sound.rate, self.settings)
+        if len(self._pending) < size:
+            return ()
+        seen = framed(self._pending, sound.rate, self.settings)
+        seen = replace(seen, times=seen.times + self._start)
+        used = len(seen.times) * (size // self.settings.steps)
+        self._pending, self._start = self._pending[used:], self._start + used / sound.rate
+        self._pieces.append(seen)
+        while self._pieces[0].times[-1] < seen.times[-1] - KEPT:
+            self._pieces.popleft()
+        return self._judge(seen)
+
+    def _judge(self, seen: Spectra) -> tuple[HeardDirections, ...]:
+        """Frames that are new → what became known."""
+        now = float(seen.times[-1])
+        if self._noise is None:
+            if now - self._pieces[0].times[0] < FIRST:
+                return ()
+            past = self._since(0.0)
+            self._learn(noise_of(past, quiet_frames(past, self.settings), self.settings), now)
+        assert self._noise is not None
+        heard: list[HeardDirections] = []
+        begin = self._activity.begin
+        for time, share in zip(seen.times, active_share(strangeness(seen, self._noise), self.settings), strict=True):
+            change = self._activity.step(float(share), float(time))
+            if change == "begins":
+                begin = self._activity.begin
+                self._reported = (begin or 0.0) + self.settings.early - self.settings.renewal
+            elif change == "ends" and begin is not None:
+                heard.append(self._report(begin, begin, self._activity.last_active))
+        begin = self._activity.begin
+        if begin is None:
+            self._attend(now)
+        elif now - begin > self.settings.longest:
+            past = self._since(begin)
+            self._activity = VoiceActivityDetector(self.settings)
+            self._learn(noise_of(past, quiet_frames(past, self.settings), self.settings), now)
+        elif now - self._reported >= self.settings.renewal:
+            heard.append(self._report(begin, max(begin, now - 2 * self.settings.renewal), None))
+            self._reported = now
+        return tuple(heard)
+
+    def _attend(self, now: float) -> None:
+        """Silence: what was heard a moment ago is noise."""
+        assert self._cross is not None
+        step = self._pieces[-1].size / self.settings.steps / self._rate
+        weight = step / self.settings.noise_memory
+        past = self._since(self._learnt - GUARD)
+        settled = (past.times > self._learnt - GUARD) & (past.times <= now - GUARD)
+        if now - self._learnt < GUARD or not settled.any():
+            return
+        values = past.values[:, :, settled]
+        share = 1 - (1 - weight) ** int(settled.sum())
+        mean = values @ values.conj().swapaxes(1, 2) / settled.sum()
+        self._cross = (1 - share) * self._cross + share * mean
+        self._noise, self._learnt = noise_from(self._cross, self.settings), now
+
+    def _learn(self, noise: Noise, now: float) -> None:
+        self._noise, self._cross, self._learnt = noise, noise.cross, now
+
+    def _report(self, begin: float, since: float, end: float | None) -> HeardDirections:
+        """Look at the sound from `since` [s] on."""
+        assert self._noise is not None
+        seen = self._since(since - LEAD)
+        fresh = freshness(strangeness(seen, self._noise), seen, self.settings)
+        fresh = np.where(seen.times >= since - LEAD / 3, fresh, 0.0)
+        directions = share_out(seen, fresh, self._noise, self.array, 0.0, self.settings, MOST_TALKERS)
+        self._learnt = float(seen.times[-1])
+        return HeardDirections(begin=begin, end=end, directions=directions)
+
+    def _since(self, time: float) -> Spectra:
+        """All remembered spectra from about `time` [s] on."""
+        pieces = [piece for piece in self._pieces if piece.times[-1] >= time] or [self._pieces[-1]]
+        return replace(
+            pieces[-1],
+            values=np.concatenate([piece.values for piece in pieces], axis=2),
+            times=np.concatenate([piece.times for piece in pieces]),
+        )

@@ -1,0 +1,166 @@
+"""Seeing: from a frame's raw readings to points, corners, edges and sightings."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from core.errors import BadInput
+from core.geometry import Pose, arc
+from core.message import Array, message
+from core.perception.image_quality.quality import PictureQuality, judge
+from core.perception.landmarks.corners import Corner, find_corners
+from core.perception.landmarks.deskew import beam_ends
+from core.perception.landmarks.edge_pairs import EdgePair, edge_pairs
+from core.perception.landmarks.edges import ImageEdge, find_edges
+from core.perception.landmarks.landmarks import Sighting, laser_in_picture, sight
+from core.perception.landmarks.preprocessing import NOTHING
+from core.pilot.motion_input import MotionBuffer
+from core.robots import Profile
+from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Wheels
+from core.settings import Settings
+from core.snapshot import CameraView
+
+FRESH = 0.2  # [s] for which edges may confirm corners, and points may be drawn on a picture
+MOVING = 0.02  # [m/s], [rad/s]
+REPEATS = 2  # equal pictures in a row, on the move, that mean the camera hangs
+RECALLED = 0.5  # [s] for which edges may confirm corners where the move between the two is remembered
+
+
+@message
+class FramePerception:
+    """The points, corners and sightings of one frame."""
+
+    sightings: tuple[Sighting, ...] | None = None  # None: no scan came with this frame
+    ends: Array | None = (
+        None  # (N, 2) [m], robot frame at the frame's stamp: beam ends, NaN where nothing was measured
+    )
+    hits: Array | None = None  # (N,) bool: ends that are something
+    pairs: tuple[EdgePair, ...] = ()  # corners and the edges near them: whether the camera's mount has moved
+
+
+class LandmarkPerception:
+    """Remembers the newest picture's edges and the newest scan's points, to bring the two together."""
+
+    def __init__(self, profile: Profile, settings: Settings) -> None:
+        self._laser = profile.laser or Laser()
+        self.camera = profile.camera
+        self._settings = settings
+        self._edges: tuple[ImageEdge, ...] = ()
+        self._edges_stamp = -np.inf
+        self._quality: PictureQuality | None = None
+        self._points = np.zeros((0, 2))
+        self._points_stamp = -np.inf
+        self._recall = MotionBuffer(settings.motion)
+        self.view: CameraView | None = None
+        self.trouble = ""  # why the newest picture is of no use
+        self.poor = ""  # what is wrong with the pictures, once they have been unusable for a while
+        self._usable_stamp = np.inf
+        self._last_picture: Array | None = None
+        self._repeats = 0  # of the newest picture, on the move
+
+    def without_repeats(self, frame: SensorFrame) -> SensorFrame:
+        """The frame, without its picture where that repeats itself although the robot moves: the camera hangs."""
+        if frame.image is None:
+            return frame
+        last, self._last_picture = self._last_picture, frame.image.pixels
+        if last is None or not np.array_equal(last, frame.image.pixels):
+            self._repeats = 0
+        elif frame.wheels is not None and max(abs(frame.wheels.speed), abs(frame.wheels.turn_rate)) > MOVING:
+            self._repeats += 1
+        if self._repeats < REPEATS:
+            return frame
+        self.trouble = "The camera repeats one picture while the robot moves; it is not used until another one comes."
+        return replace(frame, image=None)
+
+    def look(self, frame: SensorFrame) -> FramePerception:
+        """One frame → what is seen in it; `view` is renewed when a picture or new matches came."""
+        camera = self.camera  # another thread may replace it
+        self._recall.feel(frame)
+        if frame.image is not None and camera is not None:
+            try:
+                self._judge(frame.image, frame.wheels)
+                self._look_at_picture(frame.image, camera, frame.wheels)
+                self.trouble = ""
+            except BadInput as trouble:
+                self.trouble = str(trouble)
+        if frame.scan is None:
+            return FramePerception()
+        return self._look_at_scan(frame.scan, frame.stamp, frame.wheels)
+
+    def _judge(self, image: Image, wheels: Wheels | None) -> None:
+        """Judge the picture's quality, and note since when none could be used."""
+        settings = self._settings.image_quality
+        turn_rate = wheels.turn_rate if wheels else 0.0
+        quality = judge(image, turn_rate=turn_rate, settings=settings, edges=self._settings.edges)
+        self._quality = quality
+        if quality.state != "unusable" or self._usable_stamp > image.stamp:
+            self._usable_stamp, self.poor = image.stamp, ""
+        elif not self.poor and image.stamp - self._usable_stamp > settings.unusable_after:
+            self.poor = quality.complaint
+
+    def _look_at_picture(self, image: Image, camera: Camera, wheels: Wheels | None) -> None:
+        preparation = self._quality.preparation if self._quality else NOTHING
+        self._edges = find_edges(image, camera, self._settings.edges, preparation)
+        self._edges_stamp = image.stamp
+        height, width = image.pixels.shape[:2]
+        self.view = CameraView(
+            stamp=image.stamp,
+            width=width,
+            height=height,
+            edges=self._edges,
+            laser=self._points_in_picture(camera, wheels),
+            quality=self._quality,
+        )
+
+    def _points_in_picture(self, camera: Camera, wheels: Wheels | None) -> Array:
+        elapsed = self._edges_stamp - self._points_stamp
+        if elapsed > FRESH:
+            return np.zeros((0, 3))
+        moved = arc(wheels.speed * elapsed, wheels.turn_rate * elapsed) if wheels else Pose()
+        return laser_in_picture(self._points, self._laser, camera, moved)
+
+    def _look_at_scan(self, scan: Scan, stamp: float, wheels: Wheels | None) -> FramePerception:
+        """Find points and corners in a scan; a late scan is seen from the pose at which it was taken."""
+        then = self._recall.taken(scan, stamp)
+        felt = self._recall.wheels(then, stamp, wheels)
+        ends, hits = beam_ends(scan, self._laser, felt, then)
+        corners = find_corners(scan, self._laser, ends[hits], np.flatnonzero(hits), self._settings.corners)
+        since = self._recall.moved(then, self._edges_stamp)
+        known = RECALLED if since is not None else FRESH
+        fresh = self._edges if abs(then - self._edges_stamp) < known else ()
+        sightings, edges = sight(
+            corners,
+            fresh,
+            stamp=then,
+            edges_stamp=self._edges_stamp,
+            wheels=felt,
+            moved=None if since is None else since.pose,
+            camera=self.camera,
+            settings=self._settings.edges,
+        )
+        sightings, ends = self._recall.bring(then, stamp, sightings, ends)
+        self._points, self._points_stamp = ends[hits], stamp
+        if fresh and self.view is not None:
+            self.view = CameraView(
+                stamp=self.view.stamp,
+                width=self.view.width,
+                height=self.view.height,
+                edges=edges,
+                laser=self.view.laser,
+                quality=self.view.quality,
+            )
+        return FramePerception(
+            sightings=sightings, ends=ends, hits=hits, pairs=self._pairs(corners, fresh, then, felt)
+        )
+
+    def _pairs(
+        self, corners: tuple[Corner, ...], edges: tuple[ImageEdge, ...], stamp: float, wheels: Wheels | None
+    ) -> tuple[EdgePair, ...]:
+        """Pair corners and edges to check the camera's mount."""
+        if self.camera is None:
+            return ()
+        elapsed = self._edges_stamp - stamp
+        moved = arc(wheels.speed * elapsed, wheels.turn_rate * elapsed) if wheels and edges else Pose()
+        return edge_pairs(corners, edges, moved, self.camera, self._settings.edges)

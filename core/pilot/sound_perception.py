@@ -1,0 +1,132 @@
+"""Hearing where: from a frame's sound to voices and their directions in the world."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import replace
+
+import numpy as np
+
+from core.errors import BadInput
+from core.geometry import wrap
+from core.message import Array
+from core.perception.people.voice_bearing import VoiceBearing
+from core.perception.sound.direction import Direction
+from core.perception.sound.doa_stream import DoaStream, HeardDirections
+from core.perception.sound.locate import sure
+from core.perception.sound.settings import DirectionFindingSettings
+from core.perception.sound.tracking import Voice, VoiceTracker
+from core.robots import Profile
+from core.sensors import Sound
+from core.sensors.microphones import MicrophoneArray, usable
+from core.slam.estimate import Estimate
+from core.snapshot import Hearing, VoiceDirection
+
+REMEMBERED = 10.0  # [s] of headings: an utterance is judged once more when it is over
+SILENCE_DB = -120.0
+FADE = 0.15  # [s] over which the level falls
+VAGUE = 0.5  # [rad] sd from which an elevation is not shown
+
+
+class SoundPerception:
+    """Keeps the voices that were heard. Directions are turned into the world with the heading of their own moment."""
+
+    def __init__(self, profile: Profile, settings: DirectionFindingSettings) -> None:
+        self._array, self._settings = profile.microphones, settings
+        self._listener = None if self._array is None else DoaStream(self._array, settings)
+        self._tracker = VoiceTracker()
+        self._headings: deque[tuple[float, float, float]] = deque()  # stamp [s], heading [rad], its variance
+        self._places: dict[int, Array] = {}  # (2,) [m] of the robot, when each voice was last heard
+        self._surest: dict[int, float] = {}  # [rad] sd of each voice's azimuth then
+        self._newest: dict[int, Direction] = {}
+        self._power = 0.0
+        self._next = self._array  # heard with from the next frame on
+        self.trouble = ""  # why the sound is of no use
+        self.call: VoiceBearing | None = None  # the voice that was heard last, as it was heard
+
+    def hear_with(self, array: MicrophoneArray | None) -> None:
+        """Hear with this array from the next frame on: its orientation was found. From any thread."""
+        self._next = array
+
+    def hear(self, sound: Sound | None, stamp: float, estimate: Estimate) -> Hearing | None:
+        """The sound up to `stamp` [s] → what is heard and where; None on a robot without microphones."""
+        if self._next is not self._array:
+            self._array = self._next
+            self._listener = None if self._array is None else DoaStream(self._array, self._settings)
+        if self._array is None or self._listener is None:
+            return None
+        heading = estimate.pose.heading
+        self._headings.append((stamp, heading, float(estimate.covariance[2, 2])))
+        while self._headings[0][0] < stamp - REMEMBERED:
+            self._headings.popleft()
+        heard: tuple[HeardDirections, ...] = ()
+        if sound is not None and len(sound.samples):
+            self._measure(sound)
+            try:
+                heard = self._listener.feed(sound)
+                self.trouble = ""
+            except BadInput as trouble:
+                self.trouble = str(trouble)
+        voices = self._follow(heard, stamp, estimate)
+        return Hearing(
+            listening=sound is not None,
+            speaking=sound is not None and self._listener.speaking,
+            level_db=max(SILENCE_DB, 10 * math.log10(self._power + 1e-30)) if sound is not None else None,
+            voices=tuple(self._shown(voice, stamp, heading) for voice in voices if voice.id in self._newest),
+        )
+
+    def _measure(self, sound: Sound) -> None:
+        power = float(np.mean(np.asarray(sound.samples, float) ** 2)) if usable(sound.samples) else 0.0
+        self._power = max(power, self._power * math.exp(-sound.duration / FADE))
+
+    def _follow(self, heard: tuple[HeardDirections, ...], stamp: float, estimate: Estimate) -> tuple[Voice, ...]:
+        """Directions of one frame → the voices, seen from the world."""
+        found = [self._in_world(one) for moment in heard for one in moment.directions if sure(one, self._settings)]
+        voices = self._tracker.update(found, stamp)
+        for voice in voices:
+            near = [one for one in found if one.angle_to(voice.towards) < self._tracker.settings.apart]
+            if voice.heard == stamp and near:
+                self._newest[voice.id] = min(near, key=lambda one: one.angle_to(voice.towards))
+                self._places[voice.id] = np.array([estimate.pose.x, estimate.pose.y])
+                self._surest[voice.id] = voice.bearing_sd
+                self.call = self._called(voice, estimate)
+        for gone in self._newest.keys() - {voice.id for voice in voices}:
+            del self._newest[gone], self._places[gone], self._surest[gone]
+        return voices
+
+    def _called(self, voice: Voice, estimate: Estimate) -> VoiceBearing:
+        """A voice at the moment in which it is heard."""
+        return VoiceBearing(
+            stamp=voice.heard,
+            azimuth=wrap(voice.bearing),
+            sd=voice.bearing_sd,
+            x=estimate.pose.x,
+            y=estimate.pose.y,
+            strength=self._newest[voice.id].strength,
+        )
+
+    def _in_world(self, one: Direction) -> Direction:
+        """A direction from the array's frame, by the heading of its moment, whose doubt is added."""
+        assert self._array is not None
+        stamps, headings, variances = np.array(self._headings).T
+        heading = float(np.interp(one.stamp, stamps, np.unwrap(headings)))
+        level = float(one.towards[0] ** 2 + one.towards[1] ** 2)
+        doubt = np.diag((level * float(np.interp(one.stamp, stamps, variances)), 0.0))
+        return replace(one, covariance=one.covariance + doubt).turned(heading + self._array.mounting.heading)
+
+    def _shown(self, voice: Voice, stamp: float, heading: float) -> VoiceDirection:
+        newest = self._newest[voice.id]
+        return VoiceDirection(
+            id=voice.id,
+            stamp=voice.heard,
+            age=stamp - voice.heard,
+            azimuth=wrap(voice.bearing - heading),
+            azimuth_world=wrap(voice.bearing),
+            sd=voice.bearing_sd,
+            sd_heard=self._surest[voice.id],
+            elevation=newest.elevation if newest.elevation_sd < VAGUE else None,
+            ambiguity=newest.turned(-heading).ambiguity,
+            strength=newest.strength,
+            heard_at=self._places[voice.id],
+        )

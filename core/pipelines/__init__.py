@@ -1,0 +1,1 @@
+"""Pipelines of the command line on files: slam, hear, correct, calibrate."""

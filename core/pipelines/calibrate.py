@@ -1,0 +1,242 @@
+"""Calibrate from files: what the command line does."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from core.calibration.board.board import Board
+from core.calibration.board.chessboard import find_board
+from core.calibration.board.quality import judge, why_none
+from core.calibration.camera.intrinsics import Calibration, ViewCorners, calibrate
+from core.calibration.files.camera_files import kalibr_yaml, opencv_yaml, plain_name, read_camera, read_json, ros_yaml
+from core.calibration.files.mount_files import static_transform, urdf_joint
+from core.calibration.files.pictures import own_names, read_grey, size_words
+from core.calibration.files.scan_files import read_scans
+from core.calibration.files.written import write_all
+from core.calibration.laser import solve
+from core.calibration.laser.board_line import average
+from core.calibration.laser.planes import board_pose
+from core.calibration.laser.range_lines import unit_rays
+from core.calibration.laser.solve import LaserPose
+from core.calibration.mount import Mount
+from core.calibration.reports import camera_report, correction_report, kept, laser_report
+from core.errors import BadInput
+from core.message import Array
+from core.optics import CameraModel
+
+PICTURES = {".jpg", ".jpeg", ".png", ".bmp", ".webp", ".pgm", ".ppm"}
+SCANS = {".pcd", ".csv"}
+MOST_FILES = 2000
+
+Refused = dict[str, str]
+Say = Callable[[str], None]
+
+
+def calibrate_camera(
+    files: Sequence[Path], board: Board, out: Path | None = None, say: Say | None = None
+) -> dict[str, Any]:
+    """Pictures of a board → the camera as JSON keys; with `out`, files in every form.
+
+    `say` receives the progress in words. Raises BadInput when fewer than three pictures can be used.
+    """
+    views, refused, warnings, size = _views(files, board, say or _quiet)
+    if len(views) < 3:
+        reasons = "; ".join(f"{each['image']}: {each['reason']}" for each in refused[:3])
+        raise BadInput(
+            f"Only {len(views)} of {len(files)} pictures can be used; at least 3 are needed. {reasons}".strip()
+        )
+    calibration = calibrate(views, board, size)
+    report = camera_report(calibration)
+    files_written = {} if out is None else write_camera(calibration, report, out)
+    dropped = [{"image": each.name, "reason": each.reason} for each in calibration.verdicts if not each.used]
+    report["views_refused"] = refused + dropped
+    report["warnings"] = warnings + report["warnings"]
+    report["correction"] = correction_report(calibration.model)
+    report["files"] = files_written
+    return report
+
+
+def write_camera(calibration: Calibration, report: dict[str, Any], out: Path, name: str = "camera") -> dict[str, str]:
+    """A calibration and its report → files in a folder; which is which, by form."""
+    board, name = calibration.board, plain_name(name)
+    document = kept(calibration.model, name, board=board, camera=report)
+    texts = {
+        "ros": (f"{name}.yaml", ros_yaml(calibration.model, name)),
+        "opencv": (
+            f"{name}_opencv.yml",
+            opencv_yaml(calibration.model, board=(board.columns, board.rows, board.square), rms=calibration.rms),
+        ),
+        "json": (f"{name}.json", json.dumps(document, indent=1)),
+    }
+    if calibration.model.k3 == 0:
+        texts["kalibr"] = (f"{name}_kalibr.yaml", kalibr_yaml(calibration.model))
+    return write_all(out, texts)
+
+
+def calibrate_laser(
+    folder: Path,
+    camera: Path,
+    board: Board | None = None,
+    out: Path | None = None,
+    *,
+    height: float | None = None,
+    with_offset: bool = False,
+    say: Say | None = None,
+) -> dict[str, Any]:
+    """A folder of picture-and-scan pairs and a camera file → the mount as JSON keys; with `out`, files.
+
+    `board` defaults to the one in the camera file. `height` [m] of the camera above the laser, measured by ruler,
+    chooses the mode for upright boards. Raises BadInput.
+    """
+    say = say or _quiet
+    model = read_camera(camera)
+    board = board or board_in(camera)
+    pairs, background = _pairs(folder)
+    poses: list[LaserPose] = []
+    refused: list[Refused] = []
+    for picture, scans in pairs:
+        say(f"{picture.name}: looking for the board")
+        try:
+            poses.append(laser_pose(picture.name, read_grey(picture)[0], *read_scans(scans), board, model))
+        except BadInput as wrong:
+            refused.append({"image": picture.name, "reason": str(wrong)})
+    empty = None if background is None or not poses else _background(background, poses)
+    mount = None if height is None else Mount.measured(height)
+    return mount_from(poses, refused, board, model, empty, mount=mount, with_offset=with_offset, out=out)
+
+
+def laser_pose(name: str, grey: Array, bearings: Array, ranges: Array, board: Board, model: CameraModel) -> LaserPose:
+    """A picture (H, W) and scans (K, B) [m] at bearings (B,) [rad] of one still board. Raises BadInput."""
+    if grey.shape != (model.height, model.width):
+        raise BadInput(f"it is {size_words(grey)}, the camera file is for {model.width}x{model.height}")
+    corners, _ = _corners(grey, board)
+    return LaserPose(name=name, board=board_pose(model, board, corners), scan=average(ranges, unit_rays(bearings)))
+
+
+def mount_from(
+    poses: Sequence[LaserPose],
+    refused: Sequence[Refused],
+    board: Board,
+    model: CameraModel,
+    background: Array | None = None,
+    *,
+    mount: Mount | None = None,
+    with_offset: bool = False,
+    out: Path | None = None,
+) -> dict[str, Any]:
+    """Poses from any source, the pairs refused so far, the empty room (B,) [m] → JSON keys and files."""
+    if len(poses) < 3:
+        reasons = "; ".join(f"{each['image']}: {each['reason']}" for each in refused[:3])
+        count = len(poses) + len(refused)
+        raise BadInput(f"Only {len(poses)} of {count} pairs can be used; at least 3 are needed. {reasons}".strip())
+    found = solve.calibrate_laser(poses, board, background, mount, with_offset=with_offset)
+    report = laser_report(found, [pose.name for pose in poses], board, model)
+    report["poses_refused"] = [*refused, *report["poses_refused"]]
+    report["files"] = {}
+    if out is not None:
+        transform = found.extrinsics.transform
+        texts = {
+            "json": ("mount.json", json.dumps(kept(model, "camera", board=board, laser=found), indent=1)),
+            "urdf": ("mount.urdf.xml", urdf_joint(transform)),
+            "static_transform": ("mount.sh", static_transform(transform) + "\n"),
+        }
+        report["files"] = write_all(out, texts)
+    return report
+
+
+def board_in(camera: Path) -> Board:
+    """The board that stands in our own camera file. Raises BadInput where there is none."""
+    text = camera.read_text(encoding="utf-8", errors="replace")
+    entry = read_json(text).get("board") if text.lstrip().startswith("{") else None
+    try:
+        columns, rows = entry["inner_corners"]  # type: ignore[index]
+        panel = entry.get("panel_m")  # type: ignore[union-attr]
+        return Board(
+            columns=int(columns),
+            rows=int(rows),
+            square=float(entry["square_m"]),  # type: ignore[index]
+            panel=None if panel is None else (float(panel[0]), float(panel[1])),
+        )
+    except (TypeError, KeyError, ValueError):
+        raise BadInput(
+            'The camera file does not say which board was used; give it, as in "9x6" and 0.025 m.'
+        ) from None
+
+
+def _views(
+    files: Sequence[Path], board: Board, say: Say
+) -> tuple[list[ViewCorners], list[Refused], list[str], tuple[int, int]]:
+    """Every picture looked at: the views, why others are refused, remarks, and the size that most have."""
+    if len(files) > MOST_FILES:
+        raise BadInput(f"{len(files)} pictures are too many; at most {MOST_FILES} are read at once.")
+    found: list[tuple[ViewCorners, tuple[int, int]]] = []
+    refused: list[Refused] = []
+    warnings: list[str] = []
+    twins: dict[bytes, str] = {}
+    for name, path in zip(own_names(files), files, strict=True):
+        say(f"{name}: looking for the board")
+        try:
+            grey, remark = read_grey(path)
+            corners, remarks = _corners(grey, board)
+            if (twin := twins.get(corners.tobytes())) is not None:
+                raise BadInput(f"it is the same picture as {twin}; every picture counts once")
+            twins[corners.tobytes()] = name
+        except BadInput as wrong:
+            refused.append({"image": name, "reason": str(wrong)})
+            continue
+        found.append((ViewCorners(name=name, corners=corners), (grey.shape[1], grey.shape[0])))
+        warnings += [f"{name}: {each}" for each in (remark, *remarks) if each]
+    if not found:
+        return [], refused, warnings, (0, 0)
+    size = Counter(each for _, each in found).most_common(1)[0][0]
+    for view, own in found:
+        if own != size:
+            reason = f"it is {own[0]}x{own[1]}, most pictures are {size[0]}x{size[1]}; one camera setting at a time"
+            refused.append({"image": view.name, "reason": reason})
+    return [view for view, own in found if own == size], refused, warnings, size
+
+
+def _corners(grey: Array, board: Board) -> tuple[Array, tuple[str, ...]]:
+    """A grey picture → corners (N, 2) and remarks. Raises BadInput with the reason to refuse it."""
+    view = find_board(grey, board)
+    if view is None:
+        raise BadInput(why_none(grey, board))
+    quality = judge(grey, view, board)
+    if quality.refusals:
+        raise BadInput(quality.refusals[0])
+    return view.corners, quality.warnings
+
+
+def _pairs(folder: Path) -> tuple[list[tuple[Path, Path]], Path | None]:
+    """images/ next to scans/ or lasers/ → pairs in sorted order, and a file named background, if there is one."""
+    if not folder.is_dir():
+        raise BadInput(f"There is no folder {folder}.")
+    if not (folder / "images").is_dir():
+        raise BadInput(f"{folder.name} needs a folder images/ and next to it scans/ or lasers/.")
+    pictures = sorted(path for path in (folder / "images").iterdir() if path.suffix.lower() in PICTURES)
+    places = [folder / name for name in ("scans", "lasers") if (folder / name).is_dir()]
+    scans = sorted(path for place in places for path in place.iterdir() if path.suffix.lower() in SCANS)
+    background = next((path for path in (*scans, *folder.glob("background.*")) if path.stem == "background"), None)
+    scans = [path for path in scans if path.stem != "background"]
+    if not pictures or len(pictures) != len(scans):
+        raise BadInput(
+            f"{folder.name} has {len(pictures)} pictures and {len(scans)} scans; they must pair up one to one."
+        )
+    return list(zip(pictures, scans, strict=True)), background
+
+
+def _background(path: Path, poses: Sequence[LaserPose]) -> Array:
+    """The empty room (B,) [m] on the beams of the poses."""
+    bearings, ranges = read_scans(path)
+    scan = average(ranges, unit_rays(bearings))
+    if any(pose.scan.rays.shape != scan.rays.shape for pose in poses):
+        raise BadInput("The background scan has other beams than the scans; record it with the same settings.")
+    return scan.ranges
+
+
+def _quiet(words: str) -> None:
+    """Say nothing."""

@@ -1,0 +1,60 @@
+"""Straighten pictures from files: what `beckon correct` does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import cv2
+
+from core.calibration.camera.undistortion import exact_map, straighten, table_1_map
+from core.calibration.files.camera_files import read_camera
+from core.calibration.files.pictures import own_names, read_colour, size_words
+from core.calibration.files.written import folder_at, write
+from core.calibration.reports import correction_report
+from core.errors import BadInput
+
+Method = Literal["exact", "table-1"]
+
+
+def correct(files: Sequence[Path], camera: Path, out: Path, method: Method = "exact") -> dict[str, Any]:
+    """Pictures → straight pictures in `out`, with the errors of Table 1's inverse and of the exact one.
+
+    Raises BadInput when no picture can be corrected, Unavailable when nothing can be written.
+    """
+    model = read_camera(camera)
+    lookup = exact_map(model) if method == "exact" else table_1_map(model)
+    folder = folder_at(out)
+    written: list[dict[str, str]] = []
+    refused: list[dict[str, str]] = []
+    taken: set[str] = set()
+    for name, path in zip(own_names(files), files, strict=True):
+        try:
+            picture = read_colour(path)
+            if picture.shape[:2] != (model.height, model.width):
+                raise BadInput(f"it is {size_words(picture)}, the camera file is for {model.width}x{model.height}")
+        except BadInput as wrong:
+            refused.append({"image": name, "reason": str(wrong)})
+            continue
+        content = cv2.imencode(".png", straighten(picture, lookup))[1].tobytes()
+        written.append({"image": name, "file": write(folder / free_name(path.stem, taken), content)})
+    if not written:
+        reasons = "; ".join(f"{each['image']}: {each['reason']}" for each in refused[:3])
+        raise BadInput(f"No picture could be corrected. {reasons}".strip())
+    return {
+        "method": method,
+        "pictures": written,
+        "pictures_refused": refused,
+        "error": correction_report(model),
+    }
+
+
+def free_name(stem: str, taken: set[str]) -> str:
+    """A file name for the straight picture that none of these pictures has taken yet; it is taken from now on."""
+    name, number = f"{stem}_straight.png", 1
+    while name in taken:
+        number += 1
+        name = f"{stem}_straight_{number}.png"
+    taken.add(name)
+    return name

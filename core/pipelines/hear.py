@@ -1,0 +1,143 @@
+"""Recordings of sound through the robot's ears, offline: where voices were, and what they said."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from core.errors import BadInput, Unavailable
+from core.geometry import wrap
+from core.perception.sound.array_diagnostics import check
+from core.perception.sound.direction import Direction
+from core.perception.sound.locate import sure
+from core.perception.sound.utterances import directions
+from core.recording.sound_file import read_sound
+from core.sensors.microphones import MicrophoneArray, Sound
+from core.settings import Settings
+from core.speech.recognition.acceptance import RecognizedUtterance, judge
+from core.speech.recognition.engines import open_engine
+from core.speech.recognition.recognizer import Engine, at_16_khz, for_words
+from core.speech.transcription.array_transcriber import ArrayTranscriber
+from core.speech.transcription.transcriber import Transcriber
+
+PIECE = 0.5  # [s] of sound that are recognised at once
+AROUND = 0.3  # [s] by which a direction may lie outside the utterance that it belongs to
+VAGUE = 0.5  # [rad] sd beyond which an elevation is not reported
+
+
+class RecordingTranscriber:
+    """Hears one recording after another with the same ears."""
+
+    def __init__(self, settings: Settings, array: MicrophoneArray | None = None) -> None:
+        """Without an array there are words only. Raises Unavailable when there is neither array nor recognizer."""
+        self._settings, self._array = settings, array
+        self._engine: Engine | None = None
+        self.wordless = ""  # why there are no words
+        try:
+            self._engine = open_engine(settings.speech)
+        except Unavailable as absent:
+            if array is None:
+                raise
+            self.wordless = str(absent)
+
+    def hear(self, path: Path, channel: int | None = None) -> dict[str, Any]:
+        """One file → directions and utterances. Words are read in `channel`; without one from the array's beam
+        towards each voice, where the array is sound, else in its first microphone, else in channel 0.
+
+        Raises BadInput with a sentence.
+        """
+        began = time.perf_counter()
+        sound = read_sound(path)
+        found: tuple[Direction, ...] = ()
+        warnings: list[str] = []
+        beam = False
+        if self._array is not None:
+            found = directions(sound, self._array, self._settings.direction_finding)
+            faults = check(sound, self._array, self._settings.direction_finding)
+            warnings += [fault.sentence for fault in faults]
+            beam = channel is None and self._array.dimensions >= 2 and not any(fault.serious for fault in faults)
+        words = self._array.channels[0] if self._array is not None and channel is None else channel or 0
+        said, stops = self._words(sound, None if beam else words)
+        if self.wordless:
+            warnings.append(self.wordless)
+        return {
+            "directions": [_direction(one, self._array) for one in found],
+            "utterances": [_utterance(one, found) for one in said],
+            "stops": [{"t0_s": one.begin, "t1_s": one.end} for one in stops],
+            "words_from": "beam" if beam else f"channel {words}",
+            "warnings": warnings,
+            "channels": sound.channels,
+            "sample_rate_hz": sound.rate,
+            "audio_s": sound.duration,
+            "processing_s": time.perf_counter() - began,
+        }
+
+    def _words(
+        self, sound: Sound, channel: int | None
+    ) -> tuple[list[RecognizedUtterance], list[RecognizedUtterance]]:
+        """Utterances, and STOPs that were heard before their sentence was over; without a channel from the beam."""
+        if self._engine is None:
+            return [], []
+        if channel is None and self._array is not None:
+            array = replace(self._array, rate=None)
+            one = at_16_khz(sound)
+            given = (array, self._settings.speech, self._settings.direction_finding)
+            ears: Transcriber | ArrayTranscriber = ArrayTranscriber(*given, engine=self._engine)
+        else:
+            one = for_words(sound, channel or 0)
+            ears = Transcriber(self._settings.speech, engine=self._engine)
+        heard: list[RecognizedUtterance] = []
+        for piece in one.pieces(PIECE):
+            heard += map(judge, ears.feed(piece))
+        heard += map(judge, ears.finish())
+        return [said for said in heard if said.final], [said for said in heard if not said.final]
+
+
+def hear(
+    paths: Sequence[Path], settings: Settings, array: MicrophoneArray | None = None, channel: int | None = None
+) -> dict[str, Any]:
+    """One file → its answer; several → one answer per name. Raises BadInput and Unavailable with a sentence."""
+    hearer = RecordingTranscriber(settings, array)
+    if len(paths) == 1:
+        return hearer.hear(paths[0], channel)
+    names = [path.name for path in paths]
+    files: dict[str, Any] = {}
+    for path, name in zip(paths, names, strict=True):
+        try:
+            found = hearer.hear(path, channel)
+        except BadInput as refusal:
+            found = {"error": str(refusal), "directions": [], "utterances": [], "audio_s": None, "processing_s": None}
+        files[name if names.count(name) == 1 else str(path)] = found
+    return {"files": files}
+
+
+def _direction(one: Direction, array: MicrophoneArray | None) -> dict[str, Any]:
+    return {
+        "t_s": one.stamp,
+        "azimuth_rad": wrap(one.azimuth),
+        "elevation_rad": one.elevation if one.elevation_sd < VAGUE else None,
+        "elevation_ambiguous": one.mirror is not None,
+        "ambiguity": one.ambiguity if array is not None else "",
+        "sd_rad": one.azimuth_sd,
+        "strength": one.strength,
+        "sure": sure(one),
+    }
+
+
+def _utterance(said: RecognizedUtterance, found: Sequence[Direction]) -> dict[str, Any]:
+    near = [one for one in found if said.begin - AROUND <= one.stamp <= said.end + AROUND]
+    best = max(near, key=lambda one: one.strength, default=None)
+    command = said.command
+    return {
+        "t0_s": said.begin,
+        "t1_s": said.end,
+        "words": said.words,
+        "accepted": said.accepted,
+        "command": None if command is None else {"name": command.name, **command.numbers},
+        "reason": said.reason,
+        "suggestions": list(said.suggestions),
+        "azimuth_rad": None if best is None else wrap(best.azimuth),
+    }

@@ -1,0 +1,138 @@
+"""Recordings: one reader per form of file, one shape for all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from core.errors import BadInput
+from core.recording import (
+    carmen,
+    corridor,
+    json_lines,
+    mcap_file,
+    mrclam,
+    ros1_bag,
+    ros2_bag,
+    scan_set,
+    seed_mc,
+    victoria_park,
+)
+from core.recording.npz import Archive, run_number
+from core.recording.read_report import ReadReport
+from core.recording.recording import (
+    LogSettings,
+    Recording,
+    RecordingReport,
+    ScanRecording,
+    SightingRecording,
+    SightingStep,
+    logged_stamp,
+)
+from core.recording.ros import Envelope, RosMessages
+from core.recording.sightings import Ids
+from core.recording.source import TextLog
+
+__all__ = [
+    "Ids",
+    "LogSettings",
+    "Recording",
+    "RecordingReport",
+    "ScanRecording",
+    "SightingRecording",
+    "SightingStep",
+    "logged_stamp",
+    "open_log",
+]
+
+Messages = Callable[[Path, LogSettings, ReadReport], Iterator[Envelope]]
+
+ROS_FORMS: dict[str, tuple[str, Messages]] = {
+    ".mcap": ("MCAP", mcap_file.messages),
+    ".bag": ("ROS 1 bag", ros1_bag.messages),
+    ".db3": ("ROS 2 bag", ros2_bag.messages),
+}
+AS_LOGGED = LogSettings()
+FORMS = ".mcap, .bag, .db3 and bag folders, CARMEN text, .jsonl, .npz, MRCLAM folders, Victoria Park text"
+
+
+def open_log(
+    path: str | Path, settings: LogSettings = AS_LOGGED, ids: Ids = "given", still: bool = False
+) -> Recording:
+    """Read a log whole, whatever its form. Raises BadInput with a sentence when nothing in it can be used.
+
+    `path` may end in `#number`: the run of an archive of runs, the robot of an MRCLAM folder. With ids "hidden" the
+    identities in a sightings log are not shown; `still` takes in the still frames where a log has them.
+    """
+    place, number, folder = _split(str(path))
+    if folder:
+        return _folder(place, number, ids, settings)
+    suffix = place.suffix.lower()
+    if suffix == ".npz":
+        return _archive(place, number, ids, still, settings)
+    if number is not None:
+        raise BadInput(f"{place.name} is one recording; leave out #{number}.")
+    if suffix in ROS_FORMS:
+        form, messages = ROS_FORMS[suffix]
+        return _ros(place, form, messages, settings)
+    return _text(place, ids, settings)
+
+
+def _split(path: str) -> tuple[Path, int | None, bool]:
+    """A path with or without `#number` → path, number, whether it is a folder."""
+    before, mark, after = path.rpartition("#")
+    try:
+        if not mark or Path(path).exists():
+            return Path(path), None, Path(path).is_dir()
+        return Path(before), run_number(after, Path(before).name), Path(before).is_dir()
+    except (OSError, ValueError) as problem:
+        raise BadInput("The path of the log cannot be used on this machine.") from problem
+
+
+def _folder(folder: Path, number: int | None, ids: Ids, settings: LogSettings) -> Recording:
+    if any((folder / name).exists() for name in ("Barcodes.dat", "Barcodes.dat.gz")):
+        return mrclam.read(folder, 1 if number is None else number, ids, settings)
+    return _ros(folder, "ROS 2 bag", ros2_bag.folder_messages, settings)
+
+
+def _ros(path: Path, form: str, messages: Messages, settings: LogSettings) -> ScanRecording:
+    tally = ReadReport(path)
+    collected = RosMessages(settings, tally)
+    collected.take_all(messages(path, settings, tally))
+    return collected.finish(path, form)
+
+
+def _archive(path: Path, number: int | None, ids: Ids, still: bool, settings: LogSettings) -> Recording:
+    archive = Archive(path, settings.largest_file)
+    try:
+        if {"obs", "v_noisy", "steer_noisy"} <= archive.names:
+            return seed_mc.read(archive, number or 0, ids, still)
+        if {"obs", "odo", "odo_cov"} <= archive.names:
+            return corridor.read(archive, ids)
+        if {"t", "scan_cm"} <= archive.names:
+            return scan_set.read(archive, settings)
+    finally:
+        archive.close()
+    held = ", ".join(sorted(archive.names)[:12]) or "nothing"
+    raise BadInput(
+        f"{path.name} is no known form of log: t and scan_cm, or obs with v_noisy and steer_noisy, or obs with odo "
+        f"and odo_cov are expected; it holds {held}."
+    )
+
+
+def _text(path: Path, ids: Ids, settings: LogSettings) -> Recording:
+    """Read a text log; the first line that begins as a known form does decides which one it is."""
+    begun = False
+    for number, line in TextLog(path, settings.largest_file):
+        if "\0" in line:
+            break
+        if line.startswith("{") and not begun:
+            return json_lines.read(path, settings)
+        begun = begun or bool(line)
+        if line.startswith(("ODOMETRY ", "LANDMARK ")):
+            return victoria_park.read(path, ids, settings)
+        if line.split(" ", 1)[0] in carmen.KNOWN:
+            return carmen.read(path, settings)
+        if number >= 10_000:
+            break
+    raise BadInput(f"{path.name} is no known form of log. Known are: {FORMS}.")

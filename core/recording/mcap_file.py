@@ -1,0 +1,152 @@
+"""MCAP, record by record in the order of the file, so that a cut or damaged file gives all that is left of it.
+
+Layout from the MCAP specification 1.0: magic, then records of opcode (u8), length (u64) and content, little endian.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from core.errors import BadInput
+from core.recording.read_report import BadRecord, ReadReport
+from core.recording.recording import LogSettings
+from core.recording.ros import Envelope
+from core.recording.source import BinaryLog, unpack
+
+MAGIC = b"\x89MCAP0\r\n"
+FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, STATISTICS = 0x02, 0x03, 0x04, 0x05, 0x06, 0x0B
+LAST_OPCODE = 0x0F
+
+HEAD = struct.Struct("<BQ")
+MESSAGE_HEAD = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time [ns]
+CHUNK_HEAD = struct.Struct("<QQQI")  # start, end [ns], unpacked size, checksum
+
+# A compressed chunk betrays itself by the name of its compression: from there reading can start again after damage.
+CHUNK_MARK = re.compile(rb"\x06.{36}(?:\x04\0\0\0zstd|\x03\0\0\0lz4)", re.DOTALL)
+CHUNK_MARK_LENGTH = 9 + 28 + 8
+MOST_RESTARTS = 500
+
+
+@dataclass
+class _Channel:
+    topic: str
+    encoding: str
+    schema: int
+
+
+def messages(path: Path, settings: LogSettings, tally: ReadReport) -> Iterator[Envelope]:
+    """Every message of an MCAP file in the order of the file. Raises BadInput when it is none."""
+    with BinaryLog(path, settings.largest_file) as source:
+        if source.at(0, len(MAGIC)) != MAGIC:
+            raise BadInput(f"{path.name} is not an MCAP file: it does not begin as one.")
+        yield from _McapWalk(source, settings.largest_block, tally).messages()
+
+
+class _McapWalk:
+    """One pass over the records."""
+
+    def __init__(self, source: BinaryLog, largest_block: int, tally: ReadReport):
+        self._source = source
+        self._largest_block = largest_block
+        self._tally = tally
+        self._schemas: dict[int, str] = {}
+        self._channels: dict[int, _Channel] = {}
+        self._restarts = 0
+        self._budget = max(50 * source.size, 4 * largest_block)  # [bytes] that all blocks together may unpack to
+
+    def messages(self) -> Iterator[Envelope]:
+        offset, closed = len(MAGIC), False
+        while not closed:
+            head = self._source.at(offset, HEAD.size)
+            if len(head) < HEAD.size:
+                self._tally.skip("the file ends in the middle of a record", f"byte {offset}")
+                return
+            opcode, length = HEAD.unpack(head)
+            begin, end = offset + HEAD.size, offset + HEAD.size + length
+            sound = end <= self._source.size and (1 <= opcode <= LAST_OPCODE or opcode >= 0x80)
+            if not sound:
+                again = self._restart(offset + 1)
+                what = "it is damaged" if again else "the file ends in the middle of a record"
+                self._tally.skip(what, f"byte {offset}")
+                if opcode == CHUNK and again is None:
+                    yield from self._chunk(begin, self._source.size - begin)
+                if again is None:
+                    return
+                offset = again
+                continue
+            if opcode == CHUNK:
+                yield from self._chunk(begin, length)
+            elif opcode == STATISTICS:
+                self._statistics(self._source.at(begin, 8))
+            elif opcode in (SCHEMA, CHANNEL, MESSAGE):
+                yield from self._record(opcode, self._source.at(begin, min(length, self._largest_block)))
+            closed, offset = opcode == FOOTER, end
+
+    def _restart(self, start: int) -> int | None:
+        """The next offset from `start` on where a chunk seems to begin, or None."""
+        self._restarts += 1
+        return self._source.find(CHUNK_MARK, start, CHUNK_MARK_LENGTH) if self._restarts < MOST_RESTARTS else None
+
+    def _chunk(self, begin: int, length: int) -> Iterator[Envelope]:
+        where = f"byte {begin - HEAD.size}"
+        try:
+            if length > self._largest_block + 1000:
+                raise BadRecord(f"its block is larger than {self._largest_block // 1_000_000} MB")
+            content = self._source.at(begin, length)
+            *_, size, checksum = CHUNK_HEAD.unpack_from(content)
+            compression, at = _text(content, CHUNK_HEAD.size)
+            packed = content[at + 8 :]
+            block = unpack(packed, compression, size, min(self._largest_block, self._budget))
+            self._budget -= len(block)
+        except (BadRecord, struct.error, ValueError) as problem:
+            self._tally.skip(str(problem) if isinstance(problem, BadRecord) else "it is damaged", where)
+            return
+        if checksum and zlib.crc32(block) != checksum:
+            self._tally.warn("Some blocks of the file fail their checksum; what was read from them may be wrong.")
+        yield from self._inside(block, where)
+
+    def _inside(self, block: bytes, where: str) -> Iterator[Envelope]:
+        at = 0
+        while at < len(block):
+            if at + HEAD.size > len(block):
+                break
+            opcode, length = HEAD.unpack_from(block, at)
+            begin, at = at + HEAD.size, at + HEAD.size + length
+            if opcode not in (SCHEMA, CHANNEL, MESSAGE) and opcode < 0x80:
+                at = len(block) + 1
+            elif at <= len(block):
+                yield from self._record(opcode, block[begin:at])
+        if at != len(block):
+            self._tally.skip("its block is cut or damaged", where)
+
+    def _record(self, opcode: int, content: bytes) -> Iterator[Envelope]:
+        try:
+            if opcode == SCHEMA:
+                self._schemas[struct.unpack_from("<H", content)[0]] = _text(content, 2)[0]
+            elif opcode == CHANNEL:
+                number, schema = struct.unpack_from("<HH", content)
+                topic, at = _text(content, 4)
+                self._channels[number] = _Channel(topic, _text(content, at)[0], schema)
+            elif opcode == MESSAGE:
+                number, _, log_time, _ = MESSAGE_HEAD.unpack_from(content)
+                channel = self._channels[number]
+                kind = self._schemas.get(channel.schema, "")
+                yield Envelope(channel.topic, kind, channel.encoding, log_time * 1e-9, content[MESSAGE_HEAD.size :])
+        except (struct.error, KeyError, ValueError):
+            self._tally.skip("it is damaged")
+
+    def _statistics(self, content: bytes) -> None:
+        self._tally.declared = struct.unpack("<Q", content)[0] if len(content) == 8 else None
+
+
+def _text(content: bytes, at: int) -> tuple[str, int]:
+    """A text with its length before it, at `at` → the text and where it ends. Raises ValueError."""
+    (length,) = struct.unpack_from("<I", content, at)
+    if length > 10_000 or at + 4 + length > len(content):
+        raise ValueError("a text longer than its record")
+    return content[at + 4 : at + 4 + length].decode("utf-8", "replace"), at + 4 + length

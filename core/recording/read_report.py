@@ -1,0 +1,70 @@
+"""Counts of the records that were read and skipped in a log, reported in sentences afterwards."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+from core.recording.recording import RecordingReport
+
+
+class BadRecord(Exception):
+    """One record of a log cannot be used; the words say why. Never leaves the readers."""
+
+
+class ReadReport:
+    """Counts records while a log is read."""
+
+    def __init__(self, path: Path):
+        self.path = path
+        self.read = 0
+        self.declared: int | None = None
+        self.topics: list[str] = []
+        self._skipped: Counter[str] = Counter()
+        self._first: dict[str, str] = {}
+        self._warnings: dict[str, None] = {}
+
+    @property
+    def skipped(self) -> int:
+        """Records that were left out so far."""
+        return sum(self._skipped.values())
+
+    def skip(self, why: str, where: str = "", count: int = 1) -> None:
+        """Leave out `count` records because of `why` ("the time goes backwards"), first at `where` ("line 3")."""
+        if count:
+            self._skipped[why] += count
+            self._first.setdefault(why, where)
+
+    def drop(self, why: str, count: int) -> None:
+        """Leave out `count` records after all that had been taken in."""
+        self.read -= count
+        self.skip(why, count=count)
+
+    def warn(self, sentence: str) -> None:
+        """Add a warning for the reader of the result; the same sentence is reported once."""
+        if len(self._warnings) < 20:
+            self._warnings[sentence] = None
+
+    def report(self, form: str) -> RecordingReport:
+        """Everything counted, as sentences."""
+        warnings = list(self._warnings)
+        if self._skipped:
+            reasons = [f"{n} because {why}{self._at(why)}" for why, n in self._skipped.most_common(8)]
+            total = self.read + self.skipped
+            warnings.insert(0, f"{self.skipped} of {total} records skipped: {'; '.join(reasons)}.")
+        return RecordingReport(
+            form=form,
+            read=self.read,
+            skipped=self.skipped,
+            declared=self.declared,
+            topics=tuple(self.topics),
+            warnings=tuple(warnings),
+        )
+
+    def reasons(self) -> str:
+        """The reasons of all that was skipped in half a sentence; "" when nothing was."""
+        return "; ".join(f"{n} × {why}{self._at(why)}" for why, n in self._skipped.most_common(3))
+
+    def _at(self, why: str) -> str:
+        first = self._first[why]
+        return f" (first at {first})" if first else ""

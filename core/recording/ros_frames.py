@@ -1,0 +1,146 @@
+"""Frames and the transforms between them (tf): how the laser is mounted, and odometry where only tf has it."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections import deque
+from typing import Any
+
+import numpy as np
+
+from core.geometry import Pose, Transform
+from core.message import Array, message
+from core.recording.odometry_track import heading_of
+from core.recording.read_report import BadRecord
+
+MOST_PAIRS = 1000
+MOST_ROWS = 4_000_000  # numbers held per moving pair
+BASES = ("base_footprint", "base_link", "base", "base_frame", "robot")
+ODOMETRIES = ("odom", "odometry", "odom_combined", "wheel_odom")
+
+Pair = tuple[str, str]  # parent, child
+
+
+@message
+class Placed:
+    """The mounting of a laser on the robot, in the plane."""
+
+    pose: Pose = Pose()  # robot_from_laser
+    height: float = 0.12  # [m]
+    upside_down: bool = False
+
+
+class FrameTree:
+    """Every transform in a log: the fixed ones once, the moving ones as rows over time."""
+
+    def __init__(self) -> None:
+        self._fixed: dict[Pair, Transform] = {}
+        self._moving: dict[Pair, array[float]] = {}  # own stamp, logged, x, y, heading …
+
+    @property
+    def frames(self) -> set[str]:
+        """The names of all frames."""
+        return {frame for pair in (*self._fixed, *self._moving) for frame in pair}
+
+    def add(self, transform: Any, stamp: float, logged: float, fixed: bool) -> int:
+        """Take in a TransformStamped; how many bytes it holds on to. Raises BadRecord."""
+        pair = transform.header.frame_id.strip("/"), transform.child_frame_id.strip("/")
+        t, q = transform.transform.translation, transform.transform.rotation
+        numbers = (t.x, t.y, t.z, q.x, q.y, q.z, q.w)
+        if not all(math.isfinite(number) for number in numbers):
+            raise BadRecord("a transform is not finite")
+        if len(self._fixed) + len(self._moving) >= MOST_PAIRS and pair not in self._moving:
+            return 0
+        if fixed or pair not in self._moving:
+            self._fixed[pair] = Transform(rotation=_matrix(q.x, q.y, q.z, q.w), translation=np.array([t.x, t.y, t.z]))
+        if fixed:
+            return 200
+        rows = self._moving.setdefault(pair, array("d"))
+        if len(rows) >= MOST_ROWS:
+            return 0
+        rows.extend((stamp, logged, t.x, t.y, float(heading_of(q.x, q.y, q.z, q.w))))
+        return 40
+
+    def moving(self, odometry: str, base: str) -> tuple[Pair, Array]:
+        """The pair that is the odometry and its rows (N, 5): own stamp, logged [s], x, y [m], heading [rad].
+
+        Named frames are taken at their word, "" is a guess; nothing fits: no rows.
+        """
+        fits = [
+            pair
+            for pair in self._moving
+            if (pair[0] == odometry if odometry else _known(pair[0], ODOMETRIES))
+            and (pair[1] == base if base else _known(pair[1], BASES))
+        ]
+        if not fits:
+            return ("", base), np.zeros((0, 5))
+        pair = max(fits, key=lambda pair: len(self._moving[pair]))
+        return pair, np.array(self._moving[pair]).reshape(-1, 5)
+
+    def mounting(self, base: str, laser: str) -> Placed | None:
+        """Return the mounting of frame `laser` in frame `base`, or else in the robot's frame by its usual names.
+
+        None when no chain of transforms leads there.
+        """
+        if not laser:
+            return None
+        usual = sorted(frame for frame in self.frames if _known(frame, BASES))
+        for name in [base, *usual]:
+            found = self._chain(name, laser)
+            if found is not None:
+                forward = found.rotation[:, 0]
+                return Placed(
+                    pose=Pose(
+                        float(found.translation[0]),
+                        float(found.translation[1]),
+                        math.atan2(float(forward[1]), float(forward[0])),
+                    ),
+                    height=float(found.translation[2]),
+                    upside_down=bool(found.rotation[2, 2] < -0.5),
+                )
+        return None
+
+    def _chain(self, start: str, goal: str) -> Transform | None:
+        """start_from_goal through transforms that do not move, by the shortest chain."""
+        if start == goal:
+            return Transform(rotation=np.eye(3), translation=np.zeros(3))
+        steps: dict[str, list[tuple[str, Transform]]] = {}
+        for (parent, child), transform in self._fixed.items():
+            if self._still((parent, child)):
+                steps.setdefault(parent, []).append((child, transform))
+                steps.setdefault(child, []).append((parent, transform.inverse()))
+        reached = {start: Transform(rotation=np.eye(3), translation=np.zeros(3))}
+        queue = deque([start])
+        while queue and goal not in reached:
+            frame = queue.popleft()
+            for neighbour, transform in steps.get(frame, []):
+                if neighbour not in reached:
+                    reached[neighbour] = reached[frame] @ transform
+                    queue.append(neighbour)
+        return reached.get(goal)
+
+    def _still(self, pair: Pair) -> bool:
+        """Return whether a pair is fixed; older robots repeat fixed transforms on /tf."""
+        rows = self._moving.get(pair)
+        return rows is None or bool(np.ptp(np.array(rows).reshape(-1, 5)[:, 2:], axis=0).max() < 1e-6)
+
+
+def _known(frame: str, names: tuple[str, ...]) -> bool:
+    """Return whether a frame is one of `names`, perhaps with the robot's name before it: "robot1/odom"."""
+    return frame.rpartition("/")[2] in names
+
+
+def _matrix(x: float, y: float, z: float, w: float) -> Array:
+    """Quaternion → rotation (3, 3). Raises BadRecord when it is none."""
+    norm = math.sqrt(x * x + y * y + z * z + w * w)
+    if not 0.5 < norm < 2.0:
+        raise BadRecord("a transform has no rotation")
+    x, y, z, w = x / norm, y / norm, z / norm, w / norm
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )

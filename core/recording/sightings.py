@@ -1,0 +1,78 @@
+"""The common part of every reader of sightings logs, once the columns are understood."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from core.errors import BadInput
+from core.geometry import wrap
+from core.message import Array
+from core.perception.landmarks.landmarks import Sighting
+from core.recording.read_report import ReadReport
+from core.recording.recording import SightingRecording, SightingStep
+from core.slam.motion import Increment
+
+Ids = Literal["given", "hidden"]
+"""The filter may or may not see the identities in the file."""
+
+MOST_ROWS = 5_000_000
+
+
+class SightingSteps:
+    """Gathers steps in time order while a reader goes through its log."""
+
+    def __init__(self, noise: tuple[float, float], ids: Ids, tally: ReadReport):
+        """`noise`: standard deviations of range [m] and bearing [rad]."""
+        self._noise: Array = np.diag(np.square(noise))
+        self._ids = ids
+        self._tally = tally
+        self._steps: list[SightingStep] = []
+
+    def add(self, stamp: float, increment: Increment, rows: Array) -> None:
+        """The move since the last step, then rows (M, 3) of id, range [m], bearing [rad].
+
+        An id below 0 says that there is no landmark: with given ids such a row is left out, with hidden ones it stays
+        among the others. Rows that no sensor can make are counted and left out.
+        """
+        sightings: list[Sighting] = []
+        for number, distance, bearing in rows.tolist():
+            if not (0 < distance < 1e4 and abs(bearing) < 7):
+                self._tally.skip("its range or bearing cannot be")
+                continue
+            self._tally.read += 1
+            if self._ids == "given" and number < 0:
+                continue
+            sightings.append(
+                Sighting(
+                    range=distance,
+                    bearing=wrap(bearing),
+                    covariance=self._noise,
+                    stamp=stamp,
+                    id=int(number) if self._ids == "given" else None,
+                )
+            )
+        self._steps.append(SightingStep(stamp=stamp, increment=increment, sightings=tuple(sightings)))
+
+    def finish(self, path: Path, form: str) -> SightingRecording:
+        """All steps → the recording. Raises BadInput when nothing was seen at all."""
+        distances = [sighting.range for step in self._steps for sighting in step.sightings]
+        bearings = [abs(sighting.bearing) for step in self._steps for sighting in step.sightings]
+        if not distances:
+            raise BadInput(f"{path.name} holds no sighting that can be used. {self._tally.reasons()}".strip())
+        return SightingRecording(
+            path=path,
+            steps=tuple(self._steps),
+            range_max=max(distances),
+            half_field=max(bearings),
+            report=self._tally.report(form),
+        )
+
+
+def grouped(keys: Array, rows: Array) -> dict[int, Array]:
+    """Rows (M, …) by their integer key (M,), in rising order of the key and in the file's order within one."""
+    order = np.argsort(keys, kind="stable")
+    values, starts = np.unique(keys[order].astype(np.int64), return_index=True)
+    return dict(zip(values.tolist(), np.split(rows[order], starts[1:]), strict=True)) if len(values) else {}

@@ -1,0 +1,141 @@
+"""Sound files: WAV by an own strict reader that counts bytes and believes no header, FLAC through libsndfile."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+
+from core.errors import BadInput, Unavailable
+from core.files import write_atomic
+from core.message import Array
+from core.recording.source import open_file
+from core.sensors.microphones import Sound, usable
+
+LARGEST = 2_000_000_000  # [bytes] of a file
+LONGEST = 4 * 3600.0  # [s] of one sound
+MOST_SAMPLES = 300_000_000  # of all channels together
+MOST_CHANNELS = 64
+RATES = (4_000, 192_000)  # [Hz]
+PCM, FLOAT, EXTENSIBLE = 1, 3, 0xFFFE
+EXTENSION_TAIL = bytes.fromhex("000000001000800000aa00389b71")  # of the identifiers that stand for plain codes
+
+
+def read_sound(path: str | Path, stamp: float = 0.0) -> Sound:
+    """A WAV or FLAC file → its sound, as it is: no resampling. Raises BadInput with a sentence."""
+    place = Path(path)
+    with open_file(place, LARGEST) as file:
+        head = file.read(12)
+    if head[:4] == b"RIFF" and head[8:] == b"WAVE":
+        rate, samples = _wav(place)
+    elif head[:4] == b"fLaC":
+        rate, samples = _flac(place)
+    elif head[:4] in (b"RF64", b"RIFX"):
+        raise BadInput(f"{place.name} is a WAV file of an unusual kind ({head[:4].decode()}); save it as plain WAV.")
+    else:
+        raise BadInput(f"{place.name} is neither WAV nor FLAC; convert it to one of them.")
+    if not usable(samples):
+        raise BadInput(f"{place.name} holds samples that are no numbers, or far beyond full scale; it is damaged.")
+    return Sound(stamp=stamp, rate=rate, samples=samples)
+
+
+def write_wav(path: Path, sound: Sound) -> None:
+    """Write a sound as 16-bit WAV; what exceeds full scale is cut off."""
+    whole = np.clip(np.round(sound.samples * 32768), -32768, 32767).astype("<i2").tobytes()
+    width = 2 * sound.channels
+    form = struct.pack("<HHIIHH", PCM, sound.channels, sound.rate, sound.rate * width, width, 16)
+    body = b"WAVEfmt " + struct.pack("<I", len(form)) + form + b"data" + struct.pack("<I", len(whole)) + whole
+    write_atomic(path, b"RIFF" + struct.pack("<I", len(body)) + body)
+
+
+def _wav(path: Path) -> tuple[int, Array]:
+    """Walk the chunks by the bytes that are there; the sizes in headers only ever shorten."""
+    with open_file(path, LARGEST) as file:
+        size = file.seek(0, 2)
+        form: bytes | None = None
+        at = 12
+        while at + 8 <= size:
+            file.seek(at)
+            name, declared = struct.unpack("<4sI", file.read(8))
+            there = min(declared, size - at - 8)
+            if name == b"fmt ":
+                form = file.read(min(there, 64))
+            elif name == b"data":
+                if form is None:
+                    raise BadInput(f"{path.name} has samples before it says what they are; it is damaged.")
+                unfinished = declared in (0, 0xFFFFFFFF)  # a recorder that was cut off never wrote the size
+                return _samples(path.name, form, file.read(size - at - 8 if unfinished else there))
+            at += 8 + declared + declared % 2
+    raise BadInput(f"{path.name} holds no samples; it was cut off, or its header lies about where they are.")
+
+
+def _samples(name: str, form: bytes, body: bytes) -> tuple[int, Array]:
+    """The format chunk and the bytes of the samples → rate [Hz], samples (N, C) of full scale ±1."""
+    if len(form) < 16:
+        raise BadInput(f"{name} has a format header that is too short; it is damaged.")
+    code, channels, rate, pace, block, bits = struct.unpack("<HHIIHH", form[:16])
+    if code == EXTENSIBLE:
+        if len(form) < 40 or form[26:40] != EXTENSION_TAIL:
+            raise BadInput(f"{name} is coded in a way that is not read here; save it as 16-bit PCM.")
+        code = int.from_bytes(form[24:26], "little")
+    _check(name, rate, channels)
+    if (code, bits) not in ((PCM, 8), (PCM, 16), (PCM, 24), (PCM, 32), (FLOAT, 32), (FLOAT, 64)):
+        raise BadInput(f"{name} has samples of code {code} with {bits} bits; save it as 16-bit PCM.")
+    width = bits // 8
+    if block != channels * width:
+        raise BadInput(
+            f"{name} says {block} bytes for {channels} channels of {bits} bits, which cannot be; its header is wrong."
+        )
+    if pace not in (0, rate * block):
+        raise BadInput(f"{name} says {rate} Hz but {pace} bytes a second; its header is wrong.")
+    count = len(body) // block
+    if not count:
+        raise BadInput(f"{name} holds no samples.")
+    _check_length(name, count, channels, rate)
+    return rate, _decoded(body[: count * block], code, width).reshape(count, channels)
+
+
+def _decoded(body: bytes, code: int, width: int) -> Array:
+    """Bytes of samples → numbers of full scale ±1."""
+    if code == FLOAT:
+        return np.frombuffer(body, f"<f{width}").astype(np.float64)
+    if width == 1:
+        return (np.frombuffer(body, np.uint8).astype(np.float64) - 128) / 128
+    if width == 3:
+        wide = np.zeros((len(body) // 3, 4), np.uint8)
+        wide[:, 1:] = np.frombuffer(body, np.uint8).reshape(-1, 3)
+        return wide.view("<i4")[:, 0] / 2.0**31
+    return np.frombuffer(body, f"<i{width}") / 2.0 ** (8 * width - 1)
+
+
+def _flac(path: Path) -> tuple[int, Array]:
+    try:
+        import soundfile
+    except (ImportError, OSError):
+        raise Unavailable(
+            "FLAC files need the package soundfile: pip install soundfile (WAV works without)."
+        ) from None
+    try:
+        with soundfile.SoundFile(path) as file:
+            _check(path.name, file.samplerate, file.channels)
+            _check_length(path.name, file.frames, file.channels, file.samplerate)
+            samples = file.read(file.frames, dtype="float64", always_2d=True)
+            rate = file.samplerate
+    except (soundfile.SoundFileError, RuntimeError, MemoryError):
+        raise BadInput(f"{path.name} is a damaged FLAC file.") from None
+    if not len(samples):
+        raise BadInput(f"{path.name} holds no samples.")
+    return rate, samples
+
+
+def _check(name: str, rate: int, channels: int) -> None:
+    if not RATES[0] <= rate <= RATES[1]:
+        raise BadInput(f"{name} says {rate} Hz; {RATES[0]} to {RATES[1]} Hz can be used.")
+    if not 1 <= channels <= MOST_CHANNELS:
+        raise BadInput(f"{name} says {channels} channels; 1 to {MOST_CHANNELS} can be used.")
+
+
+def _check_length(name: str, count: int, channels: int, rate: int) -> None:
+    if count / rate > LONGEST or count * channels > MOST_SAMPLES:
+        raise BadInput(f"{name} is {count / rate / 60:.0f} min long; cut it into parts of at most an hour.")

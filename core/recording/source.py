@@ -1,0 +1,146 @@
+"""Files from unknown sources: bounded reading, and sentences for what cannot be opened."""
+
+from __future__ import annotations
+
+import bz2
+import gzip
+import io
+import re
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import BinaryIO
+
+import lz4.frame
+import zstandard
+
+from core.errors import BadInput
+from core.recording.read_report import BadRecord
+
+STEP = 1 << 20  # [bytes] read at once while searching or unpacking
+LONGEST_LINE = 4_000_000  # [bytes] of a text log
+MOST_TEXT = 2_000_000_000  # [bytes] of unpacked text
+
+
+def open_file(path: Path, largest: int) -> BinaryIO:
+    """Open a regular file of at most `largest` bytes. Raises BadInput."""
+    try:
+        if not path.exists():
+            raise BadInput(f"There is no file {path.name}; is the path right?")
+        if not path.is_file():
+            raise BadInput(f"{path.name} is not a file that can be read as a log.")
+        size = path.stat().st_size
+        if size == 0:
+            raise BadInput(f"{path.name} is empty.")
+        if size > largest:
+            raise BadInput(
+                f"{path.name} has {size / 1e9:.1f} GB; at most {largest / 1e9:.1f} GB are read. "
+                "Cut it into parts, or raise log.largest_file_mb in the settings."
+            )
+        return path.open("rb")
+    except (OSError, ValueError) as problem:
+        raise BadInput(f"{path.name} cannot be opened: {problem}.") from problem
+
+
+class BinaryLog:
+    """A binary log: pieces at any offset, never more than is there."""
+
+    def __init__(self, path: Path, largest: int):
+        self._file = open_file(path, largest)
+        self.size = self._file.seek(0, io.SEEK_END)
+
+    def __enter__(self) -> BinaryLog:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._file.close()
+
+    def at(self, offset: int, length: int) -> bytes:
+        """The bytes from `offset` on, at most `length`; fewer where the file ends."""
+        self._file.seek(offset)
+        return self._file.read(max(0, min(length, self.size - offset)))
+
+    def find(self, pattern: re.Pattern[bytes], start: int, longest: int) -> int | None:
+        """Offset of the next match (at most `longest` bytes long) from `start` on, or None."""
+        while start < self.size:
+            piece = self.at(start, STEP + longest)
+            match = pattern.search(piece)
+            if match:
+                return start + match.start()
+            start += STEP
+        return None
+
+
+def unpack(packed: bytes, compression: str, size: int, limit: int) -> bytes:
+    """A compressed block → its content; of a block that is cut or damaged, what comes before the damage.
+
+    `size` is what the file says it unpacks to [bytes]: never more is unpacked. Raises BadRecord when the compression
+    is unknown or `size` exceeds `limit` bytes.
+    """
+    if compression in ("", "none"):
+        return packed
+    if size > limit:
+        raise BadRecord(f"its block unpacks to {size // 1_000_000} MB, more than is read")
+    pieces: list[bytes] = []
+    total = 0
+    for piece in _unpacked(packed, compression, limit):
+        pieces.append(piece)
+        total += len(piece)
+        if total >= size:
+            break
+    return b"".join(pieces)[:size]
+
+
+def _unpacked(packed: bytes, compression: str, limit: int) -> Iterator[bytes]:
+    """Bounded pieces; ends quietly where the data are damaged."""
+    try:
+        if compression == "zstd":
+            window = 1 << max(20, (limit - 1).bit_length())
+            with zstandard.ZstdDecompressor(max_window_size=window).stream_reader(packed) as reader:
+                while piece := reader.read(STEP):
+                    yield piece
+            return
+        if compression not in ("lz4", "bz2"):
+            raise BadRecord(f"its compression {compression[:20]!r} is unknown")
+        unpacker = lz4.frame.LZ4FrameDecompressor() if compression == "lz4" else bz2.BZ2Decompressor()
+        piece = unpacker.decompress(packed, max_length=STEP)
+        while piece or not (unpacker.eof or unpacker.needs_input):
+            yield piece
+            if unpacker.eof:
+                return
+            piece = unpacker.decompress(b"", max_length=STEP)
+    except (zstandard.ZstdError, RuntimeError, OSError, EOFError, ValueError):
+        return
+
+
+class TextLog:
+    """A text log, plain or gzip'ed: its lines with their numbers."""
+
+    def __init__(self, path: Path, largest: int):
+        self.path = path
+        self._largest = largest
+        self.cut = False  # the packed text ended too early
+
+    def __iter__(self) -> Iterator[tuple[int, str]]:
+        with open_file(self.path, self._largest) as raw:
+            packed = raw.read(2) == b"\x1f\x8b"
+            raw.seek(0)
+            stream = io.BufferedReader(gzip.GzipFile(fileobj=raw)) if packed else raw
+            yield from self._lines(stream)
+
+    def _lines(self, stream: BinaryIO | io.BufferedReader) -> Iterator[tuple[int, str]]:
+        number, total = 0, 0
+        while total < MOST_TEXT:
+            try:
+                line = stream.readline(LONGEST_LINE)
+            except (OSError, EOFError, ValueError, zlib.error):
+                self.cut = True
+                return
+            if not line:
+                return
+            number += 1
+            total += len(line)
+            yield number, line.decode("utf-8", "replace").strip()

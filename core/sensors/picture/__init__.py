@@ -1,1 +1,0 @@
-"""How the simulated camera draws a world."""

@@ -1,0 +1,1 @@
+"""The simulator: world, acoustics, rendering, actors and the simulated robot."""

@@ -1,0 +1,57 @@
+"""The straight sound and the first reflections, exactly as far away as they are at every instant.
+
+Each arrival reads the talker's own sound at the moment when it left the mouth, so a robot that moves hears lags that
+change without steps. The sound is kept 16 times finer than its samples: arrivals fall between samples.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.signal import upfirdn
+
+from core.message import Array
+from core.simulation.acoustics.shoebox import FINER
+
+HALF = 8  # samples on either side that count for a value in between; all sound is late by that much
+FARTHEST = 45.0  # [m] that an arrival may have come
+FILTER = np.sinc(np.arange(-HALF * FINER, HALF * FINER + 1) / FINER) * np.kaiser(2 * HALF * FINER + 1, 7.0)
+
+
+class Arrivals:
+    """One source's sound along several ways to several ears."""
+
+    def __init__(self, rate: int, speed: float) -> None:
+        self._per_metre = rate / speed  # samples that sound takes for a metre
+        self._recent = np.zeros(2 * HALF)
+        self._fine = np.zeros(int(FARTHEST * self._per_metre + 2) * FINER)
+
+    def feed(self, dry: Array, before: Array, now: Array, precision: Array) -> Array:
+        """The next sound (N,) of the source → what the ears hear of it, (N, M).
+
+        The ways are `before` and `now` (K, M) [m] long at the begin and the end of it; each brings `precision` (K, M)
+        over the distance.
+        """
+        count = len(dry)
+        context = np.concatenate((self._recent, dry))
+        self._recent = context[-2 * HALF :]
+        finer = np.asarray(upfirdn(FILTER, context, up=FINER))[2 * HALF * FINER :][: count * FINER]
+        kept = np.concatenate((self._fine, finer))
+        self._fine = kept[count * FINER :]
+        share = np.arange(1, count + 1) / count
+        away = np.minimum(before[..., None] + (now - before)[..., None] * share, FARTHEST)  # (K, M, N) [m]
+        place = len(self._fine) + FINER * (np.arange(count) - self._per_metre * away)
+        first = place.astype(np.int64)
+        part = place - first
+        heard = kept[first] * (1 - part) + kept[np.minimum(first + 1, len(kept) - 1)] * part
+        return np.einsum("km,kmn->nm", precision / np.maximum(now, 0.1), heard)
+
+
+def first_images(size: tuple[float, float, float], source: Array, reflection: float) -> tuple[Array, Array]:
+    """A source (3,) [m] in a box → itself and its six mirror images (7, 3), and the pressure of each (7,)."""
+    if reflection == 0:
+        return source[None].copy(), np.ones(1)
+    images = np.repeat(source[None], 7, axis=0)
+    for axis, side in enumerate(size):
+        images[1 + axis, axis] *= -1
+        images[4 + axis, axis] = 2 * side - source[axis]
+    return images, np.array([1.0] + 6 * [reflection])

@@ -1,0 +1,1 @@
+"""Actors in the simulated room: people, speakers, board holders."""

@@ -1,0 +1,207 @@
+"""Requests to hold up a chessboard in the simulated room, and the person who holds it, checked."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from core.calibration.board.board import Board
+from core.errors import BadInput
+from core.geometry import Pose, Transform
+from core.message import Array
+from core.sensors import Camera
+from core.simulation.actors.requests import BOARD, HOLDER, number
+from core.simulation.world import SIZES, HeldBoard, Thing, World
+
+LARGEST = 2.0  # [m] side of a panel
+SLOWEST = 10.0  # [s] of a motion
+SKEW = 1e-3  # by which a rotation's columns may fail to be orthonormal
+LOWEST = 0.005  # [m] above the floor
+SPOTS = 7  # points along each side of the panel that must be in free air
+BODY = 0.25  # [m] height of what the board must not touch of the robot
+GAP = 0.01  # [m] between robot and board
+NEAREST = 0.12  # [m] between the camera and the panel
+ARM = (0.22, 0.32, 0.45)  # [m] from the farthest part of the board to the holder
+ASIDE = (0.2, -0.2, 0.0, 0.4, -0.4)  # [m] the holder stands to the left of the board's middle
+
+
+@dataclass(frozen=True)
+class HeldBoardRequest:
+    """A board in its place and who holds it there."""
+
+    board: HeldBoard
+    holder: Thing | None
+
+    def put(self, world: World) -> World:
+        """The world with them in it."""
+        world = world_without(world).with_board(self.board)
+        return world if self.holder is None else world.with_thing(self.holder)
+
+    @property
+    def described(self) -> dict[str, Any]:
+        """As the answers have it."""
+        x, y, z = self.board.place.tolist()
+        return {
+            "id": BOARD,
+            "what": "board",
+            "x_m": x,
+            "y_m": y,
+            "z_m": z,
+            "columns": self.board.columns,
+            "rows": self.board.rows,
+            "square_m": self.board.square,
+            "panel_m": list(self.board.panel),
+            "rotation": self.board.pose.rotation.tolist(),
+            "outline_m": self.board.outline.tolist(),
+            "holder": None if self.holder is None else HOLDER,
+            "fixed": False,
+        }
+
+
+def world_without(world: World) -> World:
+    """The world with neither board nor holder."""
+    held = [thing for thing in world.things if thing.id == HOLDER]
+    bare = world.without(HOLDER) if held else world
+    return bare.with_board(None)
+
+
+def holding_asked_for(
+    request: dict[str, Any], world: World, robot: Pose, radius: float, camera: Camera | None
+) -> HeldBoardRequest:
+    """The board of a `place` request where it can be held, and its holder; BadInput says why it cannot.
+
+    `what` board, `columns`, `rows`, `square_m`, `panel_m`? [width, height]; its middle at `x_m`, `y_m`, `z_m` with
+    `rotation`? (3 rows, world from board; none: upright, facing the robot), or both in the camera's frame:
+    `in_camera` {`rotation`, `translation_m` of the first corner}; `holder`? true: a person stands behind it;
+    `seconds`? of the way from where it is now.
+    """
+    if request.get("id", BOARD) != BOARD:
+        raise BadInput(f"There is one board, and its id is {BOARD}.")
+    kind, panel = _kind(request)
+    pose = _pose(request, kind, robot, camera)
+    board = HeldBoard(columns=kind.columns, rows=kind.rows, square=kind.square, panel=panel, pose=pose)
+    bare = world_without(world)
+    _check_room(board, bare)
+    _check_robot(board, robot, radius, camera)
+    if not _said(request, "holder"):
+        return HeldBoardRequest(board, None)
+    former = next((thing for thing in world.things if thing.id == HOLDER), None)
+    return HeldBoardRequest(board, _holder(board, bare, robot, radius, former))
+
+
+def seconds_asked_for(request: dict[str, Any]) -> float:
+    """Return the duration of the way to the new place [s]. Raises BadInput for anything but such a time."""
+    seconds = number(request, "seconds", 0.0)
+    if not 0 <= seconds <= SLOWEST:
+        raise BadInput(f"seconds must lie between 0 and {SLOWEST:g}.")
+    return seconds
+
+
+def _kind(request: dict[str, Any]) -> tuple[Board, tuple[float, float]]:
+    """The kind of board, and its panel (width, height) [m]; without one half a square of blank paper is around it."""
+    counts = [request.get(key, usual) for key, usual in (("columns", 9), ("rows", 6))]
+    if any(isinstance(count, bool) or not isinstance(count, int) for count in counts):
+        raise BadInput("columns and rows must be whole numbers of inner corners.")
+    panel = request.get("panel_m")
+    if panel is not None:
+        panel = _numbers(panel, (2,), "panel_m must be the panel's width and height in metres.")
+    given = None if panel is None else (float(panel[0]), float(panel[1]))
+    board = Board(columns=counts[0], rows=counts[1], square=number(request, "square_m", 0.03), panel=given)
+    size = given or (board.width + 3 * board.square, board.height + 3 * board.square)
+    if max(size) > LARGEST:
+        raise BadInput(f"Nobody holds up a board larger than {LARGEST:g} m.")
+    return board, size
+
+
+def _pose(request: dict[str, Any], board: Board, robot: Pose, camera: Camera | None) -> Transform:
+    """World from board."""
+    in_camera = request.get("in_camera")
+    if in_camera is None:
+        middle = np.array([number(request, key) for key in ("x_m", "y_m", "z_m")])
+        given = request.get("rotation")
+        rotation = _facing(robot, middle) if given is None else _rotation(given)
+        return Transform(rotation=rotation, translation=middle - rotation @ board.centre)
+    if camera is None:
+        raise BadInput("This robot has no camera; say where in the room the board shall be, with x_m, y_m and z_m.")
+    if not isinstance(in_camera, dict):
+        raise BadInput("in_camera must be an object with rotation and translation_m.")
+    place = _numbers(in_camera.get("translation_m"), (3,), "translation_m must be three numbers, in metres.")  # pyright: ignore[reportUnknownMemberType]
+    seen = Transform(rotation=_rotation(in_camera.get("rotation")), translation=place)  # pyright: ignore[reportUnknownMemberType]
+    return Transform.of_pose(robot) @ camera.mounting @ seen
+
+
+def _facing(robot: Pose, middle: Array) -> Array:
+    """Upright, its front to the robot: columns are the board's axes in the world."""
+    away = math.atan2(middle[1] - robot.y, middle[0] - robot.x)
+    c, s = math.cos(away), math.sin(away)
+    return np.array([[s, 0.0, c], [-c, 0.0, s], [0.0, -1.0, 0.0]])
+
+
+def _rotation(rows: Any) -> Array:
+    """Nine numbers → the nearest rotation (3, 3)."""
+    matrix = _numbers(rows, (3, 3), "rotation must be 3 rows of 3 numbers.")
+    if np.abs(matrix @ matrix.T - np.eye(3)).max() > SKEW or np.linalg.det(matrix) < 0:
+        raise BadInput("rotation must be a rotation matrix: its columns are the board's axes, at right angles.")
+    left, _, right = np.linalg.svd(matrix)
+    return left @ right
+
+
+def _numbers(given: Any, shape: tuple[int, ...], sentence: str) -> Array:
+    """A list (of lists) of finite numbers as an array of `shape`; BadInput(`sentence`) for anything else."""
+    flat = [given]
+    for size in shape:
+        if not all(isinstance(part, list | tuple) and len(part) == size for part in flat):
+            raise BadInput(sentence)
+        flat = [each for part in flat for each in part]
+    if any(isinstance(each, bool) or not isinstance(each, int | float) or not abs(each) < 1e6 for each in flat):
+        raise BadInput(sentence)
+    return np.array(flat, float).reshape(shape)
+
+
+def _said(request: dict[str, Any], key: str) -> bool:
+    flag = request.get(key, False)
+    if not isinstance(flag, bool):
+        raise BadInput(f"{key} must be true or false.")
+    return flag
+
+
+def _check_room(board: HeldBoard, world: World) -> None:
+    spots = board.spots(SPOTS)
+    if spots[:, 2].min() < LOWEST:
+        raise BadInput("The board would go through the floor there; hold it higher, or nearer to the camera.")
+    if spots[:, 2].max() > world.height:
+        raise BadInput("The board would go through the ceiling there; hold it lower.")
+    if not world.open_air(spots):
+        raise BadInput("The board would go through a wall or a piece of furniture there; hold it somewhere else.")
+
+
+def _check_robot(board: HeldBoard, robot: Pose, radius: float, camera: Camera | None) -> None:
+    spots = board.spots(2 * SPOTS)
+    low = spots[spots[:, 2] < BODY]
+    touched = bool((np.hypot(low[:, 0] - robot.x, low[:, 1] - robot.y) < radius + GAP).any())
+    if camera is not None:
+        eye = (Transform.of_pose(robot) @ camera.mounting).translation
+        touched = touched or bool((np.linalg.norm(spots - eye, axis=1) < NEAREST).any())
+    if touched:
+        raise BadInput("The board would touch the robot there; hold it farther away.")
+
+
+def _holder(board: HeldBoard, world: World, robot: Pose, radius: float, former: Thing | None) -> Thing:
+    """Place a person behind the board as the robot sees it, where there is room, near where they stood before."""
+    length, depth, height = SIZES["person"]
+    middle = board.place[:2]
+    heading = math.atan2(middle[1] - robot.y, middle[0] - robot.x)
+    away, left = np.array([math.cos(heading), math.sin(heading)]), np.array([-math.sin(heading), math.cos(heading)])
+    back = float(((board.outline[:, :2] - middle) @ away).max())
+    places = [middle + (back + arm) * away + aside * left for aside in ASIDE for arm in ARM]
+    if former is not None:
+        places.sort(key=lambda place: former.pose.distance_to(*place))
+    reach = length / 2
+    for x, y in places:
+        if robot.distance_to(x, y) > reach + radius and world.free(x, y, reach):
+            pose = Pose(float(x), float(y), math.atan2(robot.y - y, robot.x - x))
+            return Thing(id=HOLDER, what="person", pose=pose, length=length, depth=depth, height=height)
+    raise BadInput("Nobody can stand behind the board there; choose a place with room behind it.")

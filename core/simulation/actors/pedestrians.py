@@ -1,0 +1,133 @@
+"""People who walk in the simulated room: along a path, around each other, and never into the robot."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from core.errors import BadInput
+from core.geometry import Pose, wrap
+from core.message import Array
+from core.simulation.actors.requests import number
+from core.simulation.world import SWING, Thing, World
+
+SPEEDS = (0.05, 2.0)  # [m/s]
+MOST_POINTS = 100
+ROOM = 0.2  # [m] that a walker needs around
+TALL = 1.8  # [m] and above
+BERTH = SWING + 0.055 + 0.03  # [m] that a walker keeps from the robot's body
+STEP = 1.2  # [m] of a whole step, left and right
+TURN = 4.0  # [rad/s]
+SAMPLE = 0.1  # [m] between the places of a path that are checked
+
+
+@dataclass
+class _WalkingPath:
+    """The path of a person who walks."""
+
+    path: Array  # (P, 2) [m], where they set out first
+    speed: float  # [m/s]
+    again: bool  # round and round, or once
+    at: int = 1  # of the point that they walk to
+    strode: float = 0.0  # [m]
+
+
+class Pedestrians:
+    """The people who walk. Owned by the simulated robot."""
+
+    def __init__(self, radius: float) -> None:
+        """`radius` [m] of the robot."""
+        self._walks: dict[str, _WalkingPath] = {}
+        self._berth = radius + BERTH
+        self._stamp = 0.0
+
+    def send(self, request: dict[str, Any], person: Thing, world: World) -> dict[str, Any]:
+        """Take in a `place` request of a person: with `path_m` they walk, without they stand.
+
+        → the walk's part of the answer. Raises BadInput that says what is wrong.
+        """
+        self._walks.pop(person.id, None)
+        waypoints = request.get("path_m")
+        if waypoints is None:
+            return {}
+        if person.what != "person":
+            raise BadInput("Only a person can walk; leave path_m out.")
+        speed = number(request, "speed_m_s", 0.5)
+        if not SPEEDS[0] <= speed <= SPEEDS[1]:
+            raise BadInput(f"speed_m_s must lie between {SPEEDS[0]:g} and {SPEEDS[1]:g}.")
+        again = request.get("again", False)
+        if not isinstance(again, bool):
+            raise BadInput("again must be true or false.")
+        path = np.vstack(((person.pose.x, person.pose.y), _points(waypoints)))
+        _check(np.vstack((path, path[:1])) if again else path, world, person.id)
+        self._walks[person.id] = _WalkingPath(path, speed, again)
+        return {"path_m": path[1:].tolist(), "speed_m_s": speed, "again": again}
+
+    def forget(self, name: str) -> None:
+        """Stop the walk of the person with this name, if there is one."""
+        self._walks.pop(name, None)
+
+    def in_world(self, world: World, stamp: float, robot: Pose) -> World:
+        """The world as it is at `stamp` [s]: the same object while nobody walks."""
+        passed, self._stamp = stamp - self._stamp, stamp
+        if not self._walks or passed <= 0:
+            return world
+        for person in [thing for thing in world.things if thing.id in self._walks]:
+            walk = self._walks[person.id]
+            moved = self._stepped(walk, person, passed, robot)
+            if moved is not person:
+                world = world.with_thing(moved)
+            if walk.at >= len(walk.path):
+                del self._walks[person.id]
+        return world
+
+    def _stepped(self, walk: _WalkingPath, person: Thing, passed: float, robot: Pose) -> Thing:
+        """Move one person on by `passed` [s]."""
+        x, y = person.pose.x, person.pose.y
+        goal = walk.path[walk.at]
+        left = math.hypot(goal[0] - x, goal[1] - y)
+        towards = math.atan2(goal[1] - y, goal[0] - x) if left > 1e-6 else person.pose.heading
+        turn = wrap(towards - person.pose.heading)
+        heading = wrap(person.pose.heading + max(-TURN * passed, min(TURN * passed, turn)))
+        way = min(left, walk.speed * passed) * max(0.0, math.cos(turn))
+        x, y = x + way * math.cos(towards), y + way * math.sin(towards)
+        gap, before = robot.distance_to(x, y), robot.distance_to(person.pose.x, person.pose.y)
+        if gap < self._berth and gap < before:  # the robot stands in the way: feet together, and wait
+            return replace(person, stride=0.0) if person.stride else person
+        walk.strode += way
+        if left - way < 1e-3:
+            walk.at = (walk.at + 1) % len(walk.path) if walk.again else walk.at + 1
+        over = walk.at >= len(walk.path)
+        stride = 0.0 if over else math.tau * walk.strode / STEP % math.tau
+        return replace(person, pose=Pose(x, y, heading), stride=stride)
+
+
+def _points(waypoints: Any) -> Array:
+    """A path of a request as (P, 2) [m]."""
+    complaint = f"path_m must be a list of 1 to {MOST_POINTS} places [x, y] in metres."
+    if not isinstance(waypoints, list) or not 1 <= len(waypoints) <= MOST_POINTS:  # pyright: ignore[reportUnknownArgumentType]
+        raise BadInput(complaint)
+    places: list[tuple[float, float]] = []
+    for place in waypoints:  # pyright: ignore[reportUnknownVariableType]
+        if not isinstance(place, list | tuple) or len(place) != 2:  # pyright: ignore[reportUnknownArgumentType]
+            raise BadInput(complaint)
+        x, y = place  # pyright: ignore[reportUnknownVariableType]
+        places.append((number({"path_m": x}, "path_m"), number({"path_m": y}, "path_m")))
+    return np.array(places)
+
+
+def _check(path: Array, world: World, walker: str) -> None:
+    """Raises BadInput when a person who walks there meets a wall or a thing; people make way for each other."""
+    people = [thing.id for thing in world.things if thing.what == "person" and not thing.fixed]
+    bare = replace(world, things=tuple(thing for thing in world.things if thing.id not in (*people, walker)))
+    for start, end in pairwise(path):
+        count = max(2, math.ceil(float(np.hypot(*(end - start))) / SAMPLE) + 1)
+        for x, y in np.linspace(start, end, count):
+            if not bare.upright(float(x), float(y), ROOM, TALL):
+                raise BadInput(
+                    f"Nobody can walk past {x:.2f} and {y:.2f}; lead the path over free floor, {ROOM:g} m from walls."
+                )

@@ -1,0 +1,142 @@
+"""Speakers in the simulated room: the requests `say` and `listen`, and the sound of every frame."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+from typing import Any
+
+import numpy as np
+from scipy.signal import resample_poly
+
+from core.errors import BadInput, Unavailable
+from core.geometry import Pose
+from core.message import Array
+from core.sensors.microphones import Sound
+from core.simulation.actors.requests import number
+from core.simulation.microphones import RATE, MicrophoneSettings, SimulatedMicrophones
+from core.simulation.world import World
+from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
+
+MOUTH = 1.55  # [m] above the floor
+MOUTH_BELOW_CROWN = 0.15  # [m]
+HEIGHTS = (0.1, 2.5)  # [m] of a mouth
+RATES = (8_000, 48_000)  # [Hz] of samples that are brought along
+LONGEST = 15.0  # [s] of one request
+LISTENING_ON = 60.0  # [s] for which the microphones go on after a person spoke
+LOUD = 0.1  # of the loudest moment, from which a moment belongs to the speech
+MOMENT = 0.02  # [s]
+QUIETEST = 0.01  # RMS of full scale that is still brought up to a voice's
+FADING = 0.97  # of the loudness so far that is kept with every piece
+
+
+class Speakers:
+    """The simulated robot's ears and all who speak to it."""
+
+    def __init__(
+        self, settings: MicrophoneSettings, seed: np.random.SeedSequence, rate: float, wheelbase: float
+    ) -> None:
+        array = settings.mounted
+        self._microphones = None if array is None else SimulatedMicrophones(array, settings, seed)
+        self._block = round(RATE / rate)
+        self._wheelbase = wheelbase
+        self._listen = False  # it was requested
+        self._heard_until = 0.0  # [s] until which the microphones listen because a person spoke
+        self._strangers = 0
+        self._levels: dict[str, float] = {}  # how loud those are whose sound comes in pieces
+
+    def read(self, world: World, stamp: float, pose: Pose, speed: float, turn_rate: float) -> Sound | None:
+        """Take one frame → the sound since the last one, while it is recorded."""
+        ears = self._microphones
+        if ears is None:
+            return None
+        if ears.talking:
+            self._heard_until = stamp + LISTENING_ON
+        if not self._listen and stamp >= self._heard_until:
+            ears.deaf()
+            ears.follow(stamp)
+            return None
+        return ears.read(world, stamp, pose, speed, turn_rate, self._wheelbase)
+
+    def ask(self, request: dict[str, Any], world: World, pose: Pose, stamp: float) -> dict[str, Any]:
+        """`{"do": "listen", "on": bool}` or `{"do": "say", …}` → an answer; BadInput and Refused say what is wrong.
+
+        say: where, `x_m`, `y_m` and `z_m`? of a mouth, or the `id` of a person in the room; what, either `text` with
+        `voice`? and `speed`? (see core.speech.synthesis), or `pcm`: 16-bit samples, one channel, little endian, as
+        bytes or base64, at `rate_hz`? (16000). With `more` it goes on in the next request of the same `id`. → `id`,
+        `seconds`.
+        """
+        ears = self._microphones
+        if ears is None:
+            raise Unavailable("This simulated robot is deaf: it has no microphones.")
+        if request.get("do") == "listen":
+            self._listen = request.get("on") is True
+            return {"on": self._listen}
+        mouth, name = self._speaker(request, world)
+        dry = _spoken(request)
+        more = request.get("more") is True
+        level = max(loudness(dry), FADING * self._levels.pop(name, 0.0))
+        self._heard_until = stamp + LISTENING_ON
+        waiting = ears.say(name, mouth, dry / max(level, QUIETEST), pose, self._block, more=more)
+        if more:
+            self._levels[name] = level
+        return {"id": name, "seconds": round(waiting, 3), "x_m": float(mouth[0]), "y_m": float(mouth[1])}
+
+    def _speaker(self, request: dict[str, Any], world: World) -> tuple[Array, str]:
+        """Return the place of the mouth (3,) [m], and the name under which it speaks."""
+        name = request.get("id")
+        if name is not None and (not isinstance(name, str) or not 0 < len(name) <= 40):
+            raise BadInput("id must be a text of 1 to 40 characters.")
+        person = next((one for one in world.things if one.id == name and one.what == "person"), None)
+        if person is not None and request.get("x_m") is None:
+            mouth = np.array([person.pose.x, person.pose.y, person.height - MOUTH_BELOW_CROWN])
+        else:
+            mouth = np.array([number(request, "x_m"), number(request, "y_m"), number(request, "z_m", MOUTH)])
+        if not HEIGHTS[0] <= mouth[2] <= HEIGHTS[1]:
+            raise BadInput(f"z_m must lie between {HEIGHTS[0]:g} and {HEIGHTS[1]:g}.")
+        if not world.open_air(mouth[None]):
+            raise BadInput("Nobody can speak from there; choose a place in the room, not in a wall or a thing.")
+        if name is None:
+            self._strangers += 1
+            name = f"voice {self._strangers}"
+        return mouth, name
+
+
+def _spoken(request: dict[str, Any]) -> Array:
+    """The sound of a request (N,) at RATE."""
+    if (pcm := request.get("pcm")) is not None:
+        rate = number(request, "rate_hz", RATE)
+        if not RATES[0] <= rate <= RATES[1] or rate != int(rate):
+            raise BadInput(f"rate_hz must be a whole number from {RATES[0]:,} to {RATES[1]:,}.")
+        return _at_rate(_samples(pcm), int(rate))
+    text = request.get("text")
+    if not isinstance(text, str):
+        raise BadInput("Say what is to be said: text, or pcm.")
+    speed = round(number(request, "speed", VoiceSettings().speed))
+    sound = speak(text, VoiceSettings(voice=str(request.get("voice") or PERSONS_VOICE), speed=speed))
+    return _at_rate(sound.samples[:, 0], sound.rate)
+
+
+def _samples(pcm: Any) -> Array:
+    """16-bit samples as bytes or base64 → (N,) of full scale ±1."""
+    try:
+        raw = pcm if isinstance(pcm, bytes) else base64.b64decode(pcm, validate=True)
+    except (TypeError, ValueError, binascii.Error):
+        raise BadInput("pcm must be 16-bit samples in base64.") from None
+    if not raw or len(raw) % 2:
+        raise BadInput("pcm must be an even number of bytes: 16-bit samples of one channel.")
+    return np.frombuffer(raw, "<i2") / 32768
+
+
+def _at_rate(samples: Array, rate: int) -> Array:
+    if len(samples) / rate > LONGEST:
+        raise BadInput(f"Say at most {LONGEST:g} s at once; send the rest after it.")
+    return samples if rate == RATE else resample_poly(samples, RATE, rate)
+
+
+def loudness(samples: Array) -> float:
+    """RMS of samples (N,) at RATE where they are loud."""
+    length = round(MOMENT * RATE)
+    moments = np.sqrt(np.mean(np.pad(samples, (0, -len(samples) % length)).reshape(-1, length) ** 2, axis=1))
+    loud = moments[moments > LOUD * moments.max()] if len(moments) else moments
+    return float(np.sqrt(np.mean(loud**2))) if len(loud) else 0.0

@@ -1,0 +1,172 @@
+"""The simulated robot's microphones: they hear talkers, a fan, its own motors, and the room's murmur."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from core.errors import BadInput, Refused
+from core.geometry import Pose, rotation
+from core.message import Array
+from core.sensors.microphones import ARRAYS, MicrophoneArray, Sound
+from core.simulation.acoustics.noise import Motors, Murmur
+from core.simulation.acoustics.shoebox import pink_noise
+from core.simulation.acoustics.sound_source import SoundSource
+from core.simulation.world import World
+
+RATE = 16_000  # [Hz]
+VOICE = 0.05  # of full scale: RMS of a voice at 1 m
+SETTLING = 0.8  # [s] of listening before anybody speaks: the noise is to be known first
+PATIENCE = 6.0  # [s] that a talker whose sound comes in pieces is waited for
+MOST_TALKERS = 3
+PIECES = 2  # of the work on echoes that are done with one reading, shared by all who talk
+LONGEST = 30.0  # [s] of sound that may wait to be said
+SILENT = -60.0  # [dB] a noise that low is none
+FAN_HEIGHT = 1.0  # [m]
+FAN_FROM_WALL = 0.6  # [m]
+NEAREST = 0.15  # [m] of a mouth to the microphones
+
+
+@dataclass(frozen=True)
+class MicrophoneSettings:
+    """The simulated robot's ears and the room that they are in."""
+
+    microphones: str = "respeaker-odas"  # one of core.sensors.microphones.ARRAYS; "none": deaf
+    reverberation: float = 0.3  # [s] RT60 of every room
+    murmur: float = -30.0  # [dB] of the room's noise, against a voice at 1 m
+    motor_noise: float = -10.0  # [dB] of the robot's motors at 0.1 m/s at its own microphones; -60: none
+    fan_noise: float = SILENT  # [dB] of a fan in a corner at 1 m; -60: none
+    turned: float = 0.0  # [rad] by which the array really sits on the robot, which its profile does not know
+
+    def __post_init__(self) -> None:
+        if self.microphones != "none" and self.microphones not in ARRAYS:
+            raise BadInput(f"microphones must be one of none, {', '.join(ARRAYS)}.")
+        if not 0 <= self.reverberation <= 0.6:
+            raise BadInput("reverberation must lie between 0 and 0.6.")
+        if not -7 <= self.turned <= 7:
+            raise BadInput("turned must lie between -7 and 7 (radians).")
+        for name in ("murmur", "motor_noise", "fan_noise"):
+            if not SILENT <= getattr(self, name) <= 20:
+                raise BadInput(f"{name} must lie between {SILENT:g} and 20.")
+
+    @property
+    def array(self) -> MicrophoneArray | None:
+        """The array on the robot as its profile has it; None: deaf."""
+        return None if self.microphones == "none" else ARRAYS[self.microphones]
+
+    @property
+    def mounted(self) -> MicrophoneArray | None:
+        """The array as it really sits on the robot; None: deaf."""
+        return None if self.array is None else replace(self.array, mounting=Pose(heading=self.turned))
+
+
+class SimulatedMicrophones:
+    """An array on the robot. The same seed and the same talk give the same sound."""
+
+    def __init__(self, array: MicrophoneArray, settings: MicrophoneSettings, seed: np.random.SeedSequence) -> None:
+        self.array, self._settings = array, settings
+        chance = [np.random.default_rng(one) for one in seed.spawn(3)]
+        self._seed = int(seed.generate_state(1)[0])
+        self._spots = np.column_stack((array.mounting.apply(array.positions[:, :2]), array.positions[:, 2]))
+        self._spots[:, 2] += array.height  # (M, 3) [m] in the robot's frame
+        self._murmur = Murmur(chance[0], array.positions, RATE, array.speed)
+        self._motors = Motors(chance[1], self._spots, RATE, array.speed)
+        self._fan_noise = chance[2]
+        self._fan: SoundSource | None = None
+        self._talkers: list[SoundSource] = []
+        self._begun = self._until = 0  # samples of the robot's time: where listening began, and what was heard
+        self._listening = False
+
+    @property
+    def talking(self) -> bool:
+        """True while a person speaks or is about to."""
+        return bool(self._talkers)
+
+    def ears(self, pose: Pose) -> Array:
+        """Return the places of the microphones in the world, (M, 3) [m], when the robot is at `pose`."""
+        level = self._spots[:, :2] @ rotation(pose.heading).T + (pose.x, pose.y)
+        return np.column_stack((level, self._spots[:, 2]))
+
+    def say(self, name: str, mouth: Array, dry: Array, pose: Pose, block: int, *, more: bool = False) -> float:
+        """Say `dry` (N,), RMS about 1, at `mouth` (3,) [m]; a person of that name who speaks already goes on.
+
+        `block`: samples of one reading. → seconds that wait to be said. Raises Refused or BadInput.
+        """
+        talker = next((one for one in self._talkers if one.name == name), None)
+        if talker is None:
+            if len(self._talkers) >= MOST_TALKERS:
+                raise Refused(f"{MOST_TALKERS} people speak already; wait until one has finished.")
+            if float(np.linalg.norm(self.ears(pose) - mouth, axis=1).min()) < NEAREST:
+                raise BadInput("That is on top of the robot's microphones; choose a place next to it.")
+            seed = zlib.crc32(name.encode(), self._seed)
+            talker = SoundSource(name, mouth, RATE, block, self._settings.reverberation, seed)
+            self._talkers.append(talker)
+        if talker.seconds_waiting + len(dry) / RATE > LONGEST:
+            raise Refused(f"More than {LONGEST:g} s wait to be said already; wait until they are.")
+        talker.say(VOICE * dry)
+        talker.open = more
+        return talker.seconds_waiting
+
+    def hush(self, name: str) -> None:
+        """Silence the person of that name. Raises BadInput when nobody of that name speaks."""
+        if all(one.name != name for one in self._talkers):
+            raise BadInput("Nobody of that name speaks.")
+        self._talkers = [one for one in self._talkers if one.name != name]
+
+    def deaf(self) -> None:
+        """Stop listening: the next sound begins without a past."""
+        self._listening = False
+
+    def read(self, world: World, stamp: float, pose: Pose, speed: float, turn_rate: float, wheelbase: float) -> Sound:
+        """Return the sound since the last reading, up to `stamp` [s], with the robot now at `pose`."""
+        end = round(stamp * RATE)
+        if not self._listening:
+            self._listening, self._begun = True, self._until
+        count, begin = end - self._until, self._until
+        self._until = end
+        ears = self.ears(pose)
+        total = VOICE * 10 ** (self._settings.murmur / 20) * self._murmur.take(count)
+        if self._settings.motor_noise > SILENT:
+            left, right = speed - turn_rate * wheelbase / 2, speed + turn_rate * wheelbase / 2
+            total += VOICE * 10 ** (self._settings.motor_noise / 20) * self._motors.take(count, left, right)
+        if self._settings.fan_noise > SILENT:
+            total += self._blow(world, ears, count)
+        settled = (begin - self._begun) / RATE >= SETTLING
+        for talker in self._talkers:
+            talker.prepare(world, ears, max(1, PIECES // len(self._talkers)))
+            total += talker.heard(ears, count, settled)
+        self._talkers = [one for one in self._talkers if not one.over(PATIENCE)]
+        whole = np.clip(np.round(total * 32768), -32768, 32767).astype(np.float32) / np.float32(32768)
+        samples = np.zeros((count, max(self.array.channels) + 1), np.float32)
+        samples[:, list(self.array.channels)] = whole
+        return Sound(stamp=begin / RATE, rate=RATE, samples=samples)
+
+    def follow(self, stamp: float) -> None:
+        """Advance to `stamp` [s] without recording."""
+        self._until = round(stamp * RATE)
+
+    def _blow(self, world: World, ears: Array, count: int) -> Array:
+        """The fan's noise at the ears (count, M): straight and by one wall; it is too steady for more to matter."""
+        if self._fan is None:
+            self._fan = SoundSource("fan", fan_place(world), RATE, count, 0.0, 0)
+        if self._fan.seconds_waiting * RATE < count:
+            noise = pink_noise(self._fan_noise, 1, RATE, RATE)[0]
+            self._fan.say(VOICE * 10 ** (self._settings.fan_noise / 20) * noise)
+        self._fan.prepare(world, ears)
+        return self._fan.heard(ears, count, True)
+
+
+def fan_place(world: World) -> Array:
+    """Return the place of the fan (3,) [m]: the first corner of the floor plan that has room for it."""
+    box = world.bounds
+    low_x, low_y = box.x0 + FAN_FROM_WALL, box.y0 + FAN_FROM_WALL
+    high_x, high_y = box.x1 - FAN_FROM_WALL, box.y1 - FAN_FROM_WALL
+    corners = [(high_x, low_y), (low_x, high_y), (low_x, low_y), (high_x, high_y)]
+    for inward in (0.0, 0.2, 0.4):
+        for x, y in corners:
+            spot = np.array([x + inward * ((box.x0 + box.x1) / 2 - x), y + inward * ((box.y0 + box.y1) / 2 - y)])
+            if world.open_air(np.append(spot, FAN_HEIGHT)[None]):
+                return np.append(spot, FAN_HEIGHT)
+    return np.array([0.0, 0.0, FAN_HEIGHT])

@@ -1,0 +1,182 @@
+"""The textures of one world, painted once: its walls in one image, its floor and ceiling, its furniture."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from core.message import Array
+from core.simulation.rendering.floor_ceiling import paint_ceiling, paint_floor
+from core.simulation.rendering.furniture import FURNITURE, paint_round
+from core.simulation.rendering.mipmap import TextureCanvas, pyramid, shade
+from core.simulation.rendering.walls import DRESSINGS, PAINTS, corners, paint_wall
+from core.simulation.world import Dressing, Solid, World
+
+LEVELS = 4  # of halving, for what is far away
+FLOOR_LEVELS = 6
+WIDEST = 30_000  # [pixel] OpenCV samples no image beyond 32767
+FINEST = 125.0  # [pixel/m] of walls
+FLOOR_FINEST, FLOOR_PIXELS = 200.0, 6e6
+SHADOW = 0.15  # [m] how far the shadow of something placed reaches
+
+
+class Mipmap(NamedTuple):
+    """A texture and its halves."""
+
+    images: list[Array]
+    scale: float  # [pixel/m] of the first
+
+    def level(self, footprint: float) -> tuple[Array, float]:
+        """The image whose pixels are about as large as `footprint` [m], and its scale [pixel/m]."""
+        level = int(np.clip(np.log2(max(footprint * self.scale, 1e-6)) + 0.5, 0, len(self.images) - 1))
+        return self.images[level], self.scale / 2**level
+
+
+class WallTexture:
+    """All walls side by side, at every level below each other."""
+
+    def __init__(self, world: World) -> None:
+        walls = world.walls
+        lengths = np.hypot(walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1])
+        self.height, self.lengths = world.height, lengths
+        self.scale = min(FINEST, WIDEST / (lengths.sum() + 0.1 * len(walls)))
+        images = [pyramid(image, LEVELS) for image in _painted_walls(world, lengths, self.scale)]
+        sizes = np.array([[level.shape[:2] for level in image] for image in images])  # (W, LEVELS, 2)
+        self.left = np.hstack((np.zeros((LEVELS, 1)), np.cumsum(sizes[:, :, 1].T, axis=1)[:, :-1]))  # (LEVELS, W)
+        self.widths, self.heights = sizes[:, :, 1].T, sizes[0, :, 0]
+        self.top = np.concatenate(([0], np.cumsum(self.heights + 2)[:-1])) + 1
+        self.pixels = np.zeros((int(sum(self.heights + 2)), int(sizes[:, 0, 1].sum()), 3), np.uint8)
+        for level in range(LEVELS):
+            row = np.hstack([image[level] for image in images])
+            row = cv2.copyMakeBorder(row, 1, 1, 0, 0, cv2.BORDER_REPLICATE)
+            self.pixels[self.top[level] - 1 : self.top[level] + self.heights[level] + 1, : row.shape[1]] = row
+
+
+def _painted_walls(world: World, lengths: Array, scale: float) -> list[Array]:
+    walls = world.walls
+    sheets: list[TextureCanvas] = []
+    for number, (wall, length) in enumerate(zip(walls, lengths, strict=True)):
+        sheet = TextureCanvas(float(length), world.height, scale, f"{world.name} {number}")
+        middle = (wall[:2] + wall[2:]) / 2
+        paint = [zone.paint for zone in world.zones if zone.area.contains(*middle)]
+        paint_wall(sheet, PAINTS[paint[-1] if paint else "sand"])
+        sheets.append(sheet)
+    shine = [hung for hung in world.dressings if hung.what == "window"]
+    for hung in world.dressings:
+        if hung not in shine:
+            _hang(hung, walls, lengths, sheets)
+    for number, (wall, sheet) in enumerate(zip(walls, sheets, strict=True)):
+        corners(sheet, _bend(walls, number, end=True), _bend(walls, number, end=False))
+        sheet.footing()
+        looks = np.arctan2(wall[2] - wall[0], wall[1] - wall[3])  # the direction of its open side
+        sheet.times(np.array([[shade(float(looks))]], np.float32))
+    for hung in shine:  # daylight, whatever way the wall looks
+        _hang(hung, walls, lengths, sheets)
+    return [sheet.finished() for sheet in sheets]
+
+
+def _hang(hung: Dressing, walls: Array, lengths: Array, sheets: list[TextureCanvas]) -> None:
+    number, along = _nearest_wall(walls, hung.x, hung.y)
+    u = lengths[number] - along - hung.width / 2  # a wall is seen from its left: it runs from right to left
+    DRESSINGS[hung.what](sheets[number], u, hung.bottom, hung.width, hung.top - hung.bottom)
+
+
+def _nearest_wall(walls: Array, x: float, y: float) -> tuple[int, float]:
+    """The wall at (x, y), and how far along it that is [m]."""
+    edge = walls[:, 2:] - walls[:, :2]
+    length = np.hypot(edge[:, 0], edge[:, 1])
+    along = np.einsum("ij,ij->i", (x, y) - walls[:, :2], edge) / length
+    held = np.clip(along, 0, length)
+    gap = (x, y) - walls[:, :2] - held[:, None] * edge / length[:, None]
+    number = int(np.hypot(gap[:, 0], gap[:, 1]).argmin())
+    return number, float(held[number])
+
+
+def _bend(walls: Array, number: int, *, end: bool) -> int:
+    """Corner at one end of a wall: -1 concave, +1 convex, 0 none."""
+    point = walls[number, 2:] if end else walls[number, :2]
+    ends = walls[:, :2] if end else walls[:, 2:]
+    neighbours = np.flatnonzero(np.abs(ends - point).max(axis=1) < 1e-6)
+    if len(neighbours) != 1:
+        return 0
+    first, second = (walls[number], walls[neighbours[0]]) if end else (walls[neighbours[0]], walls[number])
+    (ax, ay), (bx, by) = first[2:] - first[:2], second[2:] - second[:2]
+    return -int(np.sign(ax * by - ay * bx))
+
+
+class WorldTextures:
+    """The textures of the camera's picture of a world."""
+
+    def __init__(self, world: World) -> None:
+        self.walls = WallTexture(world)
+        bounds = world.bounds
+        self.corner = (bounds.x0 - 0.1, bounds.y0 - 0.1)  # of floor and ceiling
+        size = bounds.x1 - bounds.x0 + 0.2, bounds.y1 - bounds.y0 + 0.2
+        scale = min(FLOOR_FINEST, (FLOOR_PIXELS / (size[0] * size[1])) ** 0.5)
+        standing = [
+            _plan(solid) - self.corner
+            for thing in world.things
+            if thing.fixed
+            for solid in thing.solids
+            if solid.bottom == 0.0
+        ]
+        bare = pyramid(paint_floor(*size, scale, [*_walls_plan(world, self.corner), *standing]), FLOOR_LEVELS)
+        self._bare, self.floor = bare, Mipmap([level.copy() for level in bare], scale)
+        self._shaded: list[tuple[Array, Array]] = []  # parts of the floor, and how they are when bare
+        self.ceiling = Mipmap(pyramid(paint_ceiling(*size, 40.0), LEVELS), 40.0)
+        self._furniture: dict[tuple[str, float, float], Mipmap] = {}
+
+    def furniture(self, solid: Solid, width: float) -> Mipmap:
+        """The texture of one face, `width` [m] wide, or around a post."""
+        key = (solid.look, round(width, 2), round(solid.top - solid.bottom, 2))
+        if key not in self._furniture:
+            sheet = TextureCanvas(key[1], key[2], 200.0 if width < 1 else FINEST, repr(key))
+            FURNITURE[solid.look](sheet)
+            if solid.bottom == 0.0:
+                sheet.footing()
+            if solid.radius > 0:
+                paint_round(sheet)
+            self._furniture[key] = Mipmap(pyramid(sheet.finished(), LEVELS), sheet.scale)
+        return self._furniture[key]
+
+    def cast_shadows(self, world: World) -> None:
+        """Draw the shadows of what was placed in the world on the bare floor."""
+        for part, bare in self._shaded:
+            part[:] = bare
+        self._shaded.clear()
+        placed = [solid for thing in world.things if not thing.fixed for solid in thing.solids if solid.bottom == 0.0]
+        for level, (image, bare) in enumerate(zip(self.floor.images, self._bare, strict=True)):
+            for solid in placed:
+                self._darken(image, bare, _plan(solid) - self.corner, self.floor.scale / 2**level)
+
+    def _darken(self, image: Array, bare: Array, polygon: Array, scale: float) -> None:
+        low = np.maximum(np.floor((polygon.min(axis=0) - 2 * SHADOW) * scale), 0).astype(int)
+        high = np.minimum(np.ceil((polygon.max(axis=0) + 2 * SHADOW) * scale), image.shape[1::-1]).astype(int)
+        if (high - low < 3).any():
+            return
+        mask = np.zeros((high[1] - low[1], high[0] - low[0]), np.float32)
+        cv2.fillPoly(mask, [np.round(polygon * scale - low).astype(np.int32)], 1.0)
+        mask = cv2.GaussianBlur(mask, (0, 0), max(0.5, 0.5 * SHADOW * scale))
+        area = (slice(low[1], high[1]), slice(low[0], high[0]))
+        image[area] = image[area] * (1 - 0.6 * mask)[:, :, None]
+        self._shaded.append((image[area], bare[area]))
+
+
+def _plan(solid: Solid) -> Array:
+    """Its footprint as a polygon (K, 2) [m]."""
+    if solid.radius == 0:
+        return solid.corners
+    around = np.linspace(0, 2 * np.pi, 17)[:-1]
+    return solid.centre + solid.radius * np.column_stack((np.cos(around), np.sin(around)))
+
+
+def _walls_plan(world: World, corner: tuple[float, float]) -> list[Array]:
+    """Thin strips behind the walls, as polygons [m] from `corner`."""
+    strips: list[Array] = []
+    for wall in world.walls - np.tile(corner, 2):
+        edge = wall[2:] - wall[:2]
+        behind = np.array([edge[1], -edge[0]]) / np.hypot(*edge) * 0.06
+        strips.append(np.array([wall[:2], wall[2:], wall[2:] + behind, wall[:2] + behind]))
+    return strips

@@ -1,0 +1,46 @@
+"""The simulated robot's world: floor plans, the things in them, and rays through them."""
+
+from __future__ import annotations
+
+from core.errors import BadInput
+from core.simulation.world.floor import FLOOR
+from core.simulation.world.held_board import HeldBoard
+from core.simulation.world.lab import LAB
+from core.simulation.world.objects import COLOURS, GESTURES, SIZES, SWING, Solid, Thing, furniture
+from core.simulation.world.outline import Rect, outline
+from core.simulation.world.plan import Dressing, World, Zone
+from core.simulation.world.ray_casting import Hits, Surfaces, cast, distances
+
+WORLDS = {"lab": LAB, "floor": FLOOR}
+
+
+def world_named(name: str) -> World:
+    """The world of that name; BadInput for any other."""
+    if name not in WORLDS:
+        raise BadInput(f"There is no such simulated world; choose one of {', '.join(WORLDS)}, as in sim:lab.")
+    return WORLDS[name]
+
+
+__all__ = [
+    "COLOURS",
+    "FLOOR",
+    "GESTURES",
+    "LAB",
+    "SIZES",
+    "SWING",
+    "WORLDS",
+    "Dressing",
+    "HeldBoard",
+    "Hits",
+    "Rect",
+    "Solid",
+    "Surfaces",
+    "Thing",
+    "World",
+    "Zone",
+    "cast",
+    "distances",
+    "furniture",
+    "outline",
+    "world_named",
+]

@@ -1,0 +1,1 @@
+"""Data association: sightings to landmarks, and the landmark table."""

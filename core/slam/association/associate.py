@@ -1,0 +1,90 @@
+"""Data association without given identities: one by one where that is clear, jointly where it is not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.message import Array
+from core.slam.association.joint_compatibility import JointCandidates, Pairs
+from core.slam.association.landmark_table import LandmarkTable
+from core.slam.association.nearest_neighbour import Assignment, associate
+from core.slam.ekf.filter import Filter
+from core.slam.ekf.measurement_model import squared_distance, surprise
+from core.slam.ekf.observation import Observation
+
+
+@dataclass(frozen=True)
+class MatchSettings:
+    """Gates and margins of data association."""
+
+    gate: float = 22.0  # squared distance below which a match lies: real ranges have heavier tails than a Gaussian
+    fresh: float = 20.0  # a new landmark is farther than this from all, and matched with none
+    margin: float = 2.0  # an assignment that another one comes this close to is doubtful
+    vague: float = 4.0  # ln|S| / |R| from which one scan does not tell which landmark left behind a sighting is of
+    found_again: int = 3  # landmarks that must be recognised together then
+    joint_nodes: int = 300  # branches of one scan's assignments that are looked at, at most; 0: each sighting alone
+
+
+def recognise(look: Observation, state: Filter, table: LandmarkTable, settings: MatchSettings) -> Assignment:
+    """Sightings → landmarks. Believed ones come first; what fits none of them may be one on probation.
+
+    After a long way a robot may know its place no better than to the distance between landmarks. The sightings of one
+    scan then cannot tell which of those left behind they are of, nor whether they are of new ones: a few doors fit a
+    row of doors in several places. So what is seen there is new at first; together, such landmarks are recognised
+    later (`doubles`).
+    """
+    if not look.seen or not table.rows:
+        return Assignment((), tuple(range(len(look.seen))))
+    distances, sizes = squared_distance(
+        surprise(look.readings[:, None], look.expectations[None]), look.states[None] + look.noises[:, None]
+    )
+    doubt = sizes - np.log(np.linalg.det(look.noises))[:, None]
+    distances = np.where(table.left_behind & (doubt > settings.vague), np.inf, distances)
+    alike = table.alike(look.seen, state.pose.heading)
+    believed = np.array([not row.tentative for row in table.rows])
+    near = alike & (distances < settings.gate)
+    others = ~(near & believed).any(axis=1, keepdims=True) & ~believed
+
+    def choose(allowed: Array) -> Pairs:
+        if not (near & allowed).any():
+            return ()
+        alone = associate(distances, sizes, allowed, gate=settings.gate, fresh=settings.fresh, margin=settings.margin)
+        return _together(look, state, near & allowed, settings, alone.matches)
+
+    far = np.where(alike, distances > settings.fresh, distances > settings.gate).all(axis=1)
+    matches = (*choose(alike & believed), *choose(alike & others))
+    matched = {row for row, _ in matches}
+    return Assignment(matches, tuple(row for row in np.flatnonzero(far).tolist() if row not in matched))
+
+
+def _together(look: Observation, state: Filter, allowed: Array, settings: MatchSettings, alone: Pairs) -> Pairs:
+    """The pairs that the sightings agree on together, where one by one there is a choice; else those chosen alone."""
+    columns = np.flatnonzero(allowed.any(axis=0))
+    contested = (allowed.sum(axis=1) > 1).any() or (allowed.sum(axis=0) > 1).any()
+    if settings.joint_nodes == 0 or not (contested or _crowded(state, columns)):
+        return alone
+    candidates = JointCandidates(
+        surprises=surprise(look.readings[:, None], look.expectations[None, columns]),
+        states=state.innovate(columns, look.expectations[columns]).state,
+        noises=look.noises,
+        allowed=allowed[:, columns],
+    )
+    joint = candidates.assign(gate=settings.gate, margin=settings.margin, nodes=settings.joint_nodes)
+    return alone if joint is None else tuple((row, int(columns[column])) for row, column in joint)
+
+
+def _crowded(state: Filter, columns: Array) -> bool:
+    """Return whether the robot knows its place less well than to half the way from a landmark to its neighbour."""
+    if len(columns) < 2:
+        return False
+    covariance = state.pose_covariance()
+    uncertain = 2 * math.sqrt(covariance[0, 0] + covariance[1, 1])
+    for column in columns:
+        away = np.hypot(*(state.places - state.places[column]).T)
+        away[column] = math.inf
+        if uncertain > away.min():
+            return True
+    return False

@@ -1,0 +1,105 @@
+"""Landmarks that turn out to be one: two that lie together, or several that are found again together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.message import Array
+from core.slam.association.associate import MatchSettings
+from core.slam.association.constellation import found_again
+from core.slam.association.joint_compatibility import Pairs
+from core.slam.association.landmark_table import LandmarkTable
+from core.slam.consistency import squared_error
+from core.slam.ekf.filter import EQUAL, Filter
+from core.slam.ekf.measurement_model import squared_distance
+
+
+@dataclass(frozen=True)
+class AssociationSettings(MatchSettings):
+    """Conditions under which two landmarks are merged."""
+
+    double: float = 5.99  # chi-square, 95 %: landmarks nearer than this may be one
+    double_reach: float = 0.25  # [m]
+
+
+def join_doubles(state: Filter, table: LandmarkTable, hit: list[int], settings: AssociationSettings) -> None:
+    """Landmarks that were just hit join those that they are; two that were seen at once never will."""
+    if hit and not _join_found_again(state, table, hit, settings):
+        _join_nearest(state, table, hit, settings)
+
+
+def _join_nearest(state: Filter, table: LandmarkTable, hit: list[int], settings: AssociationSettings) -> None:
+    """One pair that lies together becomes one."""
+    off = state.places - state.places[hit][:, None]
+    near = np.einsum("hnk,hnk->hn", off, off) < settings.double_reach**2
+    near[np.arange(len(hit)), hit] = False
+    for row, b in np.argwhere(near).tolist():
+        a = hit[row]
+        if b in hit:
+            table.part(a, b)
+        elif table.may_be_doubles(a, b) and _coincide(state, table, a, b, settings):
+            _join(state, table, ((a, b),))
+            return
+
+
+def _join_found_again(state: Filter, table: LandmarkTable, hit: list[int], settings: AssociationSettings) -> bool:
+    """Landmarks met since the robot left others behind may together be those.
+
+    It is looked into whenever one of them has been hit a few times more.
+    """
+    if not any(table.is_new(index) and table.rows[index].hits % table.settings.probation == 0 for index in hit):
+        return False
+    pairs = _candidates(state, table, settings.gate)
+    if len({new for new, _ in pairs}) < settings.found_again:
+        return False
+    apart, spread = state.all_apart(*np.array(pairs).T)
+    count = len(pairs)
+    own = spread.reshape(count, 2, count, 2)[np.arange(count), :, np.arange(count), :]
+    near = np.flatnonzero(squared_distance(apart, own + EQUAL * np.eye(2))[0] < settings.gate)
+    rows = (2 * near[:, None] + np.arange(2)).ravel()
+    found = found_again(
+        tuple(pairs[k] for k in near),
+        apart[near],
+        spread[np.ix_(rows, rows)],
+        gate=settings.gate,
+        fewest=settings.found_again,
+        nodes=settings.joint_nodes,
+    )
+    _join(state, table, found)
+    return bool(found)
+
+
+def _candidates(state: Filter, table: LandmarkTable, gate: float) -> list[tuple[int, int]]:
+    """Pairs (new, old) where the old one was left behind before the new one was met, not hopelessly far apart.
+
+    Hopelessly: beyond `gate` even if the two err against each other, when their spreads add up to twice their sum.
+    """
+    behind = table.left_behind
+    old = np.array([index for index, row in enumerate(table.rows) if behind[index] and not row.tentative], dtype=int)
+    new = np.array([index for index in range(len(table.rows)) if table.is_new(index)], dtype=int)
+    if not (len(old) and len(new)):
+        return []
+    spreads = np.trace(state.place_covariances(), axis1=1, axis2=2)
+    off = state.places[new][:, None] - state.places[old]
+    near = np.einsum("ijk,ijk->ij", off, off) < 2 * gate * (spreads[new][:, None] + spreads[old])
+    pairs: Array = np.column_stack((new[near.nonzero()[0]], old[near.nonzero()[1]]))
+    rows = table.rows
+    return [(a, b) for a, b in pairs.tolist() if rows[b].seen < rows[a].born and table.may_be_doubles(a, b)]
+
+
+def _coincide(state: Filter, table: LandmarkTable, a: int, b: int, settings: AssociationSettings) -> bool:
+    """Return whether two landmarks lie together, and not by chance, as any two may before a loop is closed."""
+    difference, spread = state.apart(a, b)
+    if table.left_behind[[a, b]].any() and np.trace(spread) > settings.double_reach**2:
+        return False
+    return squared_error(difference, spread + EQUAL * np.eye(2)) < settings.double
+
+
+def _join(state: Filter, table: LandmarkTable, pairs: Pairs) -> None:
+    """The two of each pair become one, in the earlier row."""
+    if pairs:
+        state.join(np.min(pairs, axis=1), np.max(pairs, axis=1))
+        for first, second in sorted((sorted(pair) for pair in pairs), key=max, reverse=True):  # the rest keep theirs
+            table.join(first, second)

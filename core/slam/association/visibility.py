@@ -1,0 +1,37 @@
+"""Visibility of landmarks: line of sight by the scan itself."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.message import Array
+from core.sensors import Laser, Scan
+
+WINDOW = np.arange(-3, 4)  # beams around a bearing
+MARGIN = 0.15  # [m] that a beam may end short of a landmark or beyond
+
+
+class VisibilityCheck:
+    """One scan as a witness of what stands in the way."""
+
+    def __init__(self, scan: Scan, laser: Laser) -> None:
+        self._scan, self._mounting = scan, laser.mounting
+        self._ranges = np.where(scan.valid | np.isposinf(scan.ranges), scan.ranges, np.nan)
+
+    def judge(self, places: Array, spreads: Array) -> tuple[Array, Array]:
+        """Places (N, 2) [m], robot frame, and their sd (N,) [m] → in plain sight, and seen through (both (N,) bool).
+
+        In plain sight: inside the field of view, nothing nearer in the way, and something stands there. Seen through:
+        every beam around has gone on beyond. Neither where no beam has measured anything.
+        """
+        scan = self._scan
+        seen = self._mounting.inverse().apply(places)
+        reach = np.hypot(seen[:, 0], seen[:, 1])
+        bearing = np.arctan2(seen[:, 1], seen[:, 0])
+        beam = np.round((bearing - scan.angle_min) / scan.angle_step).astype(int)[:, None] + WINDOW
+        inside = ((beam >= 0) & (beam < len(self._ranges))).all(axis=1) & (reach < scan.range_max)
+        around = self._ranges[np.clip(beam, 0, len(self._ranges) - 1)]
+        inside &= (~np.isnan(around)).sum(axis=1) > len(WINDOW) // 2
+        nearest = np.where(np.isnan(around), np.inf, around).min(axis=1)
+        slack = MARGIN + 3 * spreads
+        return inside & (np.abs(nearest - reach) <= slack), inside & (nearest > reach + slack)

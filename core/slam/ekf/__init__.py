@@ -1,0 +1,1 @@
+"""The extended Kalman filter and its measurement model (eq. 14-33)."""

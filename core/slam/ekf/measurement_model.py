@@ -1,0 +1,52 @@
+"""The measurement model: the expected sighting of a landmark and its Jacobians (eq. 24-27, 32-33, corrected)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from core.geometry import Pose, wrap_all
+from core.message import Array
+
+NEAREST = 1e-6  # [m]: closer, a bearing means nothing
+
+
+def expected(pose: Pose, places: Array) -> tuple[Array, Array]:
+    """Landmarks (N, 2) [m] seen from a pose → range and bearing (N, 2), and their change with the landmark (N, 2, 2).
+
+    δ = landmark - robot and atan2, where the print has the opposite sign and arctan (eq. 24, 26): only so is eq. 27
+    its derivative. The change with the robot's place is the opposite one.
+    """
+    dx, dy = places[:, 0] - pose.x, places[:, 1] - pose.y
+    reach = np.maximum(np.hypot(dx, dy), NEAREST)
+    sightings = np.column_stack((reach, wrap_all(np.arctan2(dy, dx) - pose.heading)))
+    slopes = np.empty((len(places), 2, 2))
+    slopes[:, 0, 0], slopes[:, 0, 1] = dx / reach, dy / reach
+    slopes[:, 1, 0], slopes[:, 1, 1] = -dy / reach**2, dx / reach**2
+    return sightings, slopes
+
+
+def place_of(pose: Pose, sighting: Array) -> tuple[Array, Array]:
+    """Range and bearing (2,) seen from a pose → the landmark (2,) [m], and its change with them (2, 2) (eq. 33).
+
+    The measured range and bearing take the place of the odometry's symbols in the print.
+    """
+    reach, angle = float(sighting[0]), pose.heading + float(sighting[1])
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([pose.x + reach * c, pose.y + reach * s]), np.array([[c, -reach * s], [s, reach * c]])
+
+
+def surprise(sightings: Array, expectations: Array) -> Array:
+    """Sightings (..., 2) minus what was expected (..., 2), the bearing wrapped (eq. 29)."""
+    difference = sightings - expectations
+    difference[..., 1] = wrap_all(difference[..., 1])
+    return difference
+
+
+def squared_distance(surprises: Array, spreads: Array) -> tuple[Array, Array]:
+    """Surprises (..., 2), covariances (..., 2, 2) → squared Mahalanobis distance (...) and log determinant (...)."""
+    a, b, c = spreads[..., 0, 0], spreads[..., 0, 1], spreads[..., 1, 1]
+    determinant = np.maximum(a * c - b * b, 1e-300)
+    u, v = surprises[..., 0], surprises[..., 1]
+    return (c * u * u - 2 * b * u * v + a * v * v) / determinant, np.log(determinant)

@@ -1,0 +1,1 @@
+"""Loop closure: places that are recognized become constraints of the pose graph."""

@@ -1,0 +1,1 @@
+"""The map: submaps, keyframes, constraints, pose graph, occupancy grid."""

@@ -1,0 +1,168 @@
+"""From a map graph to a saved map, and back."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from core.errors import BadInput
+from core.geometry import Pose
+from core.message import Array
+from core.sensors import Laser
+from core.slam.association.landmark_table import LandmarkRecord
+from core.slam.ekf.covariance import Covariance
+from core.slam.ekf.filter import ROBOT
+from core.slam.ekf_slam import EkfSlam
+from core.slam.map.closure import Constraint, LoopClosure
+from core.slam.map.keyframe import Keyframe
+from core.slam.map.map_file import CLOSURES, FORM, SavedMap
+from core.slam.map.map_graph import MapGraph
+from core.slam.map.occupancy import OccupancyMap
+from core.slam.map.pose_graph import GraphEdge
+from core.slam.map.submap import Submap
+from core.slam.motion import Increment
+from core.slam.submap_manager import MapperSettings
+
+
+def keep(graph: MapGraph, resolution: float) -> SavedMap:
+    """Return the map as it is now."""
+    views, links = (
+        graph.views,
+        [(k, link) for k, loop_closure in enumerate(graph.loop_closures) for link in loop_closure.links],
+    )
+    arrays: dict[str, Array] = {
+        "view_stamps": np.array([view.stamp for view in views]),
+        "view_submaps": np.array([view.submap for view in views], np.int64),
+        "view_locals": _rows([view.local for view in views]),
+        "view_poses": _rows(graph.poses),
+        "view_eyes": np.array([view.eye for view in views]).reshape(-1, 2),
+        "view_beams": np.array([len(view.ends) for view in views], np.int64),
+        "beam_ends": np.vstack([view.ends for view in views]),
+        "beam_hits": np.concatenate([view.hits for view in views]),
+        "driven_moves": _rows([way.pose for way in graph.driven]),
+        "driven_covariances": np.array([way.covariance for way in graph.driven]).reshape(-1, 3, 3),
+        "tied_ends": np.array([(tie.a, tie.b) for tie in graph.tied], np.int64).reshape(-1, 2),
+        "tied_moves": _rows([tie.move for tie in graph.tied]),
+        "tied_covariances": np.array([tie.covariance for tie in graph.tied]).reshape(-1, 3, 3),
+        "link_ends": np.array([(k, link.a, link.b) for k, link in links], np.int64).reshape(-1, 3),
+        "link_moves": _rows([link.move for _, link in links]),
+        "link_covariances": np.array([link.covariance for _, link in links]).reshape(-1, 3, 3),
+        "link_scores": np.array([(link.score, link.stamp) for _, link in links]).reshape(-1, 2),
+    }
+    for submap in graph.submaps:
+        arrays |= _room(submap)
+    facts = {
+        "form": FORM,
+        "resolution_m": resolution,
+        "landmarks": [[dataclasses.asdict(row) for row in submap.slam.table.rows] for submap in graph.submaps],
+        CLOSURES: [_words(loop_closure) for loop_closure in graph.loop_closures],
+    }
+    return SavedMap(arrays=arrays, facts=facts)
+
+
+def restore(saved: SavedMap, graph: MapGraph, parts: MapperSettings, laser: Laser | None) -> None:
+    """Fill an empty map graph with a saved map. Raises BadInput where it does not suit the present settings."""
+    arrays, facts = saved.arrays, saved.facts
+    if abs(facts["resolution_m"] - parts.occupancy.resolution) > 1e-9:
+        raise BadInput(f"The map has cells of {facts['resolution_m']:g} m; set occupancy.resolution to that.")
+    for number, rows in enumerate(facts["landmarks"]):
+        slam = EkfSlam(parts.ekf, parts.motion, laser)
+        _refill(slam, arrays, number)
+        slam.resume([LandmarkRecord(**row) for row in rows])
+        tile = OccupancyMap(parts.occupancy)
+        try:
+            tile.match_scan(arrays[f"origin_{number}"], arrays[f"tile_{number}"])
+        except ValueError as trouble:
+            raise BadInput(f"The map cannot be used with these settings: {trouble}.") from None
+        graph.submaps.append(Submap(number, slam, tile))
+    last = np.cumsum(arrays["view_beams"])
+    for number, (end, beams) in enumerate(zip(last.tolist(), arrays["view_beams"].tolist(), strict=True)):
+        view = Keyframe(
+            id=number,
+            submap=int(arrays["view_submaps"][number]),
+            stamp=float(arrays["view_stamps"][number]),
+            local=_pose(arrays["view_locals"][number]),
+            ends=arrays["beam_ends"][end - beams : end].astype(np.float32),
+            hits=arrays["beam_hits"][end - beams : end].astype(bool),
+            eye=arrays["view_eyes"][number],
+        )
+        driven = None
+        if number:
+            driven = Increment(_pose(arrays["driven_moves"][number - 1]), arrays["driven_covariances"][number - 1])
+        graph.add(view, driven, None, _pose(arrays["view_poses"][number]))
+    ties = zip(arrays["tied_ends"].tolist(), arrays["tied_moves"], arrays["tied_covariances"], strict=True)
+    graph.tied.extend(GraphEdge(a, b, _pose(move), covariance) for (a, b), move, covariance in ties)
+    _restore_closures(saved, graph)
+
+
+def _restore_closures(saved: SavedMap, graph: MapGraph) -> None:
+    """Restore the loop closures with their links."""
+    arrays = saved.arrays
+    links: list[list[Constraint]] = [[] for _ in saved.facts[CLOSURES]]
+    for (loop_closure, a, b), move, covariance, (score, stamp) in zip(
+        arrays["link_ends"].tolist(),
+        arrays["link_moves"],
+        arrays["link_covariances"],
+        arrays["link_scores"].tolist(),
+        strict=True,
+    ):
+        links[loop_closure].append(Constraint(a, b, _pose(move), covariance, score, stamp))
+    for row, own in zip(saved.facts[CLOSURES], links, strict=True):
+        graph.loop_closures.append(
+            LoopClosure(
+                id=row["id"],
+                older=row["older"],
+                newer=row["newer"],
+                next_door=row["next_door"],
+                links=own,
+                accepted=[own[k] for k in row["accepted"]],
+                state=row["state"],
+                shown=None if row["shown"] is None else own[row["shown"]],
+            )
+        )
+
+
+def _words(loop_closure: LoopClosure) -> dict[str, object]:
+    order = {id(link): k for k, link in enumerate(loop_closure.links)}
+    return {
+        "id": loop_closure.id,
+        "older": loop_closure.older,
+        "newer": loop_closure.newer,
+        "next_door": loop_closure.next_door,
+        "state": loop_closure.state,
+        "accepted": [order[id(link)] for link in loop_closure.accepted],
+        "shown": None if loop_closure.shown is None else order[id(loop_closure.shown)],
+    }
+
+
+def _room(submap: Submap) -> dict[str, Array]:
+    form, number = submap.slam.filter, submap.id
+    form.settle()
+    origin, tile = submap.tile.cells
+    return {
+        f"tile_{number}": tile.copy(),
+        f"origin_{number}": np.array(origin, np.float64),
+        f"places_{number}": form.places.copy(),
+        f"covariance_{number}": form.covariance.dense(),
+        f"pose_{number}": form.pose.vector,
+    }
+
+
+def _refill(slam: EkfSlam, arrays: dict[str, Array], number: int) -> None:
+    """The filter's landmarks and covariance."""
+    whole, form = arrays[f"covariance_{number}"], slam.filter
+    form.places = arrays[f"places_{number}"].astype(np.float64)
+    form.covariance = Covariance(whole[:ROBOT, :ROBOT])
+    if len(form.places):
+        form.covariance.append(whole[ROBOT:, :ROBOT], whole[ROBOT:, ROBOT:])
+    form.pose = _pose(arrays[f"pose_{number}"])
+    form.reset_pose(_pose(arrays[f"pose_{number}"]), np.diag([1.0, 1.0, 1.0]))
+
+
+def _rows(poses: list[Pose]) -> Array:
+    return np.array([(pose.x, pose.y, pose.heading) for pose in poses], np.float64).reshape(-1, 3)
+
+
+def _pose(row: Array) -> Pose:
+    return Pose(float(row[0]), float(row[1]), float(row[2]))

@@ -1,0 +1,265 @@
+"""The mapper (front end and back end of SLAM): track, see, draw, keep a view, straighten the map in spare time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.geometry import Pose, wrap
+from core.message import Array
+from core.perception.landmarks.landmarks import Sighting
+from core.sensors import Laser, SensorFrame
+from core.slam.association.visibility import VisibilityCheck
+from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
+from core.slam.loop_closure.loop_closer import LoopCloser
+from core.slam.map.global_grid import GlobalGrid
+from core.slam.map.map_file import SavedMap
+from core.slam.map.map_graph import MapGraph
+from core.slam.map.occupancy import OccupancyGrid
+from core.slam.map.status import LostStatus, MapStatus
+from core.slam.map_io import keep, restore
+from core.slam.map_view import MapView
+from core.slam.motion import Increment, WheelTrack
+from core.slam.relocalization.monitor import LocalizationMonitor
+from core.slam.relocalization.recovery import Click
+from core.slam.scan_matching.scan_tracker import ScanTracker
+from core.slam.submap_manager import MapperSettings, SubmapManager
+
+STRAYED, STRAYED_TURN = 0.3, math.radians(15)  # [m], [rad] from where the robot believed to be: another place
+LATER = 5.0  # pieces of work that a frame with a scan leaves to the frames after it
+NO_POINTS = np.zeros((0, 2))
+
+
+@dataclass(frozen=True)
+class AnchoredPose:
+    """A place on the map that moves with the map: seen from a view."""
+
+    view: int  # -1: there is none yet
+    seen: Pose  # view_from_robot
+
+
+class Mapper:
+    """Estimator of pose and map through a building; `update` with every frame."""
+
+    def __init__(
+        self,
+        parts: MapperSettings | None = None,
+        laser: Laser | None = None,
+        watched: bool = True,
+        saved: SavedMap | None = None,
+    ) -> None:
+        """`watched`: the robot can be lost, then it is looked for; a recording is taken as it comes.
+
+        `saved`: the map to go on in; the robot looks for its place there first. Raises BadInput if it does not suit.
+        """
+        self.parts = parts or MapperSettings()
+        self.graph = MapGraph()
+        if saved is not None:
+            restore(saved, self.graph, self.parts, laser)
+        self._laser = laser
+        self._track = WheelTrack(self.parts.motion)
+        self._tracker = ScanTracker(self.parts.matching)
+        self._loop_closer = LoopCloser(self.graph, self.parts.matching, self.parts.closures)
+        self._global_grid = GlobalGrid(self.graph, self.parts.occupancy)
+        self._map_view = MapView(self.graph)
+        self._watch = LocalizationMonitor(laser, self.parts.lost, watched)
+        self.rooms = SubmapManager(self.parts, laser, self.graph)
+        self._points = NO_POINTS  # (M, 2) [m] of the newest scan, in the active submap
+        self._revision = 0  # of the map that the rest has taken in
+        self._stamp: float | None = None
+        self._owed = 0.0  # pieces of work
+        self._enters = saved is not None
+        self._global_grid.finish(self.rooms.active.id)
+        self.strayed = False  # whether the place that was found last is another one than was believed
+        self.may_turn = False  # whether the robot may turn on the spot by itself while its place is looked for
+
+    def update(
+        self,
+        frame: SensorFrame,
+        sightings: tuple[Sighting, ...] | None,
+        ends: Array | None = None,
+        hits: Array | None = None,
+        move: Increment | None = None,
+    ) -> Estimate:
+        """Take one frame.
+
+        With a scan: its sightings, and the ends of its beams (N, 2) [m] in the robot frame of the frame's stamp, NaN
+        where nothing was measured, and which are hits (N,). `move`: one that does not come from the wheels.
+        """
+        if self._enters:
+            self._enters = False
+            self._watch.begin(frame.stamp, "this map was just loaded", self.grid)
+        step = self._track.step(frame) if move is None else move
+        slam = self.rooms.active.slam
+        slam.advance(step)
+        if ends is not None and hits is not None:
+            self._follow(frame.stamp, ends[hits], by_scans=move is not None)
+        if sightings is not None and not self._watch.lost:
+            slam.see(sightings, self._view(frame))
+        if ends is not None and hits is not None:
+            self._map(frame.stamp, ends, hits)
+        self._find_back(frame.stamp, step, ends, hits)
+        self._work(frame.stamp, busy=ends is not None)
+        return self.estimate
+
+    @property
+    def estimate(self) -> Estimate:
+        """The pose and its covariance in the world's axes."""
+        return self.rooms.estimate
+
+    @property
+    def points(self) -> Array:
+        """The newest scan's points (M, 2) [m], in the world."""
+        return self.rooms.base.apply(self._points)
+
+    @property
+    def stand(self) -> AnchoredPose:
+        """The robot's pose, anchored to a view so that it moves with the map."""
+        active = self.rooms.active
+        local = active.slam.filter.pose
+        if not active.views:
+            return AnchoredPose(-1, local)
+        newest = active.views[-1]
+        return AnchoredPose(newest.id, newest.local.inverse() @ local)
+
+    def where(self, stand: AnchoredPose) -> Pose:
+        """The world pose of a place by the present map."""
+        return stand.seen if stand.view < 0 else self.graph.poses[stand.view] @ stand.seen
+
+    @property
+    def grid(self) -> OccupancyGrid:
+        """The occupancy map of the world."""
+        return self._global_grid.grid(self.rooms.active, self._stamp or 0.0)
+
+    @property
+    def landmarks(self) -> tuple[Landmark, ...]:
+        """The landmarks of all submaps, in the world."""
+        return self._map_view.landmarks()
+
+    @property
+    def associations(self) -> tuple[Association, ...]:
+        """The associations of the newest sightings, in the world."""
+        return self._map_view.associations(self.rooms.active)
+
+    @property
+    def slam(self) -> SlamHealth:
+        """The health of the filter in the active submap."""
+        return self.rooms.active.slam.health
+
+    @property
+    def lost(self) -> LostStatus | None:
+        """The status of the search for the robot's place; None: it is known."""
+        return self._watch.status
+
+    @property
+    def turn(self) -> float:
+        """Turn rate [rad/s] at which the robot should turn on the spot for another look at its place."""
+        return self._watch.turn
+
+    @property
+    def health(self) -> MapStatus:
+        """The health of the scan layer."""
+        return MapStatus(
+            submaps=self._map_view.submaps(self.rooms.active),
+            closures=self._map_view.closures(),
+            lost=self.lost,
+            match_score=self._tracker.score,
+            slipping=self._tracker.slipping,
+            graph_revision=self.graph.revision,
+        )
+
+    @property
+    def looking_around(self) -> bool:
+        """The still start is not over: the first move had better wait."""
+        return len(self.graph.submaps) == 1 and self.rooms.active.slam.looking_around
+
+    def undo(self, closure: int) -> bool:
+        """Take a closure back: the map no longer bends to it → whether there is one of that number."""
+        return self._loop_closer.believe(closure, False)
+
+    def redo(self, closure: int) -> bool:
+        """Believe a closure again that was undone → whether there is one of that number."""
+        return self._loop_closer.believe(closure, True)
+
+    def place_at(self, x: float, y: float, heading: float | None) -> None:
+        """Search at the place that the operator clicked: world [m], [rad]."""
+        self._watch.clicked(self._stamp or 0.0, Click(x, y, heading), self.grid, self.estimate.pose)
+
+    @property
+    def found(self) -> str:
+        """A sentence on how the robot was found last; "" if it never was lost."""
+        return self._watch.words
+
+    def saved(self) -> SavedMap | None:
+        """Return the whole map as it is now; None while there is none."""
+        return keep(self.graph, self.parts.occupancy.resolution) if self.graph.views else None
+
+    def finish(self) -> None:
+        """Do all the work that is left at the end of a log."""
+        self._loop_closer.finish()
+        self._settle()
+        self._global_grid.finish(self.rooms.active.id)
+
+    def _view(self, frame: SensorFrame) -> VisibilityCheck | None:
+        return (
+            VisibilityCheck(frame.scan, self._laser) if frame.scan is not None and self._laser is not None else None
+        )
+
+    def _follow(self, stamp: float, points: Array, by_scans: bool) -> None:
+        """Let the scan correct the wheels' move since the sightings before, and see whether all is well."""
+        slam = self.rooms.active.slam
+        wheels = moved = slam.filter.pending
+        if not by_scans and not self._watch.lost:
+            moved = self._tracker.track(slam.filter.pose @ wheels.pose.inverse(), wheels, points)
+            slam.filter.amend(moved)
+        self.rooms.moved(moved)
+        if self._watch.needs(stamp):
+            pose = self.estimate.pose
+            self._watch.observe(stamp, self._tracker, wheels.pose, slam.health, points, self.grid, pose)
+
+    def _map(self, stamp: float, ends: Array, hits: Array) -> None:
+        """Draw the scan, and keep it if it shows anything new; nothing is written while the place is in doubt."""
+        rooms = self.rooms
+        if not self._watch.doubtful:
+            rooms.mend(ends, hits)
+            rooms.draw(ends, hits)
+            known = len(self.graph.views)
+            left = rooms.keep(stamp, ends, hits)
+            if left is not None:
+                self._global_grid.rest(left)
+            if len(self.graph.views) > known:
+                self._loop_closer.look_at(known, stamp)
+                self._tracker.around(rooms.points_around())
+        self._points = rooms.active.slam.filter.pose.apply(ends[hits])
+
+    def _find_back(self, stamp: float, step: Increment, ends: Array | None, hits: Array | None) -> None:
+        """Take one step of the search for the robot's place, if it is lost."""
+        found = self._watch.search(stamp, step.pose, ends, hits, self.may_turn)
+        if found is not None:
+            believed = self.estimate.pose
+            turned = abs(wrap(found.pose.heading - believed.heading))
+            self.strayed = believed.distance_to(found.pose.x, found.pose.y) > STRAYED or turned > STRAYED_TURN
+            self.rooms.reset_pose(found.pose, found.covariance)
+            self._tracker.around(self.rooms.points_around())
+
+    def _work(self, stamp: float, busy: bool) -> None:
+        """Pieces of work for the time that has passed; after a `busy` frame they wait a little."""
+        elapsed = 0.0 if self._stamp is None else max(0.0, stamp - self._stamp)
+        self._stamp = stamp
+        settings = self.parts.floor
+        self._owed = min(self._owed + elapsed * settings.pieces, settings.most_pieces)
+        pieces = 0 if busy and self._owed < LATER else int(self._owed)
+        self._owed -= pieces
+        if pieces:
+            self._global_grid.work(self.rooms.active.id, 1)
+            self._loop_closer.work(pieces)
+        self._settle()
+
+    def _settle(self) -> None:
+        """Update everything that depends on the map's shape."""
+        if self._revision != self.graph.revision:
+            self._revision = self.graph.revision
+            self.rooms.respread()
+            self._tracker.around(self.rooms.points_around())

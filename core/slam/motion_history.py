@@ -1,0 +1,83 @@
+"""The moves of the last moments, so that what is seen late is applied where it was seen."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import replace
+
+import numpy as np
+
+from core.geometry import Pose, rotation, wrap
+from core.message import Array
+from core.perception.landmarks.landmarks import Sighting
+from core.slam.motion import Increment
+
+SPAN = 2.0  # [s] that are kept
+
+
+class MotionHistory:
+    """Moves by the time at which each ended."""
+
+    def __init__(self) -> None:
+        self._moves: deque[tuple[float, Increment]] = deque()
+        self._since = float("inf")  # [s] from when on every move is known
+
+    def add(self, stamp: float, move: Increment) -> None:
+        """Add the move that ended at `stamp` [s] and began where the last one ended. A stamp before it clears all."""
+        if not self._moves or stamp < self._moves[-1][0]:
+            self._moves.clear()
+            self._since = stamp
+        self._moves.append((stamp, move))
+        while stamp - self._moves[0][0] > SPAN:
+            self._since = self._moves.popleft()[0]
+
+    def between(self, start: float, end: float) -> Increment | None:
+        """The move from `start` to `end` [s]; None where it is not known. Inside one move the motion is even."""
+        if not self._moves or start < self._since or end > self._moves[-1][0] or end < start:
+            return None
+        total, began = Increment(), self._since
+        for stamp, move in self._moves:
+            first, last = max(start, began), min(end, stamp)
+            if last > first:
+                total = total.then(_part(move, (first - began) / (stamp - began), (last - began) / (stamp - began)))
+            began = stamp
+        return total
+
+
+def _part(move: Increment, first: float, last: float) -> Increment:
+    """The part of an even move between two shares of its time."""
+    if (first, last) == (0.0, 1.0):
+        return move
+    pose = _share(move.pose, first).inverse() @ _share(move.pose, last)
+    return Increment(pose, (last - first) * move.covariance)
+
+
+def _share(pose: Pose, share: float) -> Pose:
+    """A share of a small move along its arc."""
+    chord = share * np.sinc(0.5 * share * pose.heading / np.pi) / np.sinc(0.5 * pose.heading / np.pi)
+    ahead = rotation(-0.5 * pose.heading * (1.0 - share)) @ (chord * pose.x, chord * pose.y)
+    return Pose(float(ahead[0]), float(ahead[1]), share * pose.heading)
+
+
+def carried(sighting: Sighting, move: Increment, stamp: float) -> Sighting:
+    """A sighting from before a move that ended at `stamp` [s] → as it would have looked after it.
+
+    The move's doubt adds to its covariance.
+    """
+    back = move.pose.inverse()
+    x, y = back.apply(sighting.position[None])[0].tolist()
+    reach = max(float(np.hypot(x, y)), 1e-6)
+    turned = rotation(back.heading)
+    bearing = float(np.arctan2(y, x))
+    slope = np.array([[x / reach, y / reach], [-y / reach**2, x / reach**2]])
+    by_sighting = slope @ turned @ _outward(sighting)
+    by_move = slope @ np.column_stack((-turned, (y, -x)))
+    noise = by_sighting @ sighting.covariance @ by_sighting.T + by_move @ move.covariance @ by_move.T
+    opening = None if sighting.opening is None else wrap(sighting.opening - move.pose.heading)
+    return replace(sighting, stamp=stamp, range=reach, bearing=bearing, covariance=noise, opening=opening)
+
+
+def _outward(sighting: Sighting) -> Array:
+    """(2, 2): change of a sighting's place with its range and bearing."""
+    c, s = np.cos(sighting.bearing), np.sin(sighting.bearing)
+    return np.array([[c, -sighting.range * s], [s, sighting.range * c]])

@@ -1,0 +1,123 @@
+"""The localization monitor: it checks the robot's place and searches for it when the robot is lost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from core.geometry import Pose
+from core.message import Array
+from core.sensors import Laser
+from core.slam.estimate import SlamHealth
+from core.slam.map.occupancy import OccupancyGrid
+from core.slam.map.status import LostStatus
+from core.slam.relocalization.kidnap_detector import (
+    KidnapDetector,
+    KidnapSettings,
+    LocalizationEvidence,
+    WidenedWalls,
+)
+from core.slam.relocalization.recovery import Click, RecoveredPose, Recovery, RecoverySettings
+from core.slam.relocalization.search_pyramid import ScanView
+from core.slam.scan_matching.scan_tracker import ScanTracker
+
+SETTLED = 3.0  # [s] after waking or being found in which nothing is suspected: the map is only just there
+
+
+@dataclass(frozen=True)
+class LocalizationSettings:
+    """Settings of kidnap detection and recovery."""
+
+    alarm: KidnapSettings = field(default_factory=KidnapSettings)
+    lost: RecoverySettings = field(default_factory=RecoverySettings)
+
+
+class LocalizationMonitor:
+    """Between the robot's own confidence and the search for its place."""
+
+    def __init__(self, laser: Laser | None, settings: LocalizationSettings, watched: bool) -> None:
+        self._mounting = laser.mounting if laser else Pose()
+        self._settings, self._watched = settings, watched
+        self._alarm, self._walls = KidnapDetector(settings.alarm), WidenedWalls()
+        self._finding: Recovery | None = None
+        self._odometry = Pose()  # adds up the wheels' moves while the robot is lost
+        self._since: float | None = None
+        self.words = ""  # a sentence on how the robot was found last
+
+    @property
+    def lost(self) -> bool:
+        """True while the robot's place is searched for."""
+        return self._finding is not None
+
+    @property
+    def doubtful(self) -> bool:
+        """True while nothing should be written to the map."""
+        return self.lost or bool(self._alarm.doubt)
+
+    @property
+    def status(self) -> LostStatus | None:
+        """The status of the search for the operator; None: the robot's place is known."""
+        return self._finding.lost if self._finding else None
+
+    @property
+    def turn(self) -> float:
+        """Turn rate [rad/s] of the robot on the spot for another look; 0 while its place is known."""
+        return self._finding.turn if self._finding else 0.0
+
+    def needs(self, stamp: float) -> bool:
+        """Return whether a scan at this time is to be judged."""
+        self._since = stamp if self._since is None or stamp < self._since else self._since
+        return self._watched and not self.lost and stamp > self._since + SETTLED
+
+    def observe(
+        self,
+        stamp: float,
+        tracker: ScanTracker,
+        wheels: Pose,
+        health: SlamHealth,
+        points: Array,
+        grid: OccupancyGrid,
+        pose: Pose,
+    ) -> None:
+        """One scan: how it lies on the views around, and its points (M, 2) [m], robot frame, on the map."""
+        evidence = LocalizationEvidence(
+            stamp=stamp,
+            match=tracker.score,
+            agreement=self._walls.agreement(grid, pose.apply(points)),
+            nis=health.nis,
+            unmatched=health.ignored / max(1, health.ignored + health.matched),
+            wheels=wheels,
+            scans=tracker.seen,
+        )
+        if self._alarm.observe(evidence):
+            self.begin(stamp, self._alarm.doubt, grid, None if self._alarm.carried else pose)
+
+    def clicked(self, stamp: float, click: Click, grid: OccupancyGrid, believed: Pose) -> None:
+        """Search at the place that the operator clicked; the robot believes to be at `believed`."""
+        if self._finding is None:
+            self.begin(stamp, "you clicked another place", grid, believed)
+        if self._finding is not None:
+            self._finding.place_at(click)
+
+    def search(
+        self, stamp: float, step: Pose, ends: Array | None, hits: Array | None, may_turn: bool = False
+    ) -> RecoveredPose | None:
+        """One frame of looking for the robot's place → the place once it is found."""
+        if self._finding is None:
+            return None
+        self._odometry = self._odometry @ step
+        view = None
+        if ends is not None and hits is not None:
+            view = ScanView.of_beams(stamp, self._odometry, self._mounting, np.asarray(ends), hits)
+        found = self._finding.step(stamp, self._odometry, view, may_turn)
+        if found is not None:
+            self._finding, self.words, self._since = None, found.words, stamp
+            self._alarm.calm()
+        return found
+
+    def begin(self, stamp: float, why: str, grid: OccupancyGrid, before: Pose | None = None) -> None:
+        """Look for the robot's place on this map; `why`: a clause for the operator; `before`: where it may yet be."""
+        self._odometry = Pose()
+        settings, usual = self._settings.lost, self._alarm.usual
+        self._finding = Recovery(stamp, why, grid, settings=settings, usual=usual, before=before)

@@ -1,0 +1,274 @@
+"""Finding back: the robot stands, looks for its place on the frozen map, turns for another view, and else asks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from core.geometry import Pose, rotation, wrap
+from core.message import Array
+from core.slam.map.occupancy import OccupancyGrid
+from core.slam.map.status import LostPhase, LostStatus
+from core.slam.relocalization.global_search import PoseFit, judge, search_near
+from core.slam.relocalization.hypotheses import BeliefSettings, PlaceHypotheses, PlaceHypothesis
+from core.slam.relocalization.search_pyramid import ScanView, SearchPyramid
+from core.slam.scan_matching.match_covariance import match_spread
+
+
+@dataclass(frozen=True)
+class RecoverySettings:
+    """Settings of the search for the robot's place."""
+
+    belief: BeliefSettings = field(default_factory=BeliefSettings)
+    turn_rate: float = 0.6  # [rad/s] of looking around on the spot
+    turn: float = math.tau  # [rad] of looking around after which the operator is asked
+    patience: float = 20.0  # [s] after which the operator is asked
+    reach: float = 1.0  # [m] around a click that are searched
+    reach_heading: float = math.radians(30)  # [rad] around the heading that came with it
+    click_score: float = 0.6  # of a place near a click, at least
+    click_conflict: float = 0.2  # at most
+    click_rival: float = 0.92  # share of its score that another place near the click may reach
+    stayed: float = 0.3  # [m] around the former place that are searched where a click is refuted …
+    stayed_heading: float = math.radians(10)  # [rad] … and around its heading
+    stand: float = 0.5  # [s] before looking around: perhaps it never left
+    again: int = 4  # views one after the other that fit where the robot believed to be, for it never left
+    unchecked_sd: float = 0.5  # [m] of a click that nothing on the map can confirm …
+    unchecked_heading_sd: float = math.radians(40)  # [rad] … and of its heading
+    place_sd: float = 0.03  # [m] of a found place, at least
+    heading_sd: float = math.radians(1.0)  # [rad]
+
+
+@dataclass(frozen=True)
+class RecoveredPose:
+    """The robot knows where it is again."""
+
+    pose: Pose  # world, at the frame in which it was found
+    covariance: Array  # (3, 3) of x, y, heading, world
+    score: float  # 0..1 of the newest view there
+    words: str  # a sentence for the operator
+
+
+@dataclass(frozen=True)
+class Click:
+    """The place at which the operator says that the robot is."""
+
+    x: float  # [m], world
+    y: float  # [m]
+    heading: float | None  # [rad]; None: not given
+
+
+STANDING = "I have lost my place: {why}. I stand still and look for it on the map."
+TURNING = "I may be at one of the marked places. I turn slowly on the spot for another look."
+HOLDING = "I may be at one of the marked places. Tell me “turn left” for another look, or click where I am."
+ASKING = "I cannot tell where I am: {doubt}. Click on the map where I stand, or drive me by hand."
+EMPTY = "I have lost my place, and there is too little on the map to find it again. Click where I stand."
+AGREED = "I know where I am again: {views} views agree."
+CLICKED = "I know where I am again: what I see fits the place that was clicked."
+TRUSTED = "There is too little on the map to check the clicked place; I use it unchecked."
+UNFIT = "What I see does not fit the map there: {doubt}. Click closer, or drive me by hand."
+STAYED = "What I see does not fit the map there: {doubt}. I stay where I was, for that fits."
+NEVER_LEFT = "I know where I am again: all fits as before; something had hidden it."
+NO_VIEW = "No scan has come since; wait for the laser, then click again."
+
+
+class Recovery:
+    """One search for the robot's place, from when it was lost; `step` with every frame."""
+
+    def __init__(
+        self,
+        stamp: float,
+        why: str,
+        grid: OccupancyGrid,
+        points: Array | None = None,
+        settings: RecoverySettings | None = None,
+        usual: float = 1.0,
+        before: Pose | None = None,
+    ) -> None:
+        """`why`: a clause for the operator. The map as it is now: grid and points (K, 2) [m] of its walls, world.
+
+        `usual`: usual share of a scan's points (0..1) that lie at the map's walls (`KidnapDetector.usual`).
+        `before`: where the robot believed to be until now, unless it was felt to be carried away.
+        """
+        self._usual, self._before = usual, before
+        self.settings = settings or RecoverySettings()
+        self.turn = 0.0  # [rad/s] that the robot should turn on the spot now, if it may
+        self.waiting = False  # for a view from somewhere else
+        self._since = self._now = stamp
+        self._words = STANDING.format(why=why)
+        self._phase: LostPhase = "searching"
+        self._view: ScanView | None = None  # the newest
+        self._compared: ScanView | None = None  # … of those that were laid where the robot believed to be
+        self._fitting = 0  # how many of them fit there, one after the other
+        self._odometry: Pose | None = None
+        self._turned = 0.0
+        self._mapped, self._points = grid, points
+        self._chart: SearchPyramid | None = None
+        self._places: tuple[Pose, ...] = ()
+        self._work = self._find()
+
+    @property
+    def lost(self) -> LostStatus:
+        """For the operator."""
+        places = np.array([place.vector for place in self._places]).reshape(-1, 3)
+        return LostStatus(phase=self._phase, words=self._words, since=self._since, candidates=places)
+
+    def place_at(self, click: Click) -> None:
+        """Search around a place that the operator clicked first."""
+        self._work = self._find_near(click)
+
+    def step(self, stamp: float, odometry: Pose, view: ScanView | None, may_turn: bool) -> RecoveredPose | None:
+        """Take one frame, with its odometry and, where it brought a scan, the view.
+
+        `may_turn`: whether the robot may turn by itself now. A little work is done each time; the place once found.
+        """
+        if self._odometry is not None:
+            self._turned += abs(wrap(odometry.heading - self._odometry.heading))
+        self._now, self._odometry, self._view = stamp, odometry, view or self._view
+        waits = self._before is not None and stamp - self._since < self.settings.stand
+        looks = self._phase != "asking" and self._view is not None and not waits
+        self.turn = self.settings.turn_rate if looks and may_turn else 0.0
+        if self._phase == "confirming":
+            self._words = TURNING if may_turn else HOLDING
+        try:
+            next(self._work)
+        except StopIteration as over:
+            return over.value
+        return None
+
+    def _find(self) -> Generator[None, None, RecoveredPose | None]:
+        """Search the whole map with every new view until one place is believed."""
+        chart = yield from self._charted()
+        if chart is None:
+            return (yield from self._ask(EMPTY))
+        seen = PlaceHypotheses(chart, self.settings.belief, 1.0 - self._usual)
+        while True:
+            while self._view is None or not seen.is_news(self._view):
+                self._ask_after(seen)
+                self.waiting = True
+                yield
+                stayed = self._stayed(chart)
+                if stayed is not None:
+                    return stayed
+            self.waiting = False
+            yield from seen.consider(self._view)
+            self._tell(seen)
+            best = seen.believed()
+            if best is not None:
+                yield
+                found = self._confirmed(seen, best)
+                if found is not None:
+                    return found
+
+    def _stayed(self, chart: SearchPyramid) -> RecoveredPose | None:
+        """Return the former place if the scans fit there again: a person may have stood in front of the laser."""
+        view, belief = self._view, self.settings.belief
+        if self._before is None or view is None or view is self._compared:
+            return None
+        self._compared = view
+        former = self._before @ view.odometry
+        fit = judge(chart, view, former)
+        usual = 1.0 - self._usual
+        fits = (
+            fit is not None
+            and former.distance_to(fit.pose.x, fit.pose.y) < self.settings.stayed
+            and abs(wrap(fit.pose.heading - former.heading)) < self.settings.stayed_heading
+            and fit.score >= belief.least_score(usual)
+            and fit.conflict <= belief.most_conflict(usual)
+        )
+        self._fitting = self._fitting + 1 if fits else 0
+        return (
+            self._found(view, fit, NEVER_LEFT) if fit is not None and self._fitting >= self.settings.again else None
+        )
+
+    def _find_near(self, click: Click) -> Generator[None, None, RecoveredPose | None]:
+        """Search around a click; one view is enough where it fits, as a person has given the place."""
+        settings = self.settings
+        guess = Pose(click.x, click.y, click.heading or 0.0)
+        chart = yield from self._charted()
+        view = self._view
+        if chart is None:
+            sd = [settings.unchecked_sd, settings.unchecked_sd, settings.unchecked_heading_sd]
+            return RecoveredPose(guess, np.diag(sd) ** 2, 0.0, TRUSTED)
+        if view is None:
+            self._phase, self._words = "asking", NO_VIEW
+            return (yield from self._find())
+        self._phase, self._words = "searching", "I look around the place that was clicked."
+        angle = math.pi if click.heading is None else settings.reach_heading
+        fits = yield from search_near(chart, view, guess, settings.reach, angle, settings.belief.search)
+        doubt = self._doubt(fits)
+        if not doubt:
+            return self._found(view, fits[0], CLICKED)
+        if self._before is not None:
+            former = self._before @ view.odometry
+            stays = yield from search_near(
+                chart, view, former, settings.stayed, settings.stayed_heading, settings.belief.search
+            )
+            if not self._doubt(stays):
+                return self._found(view, stays[0], STAYED.format(doubt=doubt))
+        self._phase, self._words = "asking", UNFIT.format(doubt=doubt)
+        self._places = tuple(fit.pose for fit in fits)
+        return (yield from self._find())
+
+    def _charted(self) -> Generator[None, None, SearchPyramid | None]:
+        """Return the frozen map, prepared once; None where it has too little for a search."""
+        if self._chart is None:
+            self._chart = yield from SearchPyramid.prepare(self._mapped, self._points)
+        return self._chart
+
+    def _ask(self, words: str) -> Generator[None, None, RecoveredPose | None]:
+        """Ask the operator and wait."""
+        self._phase, self._words = "asking", words
+        while True:
+            yield
+
+    def _tell(self, seen: PlaceHypotheses) -> None:
+        """Publish the places after the newest view."""
+        self._places = tuple(place.pose for place in seen.places)
+        if self._phase != "asking" and self._places:
+            self._phase = "confirming"
+
+    def _ask_after(self, seen: PlaceHypotheses) -> None:
+        """Ask the operator after a full turn or the end of the patience."""
+        settings = self.settings
+        over = self._turned >= settings.turn or self._now - self._since >= settings.patience
+        if over and self._phase != "asking":
+            self._phase, self._words = "asking", ASKING.format(doubt=seen.doubt())
+
+    def _doubt(self, fits: list[PoseFit]) -> str:
+        """Return why a click is not believed; "" when it is."""
+        settings = self.settings
+        if not fits or fits[0].score < settings.click_score:
+            return "the walls fit badly"
+        if fits[0].conflict > settings.click_conflict:
+            return "I see through walls of the map"
+        if any(other.score > settings.click_rival * fits[0].score for other in fits[1:]):
+            return "several places near it look the same"
+        return ""
+
+    def _confirmed(self, seen: PlaceHypotheses, best: PlaceHypothesis) -> RecoveredPose | None:
+        """The believed place by the newest scan of all, or None where that contradicts it."""
+        view = self._view
+        if view is None:
+            return None
+        fit = seen.follow(seen.views[-1], view, best.pose)
+        return None if fit is None else self._found(view, fit, AGREED.format(views=len(seen.views)))
+
+    def _found(self, view: ScanView, fit: PoseFit, words: str) -> RecoveredPose:
+        """A fit of a view, carried on to now."""
+        settings = self.settings
+        own = match_spread(
+            view.points,
+            point_sd=0.1,
+            wall=0.5,
+            unknown=np.array([1.0, 1.0, 0.5]),
+            floor=np.array([settings.place_sd, settings.place_sd, settings.heading_sd]),
+        )
+        onto = np.eye(3)
+        onto[:2, :2] = rotation(fit.pose.heading)
+        now = view.odometry if self._odometry is None else self._odometry
+        pose = fit.pose @ (view.odometry.inverse() @ now)
+        self.turn = 0.0
+        return RecoveredPose(pose, onto @ own @ onto.T, fit.score, words)

@@ -1,0 +1,1 @@
+"""Scan matching: likelihood field, point-to-line ICP, scan odometry."""

@@ -1,0 +1,143 @@
+"""Laying a scan on a field: near where it is expected, or far around."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from core.geometry import Pose, rotation, wrap
+from core.message import Array
+from core.slam.map.keyframe import thinned
+from core.slam.scan_matching.likelihood_field import CELL, LikelihoodField, Match
+from core.slam.scan_matching.match_covariance import match_spread
+
+STRIDE = 4  # cells of one step of the wide search
+TURN = math.radians(2.0)  # [rad] of one step of the wide search
+COARSE = 100  # points that the searches look at
+APART, APART_TURN = 0.5, math.radians(8)  # [m], [rad]: matches that differ by more are different places
+TRIED = 6  # peaks of the wide search that are refined
+SLIDE, WIDE = 0.1, 1.0  # [m]: how finely and how far around a match it is asked whether it fits there too
+NEARLY = 0.04  # of score that a place may fit worse and still be possible
+AT_ONCE = 4  # headings of the wide search in one piece of work
+
+
+@dataclass(frozen=True)
+class ScanMatchingSettings:
+    """Settings of scan matching against earlier scans, and of its covariance."""
+
+    reach: float = 0.1  # [m] around the expected place that is searched at least …
+    reach_per_way: float = 0.4  # [m per m] … and more after a long way …
+    reach_per_turn: float = 0.2  # [m per rad] … or a large turn
+    widest: float = 0.75  # [m]
+    angle: float = math.radians(3)  # [rad] around the expected heading
+    angle_per_way: float = math.radians(6)  # [rad per m]
+    angle_per_turn: float = 0.4  # [rad per rad]
+    widest_angle: float = math.radians(30)  # [rad]
+    score: float = 0.4  # a match is at least as good
+    point_sd: float = 0.1  # [m] of a point across its wall, their dependence on each other taken in
+    wall: float = 0.5  # [m] between next neighbours on one wall, at most
+    place_sd: float = 0.02  # [m] of a matched pose, at least
+    heading_sd: float = math.radians(0.4)  # [rad]
+
+
+def window(move: Pose, settings: ScanMatchingSettings) -> tuple[float, float]:
+    """A move by the wheels → how far around its end to look: [m] and [rad] to either side."""
+    way, turn = math.hypot(move.x, move.y), abs(move.heading)
+    reach = settings.reach + settings.reach_per_way * way + settings.reach_per_turn * turn
+    angle = settings.angle + settings.angle_per_way * way + settings.angle_per_turn * turn
+    return min(reach, settings.widest), min(angle, settings.widest_angle)
+
+
+def match_scan(field: LikelihoodField, points: Array, guess: Pose, reach: float, angle: float) -> Match:
+    """The best pose of a scan's points (M, 2) [m] within ±`reach` [m] and ±`angle` [rad] of a guess."""
+    few = thinned(points, COARSE)
+    coarse = field.search(few, guess, reach, angle, 2 * CELL, math.radians(1))
+    fine = field.search(few, coarse, CELL, math.radians(0.5), CELL, math.radians(0.25))
+    return field.refine(points, fine)
+
+
+def spread(field: LikelihoodField, points: Array, pose: Pose, settings: ScanMatchingSettings) -> Array:
+    """Covariance (3, 3) of a matched pose, in the frame of the robot there."""
+    return match_spread(
+        points,
+        point_sd=settings.point_sd,
+        wall=settings.wall,
+        unknown=np.array([settings.widest, settings.widest, settings.widest_angle]),
+        floor=np.array([settings.place_sd, settings.place_sd, settings.heading_sd]),
+        believed=field.values_at(points, pose),
+    )
+
+
+def ambiguity(field: LikelihoodField, points: Array, match: Match, reach: float = WIDE) -> Array:
+    """Covariance (2, 2) [m²] of where else within `reach` [m] the points (M, 2) fit nearly as well, field's axes.
+
+    Every place around weighs the less the worse it fits (Olson, ICRA 2009): along a bare corridor this stays large.
+    """
+    few = thinned(points, COARSE)
+    count = max(2, round(reach / SLIDE))
+    steps = SLIDE * np.arange(-count, count + 1)
+    shifts = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
+    placed = match.pose.apply(few)
+    here = field.cells_at(placed[None]).mean()
+    scores = field.cells_at(placed[None] + shifts[:, None]).mean(axis=1)
+    weights = np.exp(np.minimum((scores - here) / NEARLY, 0.0))
+    return (shifts * weights[:, None]).T @ shifts / (weights.sum() + 1.0)
+
+
+def search_wide(
+    field: LikelihoodField, points: Array, guess: Pose, reach: float, angle: float
+) -> Generator[None, None, list[Match]]:
+    """The best places, different ones, within ±`reach` [m] and ±`angle` [rad] of a guess, best first.
+
+    A coarse lattice over the field widened to the lattice's step, so that no peak falls between; then each of the
+    highest peaks is refined. One piece of work with every `next`.
+    """
+    steps, turns = max(1, round(reach / (STRIDE * CELL))), max(1, round(angle / TURN))
+    margin = STRIDE * steps + STRIDE
+    wide = cv2.dilate(field.values.astype(np.float32), np.ones((STRIDE + 1, STRIDE + 1), np.uint8))
+    wide = np.pad(wide, 2 * margin)
+    few = thinned(points, COARSE)
+    shift = np.arange(-steps, steps + 1) * STRIDE
+    offsets = (shift[:, None] * wide.shape[1] + shift[None, :]).ravel()
+    headings = guess.heading + TURN * np.arange(-turns, turns + 1)
+    scores = np.empty((len(headings), len(shift), len(shift)))
+    yield
+    for number, heading in enumerate(headings):
+        place = few @ rotation(float(heading)).T + (guess.x, guess.y)
+        cells = np.floor((place - field.origin) / CELL).astype(int) + 2 * margin
+        cells = np.clip(cells, margin, np.array(wide.shape[::-1]) - margin - 1)
+        flat = cells[:, 1] * wide.shape[1] + cells[:, 0]
+        scores[number] = wide.ravel()[flat[None, :] + offsets[:, None]].mean(axis=1).reshape(len(shift), -1)
+        if number % AT_ONCE == AT_ONCE - 1:
+            yield
+    found: list[Match] = []
+    for turn, row, column in _peaks(scores):
+        x, y = guess.x + CELL * shift[column], guess.y + CELL * shift[row]
+        coarse = Pose(float(x), float(y), wrap(float(headings[turn])))
+        better = field.search(few, coarse, 3 * CELL, TURN, CELL, TURN / 2)
+        match = field.refine(points, better)
+        if not any(same_place(match.pose, other.pose) and match.score <= other.score for other in found):
+            found = [other for other in found if not same_place(match.pose, other.pose)] + [match]
+        yield
+    return sorted(found, key=lambda match: -match.score)
+
+
+def same_place(one: Pose, other: Pose) -> bool:
+    """Return whether two matches are the same place."""
+    return one.distance_to(other.x, other.y) < APART and abs(wrap(one.heading - other.heading)) < APART_TURN
+
+
+def _peaks(scores: Array) -> list[tuple[int, int, int]]:
+    """The highest cells of scores (headings, rows, columns), none next to a higher one."""
+    left, found = scores.copy(), list[tuple[int, int, int]]()
+    while len(found) < TRIED:
+        turn, row, column = (int(index) for index in np.unravel_index(int(left.argmax()), left.shape))
+        if left[turn, row, column] <= 0:
+            break
+        found.append((turn, row, column))
+        left[max(0, turn - 3) : turn + 4, max(0, row - 2) : row + 3, max(0, column - 2) : column + 3] = 0.0
+    return found

@@ -1,0 +1,115 @@
+"""A likelihood field of earlier laser points, and the pose at which a scan fits it best."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from core.geometry import Pose, rotation, wrap
+from core.message import Array
+
+CELL = 0.05  # [m]
+SMEAR = 1.2  # [cells] sd of the blur that draws points together into walls
+AROUND = 7  # [cells] of the neighbourhood whose highest point counts as a wall's middle
+FAINT = 0.15  # points to a cell after the blur: less is no wall
+RIM = 16  # [cells] around everything, so that shifting never leaves the field
+LARGEST = 1200  # [cells] of a side
+ROUNDS = 8  # of the refinement, at most
+STRIDE = 0.05  # [m] of one round, at most
+
+
+@dataclass(frozen=True)
+class Match:
+    """The pose at which points fit a field."""
+
+    pose: Pose
+    score: float  # 0..1, mean field value at the points
+
+
+class LikelihoodField:
+    """Values 0..1 on a grid: ridges where points (K, 2) [m] lie, all equally high, be they near and dense or far."""
+
+    def __init__(self, points: Array) -> None:
+        low, high = points.min(axis=0), points.max(axis=0)
+        self.origin = np.floor(low / CELL) * CELL - RIM * CELL
+        size = np.minimum(np.ceil((high - self.origin) / CELL).astype(int) + RIM + 1, LARGEST)
+        density = cv2.GaussianBlur(self._counts(points, size), (0, 0), SMEAR)
+        ridge = np.maximum(cv2.dilate(density, np.ones((AROUND, AROUND), np.uint8)), FAINT)
+        self.values = density / ridge
+        self._flat = self.values.ravel()
+        self._width, self._height = int(size[0]), int(size[1])
+
+    def _counts(self, points: Array, size: Array) -> Array:
+        """Points (K, 2) → how many fall on each cell (rows, columns), each shared among the four cells around it."""
+        place = (points - self.origin) / CELL - 0.5
+        place = place[((place >= 0) & (place < size - RIM)).all(axis=1)]
+        cell = place.astype(int)
+        u, v = (place - cell).T
+        first, count = cell[:, 1] * size[0] + cell[:, 0], size[0] * size[1]
+        counts = np.zeros(count)
+        for step, share in ((0, (1 - u) * (1 - v)), (1, u * (1 - v)), (size[0], (1 - u) * v), (size[0] + 1, u * v)):
+            counts += np.bincount(first + step, share, count)
+        return counts.reshape(size[1], size[0]).astype(np.float32)
+
+    def search(self, points: Array, guess: Pose, reach: float, angle: float, step: float, turn: float) -> Pose:
+        """The best pose on a lattice: ±`reach` [m] by `step`, ±`angle` [rad] by `turn` around the guess."""
+        shift = np.arange(-round(reach / step), round(reach / step) + 1) * round(step / CELL)
+        shift = np.clip(shift, 1 - RIM, RIM - 1)
+        offsets = (shift[:, None] * self._width + shift[None, :]).ravel()
+        best, found = -1.0, guess
+        count = round(angle / turn)
+        for turned in guess.heading + turn * np.arange(-count, count + 1):
+            cells = ((points @ rotation(turned).T + (guess.x, guess.y) - self.origin) / CELL).astype(int)
+            cells = np.clip(cells, RIM, (self._width - RIM - 1, self._height - RIM - 1))
+            flat = cells[:, 1] * self._width + cells[:, 0]
+            scores = self._flat[flat[None, :] + offsets[:, None]].mean(axis=1)
+            at = int(scores.argmax())
+            if scores[at] > best:
+                best = float(scores[at])
+                row, column = divmod(at, len(shift))
+                found = Pose(guess.x + CELL * shift[column], guess.y + CELL * shift[row], wrap(float(turned)))
+        return found
+
+    def refine(self, points: Array, guess: Pose) -> Match:
+        """Gauss-Newton on the bilinear field from a guess nearby."""
+        x, y, heading = guess.x, guess.y, guess.heading
+        for _ in range(ROUNDS):
+            values, jacobian = self._slopes(points, x, y, heading)
+            curvature = jacobian.T @ jacobian + np.eye(3)
+            move = np.linalg.solve(curvature, jacobian.T @ (1.0 - values))
+            move *= min(1.0, STRIDE / max(math.hypot(move[0], move[1]), 1e-9))
+            x, y, heading = x + float(move[0]), y + float(move[1]), heading + float(move[2])
+            if math.hypot(move[0], move[1]) < 2e-4 and abs(move[2]) < 1e-4:
+                break
+        values, _ = self._slopes(points, x, y, heading)
+        return Match(Pose(x, y, wrap(heading)), float(values.mean()))
+
+    def values_at(self, points: Array, pose: Pose) -> Array:
+        """Points (M, 2) at a pose → field values (M,)."""
+        return self._slopes(points, pose.x, pose.y, pose.heading)[0]
+
+    def cells_at(self, points: Array) -> Array:
+        """Points (..., 2) [m] in the field's frame → the values (...) of their cells; 0 outside."""
+        cells = np.floor((points - self.origin) / CELL).astype(int)
+        u, v = cells[..., 0], cells[..., 1]
+        inside = (u >= 0) & (u < self._width) & (v >= 0) & (v < self._height)
+        return np.where(inside, self._flat[np.where(inside, v * self._width + u, 0)], 0.0)
+
+    def _slopes(self, points: Array, x: float, y: float, heading: float) -> tuple[Array, Array]:
+        """Points (M, 2) at a pose → field values (M,) and their change with x, y, heading (M, 3)."""
+        turned = points @ rotation(heading).T
+        place = (turned - (self.origin - np.array([x, y]))) / CELL - 0.5
+        inside = ((place >= 0) & (place < (self._width - 1, self._height - 1))).all(axis=1)
+        place = np.where(inside[:, None], place, 0.0)
+        cell = place.astype(int)
+        u, v = (place - cell).T
+        flat = cell[:, 1] * self._width + cell[:, 0]
+        a, b = self._flat[flat], self._flat[flat + 1]
+        c, d = self._flat[flat + self._width], self._flat[flat + self._width + 1]
+        values = np.where(inside, (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d), 0.0)
+        along = np.where(inside, ((1 - v) * (b - a) + v * (d - c)) / CELL, 0.0)
+        across = np.where(inside, ((1 - u) * (c - a) + u * (d - b)) / CELL, 0.0)
+        return values, np.column_stack((along, across, across * turned[:, 0] - along * turned[:, 1]))

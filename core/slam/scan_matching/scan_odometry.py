@@ -1,0 +1,155 @@
+"""Odometry from the laser alone, for robots and recordings without wheels."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.geometry import Pose, wrap
+from core.message import Array
+from core.perception.landmarks.deskew import deskew
+from core.sensors import Laser, Scan, Wheels
+from core.slam.motion import Increment
+from core.slam.scan_matching.likelihood_field import LikelihoodField, Match
+from core.slam.scan_matching.match_covariance import match_spread
+
+
+@dataclass(frozen=True)
+class ScanOdometrySettings:
+    """Settings of scan odometry."""
+
+    reach: float = 0.2  # [m] around the predicted place that is searched
+    angle: float = math.radians(10)  # [rad] around the predicted heading
+    points: int = 180  # of a scan that the search looks at
+    score: float = 0.35  # a match is at least as good
+    keyframes: int = 20  # of which the local map is made
+    distance: float = 0.15  # [m] between keyframes …
+    turn: float = math.radians(8)  # [rad] … or this
+    coast: float = 0.5  # of the former motion that is expected to go on where a match fails
+    still_distance: float = 0.008  # [m] under which, and
+    still_turn: float = math.radians(0.2)  # [rad] under which nothing has moved
+    place_sd: float = 0.003  # [m] of a matched increment, at least
+    heading_sd: float = math.radians(0.1)  # [rad]
+    point_sd: float = 0.1  # [m] of a point across its wall, their dependence on each other taken in
+    wall: float = 0.3  # [m] between next neighbours on one wall, at most
+    blind_speed: float = 0.3  # [m/s] sd of the motion where a match fails
+    blind_turn: float = math.radians(30)  # [rad/s]
+
+
+FEWEST = 20  # points of a scan that can be matched
+
+
+class ScanOdometry:
+    """Lays every scan on a local map of the scans before it."""
+
+    def __init__(self, laser: Laser, settings: ScanOdometrySettings | None = None) -> None:
+        self.settings = settings or ScanOdometrySettings()
+        self.pose = Pose()
+        self.score: float | None = None  # of the newest match; None: there was none
+        self._laser = laser
+        self._matched = Pose()
+        self._motion = Pose()  # per second
+        self._stamp: float | None = None
+        self._frames: list[tuple[Pose, Array]] = []
+        self._field: LikelihoodField | None = None
+
+    @property
+    def wheels(self) -> Wheels:
+        """The wheels' reading that the scans stand in for: for de-skewing, dead reckoning and the operator."""
+        return Wheels(odometry=self.pose, speed=self._motion.x, turn_rate=self._motion.heading)
+
+    def update(self, scan: Scan, at: float) -> Increment:
+        """A scan, seen from the robot frame at time `at` [s] → the move since the scan before."""
+        elapsed = 0.0 if self._stamp is None else at - self._stamp
+        self._stamp = at
+        if elapsed < 0.0:
+            self._forget()
+        points, _ = deskew(scan, self._laser, self.wheels, at)
+        if self._field is None:
+            return self._begin(points)
+        if elapsed <= 0.0:
+            return Increment()
+        match = self._search(self._field, points, elapsed)
+        self.score = match.score if match else None
+        if match is None:
+            return self._coast(points, elapsed)
+        self._motion = _scaled(self._matched.inverse() @ match.pose, 1 / elapsed)
+        points, _ = deskew(scan, self._laser, self.wheels, at)  # by this motion, not by the one before
+        pose = self._field.refine(points, match.pose).pose
+        self._motion, self._matched = _scaled(self._matched.inverse() @ pose, 1 / elapsed), pose
+        self._keep(points)
+        return self._report(self._spread(points))
+
+    def _search(self, field: LikelihoodField, points: Array, elapsed: float) -> Match | None:
+        """Search around where the motion leads, coarse then fine, and refine; None where nothing fits."""
+        settings = self.settings
+        if len(points) < FEWEST:
+            return None
+        expected = self._matched @ _scaled(self._motion, elapsed)
+        thinned = points[:: max(1, len(points) // settings.points)]
+        coarse = field.search(thinned, expected, settings.reach, settings.angle, 0.1, math.radians(1))
+        fine = field.search(thinned, coarse, 0.05, math.radians(0.5), 0.05, math.radians(0.25))
+        match = field.refine(points, fine)
+        return match if match.score >= settings.score else None
+
+    def _spread(self, points: Array) -> Array:
+        """Covariance (3, 3) of a matched move: from the directions of the walls in the scan, with a floor."""
+        settings = self.settings
+        return match_spread(
+            points,
+            point_sd=settings.point_sd,
+            wall=settings.wall,
+            unknown=np.array([settings.reach, settings.reach, settings.angle]),
+            floor=np.array([settings.place_sd, settings.place_sd, settings.heading_sd]),
+        )
+
+    def _report(self, covariance: Array) -> Increment:
+        """Return the move since the last reported pose; a move within the jitter of the match counts as none."""
+        step = self.pose.inverse() @ self._matched
+        settings = self.settings
+        if math.hypot(step.x, step.y) < settings.still_distance and abs(step.heading) < settings.still_turn:
+            self._motion = Pose()
+            return Increment()
+        self.pose = self._matched
+        return Increment(step, covariance)
+
+    def _coast(self, points: Array, elapsed: float) -> Increment:
+        """No match: expect the motion to die down, be unsure, and begin a new local map."""
+        settings = self.settings
+        self._motion = _scaled(self._motion, settings.coast)
+        self._matched = self._matched @ _scaled(self._motion, elapsed)
+        if len(points) >= FEWEST:
+            self._frames.clear()
+            self._keep(points)
+        self.pose, before = self._matched, self.pose
+        sd = np.array([settings.blind_speed, settings.blind_speed, settings.blind_turn]) * max(elapsed, 0.1)
+        return Increment(before.inverse() @ self.pose, np.diag(sd**2))
+
+    def _begin(self, points: Array) -> Increment:
+        """The first scan with enough in it begins the local map."""
+        if len(points) >= FEWEST:
+            self._keep(points)
+        return Increment()
+
+    def _forget(self) -> None:
+        """Time went backwards (a seek): the local map is of no use."""
+        self._frames.clear()
+        self._field, self._motion = None, Pose()
+
+    def _keep(self, points: Array) -> None:
+        """Make a keyframe of the scan if the last one is far enough away."""
+        if self._frames:
+            last = self._frames[-1][0]
+            near = last.distance_to(self._matched.x, self._matched.y) < self.settings.distance
+            if near and abs(wrap(self._matched.heading - last.heading)) < self.settings.turn:
+                return
+        self._frames.append((self._matched, self._matched.apply(points)))
+        del self._frames[: -self.settings.keyframes]
+        self._field = LikelihoodField(np.vstack([kept for _, kept in self._frames]))
+
+
+def _scaled(motion: Pose, share: float) -> Pose:
+    """A share of a small motion."""
+    return Pose(motion.x * share, motion.y * share, wrap(motion.heading * share))

@@ -1,0 +1,245 @@
+"""The submap manager: it keeps views and leaves a submap for a new one or for a known one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from core.geometry import Pose, rotation, wrap
+from core.message import Array
+from core.sensors import Laser
+from core.slam.ekf_slam import EkfSettings, EkfSlam
+from core.slam.estimate import Estimate
+from core.slam.loop_closure.contradiction import contradiction, place_again
+from core.slam.map.closure import ClosureSettings
+from core.slam.map.keyframe import keyframe, thinned
+from core.slam.map.map_graph import MapGraph
+from core.slam.map.occupancy import OccupancyMap, OccupancySettings
+from core.slam.map.pose_graph import GraphEdge, compose_covariance
+from core.slam.map.settings import SubmapSettings
+from core.slam.map.submap import Submap
+from core.slam.motion import Increment, MotionSettings
+from core.slam.relocalization.monitor import LocalizationSettings
+from core.slam.scan_matching.field_matching import ScanMatchingSettings, match_scan, spread
+from core.slam.scan_matching.likelihood_field import LikelihoodField
+
+UNSURE = 1e-6  # [m²], [rad²] that a driven way is uncertain at least, so that the graph can be solved
+CONTRADICTED = np.diag([0.4**2, 0.4**2, math.radians(8) ** 2])  # of the pose when scans contradict each other
+MENDED = np.diag([0.05**2, 0.05**2, math.radians(1) ** 2])  # of a place that was found instead
+CARRIED = np.diag([1e4, 1e4, 1e2])  # [m²], [rad²] of a way that was not measured
+
+
+@dataclass(frozen=True)
+class MapperSettings:
+    """The settings of everything the floor is made of."""
+
+    floor: SubmapSettings = field(default_factory=SubmapSettings)
+    matching: ScanMatchingSettings = field(default_factory=ScanMatchingSettings)
+    closures: ClosureSettings = field(default_factory=ClosureSettings)
+    ekf: EkfSettings = field(default_factory=EkfSettings)
+    motion: MotionSettings = field(default_factory=MotionSettings)
+    occupancy: OccupancySettings = field(default_factory=OccupancySettings)
+    lost: LocalizationSettings = field(default_factory=LocalizationSettings)
+
+
+class SubmapManager:
+    """Owns the active submap; puts views into the map graph."""
+
+    def __init__(self, parts: MapperSettings, laser: Laser | None, graph: MapGraph) -> None:
+        self._parts, self._laser, self._graph = parts, laser, graph
+        self._mounting = laser.mounting if laser else Pose()
+        self._driven: Increment | None = Increment()  # since the newest view; None: the robot was carried
+        self.spread = np.zeros((3, 3))  # of the active submap in the world
+        if graph.submaps:
+            self.active, self._driven = graph.submaps[0], None
+        else:
+            self.active = self._new()
+
+    @property
+    def base(self) -> Pose:
+        """The pose of the active submap in the world."""
+        return self._graph.world_from(self.active.id) if self.active.views else Pose()
+
+    @property
+    def estimate(self) -> Estimate:
+        """The robot's pose and its covariance in the world's axes."""
+        inner, base = self.active.slam.estimate, self.base
+        if base == Pose() and not self.spread.any():
+            return inner
+        covariance = compose_covariance(base, self.spread, inner.pose, inner.covariance)
+        return Estimate(pose=base @ inner.pose, covariance=covariance)
+
+    def moved(self, move: Increment) -> None:
+        """Add the robot's move since the scan before."""
+        if self._driven is not None and not move.still:
+            self._driven = self._driven.then(move)
+
+    def draw(self, ends: Array, hits: Array) -> None:
+        """Put a scan on the active submap's tile: ends (N, 2) [m] in the robot frame, hits (N,)."""
+        pose = self.active.slam.filter.pose
+        self.active.tile.insert(pose @ self._mounting, pose.apply(ends), hits)
+
+    def mend(self, ends: Array, hits: Array) -> None:
+        """Correct the pose where a new scan and the view before look through each other's walls.
+
+        The match was wrong then, or the motion was. A pose is searched at which the two agree. Without such a pose
+        the way is in doubt.
+        """
+        if not self._graph.views or self._driven is None or not self.is_new or int(hits.sum()) < 2:
+            return
+        slam, limit, last = self.active.slam, self._parts.floor.contradiction, self._graph.poses[-1]
+        seen = last.inverse() @ self.base @ slam.filter.pose
+        now = keyframe(-1, self.active.id, 0.0, seen, ends, hits, self._mounting)
+        if contradiction(self._graph.views[-1], now, seen) <= limit:
+            return
+        better = place_again(self._graph, now, seen)
+        if better is not None and contradiction(self._graph.views[-1], now, better) <= limit:
+            slam.filter.predict(Increment(seen.inverse() @ better, MENDED))
+            self._driven = Increment(Pose(), MENDED)
+        else:
+            slam.filter.doubt(CONTRADICTED)
+            self._driven = self._driven.then(Increment(Pose(), CONTRADICTED))
+
+    def keep(self, stamp: float, ends: Array, hits: Array) -> Submap | None:
+        """Keep the scan as a view if it is a new one; change rooms where it is time to → the room that was left."""
+        if not self.is_new or int(hits.sum()) < 2:
+            return None
+        if not self.active.views or not self._leaves():
+            self._add(stamp, ends, hits, self._tie() if self.active.views else None)
+            return None
+        left, tie, here = self.active, self._tie(), self.estimate
+        entered = self._known_here(thinned(ends[hits]))
+        if entered is None:
+            self.active, self.spread = self._new(), here.covariance
+            self._add(stamp, ends, hits, tie)
+            self.draw(ends, hits)
+        else:
+            self._enter(*entered)
+            self._add(stamp, ends, hits, self._tie())
+        return left
+
+    def reset_pose(self, pose: Pose, covariance: Array) -> None:
+        """Set the robot to the world pose at which it was found, with covariance (3, 3); the way there is unknown."""
+        views = self._graph.views
+        if not views:
+            self.active.slam.filter.reset_pose(pose, covariance)
+            return
+        places = self._graph.pose_array()
+        nearest = int(np.argmin(np.hypot(places[:, 0] - pose.x, places[:, 1] - pose.y)))
+        submap = self._graph.submaps[views[nearest].submap]
+        back = self._graph.world_from(submap.id).inverse()
+        onto = np.eye(3)
+        onto[:2, :2] = rotation(back.heading)
+        self._enter(submap, back @ pose, onto @ covariance @ onto.T)
+        self._driven = None
+
+    def points_around(self) -> list[Array]:
+        """Points (K, 2) [m] of the newest views and of the nearest ones, in the active submap's frame."""
+        settings, graph, here = self._parts.floor, self._graph, self.active.slam.filter.pose
+        newest = [] if self._driven is None else graph.views[-settings.lately :]
+        near = sorted(self.active.views, key=lambda view: view.local.distance_to(here.x, here.y))
+        chosen = {view.id: view for view in (*newest, *near[: settings.nearby])}
+        back = self.base.inverse()
+        return [
+            (view.local if view.submap == self.active.id else back @ graph.poses[view.id]).apply(view.points)
+            for view in chosen.values()
+        ]
+
+    def respread(self) -> None:
+        """Update the covariance of the active submap's place after a change of the graph."""
+        self.spread = self._graph.spread_of(self.active.id)
+
+    @property
+    def is_new(self) -> bool:
+        """True if the map has no view like the present one."""
+        pose, views = self.active.slam.filter.pose, self.active.views
+        if views and self._driven is not None and not self._apart(pose, views[-1].local):
+            return False
+        settings = self._parts.floor
+        gaps = [(pose.distance_to(view.local.x, view.local.y), self._turn(pose, view.local)) for view in views]
+        alike = sum(gap <= settings.view_distance and turn <= settings.view_turn for gap, turn in gaps)
+        crowd = sum(gap <= settings.crowd_distance and turn <= settings.crowd_turn for gap, turn in gaps)
+        return alike < settings.alike and crowd < settings.crowd
+
+    def _new(self) -> Submap:
+        """Make a new submap, the robot at its origin."""
+        slam = EkfSlam(self._parts.ekf, self._parts.motion, self._laser)
+        submap = Submap(len(self._graph.submaps), slam, OccupancyMap(self._parts.occupancy))
+        self._graph.submaps.append(submap)
+        return submap
+
+    def _apart(self, one: Pose, other: Pose) -> bool:
+        settings = self._parts.floor
+        far = one.distance_to(other.x, other.y) > settings.view_distance
+        return far or self._turn(one, other) > settings.view_turn
+
+    @staticmethod
+    def _turn(one: Pose, other: Pose) -> float:
+        return abs(wrap(one.heading - other.heading))
+
+    def _leaves(self) -> bool:
+        settings, pose = self._parts.floor, self.active.slam.filter.pose
+        far = math.hypot(pose.x, pose.y)
+        full = len(self.active.slam.table.rows) > settings.landmarks
+        return far > settings.size or (full and far > settings.smallest)
+
+    def _add(self, stamp: float, ends: Array, hits: Array, tie: GraphEdge | None) -> None:
+        """A new view of the active submap, tied to an anchor and to the view before."""
+        local, graph = self.active.slam.filter.pose, self._graph
+        view = keyframe(len(graph.views), self.active.id, stamp, local, ends, hits, self._mounting)
+        pose = graph.poses[tie.a] @ tie.move if tie is not None else self.base @ local
+        driven = None
+        if graph.views:
+            covariance = CARRIED if self._driven is None else self._driven.covariance + UNSURE * np.eye(3)
+            driven = Increment(graph.poses[-1].inverse() @ pose, covariance)
+        self._driven = Increment()
+        graph.add(view, driven, tie, pose)
+
+    def _tie(self) -> GraphEdge:
+        """Return the edge from the active submap's anchor to the robot, by the filter; its node is the next view."""
+        settings, anchor, inner = self._parts.floor, self.active.anchor, self.active.slam.estimate
+        floor = np.diag([settings.tie_sd**2, settings.tie_sd**2, settings.tie_heading_sd**2])
+        onto = np.eye(3)
+        onto[:2, :2] = rotation(-anchor.local.heading)
+        covariance = onto @ inner.covariance @ onto.T + floor
+        return GraphEdge(anchor.id, len(self._graph.views), anchor.local.inverse() @ inner.pose, covariance)
+
+    def _enter(self, submap: Submap, local: Pose, covariance: Array) -> None:
+        """Continue in a known submap."""
+        self.active = submap
+        submap.slam.filter.reset_pose(local, covariance)
+        self.respread()
+
+    def _known_here(self, points: Array) -> tuple[Submap, Pose, Array] | None:
+        """A submap that lies here for certain, with the robot's pose in it and its covariance."""
+        settings, graph, here = self._parts.floor, self._graph, self.estimate.pose
+        places = graph.pose_array()
+        gaps = np.hypot(places[:, 0] - here.x, places[:, 1] - here.y)
+        ways = graph.ways_from(len(graph.views) - 1, settings.return_way)
+        for number in np.argsort(gaps, kind="stable").tolist():
+            if gaps[number] > settings.return_distance:
+                break
+            submap = graph.submaps[graph.views[number].submap]
+            loop_closure = graph.closure_between(submap.id, self.active.id)
+            guess = graph.world_from(submap.id).inverse() @ here
+            near_its_rim = math.hypot(guess.x, guess.y) > settings.size - settings.inside
+            undone = loop_closure is not None and loop_closure.undone
+            if submap is self.active or undone or near_its_rim or ways[number] > settings.return_way:
+                continue
+            return self._fits(submap, guess, points)
+        return None
+
+    def _fits(self, submap: Submap, guess: Pose, points: Array) -> tuple[Submap, Pose, Array] | None:
+        """Match the scan to a known submap near its expected place; None where it does not fit there."""
+        settings = self._parts.floor
+        near = sorted(submap.views, key=lambda view: view.local.distance_to(guess.x, guess.y))[: settings.nearby]
+        seen = LikelihoodField(np.vstack([view.local.apply(view.points) for view in near]))
+        match = match_scan(seen, points, guess, settings.return_reach, settings.return_angle)
+        if match.score < settings.return_score:
+            return None
+        onto = np.eye(3)
+        onto[:2, :2] = rotation(match.pose.heading)
+        own = spread(seen, points, match.pose, self._parts.matching)
+        return submap, match.pose, onto @ own @ onto.T

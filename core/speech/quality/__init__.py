@@ -1,0 +1,1 @@
+"""Objective speech quality evaluation (OSQE, eq. 41-42)."""

@@ -1,0 +1,134 @@
+"""orig.wav against rev.wav: the additional estimation of section 5.1, by measures that others use too."""
+
+from __future__ import annotations
+
+import math
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from core.message import Array, message
+from core.sensors.microphones import Sound
+from core.speech.quality.stoi import si_sdr, stoi
+from core.speech.quality.time_alignment import RATE, AlignedRecordings, match
+
+FULL = 0.999  # of full scale, from which a sample counts as clipped
+RUN = 3  # that many clipped samples together are clipping rather than a peak
+FRAME = 0.02  # [s] in which the level is measured
+QUIET = 10  # percentile of the frames' levels that is the noise floor
+SILENCE_DB = -120.0
+PESQ_RATE = 16_000  # [Hz] of its wide band
+
+
+@message
+class RecordingHealth:
+    """One recording by itself."""
+
+    rate: int  # [Hz]
+    channels: int
+    duration: float  # [s]
+    level_db: float  # [dB of full scale] RMS
+    noise_floor_db: float  # [dB of full scale] of its quietest tenth
+    clipped: float  # share of the samples, 0..1
+
+
+@message
+class AudioSimilarity:
+    """The share of the original that is left in the received sound."""
+
+    original: RecordingHealth
+    received: RecordingHealth
+    matched: AlignedRecordings
+    stoi: float | None  # None: too short
+    estoi: float | None
+    si_sdr_db: float | None  # None: silence
+    pesq: float | None  # None: see `pesq_reason`
+    pesq_reason: str  # "" when there is a figure
+
+
+def liken(original: Sound, received: Sound) -> AudioSimilarity:
+    """Compare two recordings of the same speech. Raises BadInput as `match` does."""
+    matched = match(original, received)
+    mos, reason = _pesq(matched)
+    return AudioSimilarity(
+        original=health(original),
+        received=health(received),
+        matched=matched,
+        stoi=stoi(matched.original, matched.received, RATE),
+        estoi=stoi(matched.original, matched.received, RATE, extended=True),
+        si_sdr_db=si_sdr(matched.original, matched.received),
+        pesq=mos,
+        pesq_reason=reason,
+    )
+
+
+def health(sound: Sound) -> RecordingHealth:
+    """A recording → its level, noise floor and clipping."""
+    samples = np.asarray(sound.samples, float)
+    length = max(1, round(FRAME * sound.rate))
+    power = np.mean(samples**2, axis=1)
+    whole = power[: len(power) // length * length].reshape(-1, length).mean(axis=1)
+    return RecordingHealth(
+        rate=sound.rate,
+        channels=sound.channels,
+        duration=sound.duration,
+        level_db=_db(float(power.mean()) if len(power) else 0.0),
+        noise_floor_db=_db(float(np.percentile(whole, QUIET)) if len(whole) else 0.0),
+        clipped=max((_clipped(channel) for channel in samples.T), default=0.0),
+    )
+
+
+def _clipped(channel: Array) -> float:
+    """Share of samples that stay at full scale for at least three."""
+    full = np.abs(channel) >= FULL
+    if full.sum() < RUN:
+        return 0.0
+    whole = sliding_window_view(full, RUN).all(axis=1)
+    return float(np.convolve(whole, np.ones(RUN), "full").astype(bool).mean())
+
+
+def _db(power: float) -> float:
+    return max(SILENCE_DB, 10 * math.log10(power)) if power > 0 else SILENCE_DB
+
+
+def _pesq(matched: AlignedRecordings) -> tuple[float | None, str]:
+    """PESQ (P.862.2, wide band) where its package is installed; it is no part of Beckon, its terms are its own."""
+    try:
+        package = import_module("pesq")
+    except ImportError:
+        return None, "PESQ is not installed; it compiles where a C compiler is: pip install pesq"
+    try:
+        return float(package.pesq(PESQ_RATE, matched.original, matched.received, "wb")), ""
+    except (package.PesqError, ValueError):
+        return None, "PESQ found no utterance in these recordings."
+
+
+def as_json(one: AudioSimilarity) -> dict[str, Any]:
+    """All figures, units in the names."""
+    return {
+        "stoi": one.stoi,
+        "estoi": one.estoi,
+        "si_sdr_db": one.si_sdr_db,
+        "si_sdr_note": "Reverberation counts as distortion in SI-SDR, however well the words are understood.",
+        "pesq_wb": one.pesq,
+        "pesq_reason": one.pesq_reason,
+        "delay_s": one.matched.delay,
+        "correlation": one.matched.correlation,
+        "inverted": one.matched.inverted,
+        "level_change_db": one.received.level_db - one.original.level_db,
+        "original": _health_json(one.original),
+        "received": _health_json(one.received),
+    }
+
+
+def _health_json(one: RecordingHealth) -> dict[str, Any]:
+    return {
+        "sample_rate_hz": one.rate,
+        "channels": one.channels,
+        "duration_s": one.duration,
+        "level_dbfs": one.level_db,
+        "noise_floor_dbfs": one.noise_floor_db,
+        "clipped_share": one.clipped,
+    }

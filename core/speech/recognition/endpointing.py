@@ -1,0 +1,277 @@
+"""Find utterances in a stream of sound; each one keeps the half second before it.
+
+An utterance is over when what follows is much fainter than its loudest moment, be it other people's talk.
+A frame holds a voice where clearly more bins of its spectrum stand out of the noise than the noise itself lifts
+there; the noise, and how unquiet it is, are learnt in silence, and from what sets in and then stays as loud as it is:
+a motor, a fan. Nobody speaks as steadily.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from core.message import Array
+from core.sensors.microphones import Sound
+from core.speech.recognition.recognizer import Utterance, checked
+from core.speech.settings import RATE, SpeechSettings
+
+SIZE = 512  # samples of a frame
+HOP = 128  # between frames: 8 ms
+BAND = slice(6, 160)  # bins from 190 to 5000 Hz
+STEP = HOP / RATE  # [s]
+FIRST = 0.4  # [s] of sound after which something can be heard at all
+LIVELY = 10.0  # times the quietest frames' power, that the mean has during speech
+GAP = 0.02  # [s] missing between two pieces of sound, beyond which listening starts again
+SILENT = 1e-7  # power of a bin that counts as silence whatever the noise: about -75 dB of full scale
+QUIET_SHARE = 0.3  # of the frames, that are taken for noise where nothing is known of it
+SMOOTHING = 15  # bins over which that noise is averaged
+BLOCK = 6  # frames of which one loudness is computed: 48 ms
+STEADY = 31 * BLOCK  # frames: 1.5 s
+MOST_UNSTEADY = 1.5  # [dB] standard deviation of a noise's loudness in that time: motors 0.2 to 1.1, voices 2.3 up
+MOST_ABOVE = 4.5  # [dB] above its mean that such a noise reaches; what was louder before was a voice
+WITHIN, ABOVE = 16.0, 6.0  # [dB] below the loudest and above the quietest frames, between which a voice begins
+ENOUGH = 12  # frames with a voice, that make an utterance
+
+
+class Endpointer:
+    """Cuts sound into utterances."""
+
+    def __init__(self, settings: SpeechSettings | None = None) -> None:
+        self._settings = settings or SpeechSettings()
+        self._forget(0.0)
+
+    def _forget(self, now: float) -> None:
+        self._samples = np.zeros(0)  # all that is remembered
+        self._start = now  # [s] of the first of them
+        self._framed = 0  # of them, where the next frame begins
+        self._first: list[Array] = []  # spectra from which the noise is learnt before anything is heard
+        self._noise: Array | None = None  # (K,) power
+        self._unquiet = self._unrest = 0.0  # share of bins that the noise itself lifts, and its variance
+        self._recent: deque[tuple[float, bool]] = deque(maxlen=6)
+        self._levels: deque[float] = deque(maxlen=STEADY)  # [dB] of the utterance under way
+        self._begin: float | None = None
+        self._last_voice = now
+        self._loudest = 0.0  # [dB] of the utterance under way
+
+    @property
+    def speaking_since(self) -> float | None:
+        """First voiced moment [s] of the utterance under way; None: there is none."""
+        return self._begin
+
+    def feed(self, sound: Sound) -> tuple[Utterance, ...]:
+        """The next piece of sound → utterances that ended in it. A gap in time resets the state. Raises BadInput."""
+        samples = checked(sound)
+        if abs(sound.stamp - self._now) > GAP:
+            self._forget(sound.stamp)
+        self._samples = np.concatenate((self._samples, samples))
+        count = (len(self._samples) - self._framed - SIZE) // HOP + 1
+        if count <= 0:
+            return ()
+        fresh = self._samples[self._framed : self._framed + SIZE + (count - 1) * HOP]
+        power = _powers(fresh)  # (T, K)
+        times = self._start + (self._framed + SIZE / 2 + HOP * np.arange(count)) / RATE
+        self._framed += count * HOP
+        ended = [one for row, time in zip(power, times, strict=True) if (one := self._step(row, float(time)))]
+        self._drop_old()
+        return tuple(ended)
+
+    @property
+    def so_far(self) -> Utterance | None:
+        """The utterance under way, when its speaker has just made a short pause: it may be over."""
+        if self._begin is None or not self._settings.pause <= self._framed_until - self._last_voice:
+            return None
+        return self._utterance(self._begin, False)
+
+    def finish(self) -> tuple[Utterance, ...]:
+        """The sound is over → the utterance that was under way."""
+        last = self._cut(False) if self._begin is not None else None
+        self._forget(self._now)
+        return (last,) if last else ()
+
+    @property
+    def _now(self) -> float:
+        return self._start + len(self._samples) / RATE
+
+    @property
+    def _framed_until(self) -> float:
+        return self._start + (self._framed + SIZE / 2) / RATE
+
+    def _step(self, power: Array, time: float) -> Utterance | None:
+        """One frame (K,) at `time` [s] → the utterance that it ends."""
+        settings = self._settings
+        if self._noise is None:
+            self._first.append(power)
+            if len(self._first) * STEP >= FIRST:
+                self._learn(np.array(self._first))
+            return None
+        share = float(np.mean(power > settings.evidence * self._noise))
+        voice = share > max(settings.voice_share, self._unquiet + settings.voice_margin * self._unrest**0.5)
+        self._recent.append((time, voice))
+        level = 10 * float(np.log10(power.mean() + SILENT))
+        self._loudest = max(self._loudest, level) if self._begin is not None else level
+        if voice and level > self._loudest - settings.dynamics:
+            self._last_voice = time
+        if self._begin is None:
+            self._attend(power, share, voice)
+            voices = [when for when, was in self._recent if was]
+            if len(voices) >= settings.onset:
+                self._begin = voices[0]
+                self._levels.clear()
+            return None
+        self._levels.append(level)
+        if len(self._levels) == STEADY and _is_steady(np.array(self._levels)):
+            return self._cut_before_noise(time)
+        if time - self._last_voice > settings.hangover:
+            return self._cut(False)
+        if time - self._begin > settings.longest:
+            utterance = self._cut(True)
+            self._learn(_powers(self._samples))
+            return utterance
+        return None
+
+    def _cut_before_noise(self, time: float) -> Utterance | None:
+        """End the utterance before the steady noise, heard until `time` [s], which counts as silence from now on."""
+        voice = self._loudest > np.mean(self._levels) + MOST_ABOVE
+        self._last_voice = time - STEADY * STEP
+        utterance = self._cut(False)
+        end = round((time - self._start) * RATE) + SIZE // 2
+        self._learn(_powers(self._samples[end - STEADY * HOP : end]))
+        return utterance if voice else None
+
+    def _learn(self, power: Array) -> None:
+        """Frames (T, K) of what is there now: all of them are noise, unless a person already speaks among them."""
+        quiet, mean = quietest(power), _smoothed(power.mean(0))
+        speech = mean.mean() > LIVELY * quiet.mean()
+        self._noise = np.maximum(quiet if speech else mean, SILENT)
+        shares = np.mean(power > self._settings.evidence * self._noise, axis=1)
+        self._unquiet = 0.0 if speech else float(shares.mean())
+        self._unrest = 0.0 if speech else float(shares.var())
+
+    def _attend(self, power: Array, share: float, voice: bool) -> None:
+        """Silence, as far as is known: the noise follows what is heard; slowly where it may be a voice."""
+        assert self._noise is not None
+        weight = STEP / self._settings.noise_memory * (0.1 if voice else 1.0)
+        self._noise = np.maximum(self._noise + weight * (power - self._noise), SILENT)
+        self._unquiet += weight * (share - self._unquiet)
+        self._unrest += weight * ((share - self._unquiet) ** 2 - self._unrest)
+
+    def _cut(self, too_long: bool) -> Utterance | None:
+        """The utterance under way, ended; None for a click."""
+        assert self._begin is not None
+        utterance = self._utterance(self._begin, too_long)
+        self._begin = None
+        self._recent.clear()
+        return utterance
+
+    def _utterance(self, begin: float, too_long: bool) -> Utterance | None:
+        """The sound since `begin` [s]; None for a click."""
+        if self._last_voice - begin < self._settings.shortest:
+            return None
+        whole = Sound(stamp=self._start, rate=RATE, samples=self._samples[:, None])
+        return Utterance(
+            sound=whole.part(begin - self._settings.pre_roll, self._now),
+            begin=begin,
+            end=self._last_voice,
+            cut=too_long,
+        )
+
+    def _drop_old(self) -> None:
+        """Forget what no utterance can reach back to."""
+        since = self._begin if self._begin is not None else self._now
+        old = round((since - self._settings.pre_roll - 2 * SIZE / RATE - self._start) * RATE)
+        if old > RATE // 4:
+            old = min(old, self._framed)
+            self._samples = self._samples[old:]
+            self._start += old / RATE
+            self._framed -= old
+
+
+def _powers(samples: Array) -> Array:
+    """Samples (N,) → power of the band (T, K)."""
+    window = np.sin(np.pi * (np.arange(SIZE) + 0.5) / SIZE) ** 2
+    frames = sliding_window_view(samples, SIZE)[::HOP]
+    return np.abs(np.fft.rfft(frames * window)[:, BAND]) ** 2 / (window @ window)
+
+
+def _is_steady(level: Array) -> bool:
+    """Levels [dB] of STEADY frames → whether they are those of a noise, which no voice is part of."""
+    return float(level.reshape(-1, BLOCK).mean(axis=1).std()) < MOST_UNSTEADY
+
+
+def quietest(power: Array) -> Array:
+    """Frames (T, K) → power of the noise (K,): of the quietest frames, averaged over neighbouring bins too."""
+    level = np.log(power + SILENT).mean(1)
+    mean = power[level <= np.quantile(level, QUIET_SHARE)].mean(0)
+    return np.maximum(_smoothed(mean), SILENT)
+
+
+def _smoothed(power: Array) -> Array:
+    """(K,) averaged over neighbouring bins."""
+    wide = np.pad(power, SMOOTHING // 2, mode="edge")
+    return np.convolve(wide, np.full(SMOOTHING, 1 / SMOOTHING), mode="valid")
+
+
+class Held:
+    """Hold-to-talk: all sound until the button is let go is one utterance."""
+
+    def __init__(self, settings: SpeechSettings | None = None) -> None:
+        self._settings = settings or SpeechSettings()
+        self._pieces: list[Sound] = []
+
+    @property
+    def speaking_since(self) -> float | None:
+        """First moment [s] of sound since the button was pressed; None while it is not pressed."""
+        return self._pieces[0].stamp if self._pieces else None
+
+    @property
+    def so_far(self) -> Utterance | None:
+        """Nothing: only the button ends the utterance."""
+        return None
+
+    def feed(self, sound: Sound) -> tuple[Utterance, ...]:
+        """The next piece of sound. An utterance that is too long is cut and returned at once. Raises BadInput."""
+        checked(sound)
+        self._pieces.append(sound)
+        if sum(piece.duration for piece in self._pieces) > self._settings.longest + 2 * self._settings.pre_roll:
+            return self._take(True)
+        return ()
+
+    def finish(self) -> tuple[Utterance, ...]:
+        """The button was let go."""
+        return self._take(False) if self._pieces else ()
+
+    def _take(self, cut: bool) -> tuple[Utterance, ...]:
+        samples = np.concatenate([piece.samples for piece in self._pieces])
+        whole = Sound(stamp=self._pieces[0].stamp, rate=RATE, samples=samples)
+        self._pieces = []
+        begin, end = voiced(samples[:, 0])
+        if begin >= end:
+            return ()
+        return (Utterance(sound=whole, begin=whole.stamp + begin, end=whole.stamp + end, cut=cut),)
+
+
+def voiced(samples: Array) -> tuple[float, float]:
+    """Samples (N,) of one utterance → first and last moment [s] with a voice; (0, 0) for none."""
+    if len(samples) < SIZE:
+        return 0.0, 0.0
+    level = levels(samples)
+    least = max(float(np.quantile(level, 0.95)) - WITHIN, float(np.quantile(level, QUIET_SHARE)) + ABOVE)
+    voices = np.flatnonzero(level > least)
+    if len(voices) < ENOUGH:
+        return 0.0, 0.0
+    begin, end = (SIZE / 2 + HOP * voices[[0, -1]]) / RATE
+    return float(begin), float(end)
+
+
+def over_noise(voice: Array, noise: Array) -> float:
+    """Samples (N,) with a voice and (M,) without → power of its loud moments over the noise's; ∞ without noise."""
+    power = float(np.mean(noise**2)) if len(noise) else 0.0
+    return float(np.quantile(np.abs(voice), 0.95)) ** 2 / 2 / power if power > 0.0 else np.inf
+
+
+def levels(samples: Array) -> Array:
+    """Samples (N,) → level [dB] of frames that begin every HOP samples, (T,)."""
+    return 10 * np.log10(_powers(samples).mean(1) + SILENT)

@@ -1,0 +1,104 @@
+"""The interface of a word recognizer: sound with speech goes in, words come out."""
+
+from __future__ import annotations
+
+from math import gcd
+from typing import Protocol
+
+import numpy as np
+from scipy.signal import resample_poly
+
+from core.errors import BadInput
+from core.message import Array, message
+from core.sensors.microphones import NO_NUMBERS, Sound, usable
+from core.speech.settings import RATE
+
+LOWEST_RATE = 8_000  # [Hz]: a telephone; below, consonants are gone
+
+
+@message
+class Utterance:
+    """The sound of one utterance, with what came before it."""
+
+    sound: Sound  # one channel at 16 kHz
+    begin: float  # [s] of the speech, on the sound's clock
+    end: float  # [s]
+    cut: bool = False  # whether it was still going on when it became too long
+    rejected: tuple[str, ...] = ()  # words of commands that were rejected just before: these are less likely
+
+    @property
+    def samples(self) -> Array:
+        """(N,) of all the sound."""
+        return self.sound.samples[:, 0]
+
+    @property
+    def before(self) -> Array:
+        """(N,) what was heard before the speech began."""
+        return self.samples[: max(round((self.begin - self.sound.stamp) * RATE), 0)]
+
+
+@message
+class WordHypothesis:
+    """Words that may have been said."""
+
+    words: str  # "" for speech in which nothing was understood
+    begin: float  # [s] of the speech
+    end: float  # [s]
+    final: bool = True  # False: the sentence is not over; good for stopping only
+    score: float | None = None  # how well the words fit, as the engine counts; compare with the same engine only
+    doubt: str = ""  # a sentence: why these words must move nothing; "": none
+    uncertain: bool = False  # a number in them may be another: they stay pending for a moment and can be rejected
+
+
+class Engine(Protocol):
+    """The words of one whole utterance."""
+
+    def read(self, utterance: Utterance) -> WordHypothesis:
+        """Recognize the words in it."""
+        ...
+
+
+class Recognizer(Protocol):
+    """Words out of sound as it comes."""
+
+    def feed(self, sound: Sound) -> tuple[WordHypothesis, ...]:
+        """The next piece of sound, one channel at 16 kHz → what became known with it. Raises BadInput."""
+        ...
+
+    def finish(self) -> tuple[WordHypothesis, ...]:
+        """The sound ends here (the button was let go, the file is over) → what became known with that."""
+        ...
+
+
+def for_words(sound: Sound, channel: int = 0) -> Sound:
+    """One channel of any sound at 16 kHz, as recognizers want it. Raises BadInput with a sentence."""
+    if not 0 <= channel < sound.channels:
+        raise BadInput(
+            f"The sound has {sound.channels} channel(s); channel {channel}, counted from 0, is none of them."
+        )
+    return at_16_khz(Sound(stamp=sound.stamp, rate=sound.rate, samples=sound.samples[:, channel : channel + 1]))
+
+
+def at_16_khz(sound: Sound) -> Sound:
+    """All channels of a sound, resampled where that is needed. Raises BadInput where it has too few samples."""
+    if sound.rate < LOWEST_RATE:
+        raise BadInput(f"Words need sound of at least {LOWEST_RATE} Hz; this has {sound.rate} Hz. Record it again.")
+    if sound.rate == RATE:
+        return sound
+    shared = gcd(RATE, sound.rate)
+    samples = resample_poly(sound.samples, RATE // shared, sound.rate // shared, axis=0)
+    return Sound(stamp=sound.stamp, rate=RATE, samples=samples)
+
+
+def checked(sound: Sound) -> Array:
+    """Sound for a recognizer → its samples (N,). Raises BadInput where it is not one channel at 16 kHz."""
+    if sound.channels != 1 or sound.rate != RATE:
+        raise BadInput(f"A recognizer wants one channel at {RATE} Hz, not {sound.channels} at {sound.rate} Hz.")
+    if not usable(sound.samples):
+        raise BadInput(NO_NUMBERS)
+    return sound.samples[:, 0]
+
+
+def pcm(samples: Array) -> bytes:
+    """Samples (N,) of full scale ±1 → 16-bit integers, little-endian."""
+    return np.clip(np.round(samples * 32767), -32768, 32767).astype("<i2").tobytes()

@@ -1,0 +1,44 @@
+"""Rejected commands: a person who speaks again most likely did not mean what was heard the first time.
+
+A sentence that a recognizer mishears it often mishears again, from the same place by the same voice. The STOP that
+follows it, or Cancel, adds what the sound lacks: such a negative confirmation makes the same reading less likely.
+"""
+
+from __future__ import annotations
+
+from core.commands import needs_confirmation
+from core.commands.stop_moving import STOP_MOVING
+from core.speech.recognition.acceptance import judge
+from core.speech.recognition.recognizer import WordHypothesis
+
+OBJECTED = 5.0  # [s] after a sentence in which a STOP holds it back: it is read, said back, and waits meanwhile
+REMEMBERED = 30.0  # [s] after that
+
+
+class RejectedCommands:
+    """Observes every understood command."""
+
+    def __init__(self) -> None:
+        self._newest: WordHypothesis | None = None  # the newest command, while it is pending
+        self._stopped: dict[str, float] = {}  # rejected words, and when [s]
+
+    def hear(self, heard: WordHypothesis) -> None:
+        """Note what was understood."""
+        spoken = judge(heard)
+        if spoken.command is None:
+            return
+        if spoken.command.name != STOP_MOVING.name:
+            self._newest = heard if spoken.uncertain or needs_confirmation(spoken.command) else None
+        elif self._newest is not None:
+            if 0 <= heard.end - self._newest.end < OBJECTED:
+                self._stopped[self._newest.words] = heard.end
+            self._newest = None
+
+    def hold_back(self, words: str, now: float) -> None:
+        """Note that a pending command was rejected by Cancel or by a button."""
+        self._stopped[words] = now
+
+    def words(self, now: float) -> tuple[str, ...]:
+        """The sentences that were rejected recently."""
+        self._stopped = {words: then for words, then in self._stopped.items() if 0 <= now - then < REMEMBERED}
+        return tuple(self._stopped)

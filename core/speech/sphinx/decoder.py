@@ -1,0 +1,94 @@
+"""The parts of the package pocketsphinx: the decoder, the acoustic model, the dictionary and the word frequencies.
+
+The package is imported when it is first needed, never before: nothing else of Beckon depends on it.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from core.commands import VOCABULARY
+from core.errors import Unavailable
+from core.message import Array
+from core.speech.recognition.recognizer import pcm
+from core.speech.sphinx.fsg import automaton
+from core.speech.sphinx.garbage_model import PHONE_WORD, choose, phones_of, read_dictionary
+
+MISSING = (
+    "Recognising words needs the package pocketsphinx, which brings its model: pip install 'pocketsphinx>=5.1.1'"
+)
+MODEL = "en-us"
+FRAME = 0.01  # [s] in which it counts
+SEARCH = "heard"  # what a decoder with a grammar calls it
+
+
+def decoder(**options: Any) -> Any:
+    """A decoder of American English with the given options of pocketsphinx. Raises Unavailable."""
+    sphinx = _package()
+    common = {"lm": None, "loglevel": "FATAL"}
+    try:
+        return sphinx.Decoder(**(common | options))
+    except (RuntimeError, ValueError, OSError) as trouble:
+        raise Unavailable(f"pocketsphinx does not start ({trouble}). {MISSING}") from None
+
+
+def grammar_decoder(jsgf: str, **options: Any) -> Any:
+    """A decoder that hears sentences of the grammar, which may use PHONE_WORD. Raises Unavailable."""
+    made = decoder(**options)
+    phones = phones_of(read_dictionary(_file("cmudict-en-us.dict")))
+    also = {word: sounds for spec in VOCABULARY for word, sounds in spec.pronunciations.items()}
+    for word, sounds in also.items():
+        made.add_word(f"{word}(2)", sounds, False)
+    for phone in phones:
+        made.add_word(PHONE_WORD.format(phone.lower()), phone, phone == phones[-1])
+    listen_for(made, SEARCH, jsgf)
+    return made
+
+
+def listen_for(decoder: Any, search: str, jsgf: str) -> None:
+    """Make a decoder hear sentences of the grammar; `search` is its name there, which may exist already."""
+    chains = automaton(jsgf)
+    arcs = [(arc.source, arc.target, math.exp(arc.nats), *([arc.word] if arc.word else [])) for arc in chains.arcs]
+    decoder.add_fsg(search, decoder.create_fsg(search, chains.start, chains.final, arcs))
+    decoder.activate_search(search)
+
+
+def take_in(decoder: Any, samples: Array, *, whole: bool = False) -> None:
+    """Samples (N,) into a decoder's utterance; `whole`: they are all of it. The package itself breaks at N = 0."""
+    if len(samples):
+        decoder.process_raw(pcm(samples), full_utt=whole)
+
+
+@cache
+def garbage_words(count: int, resembling: int) -> tuple[str, ...]:
+    """The phones as words, and the most common words: `count` that no command's word can be mistaken for, and
+    `resembling` that one can.
+    """
+    sphinx = _package()
+    dictionary = read_dictionary(_file("cmudict-en-us.dict"))
+    any_decoder = decoder()
+    model = sphinx.NGramModel(any_decoder.config, any_decoder.logmath, str(_file("en-us.lm.bin")))
+    phones = tuple(PHONE_WORD.format(phone.lower()) for phone in phones_of(dictionary))
+    return phones + choose(dictionary, lambda word: model.prob([word]), count, resembling)
+
+
+def _package() -> Any:
+    """The package; its sound-card part, which wants PortAudio, is never touched. Raises Unavailable."""
+    try:
+        return import_module("pocketsphinx")
+    except (ImportError, OSError):
+        raise Unavailable(MISSING) from None
+
+
+def _file(name: str) -> Path:
+    """A file of the model. Raises Unavailable when the package came without."""
+    path = Path(_package().get_model_path(MODEL)) / name
+    if not path.is_file():
+        raise Unavailable(
+            f"pocketsphinx came without its model ({name}). Install its wheel: pip install -U pocketsphinx"
+        )
+    return path

@@ -1,0 +1,120 @@
+"""Spot STOP in running speech, before the sentence is over. One false alarm is better than one late stop.
+
+The threshold is so low that the start of the motors' hum would pass for it. But a hum stays as loud as it began, and
+a word becomes fainter between its sounds.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from core.message import Array
+from core.perception.sound.noise_reduction import without_noise
+from core.sensors.microphones import Sound, joined
+from core.speech.recognition.endpointing import SILENT, over_noise
+from core.speech.recognition.recognizer import WordHypothesis, checked
+from core.speech.settings import RATE, SpeechSettings
+from core.speech.sphinx.decoder import FRAME, decoder, take_in
+
+WORD = "stop"
+RENEWAL = 20.0  # [s] after which the spotter is restarted, so that it remembers no more than that
+LONGEST = 0.8  # [s] of the word; what is longer is the noise in which a decoder has just begun
+BLOCK = 0.05  # [s] over which loudness is computed
+LEAST_FALL = 4.5  # [dB] below what was loudest until then, that a word falls: STOP 6 and more, a hum 3 and less
+AFTER = 0.25  # [s] behind the word in which it may fall: its end is found early
+GAP = 0.02  # [s] missing between two pieces of sound, beyond which spotting starts again
+
+
+class KeywordSpotter:
+    """Spots one word in all sound, apart from any grammar, before the sound has ended."""
+
+    def __init__(self, settings: SpeechSettings | None = None) -> None:
+        """Raises Unavailable when pocketsphinx is not installed."""
+        chosen = settings or SpeechSettings()
+        self._decoder = decoder(keyphrase=WORD, kws_threshold=chosen.stop_threshold, kws_delay=chosen.stop_delay)
+        self._decoder.start_utt()
+        self._start = 0.0
+        self._heard = 0
+        self._newest: Sound | None = None  # as much of it as a word lasts
+
+    def feed(self, sound: Sound) -> tuple[WordHypothesis, ...]:
+        """The next piece of sound → STOP, if it was in there. Raises BadInput."""
+        samples = checked(sound)
+        if abs(sound.stamp - self._now) > GAP:
+            self._renew(sound.stamp)
+        take_in(self._decoder, samples)
+        self._heard += len(samples)
+        self._newest = newest = joined(self._newest, sound, LONGEST + AFTER) or sound
+        words = spotted(self._decoder, self._start)
+        found = tuple(one for one in words if not hums(one, newest))
+        undecided = not found and any(self._now - one.end < AFTER for one in words)
+        if (self._decoder.hyp() is not None and not undecided) or self._heard > RENEWAL * RATE:
+            self._renew(self._now)
+        return found
+
+    @property
+    def _now(self) -> float:
+        return self._start + self._heard / RATE
+
+    def _renew(self, now: float) -> None:
+        self._decoder.end_utt()
+        self._decoder.start_utt()
+        self._start, self._heard = now, 0
+
+
+def spotted(decoder: Any, start: float) -> tuple[WordHypothesis, ...]:
+    """Return the word that a decoder spotted in sound from `start` [s] on: STOP, or nothing as short as that."""
+    found = list(decoder.seg() or ()) if decoder.hyp() is not None else []
+    if not found or FRAME * (found[-1].end_frame + 1 - found[-1].start_frame) > LONGEST:
+        return ()
+    begin, end = (start + FRAME * frame for frame in (found[-1].start_frame, found[-1].end_frame + 1))
+    return (WordHypothesis(words=WORD, begin=begin, end=end, final=False),)
+
+
+def hums(word: WordHypothesis, sound: Sound) -> bool:
+    """Return whether a spotted "word", in the first channel of the sound, is too steady to be a word."""
+    return fall(sound.part(word.begin, word.end + AFTER).samples[:, 0], sound.rate) < LEAST_FALL
+
+
+def fall(samples: Array, rate: int) -> float:
+    """Samples (N,) → by how much [dB] they become fainter, at most, than they had been; 0 where they only rise."""
+    size = round(BLOCK * rate)
+    blocks = samples[: len(samples) // size * size].reshape(-1, size)
+    if not len(blocks):
+        return 0.0
+    level = 10 * np.log10(np.mean(blocks**2, axis=1) + SILENT)
+    return float(np.max(np.maximum.accumulate(level) - level))
+
+
+LONGEST_UNDER_WAY = 3.0  # [s] of an utterance under way that is still listened to: STOP is a short one
+UNSURE = 0.15  # [s] before the first voiced moment that are not taken for noise: the voice may begin there
+
+
+class BeamformedStop:
+    """Listens to the beam of an utterance under way, again with every piece of sound, and reports STOP once."""
+
+    def __init__(self, settings: SpeechSettings) -> None:
+        """Raises Unavailable when pocketsphinx is not installed."""
+        self._ratio = 10 ** (settings.covered_ratio / 10)
+        self._decoder = decoder(keyphrase=WORD, kws_threshold=settings.stop_in_noise, kws_delay=settings.stop_delay)
+        self._reported: float | None = None  # [s] first voiced moment of the utterance whose STOP was reported
+
+    def wants(self, since: float, now: float) -> bool:
+        """Return whether an utterance that began at `since` [s] may still hold an unreported STOP."""
+        return since != self._reported and now - since <= LONGEST_UNDER_WAY
+
+    def find(self, beam: Sound, since: float) -> tuple[WordHypothesis, ...]:
+        """One channel from before the utterance up to now, first voiced at `since` [s] → STOP, if noise covers it."""
+        samples, before = beam.samples[:, 0], round((since - UNSURE - beam.stamp) * beam.rate)
+        if before <= 0 or over_noise(samples[before:], samples[:before]) > self._ratio:
+            return ()
+        self._decoder.start_utt()
+        take_in(self._decoder, without_noise(samples, beam.rate, before), whole=True)
+        self._decoder.end_utt()
+        found = spotted(self._decoder, beam.stamp)
+        if not found or hums(found[0], beam):
+            return ()
+        self._reported = since
+        return found

@@ -1,0 +1,180 @@
+"""The default engine: pocketsphinx (hidden Markov models, as in the paper), asked more than once.
+
+The same sound is read twice, as a command and as anything else, and both scores are compared: a command may fit a
+little worse, because voices differ, but no word of it much worse. One grammar that holds both would not do: the
+decoder drops what is behind for a moment, and with it half of the commands of an unusual voice.
+What remains is read again from the sound with its noise and at other speeds. Another command, read there, is a doubt;
+other numbers are put to the vote, and so is a sentence that was rejected just before. A command of a single
+word, which a breath may resemble, has to fit better than anything else every time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from math import inf
+from typing import Any
+
+from scipy.signal import resample_poly
+
+from core.commands import needs_confirmation
+from core.message import Array
+from core.perception.sound.noise_reduction import without_noise
+from core.speech.recognition.endpointing import over_noise, voiced
+from core.speech.recognition.recognizer import Utterance, WordHypothesis
+from core.speech.settings import RATE, SpeechSettings
+from core.speech.sphinx.decoded_path import DecodedPath, decoded
+from core.speech.sphinx.decoder import garbage_words, grammar_decoder
+from core.speech.sphinx.garbage_model import grammar
+from core.speech.sphinx.jsgf import plain_grammar
+from core.speech.sphinx.leftover_speech import left_over
+from core.speech.sphinx.likelihood_ratio import holds
+from core.speech.sphinx.rescoring import Words, nearest_others, vote
+from core.speech.understanding.grammar import Refusal, understand
+
+LEAST_BEFORE = 0.15  # [s] of noise before the speech that are left out of learning it: the speech may begin there
+MOST_LEFT = 0.12  # [s] of speech outside the words, which may be the end of a consonant
+BESIDE = 0.25  # [s] before and behind the voice, that are read with it
+LONGEST_PAUSE = 0.7  # [s] within a sentence
+VOTERS = 2  # views in which sentences are weighed: a third costs time and changes little
+INSTEAD = 2  # other sentences that are weighed against a rejected one
+SPEEDS = ((20, 19), (10, 9), (18, 19))
+"""At how much slower or faster speeds it is read again: like a deeper or a higher voice."""
+
+Meaning = tuple[str, tuple[object, ...]]  # a command and its numbers
+
+
+class Sphinx:
+    """Sentences of the grammar, or none."""
+
+    def __init__(self, settings: SpeechSettings | None = None) -> None:
+        """Makes its decoders, in about a second. Raises Unavailable when pocketsphinx is not installed."""
+        self._settings = chosen = settings or SpeechSettings()
+        options = options_of(chosen)
+        # For comparison the scores of both grammars must count from the same best model of every frame: from that of
+        # all models, where else only those are evaluated that a grammar is about to use.
+        fair = options | {"compallsen": True}
+        words = garbage_words(chosen.garbage_words, chosen.resembling_words)
+        self._commands = grammar_decoder(plain_grammar(), **fair)
+        self._others = grammar_decoder(grammar(words, chosen.competing_price), **fair)
+        self._quick = grammar_decoder(plain_grammar(), **options)  # where only the words count
+
+    def read(self, utterance: Utterance) -> WordHypothesis:
+        """A sentence of the grammar; no words where other speech fits better; a doubt where it is not sure."""
+        views, offset = views_of(utterance, self._settings.clear_ratio)
+        said = decoded(self._commands, views[0])
+        heard = partial(WordHypothesis, begin=utterance.begin, end=utterance.end)
+        if not said.words:
+            return heard(words="")
+        other = decoded(self._others, views[0])
+        if not holds(said, other, self._settings):
+            return heard(words="", score=said.fit)
+        doubt = _doubt(utterance, offset, said)
+        best, lead = (said, inf) if doubt else self._settled(said, views, utterance.rejected)
+        if not doubt and lead < self._settings.least_lead:
+            doubt = "I am not sure that I heard every word right."
+        uncertain = not doubt and lead < inf
+        return heard(words=" ".join(best.words), score=best.fit, doubt=doubt, uncertain=uncertain)
+
+    def _faster_and_slower(self, samples: Array) -> Iterator[Array]:
+        """The samples (N,) as deeper and higher voices would say them."""
+        for up, down in SPEEDS[: self._settings.opinions]:
+            yield resample_poly(samples, up, down)
+
+    def _settled(self, said: DecodedPath, views: list[Array], rejected: tuple[str, ...]) -> tuple[DecodedPath, float]:
+        """Choose the sentence that explains all views best, at other speeds too, and say how far [nats] it is ahead
+        of the same command with other numbers: ∞ where all agree, -∞ where not even the command is sure. `said` is
+        what was read from the first view; sentences `rejected` are less likely.
+        """
+        views = [*views, *self._faster_and_slower(views[0])]
+        if len(said.words) == 1:
+            return said, inf if all(self._stands(said, view) for view in views[1:]) else -inf
+        before = {_meaning(tuple(sentence.split())) for sentence in rejected}
+        held = _meaning(said.words) in before
+        if held and (others := nearest_others(self._quick, said.words, views[0], INSTEAD)):
+            return self._elected(said, [said.words, *others], views, before)
+        for view in views[1:]:
+            read = decoded(self._quick, view).words
+            if _meaning(read)[0] != _meaning(said.words)[0]:
+                return said, -inf
+            if _meaning(read) != _meaning(said.words):
+                return self._elected(said, [said.words, read], views, before)
+        return said, inf if self._is_sure(said, views) else self._settings.least_lead
+
+    def _elected(
+        self, said: DecodedPath, sentences: list[Words], views: list[Array], before: set[Meaning]
+    ) -> tuple[DecodedPath, float]:
+        """The sentence that the first views together take for what was said, and how far [nats] it is ahead."""
+        unlikely = [words for words in sentences if _meaning(words) in before]
+        first, *more = vote(self._quick, sentences, views[:VOTERS], unlikely)
+        lead = first.fit - more[0].fit if more else self._settings.least_lead
+        return said if first.path.words == said.words else first.path, lead
+
+    def _is_sure(self, said: DecodedPath, views: list[Array]) -> bool:
+        """Return whether no other digit fits nearly as well; not checked for commands that are delayed anyway."""
+        command = understand(" ".join(said.words))
+        if isinstance(command, Refusal) or needs_confirmation(command):
+            return True
+        others = nearest_others(self._quick, said.words, views[0])
+        if not others:
+            return True
+        first, second = vote(self._quick, [said.words, *others], views)
+        return first.path.words == said.words and first.fit - second.fit > self._settings.sure_lead
+
+    def _stands(self, said: DecodedPath, view: Array) -> bool:
+        """Return whether a single word is also read from another view of the sound, and is accepted there."""
+        again = decoded(self._commands, view)
+        return again.words == said.words and holds(again, decoded(self._others, view), self._settings)
+
+
+def _doubt(utterance: Utterance, offset: float, said: DecodedPath) -> str:
+    """The reason why the words are not a command, whichever numbers they have; "" for no reason."""
+    if utterance.cut:
+        return "That was longer than any command."
+    if left_over(utterance, said.spans, offset) > MOST_LEFT:
+        return "More was said than a command."
+    if said.longest_pause > LONGEST_PAUSE:
+        return "There was a long pause within the sentence."
+    return ""
+
+
+def _meaning(words: Words) -> Meaning:
+    """The command that the words are, and its numbers, "meter" or "meters"; the words, where they are none."""
+    read = understand(" ".join(words))
+    return (" ".join(words), ()) if isinstance(read, Refusal) else (read.name, tuple(read.numbers.items()))
+
+
+def options_of(settings: SpeechSettings) -> dict[str, Any]:
+    """Translate the settings into options of pocketsphinx."""
+    return {
+        "bestpath": False,
+        "wip": settings.insertion,
+        "silprob": settings.silence,
+        "topn": settings.gaussians,
+        "maxhmmpf": settings.most_models,
+        "cmn": "batch",
+    }
+
+
+def views_of(utterance: Utterance, clear_ratio: float) -> tuple[list[Array], float]:
+    """The utterance's sound, as it is read first and as it may be read too; and when [s] they begin in it.
+
+    In noise, voice less than `clear_ratio` [dB] over it, they are the sound without that noise and the sound as it
+    is, else only that.
+    """
+    samples, before = utterance.samples, len(utterance.before) - round(LEAST_BEFORE * RATE)
+    noisy = over_noise(samples, samples[: max(before, 0)]) < 10 ** (clear_ratio / 10)
+    views = [without_noise(samples, RATE, before), samples] if noisy else [samples]
+    first, last = _around_voice(views[0])
+    return [view[first:last] for view in views], first / RATE
+
+
+def _around_voice(samples: Array) -> tuple[int, int]:
+    """Samples (N,) → from where to where the voice and a little around it reach.
+
+    Far voices in the pauses before and behind would be heard as words.
+    """
+    begin, end = voiced(samples)
+    if begin >= end:
+        return 0, len(samples)
+    return max(round((begin - BESIDE) * RATE), 0), min(round((end + BESIDE) * RATE), len(samples))

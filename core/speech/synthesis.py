@@ -1,0 +1,168 @@
+"""Text to speech: the robot's voice, and the voices of simulated people.
+
+espeak-ng speaks, either its library from the package espeakng-loader (the extra `voice`) or the system's program. It
+is under the GPL, so Beckon neither carries nor needs it: without it there is a sentence instead of a voice.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import struct
+import subprocess
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from core.errors import BadInput, Unavailable
+from core.sensors.microphones import Sound
+
+VOICES = ("en-us", "en-us+m3", "en-us+f2", "en-us+m7", "en-us+f4", "en-us+f5", "en-gb", "en-gb-scotland")
+PERSONS_VOICE = "en-us+f5"  # of simulated people: not the robot's own, and the one that is understood best
+LONGEST = 500  # characters of a text
+PATIENCE = 10.0  # [s] for the program
+NO_VOICE = (
+    "Text cannot be spoken here: install the extra voice (pip install 'beckon[voice]') "
+    "or the program espeak-ng (Debian: apt install espeak-ng)."
+)
+
+SYNCHRONOUS, NO_EXIT = 2, 0x8000  # of espeak_Initialize
+BY_CHARACTER, UTF_8 = 1, 1  # of espeak_Synth
+SPEED, PITCH = 1, 3  # of espeak_SetParameter
+
+
+@dataclass(frozen=True)
+class VoiceSettings:
+    """Settings of the robot's voice."""
+
+    voice: str = "en-us"  # one of VOICES
+    speed: int = 150  # [words/min]
+    pitch: int = 50  # 0..99
+
+    def __post_init__(self) -> None:
+        if self.voice not in VOICES:
+            raise BadInput(f"voice must be one of {', '.join(VOICES)}.")
+        if not 80 <= self.speed <= 400 or not 0 <= self.pitch <= 99:
+            raise BadInput("speed must lie between 80 and 400 words a minute, pitch between 0 and 99.")
+
+
+Speaker = Callable[[str, VoiceSettings], Sound]
+"""Text → sound with its own rate, one channel. Raises Unavailable when it cannot speak here."""
+
+
+def speak(text: str, settings: VoiceSettings | None = None, speakers: Sequence[Speaker] | None = None) -> Sound:
+    """A text → how it sounds. `speakers` are tried in turn: the library, then the program.
+
+    As with people, the same words said again differ by some samples: espeak-ng's pitch flutters on from text to text.
+
+    Raises BadInput for a text that cannot be spoken, and Unavailable with a sentence when nothing here speaks.
+    """
+    plain = " ".join("".join(letter if letter.isprintable() else " " for letter in text).split())
+    if not any(letter.isalnum() for letter in plain):
+        raise BadInput("There is nothing to say in that text.")
+    if len(plain) > LONGEST:
+        raise BadInput(f"Say at most {LONGEST} characters at once.")
+    for speaker in (by_library, by_program) if speakers is None else speakers:
+        try:
+            sound = speaker(plain, settings or VoiceSettings())
+        except Unavailable:
+            continue
+        if len(sound.samples):
+            return sound
+    raise Unavailable(NO_VOICE)
+
+
+def pcm(sound: Sound) -> bytes:
+    """A sound's first channel → 16-bit samples, little endian."""
+    return np.clip(np.round(sound.samples[:, 0] * 32768), -32768, 32767).astype("<i2").tobytes()
+
+
+def can_speak() -> bool:
+    """Return whether this machine can speak text."""
+    return _library() is not None or shutil.which("espeak-ng") is not None
+
+
+def by_library(text: str, settings: VoiceSettings) -> Sound:
+    """The library of the package espeakng-loader, in this process: some milliseconds for a sentence."""
+    library = _library()
+    if library is None:
+        raise Unavailable(NO_VOICE)
+    return library.speak(text, settings)
+
+
+def by_program(text: str, settings: VoiceSettings) -> Sound:
+    """The system's program espeak-ng."""
+    program = shutil.which("espeak-ng")
+    if program is None:
+        raise Unavailable(NO_VOICE)
+    chosen = ["-v", settings.voice, "-s", str(settings.speed), "-p", str(settings.pitch)]
+    try:
+        done = subprocess.run(
+            [program, "--stdin", "--stdout", *chosen], input=text.encode(), capture_output=True, timeout=PATIENCE
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        raise Unavailable("The program espeak-ng does not answer.") from None
+    begin = done.stdout.find(b"data")
+    if done.returncode or begin < 28:
+        raise Unavailable("The program espeak-ng could not speak this text.")
+    (rate,) = struct.unpack_from("<I", done.stdout, 24)
+    body = done.stdout[begin + 8 :]
+    return _sound(np.frombuffer(body[: len(body) // 2 * 2], "<i2"), rate)
+
+
+class SpeechLibrary:
+    """espeak-ng in this process. It speaks one text at a time."""
+
+    def __init__(self, path: str, data: str) -> None:
+        """Raises OSError when it cannot be loaded."""
+        self._calls: Any = ctypes.CDLL(path)
+        self._turn = threading.Lock()
+        self._pieces: list[bytes] = []
+        kind = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p)
+        self._callback = kind(self._take)  # kept: the library calls it as long as it lives
+        self.rate = int(self._calls.espeak_Initialize(SYNCHRONOUS, 0, data.encode(), NO_EXIT))
+        if self.rate <= 0:
+            raise OSError("espeak-ng found no data")
+        self._calls.espeak_SetSynthCallback(self._callback)
+
+    def _take(self, samples: int | None, count: int, _events: int | None) -> int:
+        if samples and count > 0:
+            self._pieces.append(ctypes.string_at(samples, 2 * count))
+        return 0
+
+    def speak(self, text: str, settings: VoiceSettings) -> Sound:
+        """A text → its sound. Raises Unavailable when the library refuses."""
+        raw = text.encode()
+        with self._turn:
+            self._pieces.clear()
+            self._calls.espeak_SetVoiceByName(settings.voice.encode())
+            self._calls.espeak_SetParameter(SPEED, settings.speed, 0)
+            self._calls.espeak_SetParameter(PITCH, settings.pitch, 0)
+            trouble = self._calls.espeak_Synth(
+                raw, ctypes.c_size_t(len(raw) + 1), 0, BY_CHARACTER, 0, UTF_8, None, None
+            )
+            whole = b"".join(self._pieces)
+        if trouble:
+            raise Unavailable("The library espeak-ng could not speak this text.")
+        return _sound(np.frombuffer(whole, np.int16), self.rate)
+
+
+@cache
+def _library() -> SpeechLibrary | None:
+    try:
+        loader = import_module("espeakng_loader")
+    except ImportError:
+        return None
+    try:
+        return SpeechLibrary(str(loader.get_library_path()), str(loader.get_data_path()))
+    except (OSError, RuntimeError):
+        return None
+
+
+def _sound(whole: np.ndarray[Any, np.dtype[np.int16]], rate: int) -> Sound:
+    return Sound(stamp=0.0, rate=rate, samples=whole[:, None] / 32768)

@@ -1,0 +1,1 @@
+"""Transcription: a stream of sound to words."""

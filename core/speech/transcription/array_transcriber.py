@@ -1,0 +1,131 @@
+"""Words out of an array: one microphone finds the utterances, all of them together give the words.
+
+Every utterance is located and read from the beam towards its voice. In noise and in rooms that is what keeps numbers
+apart; `tests.benchmarks.words` shows by how much.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import replace
+
+import numpy as np
+
+from core.commands.stop_moving import STOP_MOVING
+from core.errors import BadInput
+from core.message import Array
+from core.perception.sound.beamforming import How, towards_voice
+from core.perception.sound.locate import locate
+from core.perception.sound.settings import DirectionFindingSettings
+from core.sensors.microphones import MicrophoneArray, Sound
+from core.speech.recognition.engines import open_engine
+from core.speech.recognition.recognizer import Engine, Utterance, WordHypothesis
+from core.speech.recognition.rejected_commands import RejectedCommands
+from core.speech.settings import RATE, SpeechSettings
+from core.speech.sphinx.keyword_spotting import BeamformedStop
+from core.speech.transcription.transcriber import Transcriber
+
+GAP = 0.02  # [s] missing between two pieces of sound, beyond which what was before is forgotten
+SHORT = 1.5  # [s] of a sentence of two or three words
+BEFORE = 0.1  # [s] before an utterance's first voiced frame, that may already belong to it
+
+
+class ArrayTranscriber:
+    """The recognizer for sound of several microphones; its sound has all channels and 16 kHz."""
+
+    def __init__(
+        self,
+        array: MicrophoneArray,
+        settings: SpeechSettings | None = None,
+        hearing: DirectionFindingSettings | None = None,
+        *,
+        engine: Engine | None = None,
+        how: How = "mvdr",
+        rejected: RejectedCommands | None = None,
+    ) -> None:
+        """Raises Unavailable when the engine is not there."""
+        chosen = settings or SpeechSettings()
+        remembered = chosen.longest + 3 * chosen.pre_roll + chosen.hangover
+        inner = engine or open_engine(chosen)
+        self._beamed = _Beamed(inner, array, hearing or DirectionFindingSettings(), how, remembered)
+        self._array, self._pre_roll = array, chosen.pre_roll
+        self._one = Transcriber(chosen, engine=self._beamed, rejected=rejected)
+        self._stop_in_noise = BeamformedStop(chosen)
+
+    def feed(self, sound: Sound) -> tuple[WordHypothesis, ...]:
+        """The next piece of sound → STOP at once, and the sentences that ended in it. Raises BadInput."""
+        samples = self._array.heard(sound)
+        if sound.rate != RATE:
+            raise BadInput(f"Words from an array need sound at {RATE} Hz; this has {sound.rate} Hz.")
+        self._beamed.remember(sound)
+        words = self._one.feed(Sound(stamp=sound.stamp, rate=RATE, samples=samples[:, :1]))
+        return (*words, *self._spotted(sound.stamp + sound.duration))
+
+    def _spotted(self, now: float) -> tuple[WordHypothesis, ...]:
+        """STOP in the utterance under way, where one microphone may not have heard it."""
+        since = self._one.speaking_since
+        if since is None or not self._stop_in_noise.wants(since, now):
+            return ()
+        beam = self._beamed.beam(since - self._pre_roll, now, since - BEFORE)
+        return () if beam is None else self._stop_in_noise.find(beam, since)
+
+    def finish(self) -> tuple[WordHypothesis, ...]:
+        """The sound ends here → the sentence that was under way."""
+        return self._one.finish()
+
+
+class _Beamed:
+    """An engine that reads what the array hears of an utterance."""
+
+    def __init__(
+        self, engine: Engine, array: MicrophoneArray, hearing: DirectionFindingSettings, how: How, remembered: float
+    ) -> None:
+        self._engine, self._array, self._hearing = engine, array, hearing
+        self._how: How = how
+        self._remembered = remembered  # [s]
+        self._pieces: deque[Sound] = deque()
+
+    def remember(self, sound: Sound) -> None:
+        """Keep a piece of sound of all channels."""
+        if self._pieces:
+            last = self._pieces[-1]
+            if abs(last.stamp + last.duration - sound.stamp) > GAP or last.channels != sound.channels:
+                self._pieces.clear()
+        self._pieces.append(sound)
+        while self._pieces[0].stamp + self._pieces[0].duration < sound.stamp - self._remembered:
+            self._pieces.popleft()
+
+    def read(self, utterance: Utterance) -> WordHypothesis:
+        """Recognize the words in the beam towards the voice; in one microphone when no direction is found.
+
+        A short sentence that is not understood is read again from the plain beam: against noise the other one is
+        better, but it errs elsewhere in the echoes of a wall. Of single words only STOP is read there: another one
+        has to be understood every time.
+        """
+        begin, end = utterance.sound.stamp, utterance.sound.stamp + utterance.sound.duration
+        since = utterance.begin - BEFORE
+        whole, towards = self._located(begin, end, since)
+        if towards is None:
+            return self._engine.read(utterance)
+        beam = towards_voice(whole, self._array, towards, since, self._how)
+        heard = self._engine.read(replace(utterance, sound=beam))
+        if heard.words or self._how != "mvdr" or utterance.end - utterance.begin > SHORT:
+            return heard
+        plain = towards_voice(whole, self._array, towards, since, "delay-and-sum")
+        if np.array_equal(plain.samples, beam.samples):  # too little noise was known to beam against
+            return heard
+        again = self._engine.read(replace(utterance, sound=plain))
+        return heard if " " not in again.words and again.words not in STOP_MOVING.words else again
+
+    def beam(self, begin: float, end: float, since: float) -> Sound | None:
+        """The sound from the voice's direction between two moments [s]; before `since` [s] there is only noise."""
+        whole, towards = self._located(begin, end, since)
+        return None if towards is None else towards_voice(whole, self._array, towards, since, self._how)
+
+    def _located(self, begin: float, end: float, since: float) -> tuple[Sound, Array | None]:
+        """All channels between two moments [s], and the direction of the voice (3,); None when unknown."""
+        within = [one for one in self._pieces if one.stamp < end and one.stamp + one.duration > begin]
+        samples = np.concatenate([one.samples for one in within])
+        whole = Sound(stamp=within[0].stamp, rate=RATE, samples=samples).part(begin, end)
+        direction = locate(whole, self._array, speech_from=since, settings=self._hearing)
+        return whole, None if direction is None else direction.towards

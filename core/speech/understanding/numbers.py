@@ -1,0 +1,63 @@
+"""Numbers as people say and type them: "two point five", "minus one", "one hundred", "1.5", ".5", "-1".
+
+Only whole, unmistakable numbers: no homophones ("to", "for", "oh"), no foreign digits, no exponents, no commas.
+"""
+
+from __future__ import annotations
+
+import re
+
+DIGITS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
+TEENS = (
+    "ten",
+    "eleven",
+    "twelve",
+    "thirteen",
+    "fourteen",
+    "fifteen",
+    "sixteen",
+    "seventeen",
+    "eighteen",
+    "nineteen",
+)
+TENS = ("twenty", "thirty", "forty", "fifty", "sixty", "seventy", "eighty", "ninety")
+
+VALUES = {word: value for value, word in enumerate(DIGITS + TEENS)} | {
+    word: 10 * (place + 2) for place, word in enumerate(TENS)
+}
+
+_DIGIT = "(?:" + "|".join(DIGITS) + ")"
+_ONE_TO_NINE = "(?:" + "|".join(DIGITS[1:]) + ")"
+_BELOW_100 = f"(?:(?:{'|'.join(TENS)})(?:[ -]{_ONE_TO_NINE})?|{'|'.join(TEENS)}|{_DIGIT})"
+_WHOLE = f"(?:{_ONE_TO_NINE} hundred(?: {_BELOW_100})?|{_BELOW_100})"
+_SPOKEN = f"(?:{_WHOLE}(?: point(?: {_DIGIT})+)?|point(?: {_DIGIT})+)"
+_TYPED = r"(?:[0-9]{1,9}(?:\.[0-9]{1,9})?|\.[0-9]{1,9})"
+
+NUMBER = f"(?:minus (?:{_TYPED}|{_SPOKEN})|-?{_TYPED}|{_SPOKEN})"
+"""Regular expression of one number, for lower-case text with single spaces."""
+
+
+def read_number(words: str) -> float:
+    """Convert text that matched NUMBER to its value. "minus two point five" → -2.5."""
+    positive = re.sub("^(?:minus |-)", "", words)
+    sign = -1.0 if positive != words else 1.0
+    size = float(positive) if re.fullmatch(_TYPED, positive) else _read_spoken(positive)
+    return sign * size if size else 0.0
+
+
+def write_number(value: float) -> str:
+    """Value → the shortest digits that NUMBER reads back: 1.5 → "1.5", 2.0 → "2"."""
+    text = f"{value:.9f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text
+
+
+def _read_spoken(words: str) -> float:
+    whole, _, decimals = words.partition("point")
+    value = 0
+    for word in re.split("[ -]", whole.strip()):
+        if word == "hundred":
+            value *= 100
+        elif word:
+            value += VALUES[word]
+    fraction = "".join(str(VALUES[word]) for word in decimals.split())
+    return float(f"{value}.{fraction or 0}")

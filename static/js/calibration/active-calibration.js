@@ -1,0 +1,38 @@
+// Sentences about the active calibration of the camera and of the laser mount.
+
+import { age, fixed } from "../ui/format.js";
+
+/** @typedef {import("./types.js").Kind} Kind */
+
+const SAVING_S = 30; // that saving a calibration may take
+
+/**
+ * @param {Kind} kind
+ * @param {Record<string, any>} report
+ */
+export function inWords(kind, report) {
+  const when = typeof report["accepted_s"] === "number" ? `, ${since(report["accepted_s"])}` : "";
+  if (kind === "laser") return `In use: ${report["laser_offset_words"] ?? "a calibrated mount"}${when}`;
+  const p95 = report["uncertainty"]?.p95_px ?? report["p95_uncertainty_px"];
+  const sure = typeof p95 === "number" ? `, 95 % of the picture known to ±${fixed(p95, 2)} px` : "";
+  const focal = typeof report["fx"] === "number" ? `focal length ${fixed(report["fx"], 1)} px` : "a calibrated camera";
+  return `In use: ${focal}${sure}${when}.`;
+}
+
+/**
+ * What became of a session, in words.
+ * @param {import("./types.js").Row} row
+ * @param {Record<string, any> | null | undefined} used the calibration of its kind that is in use; undefined: not known
+ */
+export function standing({ accepted, accepted_s, ready }, used) {
+  if (!accepted) return ready ? "good enough, not yet accepted" : "not finished";
+  if (used === undefined || accepted_s === null) return "accepted";
+  const later = used === null ? Infinity : accepted_s - used["accepted_s"]; // a session is marked right after it is used
+  return later > -1 && later < SAVING_S ? "in use" : `was in use, accepted ${since(accepted_s)}`;
+}
+
+/** @param {number} at Unix time [s] */
+export function since(at) {
+  const seconds = Date.now() / 1000 - at;
+  return seconds < 60 ? "just now" : seconds < 86400 ? `${age(seconds)} ago` : new Date(at * 1000).toLocaleDateString();
+}

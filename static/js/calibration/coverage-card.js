@@ -1,0 +1,114 @@
+// Element <known-card>: coverage of the picture, projection uncertainty, and four measures of variety.
+
+import { make, mark, write } from "../ui/element.js";
+import { fixed } from "../ui/format.js";
+import { heatPicture, heatWords, SPAN } from "./uncertainty-map.js";
+
+/** @typedef {import("./types.js").Calibration} Calibration */
+/** @typedef {import("./types.js").Uncertainty} Uncertainty */
+
+const ENOUGH = 12; // corners in a cell until it is drawn full
+
+const NOWHERE = Array.from({ length: 6 }, () => Array.from({ length: 8 }, () => 0));
+
+const BARS = /** @type {const} */ ([
+  ["x", "Left to right"],
+  ["y", "Top to bottom"],
+  ["size", "Near and far"],
+  ["skew", "Tilted"],
+]);
+
+export class KnownCard extends HTMLElement {
+  #cells = make("div", { class: "cells", role: "img" });
+  #heat = make("canvas", { class: "heat", role: "img" });
+  #waits = make("p", { class: "heat-waits note" }, "after 4 views");
+  #legend = make("p", { class: "heat-legend note" }, make("span"), make("span", { class: "heat-ramp" }), make("span"));
+  #words = make("p", { class: "note heat-words" });
+  #bars = BARS.map(([key, name]) => ({ key, ...bar(name) }));
+  #drawn = "";
+
+  connectedCallback() {
+    if (this.children.length) return;
+    this.classList.add("card");
+    this.append(
+      make("h2", { class: "card-title visually-hidden" }, "What the views cover"),
+      make(
+        "div",
+        { class: "tiles" },
+        make("figure", {}, this.#cells, make("figcaption", {}, "Seen")),
+        make("figure", {}, make("div", { class: "heat-box" }, this.#heat, this.#waits), make("figcaption", {}, "Sure")),
+      ),
+      this.#legend,
+      this.#words,
+      make("div", { class: "four-bars" }, ...this.#bars.map(({ row }) => row)),
+    );
+  }
+
+  /** @param {Calibration} calibration */
+  show({ progress, uncertainty, size }) {
+    const drawn = JSON.stringify([progress.cells, progress.bars, progress.p95_px, uncertainty?.sd_px[0], size]);
+    if (drawn === this.#drawn) return;
+    this.#drawn = drawn;
+    const shape = size ? `${size[0]} / ${size[1]}` : "4 / 3";
+    this.#cells.style.aspectRatio = this.#heat.style.aspectRatio = shape;
+    this.#showCells(progress.cells ?? NOWHERE);
+    for (const { key, fill, meter } of this.#bars) {
+      const part = progress.bars?.[key] ?? 0;
+      fill.style.width = `${Math.round(100 * part)}%`;
+      mark(meter, "aria-valuenow", String(Math.round(100 * part)));
+      mark(meter, "data-full", part >= 1);
+    }
+    const target = progress.target_px ?? 0.5;
+    this.#waits.hidden = uncertainty !== null;
+    mark(this.#heat, "data-known", uncertainty !== null);
+    this.#legend.hidden = uncertainty === null;
+    write(/** @type {Element} */ (this.#legend.firstElementChild), `±${fixed(target * SPAN[0], 2)} px`);
+    write(/** @type {Element} */ (this.#legend.lastElementChild), `±${fixed(target * SPAN[1], 1)} px`);
+    write(this.#words, uncertainty ? `${heatWords(uncertainty, target)}.` : "");
+    if (uncertainty) paint(this.#heat, uncertainty, target);
+  }
+
+  /** @param {number[][]} cells */
+  #showCells(cells) {
+    const flat = cells.flat();
+    while (this.#cells.children.length < flat.length) this.#cells.append(make("span"));
+    flat.forEach((count, index) => {
+      const cell = /** @type {HTMLElement} */ (this.#cells.children[index]);
+      cell.style.opacity = count ? String(0.3 + 0.7 * Math.min(1, count / ENOUGH)) : "";
+      mark(cell, "data-seen", count > 0);
+    });
+    const seen = flat.filter(Boolean).length;
+    mark(this.#cells, "aria-label", `The board was seen in ${seen} of ${flat.length} parts of the picture`);
+  }
+}
+
+/**
+ * @param {HTMLCanvasElement} canvas
+ * @param {Uncertainty} map
+ * @param {number} target [px]
+ */
+export function paint(canvas, map, target) {
+  const small = make("canvas");
+  [small.width, small.height] = [map.columns, map.rows];
+  small.getContext("2d")?.putImageData(heatPicture(map, target), 0, 0);
+  [canvas.width, canvas.height] = [map.columns * 16, map.rows * 16];
+  const brush = canvas.getContext("2d", { willReadFrequently: true });
+  if (!brush) return;
+  brush.imageSmoothingEnabled = true;
+  brush.imageSmoothingQuality = "high";
+  brush.drawImage(small, 0, 0, canvas.width, canvas.height);
+  mark(canvas, "aria-label", heatWords(map, target));
+}
+
+/** @param {string} name */
+function bar(name) {
+  const fill = make("span", { class: "meter-fill" });
+  const meter = make(
+    "div",
+    { class: "meter", role: "meter", "aria-label": name, "aria-valuemin": "0", "aria-valuemax": "100" },
+    fill,
+  );
+  return { fill, meter, row: make("div", { class: "meter-row" }, make("span", {}, name), meter) };
+}
+
+customElements.define("known-card", KnownCard);

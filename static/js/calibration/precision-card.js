@@ -1,0 +1,74 @@
+// Element <gains-card>: precision of the six directions of a camera mount, and advice for the weak ones.
+
+import { make, mark, write } from "../ui/element.js";
+import { DIRECTIONS } from "./figures.js";
+import { known } from "./progress.js";
+
+/** @typedef {import("./types.js").Calibration} Calibration */
+
+const WORDS = { known: "known", weak: "not quite", open: "open" };
+
+export class GainsCard extends HTMLElement {
+  #bars = Object.entries(DIRECTIONS).map(([key, [name, says]]) => ({ key, ...bar(name, says) }));
+  #weak = make("ul", { class: "weak" });
+  #offset = make("p", { class: "laser-offset" });
+
+  connectedCallback() {
+    if (this.children.length) return;
+    this.classList.add("card");
+    this.append(
+      make("h2", { class: "card-title" }, "Six directions"),
+      make("div", { class: "precision" }, ...this.#bars.map(({ row }) => row)),
+      this.#offset,
+      this.#weak,
+    );
+  }
+
+  /** @param {Calibration} calibration */
+  show({ progress }) {
+    const [precision, weak, landing] = [progress.precision ?? {}, progress.weak ?? [], progress.laser_offset ?? ""];
+    for (const { key, row, meter, fill, word } of this.#bars) {
+      const gain = Math.max(0, precision[key] ?? 0);
+      fill.style.width = `${Math.round(100 * gain)}%`;
+      mark(meter, "aria-valuenow", String(Math.round(100 * gain)));
+      const measured = progress.from_ruler?.[key];
+      const state = measured ? "known" : known(gain, progress.known_from);
+      mark(meter, "data-full", state === "known");
+      mark(row, "data-known", state);
+      write(word, measured ?? WORDS[state]);
+    }
+    write(this.#offset, landing);
+    this.#offset.hidden = landing === "";
+    if ([...this.#weak.children].map((item) => item.textContent).join() === weak.join()) return;
+    this.#weak.replaceChildren(...weak.map((sentence) => make("li", {}, sentence)));
+  }
+}
+
+/**
+ * @param {string} name
+ * @param {string} says
+ */
+function bar(name, says) {
+  const fill = make("span", { class: "meter-fill" });
+  const meter = make(
+    "div",
+    {
+      class: "meter gain",
+      role: "meter",
+      "aria-label": `${name}: ${says}`,
+      "aria-valuemin": "0",
+      "aria-valuemax": "100",
+    },
+    fill,
+  );
+  const word = make("span", { class: "gain-word" });
+  const head = make("div", { class: "gain-head" }, make("span", { class: "gain-name" }, name), word);
+  return {
+    fill,
+    meter,
+    word,
+    row: make("div", { class: "gain-row", title: says }, head, meter, make("span", { class: "note" }, says)),
+  };
+}
+
+customElements.define("gains-card", GainsCard);

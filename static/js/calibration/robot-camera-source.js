@@ -1,0 +1,62 @@
+// Picture source: the newest decoded picture of the robot’s camera.
+
+/** @typedef {import("../net/session.js").Session} Session */
+/**
+ * @typedef {object} Frame a picture to be drawn
+ * @property {CanvasImageSource} image
+ * @property {number} width
+ * @property {number} height
+ * @property {string} key differs when the picture does
+ * @property {number | null} stamp_s that a verdict names it by
+ */
+
+const QUIET_MS = 2500;
+
+export class RobotCamera {
+  /** @type {Frame | null} */
+  frame = null;
+  #session;
+  #open = false;
+  #decoding = false;
+  #seenAt = -Infinity;
+
+  /** @param {Session} session */
+  constructor(session) {
+    this.#session = session;
+    session.on("picture", (picture) => void this.#take(picture));
+  }
+
+  open() {
+    this.#open = true;
+    this.#session.want(true);
+  }
+
+  close() {
+    this.#open = false;
+    this.#session.want(false);
+  }
+
+  /** @returns {string} why there is no fresh picture; "" when there is one */
+  get why() {
+    if (this.frame === null) return "Waiting for the robot's first picture…";
+    return performance.now() - this.#seenAt > QUIET_MS ? "No new pictures arrive from the robot." : "";
+  }
+
+  /** @param {import("../net/session.js").Picture} picture */
+  async #take(picture) {
+    if (this.#decoding || !this.#open) return;
+    this.#decoding = true;
+    try {
+      const image = await createImageBitmap(new Blob([picture.jpeg], { type: "image/jpeg" }));
+      const old = this.frame?.image;
+      const { width, height } = image;
+      this.frame = { image, width, height, key: `robot ${picture.stamp}`, stamp_s: picture.stamp };
+      if (old instanceof ImageBitmap) old.close();
+      this.#seenAt = performance.now();
+    } catch {
+      // a damaged picture: the next one comes in a moment
+    } finally {
+      this.#decoding = false;
+    }
+  }
+}

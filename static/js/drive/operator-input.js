@@ -1,0 +1,141 @@
+// Operator input: keys of the page and of the scene frame, the stick, and every event that must release them.
+
+import { remembered } from "../ui/local-storage.js";
+import { mayBegin } from "../ui/pending-command.js";
+import { Drive, PERIOD_MS } from "./drive.js";
+import { HeldKeys, intentionOf, scrolls, TALK, takesEnter, takesText } from "./keys.js";
+
+/** @typedef {import("../net/session.js").Session} Session */
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("./keys.js").Velocity} Velocity */
+
+export class OperatorInput {
+  #held = new HeldKeys();
+  #session;
+  #ahead = 0; // [ms] by which the console's monotonic clock is ahead of the page's
+  singleKeys = remembered("single-keys", "on") === "on";
+  /** @type {() => void} */
+  toWords = () => undefined;
+  /** @type {() => void} */
+  toHelp = () => undefined;
+  /** @type {(down: boolean) => void} */
+  toTalk = () => undefined;
+  /** @type {(id: number) => void} */
+  toBegin = () => undefined;
+
+  /** @param {Session} session */
+  constructor(session) {
+    this.#session = session;
+    this.drive = new Drive({
+      send: (frame) => session.drive(frame),
+      ask: () => void session.lease("acquire"),
+      draw: drawPress,
+      count: () => Math.round(this.#ahead + performance.now()),
+    });
+    setInterval(() => this.drive.tick(performance.now()), PERIOD_MS);
+    session.on("stopped", () => this.drive.trip("Stopped. Let go, then press again."));
+    session.on("lost", () => this.drive.trip("The link was lost. Let go, then press again."));
+    session.on("hello", ({ robot, clock_ms }) => {
+      this.#ahead = clock_ms - performance.now();
+      this.drive.limits = { speed: robot.max_speed_m_s, turnRate: robot.max_turn_rate_rad_s };
+    });
+    document.addEventListener("visibilitychange", () => document.visibilityState === "hidden" && this.letGo());
+    this.listenTo(window);
+  }
+
+  /** @returns {Velocity} requested by keys, to highlight them on the page */
+  get keyVelocity() {
+    return this.#held.velocity;
+  }
+
+  /**
+   * Capture the keys of a window before its own elements: this page, or the scene frame after each load.
+   * @param {Window} place
+   */
+  listenTo(place) {
+    place.addEventListener("keydown", (event) => this.#down(event), true);
+    place.addEventListener("keyup", (event) => this.#up(event), true);
+    for (const end of ["blur", "pagehide", "contextmenu"]) place.addEventListener(end, () => this.letGo(), true);
+  }
+
+  /** @param {Velocity} velocity */
+  stick(velocity) {
+    this.drive.stick(velocity, performance.now());
+  }
+
+  letGo() {
+    this.#held.clear();
+    this.toTalk(false);
+    this.drive.slow = false;
+    this.drive.abandon();
+  }
+
+  /** @param {View} view */
+  show({ state, permission }) {
+    const gate = state?.gate;
+    if (!gate) return;
+    this.drive.hear(
+      { nonce: gate.nonce, epoch: gate.epoch, needNeutral: gate.need_neutral },
+      permission,
+      performance.now(),
+    );
+  }
+
+  /** @param {KeyboardEvent} event */
+  #down(event) {
+    const [target] = event.composedPath();
+    const typing = takesText(target);
+    if (event.metaKey || event.ctrlKey || event.altKey) this.letGo(); // their combinations swallow the keyup
+    const reading = document.querySelector("[role=dialog]:not([hidden])") !== null;
+    const pending = mayBegin(this.#session.view);
+    const waiting = pending !== null && !takesEnter(target);
+    const where = { typing, singleKeys: this.singleKeys, scrolling: scrolls(target), reading, waiting };
+    const intention = intentionOf(event, where);
+    if (!intention) return;
+    const driving = intention.does === "drive" || intention.does === "slow" || intention.does === "preset";
+    if (driving && this.#session.hello?.robot.drives === false) return; // a recording: the arrows belong to its slider
+    if (intention.does === "slow") {
+      this.drive.slow = true;
+      return;
+    }
+    if (intention.does !== "stop" || event.key !== "Escape") event.preventDefault();
+    if (intention.does === "drive" || event.key !== "Escape") event.stopImmediatePropagation();
+    if (event.repeat) return;
+    if (intention.does === "stop") this.#stop(event.key);
+    else if (intention.does === "preset") this.drive.preset = intention.preset;
+    else if (intention.does === "words") this.toWords();
+    else if (intention.does === "help") this.toHelp();
+    else if (intention.does === "talk") this.toTalk(true);
+    else if (intention.does === "begin") pending && this.toBegin(pending.id);
+    else {
+      this.#held.press(event.code);
+      this.drive.keys(this.#held.velocity, performance.now());
+    }
+  }
+
+  /**
+   * Stop the robot. On a paused recording, Space plays it.
+   * @param {string} key
+   */
+  #stop(key) {
+    const { hello, state } = this.#session;
+    const waits = hello?.robot.drives === false && state?.robot.running === false && hello.you.role !== "viewer";
+    if (waits && key === " ") void this.#session.playback("play");
+    else this.#session.stop();
+  }
+
+  /** @param {KeyboardEvent} event */
+  #up(event) {
+    if (event.key === "Shift") this.drive.slow = false;
+    if (event.code === TALK) this.toTalk(false);
+    if (event.code === "Space" && this.singleKeys && !takesText(event.composedPath()[0])) event.preventDefault();
+    this.#held.release(event.code);
+    this.drive.keys(this.#held.velocity, performance.now());
+  }
+}
+
+/** Draw a random number for a new press. */
+function drawPress() {
+  const [drawn = 1] = crypto.getRandomValues(new Uint32Array(1));
+  return drawn || 1;
+}

@@ -1,0 +1,147 @@
+// HTTP client of the console: user, vocabulary, history, and STOP as a second channel.
+
+/** @typedef {import("../drive/suggest.js").Kind} Kind */
+/** @typedef {{name: string, role: "viewer" | "operator" | "admin", id: string}} Me */
+/**
+ * @typedef {object} HistoryRow a command and its result
+ * @property {number} id
+ * @property {number} at_s Unix time
+ * @property {number | null} duration_s null while it runs
+ * @property {string} source typed, chip, click, voice, ears, rest
+ * @property {string} words as they arrived
+ * @property {string} heard_as as they were understood, "" when they were not
+ * @property {string} name of the command, "" when the words were not understood
+ * @property {Record<string, number>} numbers
+ * @property {string} who
+ * @property {string} state running, done, refused, cancelled, pre-empted, failed
+ * @property {string} remark
+ */
+
+const BUSY_MS = 300; // polling interval
+const HISTORY_ROWS = 60; // more than a person reads
+
+/** Error of a request, with the sentence of the server. */
+export class Refusal extends Error {
+  /**
+   * @param {number} status 0: no answer at all
+   * @param {string} sentence
+   */
+  constructor(status, sentence) {
+    super(sentence);
+    this.status = status;
+  }
+}
+
+/** @param {string} path relative to the page, so that the page works below any prefix of a proxy */
+export const address = (path) => new URL(path, document.baseURI);
+
+/**
+ * Address of a WebSocket on the same server.
+ * @param {string} path
+ */
+export function socketAddress(path) {
+  const url = address(path);
+  url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
+  return url.href;
+}
+
+/**
+ * @param {string} path
+ * @param {RequestInit} [options]
+ * @returns {Promise<any>}
+ */
+export async function call(path, options = {}) {
+  const answer = await fetch(address(path), { credentials: "same-origin", cache: "no-store", ...options }).catch(() => {
+    throw new Refusal(0, "Beckon does not answer. Is it still running, and is the network up?");
+  });
+  const content = await answer.json().catch(() => null);
+  if (answer.ok) return content;
+  throw new Refusal(answer.status, content?.detail ?? `Beckon answered ${answer.status}.`);
+}
+
+/**
+ * @param {string} path
+ * @param {object} [content]
+ */
+export function post(path, content) {
+  const options = content ? { body: JSON.stringify(content), headers: { "content-type": "application/json" } } : {};
+  return call(path, { method: "POST", keepalive: true, ...options });
+}
+
+/** @returns {Promise<Me>} 401 when no user is signed in */
+export const me = () => call("api/me");
+
+/** @param {string} token */
+export const login = (token) => post("api/login", { token });
+
+/** @param {boolean} on true: the robot's own microphones listen */
+export const listen = (on) => post("api/hearing", { listen: on });
+
+/** @param {boolean} on true: commands of voices in the room are executed; only the operator in control may ask for it */
+export const obeyVoices = (on) => post("api/hearing", { listen: true, obey: on });
+
+/** @typedef {{id: number, seconds: number, rate_hz: number, pcm: string}} Spoken 16-bit samples in base64 */
+
+/** @typedef {{kind: string, channels: number[], sentence: string, serious: boolean}} ArrayFault */
+
+/** @typedef {{busy: boolean, well: boolean | null, faults: ArrayFault[], trouble: string}} ArrayCheck */
+
+/**
+ * Check the robot's microphones for faults.
+ * @param {boolean} show let the simulated person speak meanwhile
+ * @returns {Promise<ArrayCheck>} the result
+ */
+export async function checkArray(show) {
+  await post("api/hearing/check", { show });
+  return patiently(() => call("api/hearing/check"));
+}
+
+/**
+ * Poll until a long task has ended. Throws a Refusal with the sentence of the server when it failed.
+ * @template {{busy: boolean, trouble: string}} T
+ * @param {() => Promise<T>} ask
+ * @returns {Promise<T>}
+ */
+export async function patiently(ask) {
+  for (;;) {
+    await new Promise((resolve) => setTimeout(resolve, BUSY_MS));
+    const status = await ask();
+    if (status.trouble) throw new Refusal(503, status.trouble);
+    if (!status.busy) return status;
+  }
+}
+
+/** @param {string} text @returns {Promise<Spoken>} speech of the robot; its hearing is muted from now on */
+export const voice = (text) => post("api/voice", { text });
+
+/** @param {number} id of an utterance that has ended */
+export const hush = (id) => post("api/voice/hush", { id });
+
+/** @returns {Promise<{summary: string}[]>} measurements of hearing, newest first */
+export const qualityRuns = async () => (await call("api/speech-quality")).runs;
+
+/** @param {number} id of the pending command: begin it now */
+export const beginPendingCommand = (id) => post("api/pending-command/begin", { id });
+
+/** @param {number} id of the pending command: drop it */
+export const dropPendingCommand = (id) => post("api/pending-command/drop", { id });
+
+export const logout = () => post("api/logout");
+
+/** @param {number} press number of this press of STOP, the same as over the socket */
+export const stop = (press) => post(`api/stop?press=${press}`);
+
+/** @param {number} press @returns {Promise<{latched: boolean, why?: string}>} once the halt is on disk */
+export const halt = (press) => post(`api/halt?press=${press}`);
+
+/** @returns {Promise<Kind[]>} */
+export const kinds = async () => (await call("api/commands")).commands;
+
+/** @returns {Promise<HistoryRow[]>} newest first */
+export const history = async () => (await call(`api/commands/history?limit=${HISTORY_ROWS}`)).commands;
+
+/**
+ * Words of a row: shown, and used to repeat the command.
+ * @param {HistoryRow} row
+ */
+export const wordsOf = (row) => row.heard_as || row.words || "Speech";

@@ -1,0 +1,45 @@
+// Requests sent over the socket that have no answer yet.
+
+/** @typedef {import("./messages.js").AnswerMessage} Answer */
+
+const ANSWER_MS = 5000;
+
+export class Asking {
+  /** @type {Map<number, (answer: Answer) => void>} */
+  #waiting = new Map();
+  #ref = 0;
+
+  /**
+   * @param {(ref: number) => boolean} send returns true when it was sent
+   * @returns {Promise<Answer>}
+   */
+  ask(send) {
+    this.#ref += 1;
+    const ref = this.#ref;
+    /** @param {string} detail @returns {Answer} */
+    const none = (detail) => ({ kind: "answer", ref, ok: false, status: 0, detail });
+    return new Promise((resolve) => {
+      this.#waiting.set(ref, resolve);
+      if (!send(ref)) {
+        this.#waiting.delete(ref);
+        resolve(none("The link is lost; nothing was sent."));
+        return;
+      }
+      setTimeout(() => {
+        if (this.#waiting.delete(ref)) resolve(none("No answer came. Look at the history to see what happened."));
+      }, ANSWER_MS);
+    });
+  }
+
+  /** @param {Answer} answer */
+  hear(answer) {
+    this.#waiting.get(answer.ref)?.(answer);
+    this.#waiting.delete(answer.ref);
+  }
+
+  lose() {
+    for (const [ref, answer] of this.#waiting)
+      answer({ kind: "answer", ref, ok: false, status: 0, detail: "The link was lost." });
+    this.#waiting.clear();
+  }
+}

@@ -1,0 +1,305 @@
+// Session of one page: newest state, events, and all requests that act on the robot.
+
+import { permission } from "../drive/permission.js";
+import { unlessStopped } from "../voice/spoken-answers.js";
+import * as api from "./api.js";
+import { Link } from "./link.js";
+import { Asking } from "./pending-answers.js";
+
+/** @typedef {import("./messages.js").HelloMessage} Hello */
+/** @typedef {import("./messages.js").State} State */
+/** @typedef {import("./messages.js").AnswerMessage} Answer */
+/** @typedef {import("./link.js").LinkHealth} LinkHealth */
+/** @typedef {import("../drive/drive.js").Permission} Permission */
+/** @typedef {import("../drive/drive.js").DriveFrame} DriveFrame */
+/** @typedef {{text: string, answer: Answer, source: "typed" | "chip" | "click", at: number}} Said `at`: sent [ms] */
+/** @typedef {{seq: number, stamp: number, jpeg: Uint8Array<ArrayBuffer>}} Picture */
+/** @typedef {import("../calibration/types.js").Calibration} Calibration */
+/**
+ * @typedef {object} View snapshot for the panels
+ * @property {Hello | null} hello
+ * @property {State | null} state the newest, also after the link is lost
+ * @property {LinkHealth} link
+ * @property {boolean} up
+ * @property {Permission} permission
+ * @property {boolean} mine this page holds the lease
+ * @property {boolean} secure the connection is encrypted or local
+ */
+
+const STOPS = "stop moving";
+
+/**
+ * Events of a session and their details.
+ * @typedef {object} SessionEvents
+ * @property {Hello} hello
+ * @property {View} heard a new state; dispatched at once, even while the page is not drawn
+ * @property {null} lost
+ * @property {null} signed-out
+ * @property {Picture} picture
+ * @property {Calibration} calibration new state of the requested session
+ * @property {Said} said
+ * @property {api.HistoryRow[]} history
+ * @property {api.Kind[]} kinds
+ * @property {boolean} stopped STOP was pressed on this page; true when it was sent
+ * @property {string} trouble a sentence
+ * @property {import("../voice/audio-socket.js").Transcript} transcript transcript of the microphone of this browser
+ * @property {null} reading the button was released; the transcript is pending
+ * @property {boolean} speaking true while this browser plays the robot's voice
+ * @property {null} interrupt speech output has to stop: a person speaks
+ * @property {string} announcement a sentence for screen readers
+ */
+
+const drawPress = () => Math.floor(Math.random() * 2 ** 53); // one press is sent over two channels and recorded once
+
+export class Session {
+  /** @type {Hello | null} */
+  hello = null;
+  /** @type {State | null} */
+  state = null;
+  /** @type {api.Kind[]} */
+  kinds = [];
+  /** @type {api.HistoryRow[]} */
+  history = [];
+  historyAt = 0; // [ms] when the page learned of new rows
+  #events = new EventTarget();
+  #asking = new Asking();
+  #revision = -1;
+  #stoppedAt = -Infinity; // [ms] newest STOP of this page
+  #wantsCamera = true;
+  /** @type {string | null} */
+  #wantsCalibration = null;
+
+  constructor() {
+    this.link = new Link({
+      url: api.socketAddress("ws"),
+      hear: (message) => this.#hear(message),
+      see: (picture) => this.#dispatch("picture", picture),
+      lose: () => this.#lose(),
+    });
+  }
+
+  /**
+   * @template {keyof SessionEvents} K
+   * @param {K} what
+   * @param {(detail: SessionEvents[K]) => void} then
+   */
+  on(what, then) {
+    this.#events.addEventListener(what, (event) => then(/** @type {CustomEvent} */ (event).detail));
+  }
+
+  /** @returns {View} */
+  get view() {
+    const link = this.link.health;
+    const { hello, state } = this;
+    const up = link.is === "up" && state !== null;
+    const mine = up && hello !== null && state.lease.holder_id === hello.you.id;
+    return { hello, state, link, up, mine, permission: permission({ hello, state, up }), secure: isSecureContext };
+  }
+
+  /** Number of the newest state: dates a command that the link delays. */
+  get seen() {
+    return this.state?.seq ?? 0;
+  }
+
+  /**
+   * Send a command in words.
+   * @param {string} text
+   * @param {"typed" | "chip" | "click"} source
+   */
+  async say(text, source) {
+    const at = performance.now();
+    const answer = await this.#asking.ask((ref) =>
+      this.link.send({ kind: "command", text, source, ref, seen: this.seen }),
+    );
+    if (answer.ok && answer.detail === STOPS) this.#stoppedAt = Math.max(this.#stoppedAt, at);
+    this.#dispatch("said", { text, answer, source, at });
+    return answer;
+  }
+
+  /** Send STOP over both channels at once. */
+  stop() {
+    this.#stoppedAt = performance.now();
+    const { robot, you } = this.hello ?? {};
+    if (robot?.drives === false) {
+      if (you?.role !== "viewer" && this.state?.robot.running) void this.playback("pause");
+      return; // there is nothing else to stop
+    }
+    const press = drawPress();
+    const left = this.link.send({ kind: "stop", press });
+    this.#dispatch("stopped", left);
+    const why = "The robot stops by itself when the link is gone.";
+    api.stop(press).then(
+      () => left || this.#dispatch("stopped", true),
+      (refusal) => left || this.complain(`Stop could not be sent: ${refusal.message} ${why}`),
+    );
+  }
+
+  /** Send a latched stop over both channels. */
+  halt() {
+    const press = drawPress();
+    const left = this.link.send({ kind: "halt", press });
+    const why = "The robot stops by itself when the link is gone, but may be driven again after that.";
+    api.halt(press).then(
+      (halted) => left || halted.latched || this.complain(halted.why ?? "The halt is not saved."), // the socket says it
+      (refusal) => left || this.complain(`Halt could not be sent: ${refusal.message} ${why}`),
+    );
+  }
+
+  resetHalt() {
+    return this.#asked((ref) => this.link.send({ kind: "halt_reset", ref }));
+  }
+
+  /** @param {"acquire" | "take" | "release"} action */
+  lease(action) {
+    return this.#asked((ref) => this.link.send({ kind: "lease", do: action, ref }));
+  }
+
+  /**
+   * @param {"play" | "pause" | "speed" | "seek"} action
+   * @param {number} [value] speed factor, or the position 0..1
+   */
+  playback(action, value) {
+    return this.#asked((ref) => this.link.send({ kind: "playback", do: action, ref, value: value ?? null }));
+  }
+
+  /** @param {number} id of the pending command: begin it now */
+  async beginPendingCommand(id) {
+    await api.beginPendingCommand(id).catch((refusal) => this.complain(refusal.message));
+  }
+
+  /** @param {number} id of the pending command: drop it */
+  async dropPendingCommand(id) {
+    await api.dropPendingCommand(id).catch((refusal) => this.complain(refusal.message));
+  }
+
+  /** @param {DriveFrame} frame */
+  drive(frame) {
+    this.link.send({ kind: "drive", ...frame });
+  }
+
+  /** @param {boolean} camera true while the picture is shown */
+  want(camera) {
+    if (camera === this.#wantsCamera) return;
+    this.#wantsCamera = camera;
+    this.link.send({ kind: "want", camera });
+  }
+
+  /** @param {string | null} id of the calibration session to subscribe to */
+  wantCalibration(id) {
+    if (id === this.#wantsCalibration) return;
+    this.#wantsCalibration = id;
+    this.link.send({ kind: "want", calibration: id });
+  }
+
+  /** @param {import("../voice/audio-socket.js").Transcript} transcript */
+  transcribe(transcript) {
+    const now = performance.now();
+    if (transcript.accepted && transcript.heard_as === STOPS) this.#stoppedAt = now;
+    this.#dispatch("transcript", unlessStopped(transcript, now, this.#stoppedAt));
+  }
+
+  /** The talk button was released; the transcript is pending. */
+  awaitWords() {
+    this.#dispatch("reading", null);
+  }
+
+  /** @param {boolean} speaking true while this browser plays the robot's voice */
+  speaks(speaking) {
+    this.#dispatch("speaking", speaking);
+  }
+
+  /** A person is about to speak to the robot. */
+  interrupt() {
+    this.#dispatch("interrupt", null);
+  }
+
+  /** @param {string} sentence shown as a notice */
+  complain(sentence) {
+    this.#dispatch("trouble", sentence);
+  }
+
+  /** @param {string} sentence for screen readers */
+  announce(sentence) {
+    this.#dispatch("announcement", sentence);
+  }
+
+  /** Start, or start again after a login. Dispatches "signed-out" when no user is signed in. */
+  async begin() {
+    try {
+      await api.me();
+      this.link.open();
+    } catch (refusal) {
+      if (refusal instanceof api.Refusal && refusal.status === 401) this.#dispatch("signed-out", null);
+      else this.link.open(); // the link keeps trying, and a banner shows it
+    }
+  }
+
+  async leave() {
+    await api.logout().catch(() => undefined);
+    this.link.close();
+    await this.begin();
+  }
+
+  /** @param {Exclude<import("./messages.js").Down, {kind: "echo"}>} message */
+  #hear(message) {
+    if (message.kind === "answer") {
+      if (message.ref === 0 && !message.ok) this.#dispatch("trouble", message.detail ?? "That was refused."); // a click in the scene
+      this.#asking.hear(message);
+    } else if (message.kind === "hello") {
+      this.hello = message;
+      this.#revision = -1;
+      if (!this.#wantsCamera) this.link.send({ kind: "want", camera: false });
+      if (this.#wantsCalibration !== null) this.link.send({ kind: "want", calibration: this.#wantsCalibration });
+      this.#dispatch("hello", message);
+      void this.#fetchKinds();
+    } else if (message.kind === "calibration") {
+      this.#dispatch("calibration", /** @type {Calibration} */ (message.session));
+    } else {
+      this.state = message;
+      this.#dispatch("heard", this.view);
+      if (message.history_revision !== this.#revision) void this.#fetchHistory(message.history_revision);
+    }
+  }
+
+  #lose() {
+    this.#asking.lose();
+    this.#dispatch("lost", null);
+    api.me().catch((refusal) => {
+      if (refusal.status !== 401) return;
+      this.link.close();
+      this.#dispatch("signed-out", null);
+    });
+  }
+
+  async #fetchKinds() {
+    if (!this.hello?.robot.drives) return;
+    this.kinds = await api.kinds().catch(() => this.kinds);
+    this.#dispatch("kinds", this.kinds);
+  }
+
+  /** @param {number} revision */
+  async #fetchHistory(revision) {
+    const at = performance.now();
+    this.#revision = revision;
+    const rows = await api.history().catch(() => null);
+    if (!rows || revision !== this.#revision) return;
+    [this.history, this.historyAt] = [rows, at];
+    this.#dispatch("history", rows);
+  }
+
+  /** @param {(ref: number) => boolean} send */
+  async #asked(send) {
+    const answer = await this.#asking.ask(send);
+    if (!answer.ok) this.#dispatch("trouble", answer.detail ?? "That was refused.");
+    return answer;
+  }
+
+  /**
+   * @template {keyof SessionEvents} K
+   * @param {K} what
+   * @param {SessionEvents[K]} detail
+   */
+  #dispatch(what, detail) {
+    this.#events.dispatchEvent(new CustomEvent(what, { detail }));
+  }
+}

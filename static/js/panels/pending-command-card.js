@@ -1,0 +1,124 @@
+// Element <pending-command-card>: preview of a spoken command during its confirmation delay.
+
+import { icon, make, mark, redraw, write } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
+import { begun, countdown, facts, left, mayBegin, speaker, title } from "../ui/pending-command.js";
+
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../net/messages.js").PendingCommandState} PendingCommandState */
+
+const SHOWN_MS = 2500; // for which a command that has begun is shown
+
+class PendingCommandCard extends Panel {
+  #icon = icon("command");
+  #title = make("p", { class: "pending-title" });
+  #facts = make("p", { class: "pending-facts" });
+  #when = make("span", { class: "pending-when", role: "timer" });
+  #fill = make("div", { class: "pending-fill" });
+  #go = make(
+    "button",
+    { type: "button", class: "button primary", "aria-keyshortcuts": "Enter" },
+    "Go now",
+    make("kbd", { "aria-hidden": "true" }, "Enter"),
+  );
+  #cancel = make(
+    "button",
+    { type: "button", class: "button", "aria-label": "Cancel the pending command", "aria-keyshortcuts": "Escape" },
+    icon("close"),
+    "Cancel",
+    make("kbd", { "aria-hidden": "true" }, "Esc"),
+  );
+  #waiting = 0; // id of the pending command
+  /** @type {number | null} id of the newest command that was begun; null before the first state */
+  #begun = null;
+  #until = 0; // [ms] that it is shown
+
+  /** @override */
+  build() {
+    this.classList.add("card");
+    this.hidden = true;
+    mark(this, "role", "region");
+    mark(this, "aria-label", "Spoken command");
+    this.append(
+      this.#icon,
+      make("div", { class: "pending-words" }, this.#title, this.#facts),
+      make("div", { class: "pending-ways" }, this.#when, this.#go, this.#cancel),
+      make("div", { class: "pending-bar", "aria-hidden": "true" }, this.#fill),
+    );
+    this.#go.addEventListener("click", () => this.#press(this.#go, this.session.beginPendingCommand(this.#waiting)));
+    this.#cancel.addEventListener("click", () =>
+      this.#press(this.#cancel, this.session.dropPendingCommand(this.#waiting)),
+    );
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show(view) {
+    const { state, up } = view;
+    const pending_command = (up && state?.pending_command) || null;
+    const command = begun(view);
+    if (state && command?.id !== this.#begun) {
+      const fresh = command !== null && this.#begun !== null; // a command that ran before the page was opened is not new
+      if (fresh) this.#until = performance.now() + SHOWN_MS;
+      if (command || this.#begun === null) this.#begun = command?.id ?? 0;
+    }
+    if (pending_command && state) this.#wait(pending_command, view);
+    else if (command && performance.now() < this.#until) {
+      this.#draw(command.name, title(command), speaker(command), "begun");
+      write(this.#when, "begun");
+    }
+    this.hidden = !pending_command && !(command && performance.now() < this.#until);
+    if (!pending_command) this.#waiting = 0;
+  }
+
+  /**
+   * @param {PendingCommandState} pending_command
+   * @param {View} view
+   */
+  #wait(pending_command, view) {
+    const { state } = view;
+    if (!state) return;
+    const details = facts(pending_command, state.pose);
+    this.#draw(
+      pending_command.name,
+      title(pending_command),
+      details,
+      pending_command.uncertain ? "uncertain" : "waiting",
+    );
+    write(this.#when, countdown(pending_command));
+    this.#fill.style.width = `${(100 * left(pending_command)).toFixed(1)}%`;
+    this.#go.hidden = mayBegin(view) === null;
+    if (pending_command.id === this.#waiting) return;
+    this.#waiting = pending_command.id;
+    this.#go.disabled = this.#cancel.disabled = false;
+    const keys = this.#go.hidden ? "Escape cancels it." : "Enter begins it now, Escape cancels it.";
+    this.session.announce(`${title(pending_command)} ${countdown(pending_command)}. ${details}. ${keys}`);
+  }
+
+  /**
+   * @param {string} name
+   * @param {string} words
+   * @param {string} facts
+   * @param {"waiting" | "uncertain" | "begun"} state
+   */
+  #draw(name, words, facts, state) {
+    redraw(this.#icon, name);
+    write(this.#title, words);
+    write(this.#facts, facts);
+    mark(this, "data-state", state);
+  }
+
+  /**
+   * Disable the button until its request is answered.
+   * @param {HTMLButtonElement} button
+   * @param {Promise<void>} answer
+   */
+  #press(button, answer) {
+    button.disabled = true;
+    void answer.finally(() => (button.disabled = false));
+  }
+}
+
+customElements.define("pending-command-card", PendingCommandCard);

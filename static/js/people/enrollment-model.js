@@ -1,0 +1,224 @@
+// Client model of the people page: known people, the running enrollment, and every request about them.
+
+import { call, post } from "../net/api.js";
+
+/** @typedef {import("../net/session.js").Session} Session */
+/** @typedef {[number, number]} Pixel */
+/**
+ * @typedef {object} Judged a picture and what came of it
+ * @property {number} number
+ * @property {string} gesture "" for the background
+ * @property {boolean} good
+ * @property {string} words
+ * @property {[number, number]} size
+ * @property {Pixel[]} outline
+ * @property {{name: string, box_px: [number, number, number, number]}[]} parts
+ */
+/**
+ * @typedef {object} Enrollment
+ * @property {string} id
+ * @property {string} who runs it
+ * @property {string} owner the same person, by an id that is unique even when two people share a name
+ * @property {boolean} background
+ * @property {string} next gesture; "" when there is enough
+ * @property {string} advice
+ * @property {string[]} gestures
+ * @property {Judged[]} pictures
+ * @property {Judged | null} newest
+ * @property {number} fewest
+ * @property {boolean} ready
+ * @property {boolean} demo
+ * @property {string} trouble
+ * @property {string} waits what it waits for; "" for nothing
+ */
+/** @typedef {{id: string, name: string, learnt_s: number, by: string, pictures: number}} Known */
+/**
+ * @typedef {object} PeopleState
+ * @property {Known[]} people
+ * @property {string | null} chosen
+ * @property {Enrollment | null} enrollment
+ * @property {boolean} camera
+ * @property {boolean} simulated
+ * @property {boolean} stands true while the simulated person is in the room
+ */
+
+const ROOT = "api/people";
+const ASK_MS = 400;
+const LOOK_MS = 3000; // between reads while another operator runs an enrollment
+const ACTOR = "show me"; // id of the simulated person in the room
+const SPOKEN_MS = 2500; // until a call has been transcribed
+
+/** @param {string} id @param {number} number */
+export const pictureOf = (id, number) => `${ROOT}/${id}/pictures/${number}.jpg`;
+
+export class EnrollmentModel {
+  /** @type {PeopleState | null} null until it was read */
+  state = null;
+  busy = false;
+  outcome = ""; // of the newest call
+  /** @type {Set<() => void>} */
+  #listeners = new Set();
+  #asked = 0; // requests so far
+  #answered = 0; // the newest request whose answer is shown
+  #askedAt = -Infinity;
+  #open = 0; // open requests
+
+  /** @param {Session} session */
+  constructor(session) {
+    this.session = session;
+    session.on("hello", () => void this.read());
+    setInterval(() => this.#look(), ASK_MS);
+    document.addEventListener("visibilitychange", () => this.#visible && void this.read()); // the tab was hidden
+  }
+
+  /** @returns {Enrollment | null} */
+  get enrollment() {
+    return this.state?.enrollment ?? null;
+  }
+
+  /** True when the running enrollment belongs to this user. */
+  get mine() {
+    return this.enrollment !== null && this.enrollment.owner === this.session.hello?.you.id;
+  }
+
+  /** True unless this user is a viewer. */
+  get may() {
+    return this.session.hello !== null && this.session.hello.you.role !== "viewer";
+  }
+
+  /** @param {() => void} listener */
+  onChange(listener) {
+    this.#listeners.add(listener);
+  }
+
+  async read() {
+    const request = ++this.#asked;
+    this.#askedAt = performance.now();
+    this.#open += 1;
+    const state = await call(ROOT).catch(() => null);
+    this.#open -= 1;
+    if (!state || request < this.#answered) return;
+    this.#answered = request;
+    const before = this.enrollment;
+    this.state = state;
+    const { enrollment } = this;
+    if (enrollment?.newest && enrollment.newest.number !== before?.newest?.number)
+      this.session.announce(`${enrollment.newest.words} ${enrollment.advice}`);
+    this.#notify();
+  }
+
+  get #visible() {
+    return this.session.hello !== null && document.visibilityState === "visible";
+  }
+
+  /** Poll for changes made elsewhere; never while a request is open. */
+  #look() {
+    const { enrollment } = this;
+    if (!enrollment || this.#open > 0 || !this.#visible) return;
+    const soon = this.mine && (this.busy || enrollment.demo);
+    const late = !this.mine && performance.now() - this.#askedAt > LOOK_MS;
+    if (soon || late) void this.read();
+  }
+
+  begin() {
+    return this.#tried(() => post(ROOT));
+  }
+
+  cancel() {
+    return this.#tried(() => call(this.#path(), { method: "DELETE" }));
+  }
+
+  /**
+   * @param {"background" | "picture"} what
+   * @param {Blob | null} picture null: the robot's own camera takes it
+   */
+  take(what, picture) {
+    if (!picture) return this.#tried(() => post(`${this.#path()}/capture`, { what }));
+    const headers = { "content-type": picture.type };
+    const where = what === "picture" ? "pictures" : what;
+    return this.#tried(() => call(`${this.#path()}/${where}`, { method: "POST", body: picture, headers }));
+  }
+
+  /** @param {number} number */
+  drop(number) {
+    return this.#tried(() => post(`${this.#path()}/pictures/${number}/drop`));
+  }
+
+  /** @param {boolean} on */
+  showMe(on) {
+    return this.#tried(() => post(`${this.#path()}/demo`, { on }));
+  }
+
+  /** @param {string} name @returns {Promise<boolean>} true when the person was stored */
+  finish(name) {
+    return this.#tried(() => post(`${this.#path()}/finish`, { name }));
+  }
+
+  /** @param {string | null} id null: anybody */
+  choose(id) {
+    const headers = { "content-type": "application/json" };
+    return this.#tried(() => call(`${ROOT}/chosen`, { method: "PUT", body: JSON.stringify({ id }), headers }));
+  }
+
+  /** @param {string} id @param {string} name */
+  rename(id, name) {
+    return this.#tried(() => post(`${ROOT}/${id}/rename`, { name }));
+  }
+
+  /** @param {string} id */
+  forget(id) {
+    return this.#tried(() => call(`${ROOT}/${id}`, { method: "DELETE" }));
+  }
+
+  /** Remove the simulated person from the room. */
+  sendAway() {
+    return this.#tried(() => call(`${ROOT}/assistant`, { method: "DELETE" }));
+  }
+
+  /** The simulated person calls, and the robot gets the command to come. */
+  call() {
+    return this.#tried(async () => {
+      await post("api/sim/say", { text: "come here", id: ACTOR });
+      await new Promise((resolve) => setTimeout(resolve, SPOKEN_MS));
+      const entry = await post("api/commands", { text: "come here" });
+      void this.#watch(entry.id);
+    });
+  }
+
+  /** @param {number} id of a command: report its progress until it ends */
+  async #watch(id) {
+    for (let state = "running"; state === "running"; ) {
+      const row = await call(`api/commands/${id}`).catch(() => null);
+      if (!row) return;
+      state = row.state;
+      this.outcome = row.remark || (state === "running" ? "The robot turns to the voice and checks who it is." : state);
+      this.#notify();
+      await new Promise((resolve) => setTimeout(resolve, ASK_MS));
+    }
+    this.session.announce(this.outcome);
+  }
+
+  #path() {
+    return `${ROOT}/${this.enrollment?.id ?? ""}`;
+  }
+
+  /** @param {() => Promise<unknown>} act */
+  async #tried(act) {
+    this.busy = true;
+    this.#notify();
+    let done = true;
+    try {
+      await act();
+    } catch (refusal) {
+      done = false;
+      this.session.complain(refusal instanceof Error ? refusal.message : "That did not work.");
+    }
+    this.busy = false;
+    await this.read();
+    return done;
+  }
+
+  #notify() {
+    for (const listener of this.#listeners) listener();
+  }
+}

@@ -1,0 +1,145 @@
+// Element <quality-form>: settings of a measurement: distances, noise levels, number of phrases.
+
+import { make, write } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
+
+/** @typedef {import("./runs.js").Runs} Runs */
+
+const PLACE = "place";
+const DISTANCES = [0.5, 1, 2, 3, 4];
+const NOISES = /** @type {const} */ ([
+  [30, "quiet"],
+  [20, "a fan"],
+  [10, "people talk"],
+  [0, "as loud as you"],
+]);
+const AROUND = /** @type {const} */ ([
+  ["Ahead", 0],
+  ["Left", Math.PI / 2],
+  ["Behind", Math.PI],
+  ["Right", -Math.PI / 2],
+  ["At a place of the map", null],
+]);
+const PHRASES = /** @type {const} */ ([
+  [6, "6: a first impression"],
+  [18, "18: enough to judge by"],
+  [36, "36: thorough"],
+]);
+
+class QualityForm extends Panel {
+  /** @type {Runs | null} */
+  #runs = null;
+  #distances = DISTANCES.map((metres) => tick("distance", metres, `${metres} m`, metres >= 1 && metres <= 3));
+  #noises = NOISES.map(([ratio, says]) => tick("noise", ratio, `${ratio} dB`, ratio === 30 || ratio === 10, says));
+  #around = make(
+    "select",
+    { id: "quality-around" },
+    ...AROUND.map(([name, angle]) => make("option", { value: angle === null ? PLACE : String(angle) }, name)),
+  );
+  #x = make("input", { type: "number", id: "quality-x", step: "0.1", value: "2" });
+  #y = make("input", { type: "number", id: "quality-y", step: "0.1", value: "1" });
+  #place = make(
+    "div",
+    { class: "quality-row quality-place" },
+    make("label", { for: "quality-x" }, "x [m]"),
+    this.#x,
+    make("label", { for: "quality-y" }, "y [m]"),
+    this.#y,
+  );
+  #far = make("fieldset", {}, make("legend", {}, "How far away"), make("div", { class: "ticks" }, ...this.#distances));
+  #phrases = make(
+    "select",
+    { id: "quality-phrases" },
+    ...PHRASES.map(([count, says]) => make("option", { value: String(count) }, says)),
+  );
+  #begin = make("button", { type: "submit", class: "button primary large" }, "Measure");
+  #why = make("p", { class: "note", role: "status" });
+
+  /** @param {Runs} runs */
+  watch(runs) {
+    this.#runs = runs;
+    runs.onChange(() => this.#draw());
+  }
+
+  /** @override */
+  build() {
+    this.#phrases.value = "18";
+    const form = make(
+      "form",
+      { class: "card quality-form" },
+      make("h2", {}, "How well does the robot hear you here?"),
+      make(
+        "p",
+        {},
+        "A text of commands is spoken around the simulated robot, in its room and noise. Its transcript is compared with that of a microphone at the mouth. The robot itself may go on driving.",
+      ),
+      make("div", { class: "quality-row" }, make("label", { for: "quality-around" }, "Where"), this.#around),
+      this.#place,
+      this.#far,
+      make("fieldset", {}, make("legend", {}, "Voice over noise"), make("div", { class: "ticks" }, ...this.#noises)),
+      make("div", { class: "quality-row" }, make("label", { for: "quality-phrases" }, "Phrases"), this.#phrases),
+      this.#begin,
+      this.#why,
+    );
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      void this.#runs?.begin({
+        snr_db: ticked(this.#noises),
+        phrases: Number(this.#phrases.value),
+        ...(this.#placed
+          ? { x_m: this.#x.valueAsNumber, y_m: this.#y.valueAsNumber }
+          : { distances_m: ticked(this.#distances), azimuth_rad: Number(this.#around.value) }),
+      });
+    });
+    form.addEventListener("change", () => this.#draw());
+    this.append(form);
+    this.#draw();
+  }
+
+  get #placed() {
+    return this.#around.value === PLACE;
+  }
+
+  #draw() {
+    const runs = this.#runs;
+    if (!runs) return;
+    this.#place.hidden = !this.#placed;
+    this.#far.hidden = this.#placed;
+    const known = Number.isFinite(this.#x.valueAsNumber) && Number.isFinite(this.#y.valueAsNumber);
+    const distances = this.#placed ? Number(known) : ticked(this.#distances).length;
+    const count = distances * ticked(this.#noises).length;
+    const why = runs.whyNot || (runs.all && !runs.may ? "You are watching. Only an operator can measure." : "");
+    this.#begin.disabled = Boolean(why) || count === 0 || runs.running !== null;
+    const says =
+      count === 0
+        ? "Choose a place, or at least one distance, and one noise."
+        : `${count} ${count === 1 ? "place" : "places"}; each takes some ten seconds.`;
+    write(this.#why, why || (runs.running ? "One measurement is under way." : says));
+  }
+}
+
+/**
+ * @param {string} name
+ * @param {number} value
+ * @param {string} says
+ * @param {boolean} on
+ * @param {string} [note]
+ */
+function tick(name, value, says, on, note = "") {
+  const box = make("input", { type: "checkbox", name, value: String(value), checked: on });
+  return make(
+    "label",
+    { class: "tick" },
+    box,
+    make("span", {}, says, note && make("span", { class: "note" }, ` ${note}`)),
+  );
+}
+
+/** @param {HTMLLabelElement[]} ticks */
+const ticked = (ticks) =>
+  ticks
+    .map((one) => one.querySelector("input"))
+    .filter((box) => box?.checked)
+    .map((box) => Number(box?.value));
+
+customElements.define("quality-form", QualityForm);

@@ -1,0 +1,108 @@
+// Banners of the page in order of severity. Pure functions from a view to sentences.
+
+import { age, metres, speed, whereabouts } from "./format.js";
+
+/** @typedef {import("../net/session.js").View} View */
+/**
+ * @typedef {object} Banner
+ * @property {string} id stays the same while the banner says the same thing
+ * @property {"fault" | "stale" | "calm"} tone
+ * @property {string} icon
+ * @property {string} text
+ * @property {"" | "reset" | "here"} offers a button
+ */
+
+const STALE_S = 0.8;
+const PLAIN =
+  "Plain HTTP: anyone on this network can read along and drive the robot. Start Beckon with --tls-cert and --tls-key.";
+
+/**
+ * @param {View} view
+ * @returns {Banner[]}
+ */
+export function banners(view) {
+  const { state, hello, link } = view;
+  if (link.is === "opening" && !state) return [];
+  if (link.is !== "up") return [lost(view)];
+  if (!state || !hello) return [];
+  /** @type {Array<Banner | null>} */
+  const candidates = [
+    link.age_s > STALE_S
+      ? calmly("quiet", "stale", "unlinked", `No news from the console for ${age(link.age_s)}.`)
+      : null,
+    robotLink(state),
+    state.gate.state === "halted" ? halted(view) : null,
+    state.floor.lost ? localization(state.floor.lost, view) : null,
+    hello.robot.drives && state.floor.slipping
+      ? calmly("slips", "calm", "warning", "The wheels slip; the robot relies on its scans.")
+      : null,
+    hello.robot.drives ? (state.robot.contact ? contact() : guard(state)) : null,
+    hello.robot.drives && state.slam.looking_around && !state.floor.lost
+      ? calmly("looking", "calm", "eye", "Looking around: the robot stands still for a moment to learn the room.")
+      : null,
+    view.secure ? null : calmly("plain", "stale", "warning", PLAIN),
+  ];
+  return candidates.filter((banner) => banner !== null);
+}
+
+/** @param {View} view @returns {Banner} */
+function lost({ state, link }) {
+  const again = link.again_s > 0.95 ? ` Trying again in ${Math.ceil(link.again_s)} s.` : " Trying again…";
+  const fact = state ? "Link lost. The robot stops by itself." : "Beckon does not answer.";
+  const text = `${fact}${link.why && ` ${link.why}`}${again}`;
+  return { id: "lost", tone: "stale", icon: "unlinked", text, offers: "" };
+}
+
+/** @param {import("../net/messages.js").State} state */
+function robotLink({ robot }) {
+  const since = robot.age_s === null ? "" : ` for ${age(robot.age_s)}`;
+  if (robot.link === "connecting") return calmly("starting", "calm", "antenna", "The robot is starting up…");
+  if (robot.link === "stale") return calmly("robot", "stale", "unlinked", `The robot has been silent${since}.`);
+  if (robot.link === "lost")
+    return calmly("robot", "stale", "unlinked", `The robot does not answer${since}. It stands still.`);
+  return null;
+}
+
+/** @param {View} view @returns {Banner} */
+function halted({ hello }) {
+  const may = hello?.you.role !== "viewer";
+  const text = may
+    ? "Halted. Nothing moves until the halt is reset. The reset itself does not move the robot."
+    : "Halted. Nothing moves until an operator resets the halt.";
+  return { id: "halted", tone: "fault", icon: "halt", text, offers: may ? "reset" : "" };
+}
+
+/**
+ * @param {import("../net/messages.js").LocalizationState} lost
+ * @param {View} view
+ * @returns {Banner}
+ */
+function localization({ phase, words }, { hello }) {
+  const may = hello?.robot.drives === true && hello.you.role !== "viewer";
+  const tone = phase === "asking" ? "stale" : "calm";
+  return { id: "localization", tone, icon: "here", text: words, offers: may ? "here" : "" };
+}
+
+const contact = () => calmly("contact", "stale", "warning", "The robot touches something. Drive it back carefully.");
+
+/** @param {import("../net/messages.js").State} state */
+function guard({ gate, pose }) {
+  if (gate.limit_v_m_s === null || gate.blocked_by === null) return null;
+  const [east, north] = [gate.blocked_by.x_m - pose.x_m, gate.blocked_by.y_m - pose.y_m];
+  const [cos, sin] = [Math.cos(pose.heading_rad), Math.sin(pose.heading_rad)];
+  const [x, y] = [cos * east + sin * north, cos * north - sin * east]; // world → robot
+  const where = `${metres(Math.hypot(x, y), 1)} ${whereabouts(x, y)}`;
+  if (gate.limit_v_m_s < 0.005) return calmly("blocked", "stale", "warning", `Blocked at ${where}.`);
+  return calmly("slowed", "calm", "info", `Slowed to ${speed(gate.limit_v_m_s)}: something at ${where}.`);
+}
+
+/**
+ * @param {string} id
+ * @param {"stale" | "calm"} tone
+ * @param {string} icon
+ * @param {string} text
+ * @returns {Banner}
+ */
+function calmly(id, tone, icon, text) {
+  return { id, tone, icon, text, offers: "" };
+}

@@ -1,0 +1,81 @@
+// Create elements, and change them only where something differs.
+
+const SVG = "http://www.w3.org/2000/svg";
+
+/**
+ * An element with its attributes and children. `on…` are listeners; null, undefined and false leave an attribute out.
+ * @template {keyof HTMLElementTagNameMap} T
+ * @param {T} tag
+ * @param {Record<string, any>} [attributes]
+ * @param {...(Node | string | null | undefined | false)} children
+ * @returns {HTMLElementTagNameMap[T]}
+ */
+export function make(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (value !== null && value !== undefined && value !== false)
+      element.setAttribute(name, value === true ? "" : value);
+  }
+  for (const child of children) if (child || child === "") element.append(child);
+  return element;
+}
+
+/**
+ * An element of a drawing with its attributes.
+ * @template {keyof SVGElementTagNameMap} T
+ * @param {T} tag
+ * @param {Record<string, string | number>} attributes
+ * @returns {SVGElementTagNameMap[T]}
+ */
+export function svg(tag, attributes) {
+  const element = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
+  return element;
+}
+
+/**
+ * A drawing from static/img/icons.svg. Hidden from screen readers: the label next to it names it.
+ * @param {string} name
+ */
+export function icon(name) {
+  const drawing = document.createElementNS(SVG, "svg");
+  const use = document.createElementNS(SVG, "use");
+  drawing.setAttribute("class", "icon");
+  drawing.setAttribute("aria-hidden", "true");
+  use.setAttribute("href", `static/img/icons.svg#${name}`);
+  drawing.append(use);
+  return drawing;
+}
+
+/**
+ * @param {SVGElement | null} drawing made by icon()
+ * @param {string} name
+ */
+export function redraw(drawing, name) {
+  const use = drawing?.firstElementChild;
+  const href = `static/img/icons.svg#${name}`;
+  if (use && use.getAttribute("href") !== href) use.setAttribute("href", href);
+}
+
+/**
+ * @param {Element} element
+ * @param {string} text
+ */
+export function write(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+/**
+ * @param {Element} element
+ * @param {string} name
+ * @param {string | boolean | null} value true: present; false or null: absent
+ */
+export function mark(element, name, value) {
+  if (value === false || value === null) {
+    if (element.hasAttribute(name)) element.removeAttribute(name);
+  } else {
+    const text = value === true ? "" : value;
+    if (element.getAttribute(name) !== text) element.setAttribute(name, text);
+  }
+}

@@ -1,0 +1,30 @@
+// Base class of the panels: a custom element that is built once and then shows views.
+
+/** @typedef {import("../net/session.js").Session} Session */
+/** @typedef {import("../net/session.js").View} View */
+
+export class Panel extends HTMLElement {
+  /** @type {Session | null} */
+  #session = null;
+
+  /** @returns {Session} */
+  get session() {
+    if (!this.#session) throw new Error(`<${this.localName}> was used before it was given a session.`);
+    return this.#session;
+  }
+
+  /** @param {Session} session */
+  join(session) {
+    this.#session = session;
+    this.build();
+  }
+
+  /** Draw what stays and listen. Called once. */
+  build() {}
+
+  /**
+   * Called at most once per animation frame, and at least five times a second.
+   * @param {View} _view
+   */
+  show(_view) {}
+}

@@ -1,0 +1,80 @@
+// Wording of a pending command: what it is, where it leads, and when it begins.
+
+import { degrees, fixed, headingBetween, inWords, metres, quantities, whereabouts } from "./format.js";
+
+/** @typedef {import("../net/messages.js").PendingCommandState} PendingCommandState */
+/** @typedef {import("../net/messages.js").CommandState} CommandState */
+/** @typedef {import("../net/messages.js").PoseState} Pose */
+/** @typedef {import("../net/session.js").View} View */
+
+const SPOKEN = ["voice", "ears"];
+const UNSURE = "Heard with low confidence: check the numbers";
+
+/**
+ * Title of a command with its numbers and units: "Continue 3.00 m".
+ * @param {{name: string, numbers: Readonly<Record<string, number>>}} command
+ */
+export function title({ name, numbers }) {
+  const words = name.replaceAll("_", " ");
+  return `${words.charAt(0).toUpperCase()}${words.slice(1)} ${quantities(numbers)}`.trim();
+}
+
+/**
+ * Goal relative to the robot, or direction of the voice: "2.24 m away, ahead on the left".
+ * @param {PendingCommandState} pending_command
+ * @param {Pose} pose
+ */
+export function whereTo({ target, goal, heading_rad, bearing_rad, bearing_sd_rad }, pose) {
+  if (target === "person") {
+    if (bearing_rad === null || bearing_sd_rad === null) return "The direction of your voice is not known";
+    return `To the voice ${inWords(bearing_rad)}, ± ${degrees(2 * bearing_sd_rad)}`;
+  }
+  if (heading_rad !== null) return `On the spot, ${degrees(Math.abs(headingBetween(heading_rad, pose.heading_rad)))}`;
+  if (goal === null) return "";
+  const [dx, dy] = [goal[0] - pose.x_m, goal[1] - pose.y_m];
+  const [cos, sin] = [Math.cos(pose.heading_rad), Math.sin(pose.heading_rad)];
+  if (target !== "place") return `Straight ahead, to x ${metres(goal[0])}, y ${metres(goal[1])} of the map`;
+  return `${metres(Math.hypot(dx, dy))} away, ${whereabouts(cos * dx + sin * dy, cos * dy - sin * dx)}`;
+}
+
+/**
+ * Speaker, and the operator in whose name the command is executed.
+ * @param {{source: string, who: string}} command
+ */
+export const speaker = ({ source, who }) =>
+  source === "ears" ? `A voice in the room, for ${who}` : `Spoken by ${who}`;
+
+/** @param {PendingCommandState} pending_command */
+export const countdown = ({ begins_in_s }) => `begins in ${fixed(Math.max(begins_in_s, 0), 1)} s`;
+
+/**
+ * Summary: low confidence, goal, speaker.
+ * @param {PendingCommandState} pending_command
+ * @param {Pose} pose
+ */
+export const facts = (pending_command, pose) =>
+  [pending_command.uncertain ? UNSURE : "", whereTo(pending_command, pose), speaker(pending_command)]
+    .filter(Boolean)
+    .join(" · ");
+
+/**
+ * Remaining part of the confirmation delay, 1 to 0.
+ * @param {PendingCommandState} pending_command
+ */
+export const left = ({ begins_in_s, delay_s }) => Math.min(1, Math.max(0, begins_in_s / Math.max(delay_s, 1e-3)));
+
+/**
+ * Pending command that this page may begin now; null for none.
+ * @param {View} view
+ */
+export const mayBegin = ({ state, up, mine }) => (up && mine ? (state?.pending_command ?? null) : null);
+
+/**
+ * Running command that was spoken.
+ * @param {View} view
+ * @returns {CommandState | null}
+ */
+export function begun({ state }) {
+  const command = state?.command;
+  return command?.state === "running" && SPOKEN.includes(command.source) ? command : null;
+}

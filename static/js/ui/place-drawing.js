@@ -1,0 +1,97 @@
+// Drawing of the map from above with a proposed robot pose and the laser scan seen from there.
+
+import { seenFrom } from "./floor-view.js";
+
+/** @typedef {{x: number, y: number, heading: number | null}} Placed heading null: unknown */
+/**
+ * @typedef {object} Place
+ * @property {import("../net/maps-api.js").Plan} plan
+ * @property {Array<[number, number]>} scan what the laser meets now, in the robot's frame [m]
+ * @property {Placed | null} placed
+ * @property {readonly {x_m: number, y_m: number, heading_rad: number}[]} candidates where it may be, likeliest first
+ * @property {number} radius [m] of the robot
+ */
+
+/**
+ * @param {HTMLCanvasElement} canvas its CSS custom properties define the colours
+ * @param {import("./floor-view.js").FloorView} view
+ * @param {Place} place
+ */
+export function drawPlace(canvas, view, { plan, scan, placed, candidates, radius: metres }) {
+  const context = fresh(canvas);
+  if (!context) return;
+  const { left, top, right, bottom } = plan.extent;
+  const [from, to] = [view.drawn({ x: left, y: top }), view.drawn({ x: right, y: bottom })];
+  context.imageSmoothingQuality = "high";
+  context.drawImage(plan.picture, from.x, from.y, to.x - from.x, to.y - from.y);
+  const look = getComputedStyle(canvas);
+  /** @param {string} name */
+  const colour = (name) => look.getPropertyValue(name).trim();
+  const radius = Math.max(7, view.scale * metres);
+  for (const [index, { x_m: x, y_m: y, heading_rad: heading }] of candidates.entries()) {
+    const strength = index === 0 ? 0.75 : 0.45;
+    drawRobot(context, view.drawn({ x, y }), heading, {
+      radius: 0.8 * radius,
+      colour: colour("--scene-ghost"),
+      strength,
+    });
+  }
+  if (!placed) return;
+  const { heading } = placed;
+  if (heading !== null) {
+    context.fillStyle = colour("--scene-scan");
+    const dot = Math.min(3, Math.max(1.6, 0.05 * view.scale));
+    for (const point of seenFrom(scan, { ...placed, heading })) {
+      const { x, y } = view.drawn(point);
+      context.fillRect(x - dot / 2, y - dot / 2, dot, dot);
+    }
+  }
+  drawRobot(context, view.drawn(placed), heading, { radius, colour: colour("--scene-pose"), strength: 1 });
+}
+
+/**
+ * The canvas's brush, after its size was fitted and everything wiped.
+ * @param {HTMLCanvasElement} canvas
+ */
+function fresh(canvas) {
+  const context = canvas.getContext("2d");
+  const { clientWidth: width, clientHeight: height } = canvas;
+  const fine = devicePixelRatio || 1;
+  if (canvas.width !== Math.round(width * fine)) canvas.width = Math.round(width * fine);
+  if (canvas.height !== Math.round(height * fine)) canvas.height = Math.round(height * fine);
+  context?.setTransform(fine, 0, 0, fine, 0, 0);
+  context?.clearRect(0, 0, width, height);
+  return context;
+}
+
+/**
+ * @param {CanvasRenderingContext2D} context
+ * @param {import("./floor-view.js").Point} at [px]
+ * @param {number | null} heading
+ * @param {{radius: number, colour: string, strength: number}} look radius [px], strength 0..1
+ */
+function drawRobot(context, { x, y }, heading, { radius, colour, strength }) {
+  context.save();
+  context.globalAlpha = strength;
+  context.strokeStyle = context.fillStyle = colour;
+  context.lineWidth = 2.5;
+  context.lineJoin = context.lineCap = "round";
+  context.beginPath();
+  context.arc(x, y, radius, 0, 2 * Math.PI);
+  if (heading === null) context.setLineDash([4, 5]);
+  context.stroke();
+  context.globalAlpha = 0.25 * strength;
+  context.fill();
+  context.globalAlpha = strength;
+  if (heading !== null) {
+    const [cos, sin] = [Math.cos(heading), -Math.sin(heading)];
+    /** @param {number} ahead @param {number} left @returns {[number, number]} */
+    const tip = (ahead, left) => [x + cos * ahead + sin * left, y + sin * ahead - cos * left];
+    const long = radius + 26;
+    context.beginPath();
+    context.moveTo(...tip(0, 0));
+    for (const corner of [tip(long, 0), tip(long - 9, 6), tip(long, 0), tip(long - 9, -6)]) context.lineTo(...corner);
+    context.stroke();
+  }
+  context.restore();
+}

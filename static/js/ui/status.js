@@ -1,0 +1,292 @@
+// Logic of the status line: the newest event that no later one has superseded. Time is injected.
+
+import { wordsOf } from "../net/api.js";
+import { fixed, speed, turnRate } from "./format.js";
+
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../net/session.js").Said} Said */
+/** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
+/** @typedef {import("../voice/audio-socket.js").Transcript} Transcript */
+/**
+ * @typedef {object} StatusLine
+ * @property {string} icon
+ * @property {string} words
+ * @property {string} remark
+ * @property {string} state "" when there is nothing to report
+ * @property {readonly string[]} suggestions commands that were possibly meant
+ * @property {boolean} [room] true for a voice in the room
+ */
+/** @typedef {{at: number, until: number, line: StatusLine}} Fact `at`, `until` [ms]: when it happened, and until when it is shown */
+/** @typedef {{words: string, why: string, at: number, suggestions: readonly string[]}} Refusal a refusal whose history row has not arrived yet */
+
+export const STAYS_MS = 8000; // for a result; the history keeps it
+export const ASKS_MS = 20000; // a refusal with suggestions: time to read and press one
+export const SLOW_MS = 3000; // of waiting for a transcript, after which the line mentions it
+export const GIVE_UP_MS = 8000;
+const MOST = 50; // remembered rows
+const STILL = 0.005; // [m/s], [rad/s]
+const STOPS = "stop_moving";
+
+/**
+ * @param {string} icon
+ * @param {string} words
+ * @param {string} remark
+ * @param {string} state
+ * @param {readonly string[]} [suggestions]
+ * @returns {StatusLine}
+ */
+const line = (icon, words, remark, state, suggestions = []) => ({
+  icon,
+  words,
+  remark,
+  state,
+  suggestions,
+});
+
+const LOST = line("unlinked", "Link lost", "The robot stops by itself.", "lost");
+const STOPPED = line("stop", "Stopped", "", "stopped");
+const UNSENT = line("unlinked", "No link", "STOP may not arrive; the robot stops by itself.", "lost");
+const HALTED = line("halt", "Halted", "Nothing moves until the halt is reset.", "halted");
+const RESET = line("done", "Reset, ready", "The reset moved nothing.", "done");
+const UNHEARD = line("refused", "Not understood", "Say it again, or type it.", "refused");
+
+export class StatusLog {
+  /** @type {Fact | null} newest event */
+  #event = null;
+  /** @type {Map<"lost" | "halted" | "hand" | "reading" | "running", number>} ongoing states and their start [ms] */
+  #since = new Map();
+  #running = 0; // id of the running command
+  #stoppedAt = -Infinity; // [ms] newest stop or halt: results of commands that began before are not shown
+  /** @type {Map<number, number>} start of commands [ms], where known */
+  #began = new Map();
+  /** @type {Refusal[]} */
+  #refused = [];
+  /** @type {Map<number, string> | null} state of each history row; null until it was read, so that old results are not shown */
+  #states = null;
+
+  /**
+   * Take a view: update ongoing states and detect what began or ended.
+   * @param {View} view
+   * @param {number} now [ms]
+   */
+  saw({ state, up }, now) {
+    this.#goes("lost", !up && state !== null, now);
+    const halted = state?.gate.state === "halted";
+    if (up) {
+      if (!halted && this.#since.has("halted")) this.#happen(now, RESET);
+      if (halted && !this.#since.has("halted")) this.#stoppedAt = now;
+      this.#goes("halted", halted, now);
+    }
+    const command = up && state?.command?.state === "running" ? state.command.id : 0;
+    if (command !== this.#running) this.#since.delete("running");
+    this.#running = command;
+    if (command) this.#remember(command, now);
+    this.#goes("running", command !== 0, this.#began.get(command) ?? now);
+    this.#goes("hand", up && state?.gate.source === "jog", now);
+    if (!up) this.#since.delete("reading");
+    if (now - (this.#since.get("reading") ?? now) >= GIVE_UP_MS) {
+      this.#since.delete("reading");
+      this.#happen(now, UNHEARD);
+    }
+  }
+
+  /**
+   * STOP was pressed on this page.
+   * @param {boolean} sent
+   * @param {number} now [ms]
+   */
+  stopped(sent, now) {
+    this.#since.delete("reading"); // STOP discards it
+    this.#stoppedAt = now;
+    this.#happen(now, sent ? STOPPED : UNSENT);
+  }
+
+  /**
+   * The talk button was released; the transcript is pending.
+   * @param {number} now [ms]
+   */
+  reads(now) {
+    this.#goes("reading", true, now);
+  }
+
+  /**
+   * Take the answer of the console to a command of this page.
+   * @param {Said} said
+   * @param {number} now [ms]
+   */
+  answered({ text, answer, at }, now) {
+    if (!answer.ok) {
+      const row = answer.status > 0; // a command that was not sent has no history row
+      this.#refuse({ words: text, why: answer.detail ?? "", at, suggestions: answer.suggestions ?? [] }, row, now);
+    } else if (answer.detail === "stop moving") {
+      this.#stoppedAt = Math.max(this.#stoppedAt, at);
+      this.#happen(at, STOPPED, now);
+    } else {
+      if (answer.id) this.#remember(answer.id, at);
+      this.#happen(at, line("running", text, "", "sent"), now);
+    }
+  }
+
+  /**
+   * Take a transcript of the microphone of this browser.
+   * @param {Transcript} transcript
+   * @param {number} now [ms]
+   */
+  heard({ final, accepted, heard_as, words, reason, suggestions, overtaken }, now) {
+    if (accepted && heard_as === "stop moving") this.stopped(true, now);
+    if (!final) return;
+    const awaited = this.#since.delete("reading");
+    if (accepted || overtaken) return;
+    if (words) this.#refuse({ words, why: reason, at: now, suggestions }, true, now);
+    else if (awaited) this.#happen(now, { ...UNHEARD, remark: reason || UNHEARD.remark });
+  }
+
+  /**
+   * Take the history with the results of commands. It may arrive late.
+   * @param {readonly HistoryRow[]} rows newest first
+   * @param {number} at [ms] when the page learned of new rows
+   * @param {number} now [ms]
+   * @returns {HistoryRow[]} rows that have ended since, in that order
+   */
+  ended(rows, at, now) {
+    const before = this.#states;
+    this.#states = new Map(rows.map((row) => [row.id, row.state]));
+    if (!before) return [];
+    const news = rows.filter((row) => row.state !== before.get(row.id));
+    const over = news.filter(({ state }) => state !== "running").sort((one, other) => end(one) - end(other));
+    for (const { id, state } of news) if (state === "running") this.#remember(id, at);
+    for (const row of over) this.#end(row, at, now);
+    return over;
+  }
+
+  /**
+   * @param {HistoryRow} row
+   * @param {number} at [ms]
+   * @param {number} now [ms]
+   */
+  #end(row, at, now) {
+    const answered = row.state === "refused" ? this.#takeRefusal(row) : null;
+    const began = this.#began.get(row.id) ?? answered?.at ?? at;
+    if (row.name === STOPS && row.state === "done") {
+      this.#stoppedAt = Math.max(this.#stoppedAt, began);
+      this.#happen(began, STOPPED, now);
+    } else if (began < this.#stoppedAt) {
+      this.#reportCancelled(row);
+    } else {
+      const room = row.source === "ears" && row.state === "refused";
+      const result = ending(row.remark ? row : { ...row, remark: answered?.why ?? "" });
+      this.#happen(answered?.at ?? at, { ...result, suggestions: answered?.suggestions ?? [], room }, now);
+    }
+  }
+
+  /**
+   * @param {View} view
+   * @param {number} now [ms]
+   * @param {StatusLine} ready what is said when there is nothing to report
+   * @returns {StatusLine}
+   */
+  line(view, now, ready) {
+    const event = this.#event && now < this.#event.until ? this.#event : null;
+    let [newest, at] = [event?.line ?? null, event?.at ?? -Infinity];
+    for (const [what, since] of this.#since)
+      if (since > at || !newest) [newest, at] = [this.#ongoing(what, view, now - since), since];
+    if (newest) return newest;
+    const { state, link, permission } = view;
+    if (!state && link.is === "opening") return { ...ready, words: "Connecting…", remark: "" };
+    return permission.may === "no" ? { ...ready, words: "", remark: permission.why } : ready;
+  }
+
+  /**
+   * @param {"lost" | "halted" | "hand" | "reading" | "running"} what
+   * @param {View} view
+   * @param {number} elapsed [ms]
+   * @returns {StatusLine}
+   */
+  #ongoing(what, { state, mine }, elapsed) {
+    if (what === "lost" || !state) return LOST;
+    if (what === "halted") return HALTED;
+    if (what === "reading") {
+      const slow = "Speech recognition is slow on this computer; type, or wait.";
+      const remark = elapsed < SLOW_MS ? `${fixed(elapsed / 1000, 1)} s` : slow;
+      return line("running", "Transcribing…", remark, "reading");
+    }
+    if (what === "hand") {
+      const { v_m_s: v, w_rad_s: w } = state.velocity;
+      const who = mine || !state.lease.holder ? "Driving by hand" : `${state.lease.holder} drives by hand`;
+      return line("wheel", who, Math.abs(v) < STILL && Math.abs(w) > STILL ? turnRate(w) : speed(v), "hand");
+    }
+    return line("running", state.command?.heard_as ?? "", state.command?.remark ?? "", "running");
+  }
+
+  /**
+   * @param {"lost" | "halted" | "hand" | "reading" | "running"} what
+   * @param {boolean} on
+   * @param {number} at [ms]
+   */
+  #goes(what, on, at) {
+    if (!on) this.#since.delete(what);
+    else if (!this.#since.has(what)) {
+      this.#since.set(what, at);
+      if (this.#event && this.#event.at <= at) this.#event = null; // the event does not return afterwards
+    }
+  }
+
+  /**
+   * @param {number} at [ms] when it happened
+   * @param {StatusLine} what
+   * @param {number} [now] [ms]
+   */
+  #happen(at, what, now = at) {
+    if (this.#event && at < this.#event.at) return;
+    this.#event = { at, until: now + (what.suggestions.length ? ASKS_MS : STAYS_MS), line: what };
+  }
+
+  /**
+   * @param {Refusal} refusal
+   * @param {boolean} row true when a history row will repeat it
+   * @param {number} now [ms]
+   */
+  #refuse({ words, why, at, suggestions }, row, now) {
+    if (row) this.#refused = [...this.#refused, { words, why, at, suggestions }].slice(-MOST);
+    if (at < this.#stoppedAt) return;
+    this.#happen(at, line("refused", words, outcome("refused", why), "refused", suggestions), now);
+  }
+
+  /**
+   * Take the refusal that this history row repeats.
+   * @param {HistoryRow} row
+   */
+  #takeRefusal({ words, source }) {
+    const index = source === "ears" ? -1 : this.#refused.findIndex((each) => each.words === words);
+    return index < 0 ? null : (this.#refused.splice(index, 1)[0] ?? null);
+  }
+
+  /** @param {HistoryRow} row that ended after a stop, and had begun before it */
+  #reportCancelled(row) {
+    const stop = this.#event;
+    if (stop?.line.state !== "stopped" || row.state !== "cancelled") return;
+    this.#event = { ...stop, line: { ...stop.line, remark: `${wordsOf(row)}: cancelled.` } };
+  }
+
+  /**
+   * @param {number} id
+   * @param {number} at [ms]
+   */
+  #remember(id, at) {
+    if (this.#began.has(id)) return;
+    this.#began.set(id, at);
+    if (this.#began.size > MOST) this.#began.delete(Math.min(...this.#began.keys()));
+  }
+}
+
+/** @param {HistoryRow} row when it ended, Unix time [s] */
+const end = ({ at_s, duration_s }) => at_s + (duration_s ?? 0);
+
+/** @param {HistoryRow} row @returns {StatusLine} */
+const ending = (row) => line(row.state, wordsOf(row), outcome(row.state, row.remark), row.state);
+
+/**
+ * @param {string} state
+ * @param {string} remark
+ */
+const outcome = (state, remark) => (remark ? `${state}. ${remark}` : state);

@@ -1,0 +1,142 @@
+// WebSocket for speech: sends pieces of sound, receives transcripts.
+
+import { socketAddress } from "../net/api.js";
+
+/** @typedef {import("./microphone.js").Piece} Piece */
+/**
+ * @typedef {object} Transcript
+ * @property {"transcript"} kind
+ * @property {number} id
+ * @property {string} words
+ * @property {boolean} final
+ * @property {boolean} accepted
+ * @property {string} heard_as
+ * @property {string} reason
+ * @property {string[]} suggestions
+ * @property {number} seconds
+ * @property {number} delay_s
+ * @property {number | null} [entry]
+ * @property {number | null} [pending_command] id of the pending command
+ * @property {boolean} [held] the button was held: it was surely meant for the robot
+ * @property {boolean} [overtaken] a STOP came after these words began: nothing of them is offered
+ */
+/** @typedef {{kind: "listening", on: boolean, why: string}} Listening */
+
+const HEADER_BYTES = 16;
+const AUDIO_KIND = 2;
+const BEFORE = 25; // pieces kept from before the press: half a second, in which the room's noise is learnt
+const MOST_WAITING = 65536; // bytes; what a slow line holds up is dropped, not queued
+
+export class Talk {
+  /** @type {(transcript: Transcript) => void} */
+  heard = () => undefined;
+  /** @type {(why: string) => void} reason of the end; "" when it was requested */
+  ended = () => undefined;
+  /** @type {(on: boolean, remark: string) => void} */
+  turned = () => undefined;
+  /** @type {WebSocket | null} */
+  #socket = null;
+  /** @type {{pcm: ArrayBuffer, at: number}[]} */
+  #before = [];
+  #speaking = false;
+  #number = 0;
+
+  get speaking() {
+    return this.#speaking;
+  }
+
+  /** Opens the socket, so that the first word finds it open. */
+  open() {
+    if (this.#socket) return;
+    const socket = new WebSocket(socketAddress("ws/audio"));
+    this.#socket = socket;
+    socket.addEventListener("message", ({ data }) => this.#hear(JSON.parse(data)));
+    socket.addEventListener("close", ({ reason, wasClean }) => {
+      if (this.#socket !== socket) return;
+      this.#socket = null;
+      const lost = this.#speaking;
+      this.#speaking = false;
+      this.ended(reason || (lost || !wasClean ? "The link for sound was lost. Speak again." : ""));
+    });
+  }
+
+  close() {
+    const socket = this.#socket;
+    this.#socket = null;
+    this.#speaking = false;
+    this.#before = [];
+    socket?.close(1000);
+  }
+
+  /**
+   * @param {"held" | "open"} mode
+   * @param {number} seen number of the newest state
+   */
+  begin(mode, seen) {
+    const socket = this.#socket;
+    if (!socket || this.#speaking) return false;
+    this.#speaking = true;
+    const say = () => {
+      socket.send(JSON.stringify({ kind: "listen", mode, seen }));
+      for (const { pcm, at } of this.#before) this.#send(pcm, at);
+      this.#before = [];
+    };
+    if (socket.readyState === WebSocket.OPEN) say();
+    else socket.addEventListener("open", say, { once: true });
+    return true;
+  }
+
+  /** @returns {boolean} true when there is speech to transcribe */
+  rest() {
+    if (!this.#speaking) return false;
+    this.#speaking = false;
+    if (this.#socket?.readyState !== WebSocket.OPEN) return false;
+    this.#socket.send(JSON.stringify({ kind: "rest" }));
+    return true;
+  }
+
+  /** Drop the sound from before the press: the robot itself was speaking. */
+  forget() {
+    this.#before = [];
+  }
+
+  /** @param {Piece} piece */
+  add({ pcm, at }) {
+    if (this.#speaking && this.#socket?.readyState === WebSocket.OPEN) this.#send(pcm, at);
+    else {
+      this.#before.push({ pcm, at });
+      const most = this.#speaking ? 8 * BEFORE : BEFORE; // while the socket opens, speech is kept too
+      if (this.#before.length > most) this.#before.shift();
+    }
+  }
+
+  /**
+   * @param {ArrayBuffer} pcm
+   * @param {number} at [ms]
+   */
+  #send(pcm, at) {
+    const socket = this.#socket;
+    if (!socket) return;
+    if (socket.bufferedAmount > MOST_WAITING) return;
+    const message = new Uint8Array(HEADER_BYTES + pcm.byteLength);
+    const header = new DataView(message.buffer);
+    header.setUint8(0, AUDIO_KIND);
+    header.setUint32(4, this.#number, true);
+    header.setFloat64(8, at, true);
+    message.set(new Uint8Array(pcm), HEADER_BYTES);
+    this.#number += 1;
+    socket.send(message);
+  }
+
+  /** @param {Transcript | Listening} message */
+  #hear(message) {
+    if (message.kind === "transcript") this.heard(message);
+    else {
+      this.turned(message.on, message.on ? message.why : "");
+      if (!message.on && message.why) {
+        this.#speaking = false;
+        this.ended(message.why);
+      }
+    }
+  }
+}

@@ -1,0 +1,118 @@
+// Microphone of the browser: pieces of 20 ms at 16 kHz, and the reason when there is none.
+
+/**
+ * @typedef {object} Piece
+ * @property {ArrayBuffer} pcm 320 samples of 16 bit
+ * @property {number} at [ms] of its first sample, counted in sound
+ * @property {number} rms of full scale
+ * @property {number} peak
+ */
+/** @typedef {{echoCancellation: boolean, noiseSuppression: boolean, autoGainControl: boolean}} Cleaning */
+/** @typedef {"off" | "asking" | "on" | "refused"} MicrophoneState */
+
+const WORKLET = new URL("./sinc-worklet.js", import.meta.url);
+
+/** Return the reason why this page cannot use a microphone, or "". */
+export function whyNot() {
+  if (!globalThis.isSecureContext)
+    return "Browsers give the microphone only to secure pages: open the console by https, or on this computer by 127.0.0.1.";
+  if (!navigator.mediaDevices?.getUserMedia) return "This browser has no access to microphones.";
+  if (typeof AudioWorkletNode === "undefined") return "This browser cannot process sound; use a newer one.";
+  return "";
+}
+
+/**
+ * Sentence for an error of the browser.
+ * @param {unknown} trouble
+ */
+export function inWords(trouble) {
+  const name = trouble instanceof DOMException ? trouble.name : "";
+  if (name === "NotAllowedError")
+    return "The microphone was refused. Allow it for this page, with the icon next to the address.";
+  if (name === "NotFoundError" || name === "OverconstrainedError") return "There is no microphone. Plug one in.";
+  if (name === "NotReadableError") return "Another program holds the microphone. Close it there.";
+  return "The microphone does not work here.";
+}
+
+export class Microphone {
+  /** @type {MicrophoneState} */
+  state = "off";
+  why = whyNot();
+  level = 0; // rms of full scale, of the newest piece
+  peak = 0;
+  /** @type {Record<string, any>} what the track says of itself */
+  settings = {};
+  /** @type {(piece: Piece) => void} */
+  heard = () => undefined;
+  /** @type {() => void} */
+  changed = () => undefined;
+  /** @type {MediaStream | null} */
+  #stream = null;
+  /** @type {AudioContext | null} */
+  #context = null;
+
+  /**
+   * Opens it; asks the person where the browser wants that.
+   * @param {Cleaning} cleaning what the browser may do to the sound; all of it spoils directions and measurements
+   * @returns {Promise<boolean>}
+   */
+  async open(cleaning) {
+    if (this.state === "on" || this.state === "asking") return this.state === "on";
+    this.why = whyNot();
+    if (this.why) return this.#become("refused");
+    this.#become("asking");
+    try {
+      const stream = await navigator.mediaDevices.getUserMedia({
+        audio: { channelCount: 1, ...cleaning },
+        video: false,
+      });
+      this.#stream = stream;
+      const [track] = stream.getAudioTracks();
+      this.settings = track?.getSettings() ?? {};
+      track?.addEventListener("ended", () => this.#ended("The microphone was unplugged or taken away."));
+      const context = new AudioContext();
+      this.#context = context;
+      await context.audioWorklet.addModule(WORKLET);
+      if (context.state === "suspended") await context.resume();
+      const worklet = new AudioWorkletNode(context, "sinc-worklet", { numberOfInputs: 1, numberOfOutputs: 1 });
+      worklet.port.onmessage = ({ data }) => this.#take(data);
+      context.createMediaStreamSource(stream).connect(worklet);
+      worklet.connect(context.destination); // silent; some browsers run only what leads somewhere
+      return this.#become("on");
+    } catch (trouble) {
+      this.close();
+      this.why = inWords(trouble);
+      return this.#become("refused");
+    }
+  }
+
+  close() {
+    for (const track of this.#stream?.getTracks() ?? []) track.stop();
+    void this.#context?.close().catch(() => undefined);
+    this.#stream = this.#context = null;
+    this.level = this.peak = 0;
+    this.#become("off");
+  }
+
+  /** @param {Piece} piece */
+  #take(piece) {
+    this.level = piece.rms;
+    this.peak = piece.peak;
+    this.heard(piece);
+  }
+
+  /** @param {string} why */
+  #ended(why) {
+    this.close();
+    this.why = why;
+    this.#become("refused");
+  }
+
+  /** @param {MicrophoneState} state */
+  #become(state) {
+    this.state = state;
+    if (state === "on") this.why = "";
+    this.changed();
+    return state === "on";
+  }
+}

@@ -1,0 +1,71 @@
+"""Scans on their way to a laser session: a robot that has moved since it looked at the empty room is noticed."""
+
+from __future__ import annotations
+
+import asyncio
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from console.calibration.live_capture import LiveCapture, moved
+from console.calibration.session import CalibrationSession
+from core.geometry import Pose
+from core.sensors import SensorFrame
+from core.sensors.laser import Scan
+
+SCAN = Scan(stamp=0.0, ranges=np.ones(4), angle_min=0.0, angle_step=0.1)
+
+
+class Desk:
+    """Notes what a session is asked for."""
+
+    def __init__(self, stood: Pose | None, room_known: bool) -> None:
+        self.card, self.stood, self.room_known = SimpleNamespace(kind="laser"), stood, room_known
+        self.asked: list[str] = []
+        self.swept = asyncio.Event()
+
+    async def act(self, do: str, given: dict[str, Any], **_: Any) -> dict[str, Any]:
+        self.asked.append(do)
+        if do == "forget_room":
+            self.room_known = False
+        else:
+            self.swept.set()
+        return {"room_known": self.room_known}
+
+
+async def asked(stood: Pose | None, here: Pose | None, room_known: bool) -> tuple[list[str], Pose | None]:
+    """What one scan leads to, taken where the wheels say `here`."""
+    worker = Desk(stood, room_known)
+    live = LiveCapture(cast(CalibrationSession, worker))
+    wheels = None if here is None else SimpleNamespace(odometry=here)
+    live.saw(cast(SensorFrame, SimpleNamespace(image=None, scan=SCAN, wheels=wheels)))
+    await worker.swept.wait()
+    live.end()
+    await live.task
+    return worker.asked, worker.stood
+
+
+HOME, AWAY = Pose(0.0, 0.0, 0.0), Pose(0.1, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("stood", "here", "room_known", "expected", "then"),
+    [
+        (None, HOME, False, ["sweep"], HOME),
+        (HOME, HOME, True, ["sweep"], HOME),
+        (HOME, AWAY, True, ["forget_room", "sweep"], AWAY),  # moved between pause and going on
+        (None, HOME, True, ["sweep", "forget_room"], HOME),  # after a restart of the console
+        (None, None, True, ["sweep"], None),  # a robot without wheels tells nothing
+        (HOME, None, True, ["sweep"], HOME),
+    ],
+)
+def test_the_room_is_looked_at_anew_when_the_robot_moved_or_nobody_knows(
+    stood: Pose | None, here: Pose | None, room_known: bool, expected: list[str], then: Pose | None
+) -> None:
+    assert asyncio.run(asked(stood, here, room_known)) == (expected, then)
+
+
+def test_a_turn_on_the_spot_is_a_move() -> None:
+    assert moved(HOME, Pose(0.0, 0.0, 0.1)) and not moved(HOME, Pose(0.01, 0.0, 0.01))

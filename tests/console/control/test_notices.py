@@ -1,0 +1,58 @@
+"""The list of notices: one of a cause, no sentence twice, what the pilot changes changes here."""
+
+from __future__ import annotations
+
+from console.control.notices import SHOWN, Notifications
+from core.pilot.notices import Notices
+
+
+def texts(board: Notifications) -> list[str]:
+    return [notice.text for notice in board.shown]
+
+
+def test_a_trouble_of_the_pilot_is_one_notice_here_too_whatever_its_number_does() -> None:
+    pilot, board = Notices(), Notifications()
+    board.tell("info", "Anna took over.")
+    numbers: set[int] = set()
+    for stamp, pace in enumerate((0.85, 0.48, 0.54, 0.60, 0.63, 0.68, 0.89, 1.0)):
+        pilot.watch_pace(stamp, pace)
+        board.adopt(pilot.newest, stamp)
+        numbers.add(board.shown[-1].id)
+        assert len(board.shown) == 2
+        assert (f"{pace:.0%}" in board.shown[-1].text) == (pace < 1)
+    assert len(numbers) == 1
+    assert board.shown[-1].level == "info" and "keeps up" in board.shown[-1].text
+
+
+def test_a_trouble_that_comes_again_is_new_and_the_old_line_goes() -> None:
+    pilot, board = Notices(), Notifications()
+    for stamp in range(60):
+        pilot.watch(stamp, "laser", "Trouble." if stamp % 3 else "", "error", "Relief.")
+        pilot.watch(stamp, "camera", f"Picture {stamp}." if stamp % 5 else "", "warning", "Pictures again.")
+        board.adopt(pilot.newest, stamp)
+    assert sorted(texts(board)) == ["Picture 59.", "Trouble."]
+    assert max(notice.id for notice in board.shown) > 10
+
+
+def test_what_the_console_tells_of_one_cause_replaces_what_it_told_before() -> None:
+    board = Notifications()
+    for _ in range(30):
+        board.tell("error", "The link is lost.", "link")
+        board.tell("info", "Anna halted the robot.")
+        board.tell("info", "The robot is back.", "link")
+    assert texts(board) == ["Anna halted the robot.", "The robot is back."]
+    for number in range(2 * SHOWN):
+        board.tell("info", f"Number {number}.")
+    assert texts(board) == [f"Number {number}." for number in range(SHOWN, 2 * SHOWN)]
+
+
+def test_a_new_pilot_counts_from_the_beginning_and_finds_troubles_by_itself() -> None:
+    board, first, second = Notifications(), Notices(), Notices()
+    for text in ("one", "two", "three"):
+        first.add(0.0, "info", text)
+    first.watch(0.0, "laser", "Trouble.", "error", "Relief.")
+    board.adopt(first.newest, 0.0)
+    board.reset_pilot()
+    second.add(0.0, "info", "four")
+    board.adopt(second.newest, 0.0)
+    assert texts(board) == ["one", "two", "three", "four"]

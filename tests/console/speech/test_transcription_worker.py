@@ -1,0 +1,52 @@
+"""The worker's side of reading words: what outlasts one listener's turn."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+
+import numpy as np
+import pytest
+
+from console.speech import transcription_worker
+from console.speech.transcription_worker import TranscriptionWorker
+from core.speech.practice_voice import practice_voice
+from core.speech.recognition.recognizer import Utterance, WordHypothesis
+from core.speech.recognition.rejected_commands import REMEMBERED
+from core.speech.settings import RATE, SpeechSettings
+from tests.core.speech.ears import padded
+
+GO = "stop at 2 and 1"
+
+
+class Reader:
+    """Reads nothing, and keeps what it was told."""
+
+    def __init__(self) -> None:
+        self.told: list[tuple[str, ...]] = []
+
+    def read(self, utterance: Utterance) -> WordHypothesis:
+        self.told.append(utterance.rejected)
+        return WordHypothesis(words="", begin=utterance.begin, end=utterance.end)
+
+
+@pytest.mark.parametrize(
+    ("speakers", "known"),
+    [((1, 1, 1), [(), (GO,), (GO,)]), ((1, 1, 2), [(), (GO,), ()]), ((1, 2, 1), [(), (GO,), ()])],
+)
+def test_an_order_that_was_held_back_is_known_in_the_next_turn_of_who_spoke(
+    monkeypatch: pytest.MonkeyPatch, speakers: tuple[int, ...], known: list[tuple[str, ...]]
+) -> None:
+    pytest.importorskip("pocketsphinx", reason="Reading words needs pocketsphinx: pip install pocketsphinx")
+    reader = Reader()
+    monkeypatch.setattr(transcription_worker, "open_engine", lambda _: reader)
+    worker, settings = TranscriptionWorker(), asdict(SpeechSettings())
+    said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)).astype(np.float32)
+    before, long_before = (GO, len(said) / RATE + 1.0), ("turn left", REMEMBERED + len(said) / RATE)
+    rejected = ((), (before, long_before), ())
+    told = []
+    for turn, speaker in enumerate(speakers):
+        worker.begin(settings, held=True, speaker=speaker)
+        worker.feed(said.tobytes(), RATE, 10.0 * turn, rejected=rejected[turn])
+        worker.finish()
+        told.append(reader.told[-1])
+    assert told == known

@@ -1,0 +1,173 @@
+"""Words of voices in the room, taken on by a driver: which are obeyed, and what holds them back."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import pytest
+
+from console.speech.room_transcription import NOT_OBEYED, RoomUtterance
+from console.speech.utterance import UtteranceMessage, utterance_message
+from console.speech.voice_commands import HIGHER, VoiceCommands
+from core.commands.command import Command
+from core.errors import Refused
+from core.perception.people.voice_bearing import VoiceBearing
+from core.speech.recognition.acceptance import judge
+from core.speech.recognition.recognizer import WordHypothesis
+from core.speech.understanding.grammar import understand
+from tests.console.live import Live
+
+
+def listen(live: Live, obey: bool, token: str = "") -> Any:
+    return live.ask("POST", "/api/hearing", {"listen": True, "obey": obey}, token=token or live.operator)
+
+
+def message(words: str) -> UtteranceMessage:
+    """An utterance with these words, as a worker that knows no bounds of speech would send them."""
+    heard = understand(words)
+    assert isinstance(heard, Command)
+    return UtteranceMessage(0.0, 1.0, words, name=heard.name, numbers=dict(heard.numbers), heard_as=heard.heard_as)
+
+
+def said(live: Live, words: str, age: float = 0.0) -> str:
+    """The ears understand words that are said from now on, or were `age` [s] ago → why nothing is done about it."""
+    ears = live.runtime.ears
+    begin = ears.stamp + 0.1
+    live.until(lambda: ears.stamp > begin + 0.1)
+    end = ears.stamp - age
+    one = RoomUtterance(1, end - 0.1, end, words, True, words, "", 0.0, 0.05)
+    call = VoiceBearing(stamp=end, azimuth=0.0, sd=0.05, x=0.0, y=0.0)
+    return live.on_loop(lambda: NOT_OBEYED if ears.obey is None else ears.obey(message(words), one, call))
+
+
+def newest(live: Live) -> dict[str, Any]:
+    return live.ask("GET", "/api/commands/history?limit=1", token=live.viewer).json["commands"][0]
+
+
+@pytest.fixture
+def spoken(live: Live) -> Any:
+    live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
+    live.until(lambda: not live.runtime.door.busy_above(()))
+    yield live.runtime.spoken
+    live.ask("POST", "/api/stop", token=live.operator)
+    live.ask("POST", "/api/hearing", {"listen": False}, token=live.operator)
+
+
+def test_nothing_is_obeyed_until_a_driver_takes_words_on(live: Live, spoken: VoiceCommands) -> None:
+    assert said(live, "turn left") == NOT_OBEYED
+    assert listen(live, True, live.viewer).status == 403
+    told = listen(live, True)
+    assert (told.status, told.json) == (200, {"listening": True, "obeying": True})
+    assert said(live, "turn left") == ""
+    row = live.until(lambda: newest(live) if newest(live)["source"] == "ears" else None)
+    assert (row["name"], row["who"]) == ("turn_left", "operator")
+    assert not listen(live, False).json["obeying"]
+    assert said(live, "turn left") == NOT_OBEYED
+
+
+def test_late_words_and_those_below_a_hand_are_not_obeyed(live: Live, spoken: VoiceCommands) -> None:
+    assert listen(live, True).status == 200
+    assert "too late" in said(live, "turn left", age=4.0)
+    assert "5 metres" in said(live, "continue 12 meters")
+    typed = live.ask("POST", "/api/commands", {"text": "turn right"}, token=live.operator)
+    assert typed.status == 202
+    assert said(live, "turn left") == HIGHER
+
+
+def test_what_goes_to_a_person_waits_a_moment_and_stop_holds_it_back(
+    live: Live, spoken: VoiceCommands, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pending_commands = live.runtime.pending_commands
+    assert pending_commands.moment == 2.0
+    monkeypatch.setattr(pending_commands, "moment", 600.0)
+    assert listen(live, True).status == 200
+    before = newest(live)["id"]
+    assert said(live, "come here") == ""
+    waiting = pending_commands.waiting
+    assert waiting is not None and waiting.source == "ears" and waiting.command.call is not None
+    live.ask("POST", "/api/stop", token=live.viewer)
+    pending_commands.moment = 0.2
+    assert said(live, "follow me") == ""
+    live.until(lambda: newest(live)["id"] > before and newest(live)["name"] == "follow_me")
+    rows = live.ask("GET", "/api/commands/history?limit=5", token=live.viewer).json["commands"]
+    told = [row["state"] for row in rows if row["id"] > before and row["name"] == "come_here"]
+    assert told == ["cancelled"]
+
+
+def test_what_waits_is_dropped_when_voices_are_obeyed_no_more(
+    live: Live, spoken: VoiceCommands, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(live.runtime.pending_commands, "moment", 600.0)
+    assert listen(live, True).status == 200
+    assert said(live, "continue 3 meters") == ""
+    assert listen(live, False).status == 200
+    assert live.runtime.pending_commands.waiting is None
+    assert "no more" in newest(live)["remark"]
+
+
+def test_words_are_let_go_with_the_wheel(live: Live, spoken: VoiceCommands) -> None:
+    assert listen(live, True).status == 200
+    holder = live.runtime.lease.holder
+    assert holder is not None
+    live.on_loop(lambda: live.runtime.door.forget(holder))
+    assert "no longer drives" in said(live, "turn left")
+    assert said(live, "turn left") == NOT_OBEYED
+
+
+def test_a_command_heard_with_a_doubt_is_offered_as_long_as_it_is_fresh(live: Live, spoken: VoiceCommands) -> None:
+    ears = live.runtime.ears
+    for age, offered in ((0.5, "turn left"), (60.0, "")):
+        end = ears.stamp - age
+        one = RoomUtterance(1, end - 0.8, end, "turn left", False, None, "I am not sure.", None, None, "turn left")
+        live.on_loop(lambda one=one: ears.utterances.append(one))
+        assert live.ask("GET", "/api/state", token=live.viewer).json["ears"]["suggested_command"] == offered
+
+
+def test_until_words_are_read_the_state_says_so(live: Live, spoken: VoiceCommands) -> None:
+    pytest.importorskip("pocketsphinx", reason="Reading words needs pocketsphinx: pip install pocketsphinx")
+
+    def starting() -> bool:
+        return live.ask("GET", "/api/state", token=live.viewer).json["ears"]["starting"]
+
+    worker = live.runtime.ears._worker
+    live.on_loop(worker.kill)
+    assert starting()
+    assert listen(live, True).status == 200
+    live.until(lambda: not starting(), seconds=30.0)
+
+
+def test_what_the_pilot_does_not_do_now_is_told_and_the_ears_go_on(
+    live: Live, spoken: VoiceCommands, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By a voice at once, and by an order that waited: both end refused, with a notice; nobody falls deaf."""
+
+    def not_now(*_: object) -> None:
+        raise Refused("Not now: I look for my place.")
+
+    assert listen(live, True).status == 200
+    monkeypatch.setattr(live.runtime.door.pilot, "tell", not_now)
+    monkeypatch.setattr(live.runtime.pending_commands, "moment", 0.05)
+    for words in ("turn left", "come here"):
+        assert said(live, words) == ""
+        row = live.until(lambda words=words: newest(live) if newest(live)["heard_as"] == words else None)
+        assert (row["state"], row["remark"]) == ("refused", "Not now: I look for my place.")
+    assert live.runtime.ears.trouble == "" and live.runtime.pending_commands.waiting is None
+
+
+def test_a_spoken_command_is_parsed_once(live: Live, spoken: VoiceCommands, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where it is recognized; from there a command travels."""
+    listen(live, True)
+    calls: list[str] = []
+
+    def counted(words: str, **more: Any) -> Any:
+        calls.append(words)
+        return understand(words, **more)
+
+    for module in [name for name in sys.modules if name.startswith(("core.", "console."))]:
+        if getattr(sys.modules[module], "understand", None) is understand:
+            monkeypatch.setattr(sys.modules[module], "understand", counted)
+    heard = utterance_message(judge(WordHypothesis(words="turn left", begin=0.0, end=1.0)))
+    monkeypatch.setitem(globals(), "message", lambda words: heard)
+    assert said(live, "turn left") == ""
+    assert newest(live)["name"] == "turn_left" and calls == ["turn left"]

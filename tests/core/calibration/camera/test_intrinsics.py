@@ -1,0 +1,125 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from core.calibration.camera.intrinsics import calibrate
+from core.calibration.camera.uncertainty import uncertainty_map
+from core.calibration.practice import BoardPlacement, held, seen
+from core.calibration.projection import vector_of
+from core.errors import BadInput
+from core.message import Array
+from core.optics import TABLE_3, CameraModel
+from tests.core.calibration.seen_boards import BOARD, SIZE, some_corners, views_of
+
+GRID = (BOARD.rows, BOARD.columns, 2)
+
+
+def shifted_a_square(corners: Array) -> Array:
+    return np.roll(corners.reshape(GRID), 1, axis=1).reshape(-1, 2)
+
+
+def shifted_a_corner(corners: Array) -> Array:
+    return np.roll(corners, 1, axis=0)
+
+
+def rows_swapped(corners: Array) -> Array:
+    grid = corners.reshape(GRID).copy()
+    grid[[1, 2]] = grid[[2, 1]]
+    return grid.reshape(-1, 2)
+
+
+def noisy(corners: Array) -> Array:
+    return corners + np.random.default_rng(9).normal(0, 3, corners.shape)
+
+
+def one_corner_off(corners: Array) -> Array:
+    moved = corners.copy()
+    moved[20] += (3.0, -2.0)
+    return moved
+
+
+@pytest.mark.parametrize("fault", [shifted_a_square, shifted_a_corner, rows_swapped, noisy, one_corner_off])
+def test_a_poisoned_view_is_named_and_does_not_move_the_focal_length(fault: Callable[[Array], Array]) -> None:
+    corners, _ = some_corners(13, noise=0.15, seed=2)
+    clean = calibrate(views_of(corners.pixels), BOARD, SIZE)
+    for culprit in (0, 6, 12):
+        pixels = corners.pixels.copy()
+        pixels[culprit] = fault(pixels[culprit])
+        told = calibrate(views_of(pixels), BOARD, SIZE)
+        assert told.verdicts[culprit].reason
+        assert [verdict.used for verdict in told.verdicts].count(False) <= 1
+        assert abs(told.model.fx - clean.model.fx) < 1.5
+
+
+def test_the_reason_says_what_is_wrong() -> None:
+    corners, _ = some_corners(13, noise=0.15, seed=2)
+    for fault, words in (
+        (rows_swapped, "rows 2 and 3"),
+        (shifted_a_square, "one square"),
+        (one_corner_off, "row 3, column 3"),
+    ):
+        pixels = corners.pixels.copy()
+        pixels[4] = fault(pixels[4])
+        assert words in calibrate(views_of(pixels), BOARD, SIZE).verdicts[4].reason
+
+
+def test_good_views_are_all_used_without_a_remark() -> None:
+    corners, _ = some_corners(20, noise=0.1, seed=8)
+    told = calibrate(views_of(corners.pixels), BOARD, SIZE)
+    assert all(verdict.used and not verdict.reason for verdict in told.verdicts)
+    assert told.warnings == ()
+
+
+def test_reported_deviations_cover_the_truth_and_no_board_is_turned_over() -> None:
+    inside, total = 0, 0
+    for seed in range(25):
+        corners, truth = some_corners(20, noise=0.1, seed=100 + seed)
+        told = calibrate(views_of(corners.pixels), BOARD, SIZE)
+        off = np.array([getattr(told.model, name) for name in told.free]) - vector_of(TABLE_3)[: len(told.free)]
+        inside += int(np.sum(np.abs(off) < 2 * np.sqrt(np.diag(told.covariance))))
+        total += len(off)
+        leaning = np.sum(told.poses.rotations[:, :, 2] * truth.poses.rotations[:, :, 2], axis=1)
+        assert leaning.min() > np.cos(np.deg2rad(10))
+    assert 0.88 <= inside / total <= 1.0
+
+
+def test_k3_is_taken_only_where_a_hold_out_says_so() -> None:
+    curved = CameraModel(width=320, height=256, fx=301.0, fy=303.0, cx=160.0, cy=128.0, k1=-0.3, k2=0.1, k3=-0.6)
+    rng = np.random.default_rng(3)
+    how = BoardPlacement(nearest=0.22, farthest=0.5)
+    for model, wanted in ((curved, True), (TABLE_3, False)):
+        pixels = seen(rng, model, held(rng, 25, model, BOARD, how), BOARD, 0.05)
+        told = calibrate(views_of(pixels), BOARD, SIZE)
+        assert ("k3" in told.free) is wanted
+
+
+@pytest.mark.parametrize("tilt_deg", [5, 10])
+def test_hardly_tilted_boards_give_a_fine_rms_and_an_honest_uncertainty(tilt_deg: float) -> None:
+    how = BoardPlacement(most_tilt=np.deg2rad(tilt_deg))
+    for seed in range(4):
+        corners, _ = some_corners(15, noise=0.15, seed=200 + seed, how=how)
+        told = calibrate(views_of(corners.pixels), BOARD, SIZE)
+        assert told.rms < 0.25
+        assert uncertainty_map(told).p95 > 0.5
+
+
+def test_two_views_are_too_few() -> None:
+    corners, _ = some_corners(2, noise=0.1)
+    with pytest.raises(BadInput, match="too few"):
+        calibrate(views_of(corners.pixels), BOARD, SIZE)
+
+
+def test_corners_of_another_board_are_refused() -> None:
+    corners, _ = some_corners(4, noise=0.1)
+    with pytest.raises(BadInput, match="54 corners"):
+        calibrate(views_of(corners.pixels[:, :48]), BOARD, SIZE)
+
+
+def test_four_hundred_views_are_solved_at_once() -> None:
+    corners, _ = some_corners(400, noise=0.1, seed=11)
+    told = calibrate(views_of(corners.pixels), BOARD, SIZE)
+    assert abs(told.model.fx - TABLE_3.fx) < 4 * told.sds["fx"]
+    assert told.sds["fx"] < 0.2

@@ -1,0 +1,259 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from core.calibration.files.camera_files import (
+    camera_entry,
+    kalibr_yaml,
+    number,
+    opencv_yaml,
+    parse_camera,
+    plain_name,
+    read_camera,
+    ros_yaml,
+)
+from core.calibration.files.mount_files import (
+    BACK,
+    FORWARD,
+    matrix,
+    mount_entry,
+    read_mount,
+    static_transform,
+    urdf_joint,
+)
+from core.calibration.files.plain_yaml import read_yaml
+from core.calibration.mount import Extrinsics
+from core.calibration.projection import exponential, vector_of
+from core.errors import BadInput
+from core.geometry import Transform
+from core.optics import TABLE_3, CameraModel
+
+WITH_K3 = CameraModel(
+    width=640, height=480, fx=519.26845842, fy=518.89359517, cx=331.1, cy=229.4, k1=0.11, k3=-1.0954
+)
+
+
+@st.composite
+def lenses(draw: st.DrawFn) -> CameraModel:
+    """Any size, any principal point, a focal length and a distortion that a lens may have."""
+    width = draw(st.integers(16, 4000))
+    height = draw(st.integers(max(16, width // 3), min(4000, 3 * width)))
+    fx = max(width, height) * draw(st.floats(1.0, 20.0))
+    return CameraModel(
+        width=width,
+        height=height,
+        fx=fx,
+        fy=fx * draw(st.floats(0.9, 1.1)),
+        cx=width * draw(st.floats(0.4, 0.6)),
+        cy=height * draw(st.floats(0.4, 0.6)),
+        k1=draw(st.floats(-0.3, 0.3)),
+        k2=draw(st.floats(-0.1, 0.1)),
+        p1=draw(st.floats(-1e-3, 1e-3)),
+        p2=draw(st.floats(-1e-3, 1e-3)),
+    )
+
+
+@settings(deadline=None, max_examples=50)
+@given(model=lenses())
+def test_every_form_comes_back_to_the_last_digit(model: CameraModel) -> None:
+    forms = (
+        ros_yaml(model, crop=False),
+        opencv_yaml(model, board=(9, 6, 0.025), rms=0.2),
+        kalibr_yaml(model),
+        json.dumps({"camera": camera_entry(model)}),
+        json.dumps(camera_entry(model)),
+    )
+    for text in forms:
+        back = parse_camera(text)
+        assert np.array_equal(vector_of(back), vector_of(model))
+        assert (back.width, back.height) == (model.width, model.height)
+
+
+def test_what_the_command_line_prints_is_read_back() -> None:
+    told = {"image_size": [320, 256], "fx": 301.5, "fy": 303.2, "cx": 155.5, "cy": 139.3, "k1": -0.43, "k2": 0.24}
+    model = parse_camera(json.dumps(told))
+    assert (model.fx, model.k2, model.p1, model.k3) == (301.5, 0.24, 0.0, 0.0)
+
+
+def test_opencv_reads_our_form(tmp_path: Path) -> None:
+    path = tmp_path / "camera.yml"
+    path.write_text(opencv_yaml(WITH_K3, board=(9, 6, 0.025)))
+    storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
+    assert np.array_equal(storage.getNode("camera_matrix").mat(), WITH_K3.matrix)
+    assert np.array_equal(storage.getNode("distortion_coefficients").mat().ravel(), WITH_K3.distortion)
+    assert storage.getNode("board_width").real() == 9
+
+
+def test_our_form_of_opencv_is_read_back_after_opencv_wrote_it(tmp_path: Path) -> None:
+    path = tmp_path / "camera.yml"
+    storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    storage.write("image_width", 640)
+    storage.write("image_height", 480)
+    storage.write("camera_matrix", WITH_K3.matrix)
+    storage.write("distortion_coefficients", WITH_K3.distortion.reshape(5, 1))
+    storage.release()
+    assert np.allclose(vector_of(read_camera(path)), vector_of(WITH_K3), rtol=1e-15)
+
+
+def test_ros_gets_every_key_it_requires() -> None:
+    document = read_yaml(ros_yaml(TABLE_3, "front left"))
+    assert list(document) == [
+        "image_width",
+        "image_height",
+        "camera_name",
+        "camera_matrix",
+        "distortion_model",
+        "distortion_coefficients",
+        "rectification_matrix",
+        "projection_matrix",
+    ]
+    assert document["camera_name"] == "front_left" and document["distortion_coefficients"]["cols"] == 5
+    assert document["projection_matrix"]["rows"] == 3 and len(document["projection_matrix"]["data"]) == 12
+
+
+def test_yaml_agrees_with_the_common_reader() -> None:
+    yaml = pytest.importorskip(
+        "yaml", reason="PyYAML is not installed here; our reader is tested by round trips alone"
+    )
+    for text in (
+        ros_yaml(TABLE_3),
+        kalibr_yaml(TABLE_3),
+        "a: 1\nb:\n  - 1.5\n  - -2.0e-3\nc: {x: 1, y: [1,2, 3], z: 'q'}\nd:\n- [1,2]\n- [3,\n   4]\n",
+        'e: "a # b" # c\n',
+        "top:\n  inner:\n    deep: [1.0, -2.5e+3]\n  other: text with spaces\nlast: ~\n",
+    ):
+        assert read_yaml(text) == yaml.safe_load(text)
+
+
+@given(value=st.floats(allow_nan=False, allow_infinity=False))
+def test_every_number_has_a_decimal_point_and_all_its_digits(value: float) -> None:
+    text = number(value)
+    assert float(text) == value and "." in text
+
+
+def test_kalibr_cannot_hold_k3() -> None:
+    with pytest.raises(BadInput, match="k3"):
+        kalibr_yaml(WITH_K3)
+
+
+GOOD = {"image_size": [640, 480], "K": [[500, 0, 320], [0, 500, 240], [0, 0, 1]], "dist": [0, 0, 0, 0]}
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"image_size": None}, "image size"),
+        ({"image_size": [640]}, "image size"),
+        ({"image_size": [640.5, 480]}, "whole numbers"),
+        ({"K": [[500, 0, 320], [0, 500, 240]]}, "6 numbers"),
+        ({"K": [[500, 3, 320], [0, 500, 240], [0, 0, 1]]}, "camera matrix must read"),
+        ({"K": [[-500, 0, 320], [0, 500, 240], [0, 0, 1]]}, "positive"),
+        ({"K": [[500, 0, 720], [0, 500, 240], [0, 0, 1]]}, "principal point"),
+        ({"K": [[500, 0, "320"], [0, 500, 240], [0, 0, 1]]}, "not a number"),
+        ({"K": [[True, 0, 320], [0, 500, 240], [0, 0, 1]]}, "not a number"),
+        ({"dist": [0, 0, 0]}, "3 numbers"),
+        ({"dist": [0, 0, 0, 0, 0, 0.1, 0, 0]}, "beyond"),
+        ({"dist_model": "equidistant"}, "equidistant"),
+        ({"K": None}, "camera matrix"),
+    ],
+)
+def test_a_camera_file_that_makes_no_sense_is_refused_in_words(change: dict[str, object], words: str) -> None:
+    with pytest.raises(BadInput, match=words):
+        parse_camera(json.dumps(GOOD | change))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '{"image_size":[640,480],"K":[[NaN,0,320],[0,500,240],[0,0,1]]}',
+        '{"image_size":[640,480],"K":[[Infinity,0,320],[0,500,240],[0,0,1]]}',
+        "image_width: 640\nimage_height: 480\ncamera_matrix: {data: [.nan, 0, 1, 0, 1, 1, 0, 0, 1]}",
+        "a: &a [1, 1]\nb: [*a, *a]",
+        "<<: {a: 1}",
+        "a: 1\na: 2",
+        "a: [1, 2",
+        "a: |\n  text",
+        "- 1\n- 2",
+        "",
+        "[" * 5000,
+        "{" + '"a":{' * 2000,
+        "a:\n" + "".join(f"{' ' * n}b:\n" for n in range(1, 60)) + " " * 60 + "c: 1",
+    ],
+)
+def test_hostile_text_is_refused_in_words(text: str) -> None:
+    with pytest.raises(BadInput) as told:
+        parse_camera(text)
+    assert len(str(told.value)) < 200
+
+
+def test_names_need_no_quotes() -> None:
+    assert plain_name('front "left": # 1') == "front_left_1" and plain_name("///") == "camera"
+
+
+def some_mount() -> Extrinsics:
+    turn = exponential(np.array([[0.4, -0.3, 1.1]]))[0]
+    transform = Transform(rotation=turn, translation=np.array([0.1, -0.2, 1e-5]))
+    return Extrinsics(
+        transform=transform,
+        covariance=np.diag([1e-4] * 6),
+        used=np.ones(4, bool),
+        chi2=np.ones(4),
+        misfit=1.2,
+        gain=np.ones(6),
+        weak=("height",),
+    )
+
+
+def test_the_static_transform_is_equation_11() -> None:
+    found = some_mount()
+    words = static_transform(found.transform).split()
+    told = {name.removeprefix("--"): value for name, value in zip(words[4::2], words[5::2], strict=True)}
+    shift = [float(told[name]) for name in "xyz"]
+    turn = Rotation.from_quat([float(told[name]) for name in ("qx", "qy", "qz", "qw")]).as_matrix()
+    assert np.allclose(turn, found.transform.rotation) and np.allclose(shift, found.transform.translation)
+    assert told["frame-id"] == "laser" and told["child-frame-id"] == "camera_optical_frame"
+
+
+def test_the_urdf_joint_turns_about_fixed_axes_roll_pitch_yaw() -> None:
+    found = some_mount()
+    text = urdf_joint(found.transform)
+    roll, pitch, yaw = map(float, text.split('rpy="')[1].split('"')[0].split())
+
+    def about(axis: int, angle: float) -> np.ndarray:
+        return exponential(angle * np.eye(3)[axis : axis + 1])[0]
+
+    assert np.allclose(about(2, yaw) @ about(1, pitch) @ about(0, roll), found.transform.rotation)
+
+
+def test_the_mount_comes_back_from_its_entry_both_ways() -> None:
+    found = some_mount()
+    entry = json.loads(json.dumps(mount_entry(found)))
+    back = read_mount(entry)
+    assert np.array_equal(back.rotation, found.transform.rotation)
+    assert np.array_equal(back.translation, found.transform.translation)
+    assert np.allclose(np.array(entry[BACK]) @ matrix(found.transform), np.eye(4), atol=1e-12)
+    assert entry["not_known"] == ["height"]
+
+
+@pytest.mark.parametrize("spoil", ["scale", "flip", "nan", "shape", "missing"])
+def test_a_mount_that_is_no_rigid_transform_is_refused(spoil: str) -> None:
+    entry = mount_entry(some_mount())
+    whole = np.array(entry[FORWARD])
+    if spoil == "scale":
+        whole[:3, :3] *= 1.01
+    elif spoil == "flip":
+        whole[:3, 0] *= -1
+    elif spoil == "nan":
+        whole[0, 3] = np.nan
+    elif spoil == "shape":
+        whole = whole[:3]
+    with pytest.raises(BadInput):
+        read_mount({} if spoil == "missing" else entry | {FORWARD: whole.tolist()})

@@ -1,0 +1,42 @@
+"""Where a wall counts as straight, and how far off its distance the robot is."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from core.experiments.table_2_trials import aside
+from core.geometry import Pose
+
+WALL = np.array([[0.0, 0.0, 3.0, 0.0]])  # along x, open to +y
+NO_POSTS = np.empty((0, 3))
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "heading", "told"),
+    [
+        (1.5, 0.5, 0.0, 0.0),
+        (1.5, 0.56, 0.1, 0.06),
+        (0.6, 0.45, 0.0, -0.05),
+        (0.4, 0.5, 0.0, None),  # where it begins
+        (2.6, 0.5, 0.0, None),  # where it ends
+        (1.5, 0.9, 0.0, None),  # too far
+        (1.5, 0.5, 1.0, None),  # on its way from it
+        (1.5, 0.5, math.pi, None),  # on its left
+        (1.5, -0.5, 0.0, None),  # behind it
+    ],
+)
+def test_how_far_off_it_is_counts_beside_the_middle_of_a_wall_on_the_right(
+    x: float, y: float, heading: float, told: float | None
+) -> None:
+    off = aside(Pose(x, y, heading), WALL, NO_POSTS)
+    assert off == (None if told is None else pytest.approx(told))
+
+
+def test_nothing_counts_where_another_wall_or_a_post_is_near() -> None:
+    here = Pose(1.5, 0.5, 0.0)
+    assert aside(here, np.vstack((WALL, [[2.2, 0.0, 2.2, 1.0]])), NO_POSTS) is None
+    assert aside(here, WALL, np.array([[1.5, 1.2, 0.05]])) is None
+    assert aside(here, WALL, np.array([[1.5, 1.6, 0.05]])) == pytest.approx(0.0)

@@ -1,0 +1,66 @@
+"""What the pilot's ears tell of a voice, whichever way the robot stands."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from core.geometry import Pose
+from core.message import Array
+from core.perception.sound.settings import DirectionFindingSettings
+from core.pilot.sound_perception import SILENCE_DB, SoundPerception
+from core.robots import Profile
+from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound
+from core.slam.estimate import Estimate
+from core.snapshot import VoiceDirection
+from tests.core.perception.voices import RATE, far_voice
+
+UPRIGHT = MicrophoneArray(positions=RESPEAKER_ODAS.positions[:, [0, 2, 1]], name="upright")
+
+
+def ears_with(array: MicrophoneArray) -> SoundPerception:
+    return SoundPerception(
+        Profile(name="ears", kind="SIM", url="sim:ears", microphones=array), DirectionFindingSettings()
+    )
+
+
+def standing(heading: float) -> Estimate:
+    return Estimate(pose=Pose(heading=heading), covariance=1e-6 * np.eye(3))
+
+
+def heard(array: MicrophoneArray, heading: float, azimuth: float, elevation: float) -> VoiceDirection:
+    """A voice from there, seen from the robot, in frames of a 20th of a second."""
+    ears, voices = ears_with(array), ()
+    for piece in far_voice(array, azimuth, elevation, duration=1.5).pieces(0.05):
+        told = ears.hear(piece, piece.stamp + piece.duration, standing(heading))
+        assert told is not None
+        voices = told.voices or voices
+    (voice,) = voices
+    return voice
+
+
+@pytest.mark.parametrize("heading", [0.0, 1.0, -2.5])
+def test_a_level_array_never_offers_its_own_direction_as_another(heading: float) -> None:
+    voice = heard(RESPEAKER_ODAS, heading, -0.54, 0.5)
+    assert voice.azimuth == pytest.approx(-0.54, abs=0.05)
+    assert "may as well" not in voice.ambiguity and "elevation" in voice.ambiguity
+
+
+@pytest.mark.parametrize("heading", [0.0, 1.0, -2.5])
+def test_the_other_side_of_an_upright_array_is_told_from_where_the_robot_stands(heading: float) -> None:
+    voice = heard(UPRIGHT, heading, 0.7, 0.1)
+    other = "left" if voice.azimuth < 0 else "right"
+    assert abs(voice.azimuth) == pytest.approx(0.7, abs=0.05)
+    assert voice.ambiguity == f"The array is flat: the sound may as well come from 40° to the {other}."
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, 1e200])
+def test_samples_that_are_no_numbers_are_no_level(number: float) -> None:
+    ears = ears_with(RESPEAKER_ODAS)
+    spoilt: Array = np.full((800, 4), number)
+    told = ears.hear(Sound(stamp=0.0, rate=RATE, samples=spoilt), 0.05, standing(0.0))
+    assert told is not None and told.level_db == SILENCE_DB and "no numbers" in ears.trouble
+    told = ears.hear(Sound(stamp=0.05, rate=RATE, samples=np.full((800, 4), 0.1)), 0.1, standing(0.0))
+    assert told is not None and told.level_db == pytest.approx(-20.0, abs=0.1) and ears.trouble == ""

@@ -1,0 +1,109 @@
+"""What the pilot's eyes make of bad pictures, and what the operator hears of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.gate import Twist
+from core.geometry import Pose
+from core.pilot import Pilot
+from core.pilot.landmark_perception import LandmarkPerception
+from core.sensors import Image, SensorFrame, Wheels
+from core.settings import Settings
+from core.simulation.robot import SimulatedRobot, SimulationSettings
+
+
+def dark_robot(light: float) -> SimulatedRobot:
+    return SimulatedRobot("lab", seed=4, settings=SimulationSettings(light=light))
+
+
+def pictures(light: float, seconds: float) -> list[Image]:
+    robot = dark_robot(light)
+    frames = [robot.read() for _ in range(int(40 * seconds))]
+    return [frame.image for frame in frames if frame.image is not None]
+
+
+def test_the_view_carries_the_pictures_quality_and_a_dark_one_is_brightened() -> None:
+    robot = dark_robot(0.15)
+    pilot = Pilot(robot.profile)
+    views = [pilot.step(robot.read()).view for _ in range(20)]
+    view = views[-1]
+    assert view is not None
+    assert view.quality is not None
+    assert view.quality.state == "mended"
+    assert view.quality.words.startswith("Too dark: brightened.")
+    assert len(view.edges) > 2
+    plain = Pilot(robot.profile, replace(Settings(), image_quality=replace(Settings().image_quality, prepare=False)))
+    frame = next(frame for frame in iter(robot.read, None) if frame.image is not None)
+    seen = plain.step(frame).view
+    assert seen is not None
+    assert len(seen.edges) < len(view.edges)
+
+
+def test_unusable_pictures_are_told_once_after_a_second_and_so_is_their_end() -> None:
+    robot = dark_robot(1.0)
+    pilot = Pilot(robot.profile)
+    told: list[tuple[float, str]] = []
+    known: list[str] = []
+    for number in range(140):
+        frame = robot.read()
+        if frame.image is not None and 20 <= number < 90:
+            frame = replace(frame, image=Image(stamp=frame.image.stamp, pixels=np.zeros_like(frame.image.pixels)))
+        snapshot = pilot.step(frame)
+        new = [notice for notice in snapshot.notices if notice.text not in known]
+        known += [notice.text for notice in new]
+        told += [(snapshot.stamp, notice.text) for notice in new if "camera" in notice.text]
+    (begun, trouble), (ended, relief) = told
+    assert begun == pytest.approx(1.5, abs=0.2)
+    assert trouble.startswith("The camera's pictures cannot be used: black.")
+    assert ended == pytest.approx(2.25, abs=0.2)
+    assert relief == "The camera sees well enough again."
+
+
+def test_a_picture_that_repeats_itself_on_the_move_is_not_used_until_another_comes() -> None:
+    robot = dark_robot(1.0)
+    eyes = LandmarkPerception(robot.profile, Settings())
+    first, second = pictures(1.0, 0.4)[:2]
+
+    def shown(image: Image, stamp: float, speed: float) -> bool:
+        frame = SensorFrame(
+            stamp=stamp,
+            image=Image(stamp=stamp, pixels=image.pixels),
+            wheels=Wheels(odometry=Pose(), speed=speed, turn_rate=0.0),
+        )
+        return eyes.without_repeats(frame).image is not None
+
+    assert all(shown(first, 0.1 * n, 0.0) for n in range(5))  # it stands: nothing need change
+    assert [shown(first, 0.5 + 0.1 * n, 0.1) for n in range(3)] == [True, False, False]
+    assert "repeats one picture" in eyes.trouble
+    assert not shown(first, 1.0, 0.0)  # because of that it stands; the camera hangs nevertheless
+    assert shown(second, 1.1, 0.0) and shown(first, 1.2, 0.1)
+
+
+def test_the_pilot_does_not_look_at_a_camera_that_hangs() -> None:
+    robot = dark_robot(1.0)
+    pilot, frozen = Pilot(robot.profile), None
+    robot.drive(Twist(0.0, 0.3))
+    seen: list[float] = []
+    for _ in range(60):
+        robot.drive(Twist(0.0, 0.3))
+        frame = robot.read()
+        if frame.image is not None:
+            frozen = frozen or frame.image
+            frame = replace(frame, image=Image(stamp=frame.image.stamp, pixels=frozen.pixels))
+        view = pilot.step(frame).view
+        seen.append(view.stamp if view is not None else 0.0)
+    assert max(seen) < 0.5  # the first picture, and its first repetition
+
+
+def test_a_single_black_picture_is_nothing_to_tell() -> None:
+    robot = dark_robot(1.0)
+    eyes = LandmarkPerception(robot.profile, Settings())
+    for image in pictures(1.0, 0.5):
+        eyes.look(SensorFrame(stamp=image.stamp, image=image))
+        black = Image(stamp=image.stamp + 0.05, pixels=np.zeros_like(image.pixels))
+        eyes.look(SensorFrame(stamp=black.stamp, image=black))
+        assert eyes.poor == ""

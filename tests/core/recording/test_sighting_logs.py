@@ -1,0 +1,224 @@
+"""Archives and text of sightings, and scan sets: columns, steps, identities, noise."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from core.errors import BadInput
+from core.geometry import Pose
+from core.recording import open_log
+from core.slam.motion import Increment, control_jacobian
+
+
+def save(path, **arrays):
+    np.savez_compressed(path, **arrays)
+    return path
+
+
+@pytest.fixture
+def runs(tmp_path):
+    """Two runs of 24 steps, straight ahead and turning; sightings after every 8."""
+    speeds = np.full((2, 24), 0.1)
+    steers = np.vstack([np.zeros(24), np.full(24, 0.5)])
+    rows = [[run, k, mark, 2.0 + mark, 0.1 * mark] for run in (0, 1) for k in (8, 16, 24) for mark in (0, 3)]
+    still = [[run, frame, 5, 1.5, -0.2] for run in (0, 1) for frame in range(10)]
+    truth = np.full((25, 3), np.nan)  # would poison whatever reads it
+    return save(
+        tmp_path / "runs.npz",
+        v_noisy=speeds,
+        steer_noisy=steers,
+        obs=np.array(rows),
+        still_obs=np.array(still),
+        truth=truth,
+    )
+
+
+def whole(recording) -> Increment:
+    """All moves of a recording as one."""
+    moved = Increment()
+    for step in recording:
+        moved = moved.then(step.increment)
+    return moved
+
+
+def test_a_run_has_one_step_per_instant_with_sightings(runs):
+    recording = open_log(f"{runs}#1")
+    assert [step.stamp for step in recording] == pytest.approx([0.2, 0.4, 0.6])
+    assert [seen.id for seen in recording.steps[0].sightings] == [0, 3]
+    assert [(seen.range, seen.bearing) for seen in recording.steps[2].sightings] == [
+        (2.0, 0.0),
+        (5.0, pytest.approx(0.3)),
+    ]
+    assert recording.steps[0].sightings[0].covariance == pytest.approx(np.diag([0.08**2, math.radians(1) ** 2]))
+    assert (recording.range_max, recording.half_field) == (5.0, pytest.approx(0.3))
+
+
+def test_the_moves_follow_the_car_like_model(runs):
+    straight, turning = whole(open_log(runs)), whole(open_log(f"{runs}#1"))
+    assert straight.pose.vector == pytest.approx((0.06, 0, 0), abs=1e-12)
+    assert straight.covariance[0, 0] == pytest.approx(24 * (0.2 * 0.025) ** 2)
+    pose = np.zeros(3)
+    for _ in range(24):
+        pose += 0.0025 * np.array([math.cos(0.5 + pose[2]), math.sin(0.5 + pose[2]), math.sin(0.5) / 0.1])
+    assert turning.pose.vector == pytest.approx(pose, abs=1e-12)
+
+
+def test_still_frames_come_first_when_asked_for(runs):
+    recording = open_log(runs, still=True)
+    assert len(recording) == 13 and len(open_log(runs)) == 3
+    assert [step.stamp for step in recording][:11] == pytest.approx([*np.arange(-2.0, 0, 0.2), 0.2])
+    assert all(step.increment.still for step in recording.steps[:10])
+
+
+def test_hidden_identities_are_shown_nowhere(runs):
+    given, hidden = open_log(runs), open_log(runs, ids="hidden")
+    assert all(seen.id is not None for step in given for seen in step.sightings)
+    assert all(seen.id is None for step in hidden for seen in step.sightings)
+    assert [len(step.sightings) for step in given] == [len(step.sightings) for step in hidden]
+
+
+def test_runs_that_are_not_there_are_refused(runs):
+    for wrong, words in (("#2", "runs 0 to 1"), ("#x", "a number"), ("#-1", "a number")):
+        with pytest.raises(BadInput, match=words):
+            open_log(f"{runs}{wrong}")
+
+
+def test_the_corridor_log_carries_its_own_covariance_and_clutter_is_left_out(tmp_path):
+    covariance = np.tile([4e-4, 1e-4, 2e-5, 3e-4, 1e-5, 5e-4], (3, 1))
+    rows = np.array([[0, 7, 2.0, 0.1], [0, -1, 3.0, 0.2], [2, 7, 1.9, 0.1], [9, 7, 1.0, 0.0]])
+    path = save(tmp_path / "log.npz", odo=np.tile([0.1, 0.0, 0.0], (3, 1)), odo_cov=covariance, obs=rows)
+    recording = open_log(path)
+    assert [step.stamp for step in recording] == pytest.approx([0.2, 0.6])
+    assert [seen.id for seen in recording.steps[0].sightings] == [7]
+    assert [len(step.sightings) for step in open_log(path, ids="hidden")] == [2, 1]
+    first = recording.steps[0].increment
+    assert first.covariance == pytest.approx(np.array([[4e-4, 1e-4, 2e-5], [1e-4, 3e-4, 1e-5], [2e-5, 1e-5, 5e-4]]))
+    assert recording.steps[1].increment.pose == Pose(0.2, 0.0, 0.0)
+    assert "1 because its step is not one of the log" in recording.report.warnings[0]
+
+
+def test_the_adapters_read_no_truth(tmp_path):
+    """What is not needed is not even unpacked: an unreadable truth does not matter."""
+    rows = np.array([[0, 7, 2.0, 0.1]])
+    objects = np.array([None], object)
+    path = save(
+        tmp_path / "log.npz",
+        odo=np.zeros((1, 3)),
+        odo_cov=np.zeros((1, 6)),
+        obs=rows,
+        truth=objects,
+        landmarks=objects,
+    )
+    assert len(open_log(path)) == 1
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Robot 2 drives 1 m/s for 1 s, stands, then turns; it sees landmark 8 (barcode 70), robot 1 and a stranger."""
+    robots = tmp_path / "robots"
+    robots.mkdir()
+    (robots / "Barcodes.dat").write_text("# Subject # Barcode\n 1 5\n 8 70\n")
+    odometry = [(10.0, 1.0, 0.0), (11.0, 0.0, 0.0), (12.0, 0.0, 0.5), (13.0, 0.0, 0.0)]
+    (robots / "Robot2_Odometry.dat").write_text("".join(f"{t} {v} {w}\n" for t, v, w in odometry))
+    seen = [(9.0, 70, 1, 0), (10.5, 70, 3.0, 0.1), (10.5, 5, 1, 0), (11.5, 70, 2.5, 0.1), (12.0, 99, 1, 0)]
+    seen += [(13.0, 70, 2.5, -0.4), (13.5, 70, 1, 0)]
+    (robots / "Robot2_Measurement.dat").write_text(
+        "# header\n" + "".join(f"{t} {c} {r} {b}\n" for t, c, r, b in seen)
+    )
+    return robots
+
+
+def test_an_mrclam_robot_sees_landmarks_within_its_odometry(folder):
+    recording = open_log(f"{folder}#2")
+    assert [step.stamp for step in recording] == [10.5, 11.5, 13.0]
+    assert all(seen.id == 8 for step in recording for seen in step.sightings)
+    assert [step.increment.pose.vector for step in recording] == [
+        pytest.approx((0.5, 0, 0)),
+        pytest.approx((0.5, 0, 0)),
+        pytest.approx((0, 0, 0.5)),
+    ]
+    assert recording.steps[0].increment.covariance[0, 0] == pytest.approx(0.5 * 0.03**2)
+    assert recording.steps[2].increment.covariance[2, 2] == pytest.approx(math.radians(2) ** 2)
+    assert "1 because its barcode is unknown" in recording.report.warnings[0]
+
+
+def test_a_long_move_has_the_covariance_of_its_steps_composed(folder):
+    """The law behind the closed form: C ← F C Fᵀ + G Q Gᵀ, step by step."""
+    rng = np.random.default_rng(2)
+    rows = np.column_stack(
+        [10 + np.cumsum(rng.uniform(0.01, 0.2, 40)), rng.normal(0.3, 0.2, 40), rng.normal(0, 1, 40)]
+    )
+    (folder / "Robot2_Odometry.dat").write_text("".join(f"{t} {v} {w}\n" for t, v, w in rows.tolist()))
+    end = rows[-1, 0]
+    (folder / "Robot2_Measurement.dat").write_text(f"{end} 70 1 0\n")
+    composed = Increment()
+    for (_, speed, turn_rate), seconds in zip(rows[:-1].tolist(), np.diff(rows[:, 0]).tolist(), strict=True):
+        way, turn = speed * seconds, turn_rate * seconds
+        gain = control_jacobian(way, turn)
+        noise = np.diag([0.03**2, math.radians(2) ** 2]) * seconds
+        step = Pose(way * math.cos(turn / 2), way * math.sin(turn / 2), turn)
+        composed = composed.then(Increment(step, gain @ noise @ gain.T))
+    (step,) = open_log(f"{folder}#2")
+    assert step.increment.pose.vector == pytest.approx(composed.pose.vector)
+    assert step.increment.covariance == pytest.approx(composed.covariance, rel=1e-9)
+
+
+def test_a_robot_that_is_not_there_is_refused_with_those_that_are(folder):
+    with pytest.raises(BadInput, match="no robot 1; it has 2"):
+        open_log(folder)
+
+
+def test_victoria_park_text_shares_numbers_between_poses_and_trees(tmp_path):
+    path = tmp_path / "park.txt"
+    path.write_text(
+        "ODOMETRY 0 1 1.0 0 0 1 0 0 1 0 1\nLANDMARK 1 2 3 4 0.4 0 0.4\nODOMETRY 1 3 1.0 0 0.1 1 0 0 1 0 1\n"
+        "ODOMETRY 3 4 1.0 0 0\nLANDMARK 4 2 3 -4\nLANDMARK 77 2 1 1\nLANDMARK 4 2\nODOMETRY 4\n"
+    )
+    recording = open_log(path)
+    assert [step.stamp for step in recording] == [1.0, 3.0]
+    assert [step.increment.pose.x for step in recording] == [1.0, pytest.approx(1 + math.cos(0.1))]
+    (seen,) = recording.steps[1].sightings
+    assert (seen.id, seen.range, seen.bearing) == (2, 5.0, pytest.approx(math.atan2(-4, 3)))
+    assert recording.report.skipped == 3
+
+
+def test_a_car_is_less_sure_of_its_heading_the_more_it_has_turned(tmp_path):
+    path = tmp_path / "park.txt"
+    path.write_text(
+        "".join(
+            f"ODOMETRY {2 * n} {2 * n + 2} 1.0 0 {turn}\nLANDMARK {2 * n + 2} 1 5 0\n"
+            for n, turn in enumerate((0.0, 0.1, -0.1, 0.2))
+        )
+        + "".join(f"ODOMETRY {n} {n + 2} 0.5 0 0.1\n" for n in (8, 10))
+        + "LANDMARK 12 1 5 0\n"
+    )
+    straight, left, right, more, parts = (step.increment.covariance[2, 2] for step in open_log(path))
+    assert left == pytest.approx(right)
+    assert straight < left < more
+    assert more - straight == pytest.approx(2 * (left - straight))
+    assert parts == pytest.approx(more + straight)  # a bend in two lines turns as far as in one
+
+
+def test_a_scan_set_needs_no_odometry(tmp_path):
+    ranges = np.full((4, 90), 250, np.uint16)
+    ranges[:, 3] = 8183
+    path = save(tmp_path / "set.npz", t=np.arange(4) * 2.0, scan_cm=ranges)
+    recording = open_log(path)
+    (first, *_) = recording
+    assert not recording.has_wheels and recording.laser.rate == pytest.approx(0.5)
+    assert np.degrees(first.scan.angles[[0, -1]]) == pytest.approx([-90, 88])
+    assert np.isposinf(first.scan.ranges[3]) and first.scan.ranges[4] == 2.5
+
+
+def test_arrays_that_do_not_fit_are_refused(tmp_path):
+    for arrays, words in (
+        ({"t": np.arange(3.0), "scan_cm": np.ones((4, 5))}, "different lengths"),
+        ({"t": np.arange(3.0), "scan_cm": np.ones(3)}, "shape"),
+        ({"t": np.array([1.0, np.nan]), "scan_cm": np.ones((2, 3))}, "not finite"),
+        ({"pictures": np.ones(3)}, "it holds pictures"),
+    ):
+        with pytest.raises(BadInput, match=words):
+            open_log(save(tmp_path / "set.npz", **arrays))

@@ -1,0 +1,144 @@
+"""CARMEN text and JSON lines."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import math
+
+import numpy as np
+import pytest
+
+from core.errors import BadInput
+from core.geometry import Pose
+from core.recording import LogSettings, open_log
+from tests.core.recording.log_writers import START, carmen_lines, pose_of, ranges_of
+
+
+def write(path, lines):
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_flaser_gives_scans_the_robots_poses_and_the_lasers_place(tmp_path):
+    recording = open_log(write(tmp_path / "robot.log", carmen_lines()))
+    start = Pose(*pose_of(0.0))
+    assert len(recording) == 10
+    for index, frame in enumerate(recording):
+        assert frame.stamp == pytest.approx(START + 0.2 * index, abs=1e-6)
+        assert frame.scan.ranges == pytest.approx(ranges_of(index, 180), abs=1e-3)
+        truth = start.inverse() @ Pose(*pose_of(0.2 * index))
+        assert frame.wheels.odometry.vector == pytest.approx(truth.vector, abs=1e-5)
+        assert (frame.wheels.speed, frame.wheels.turn_rate) == pytest.approx((0.2, 0.2), abs=0.01)
+    assert recording.laser.mounting.vector == pytest.approx((0.2, 0.0, 0.0), abs=1e-4)
+    assert recording.report.skipped == 0
+
+
+@pytest.mark.parametrize(
+    ("beams", "first", "last"), [(180, -90, 89), (181, -90, 90), (361, -90, 90), (60, -90, 87), (682, -90, 89.736)]
+)
+def test_beams_spread_over_180_degrees(beams, first, last, tmp_path):
+    (frame, *_) = open_log(write(tmp_path / "robot.log", carmen_lines(beams=beams)))
+    assert np.degrees(frame.scan.angles[[0, -1]]) == pytest.approx([first, last], abs=1e-3)
+
+
+def test_readings_at_the_maximum_are_nothing_there(tmp_path):
+    line = carmen_lines(scans=1)[-1].split()
+    line[2:5] = ["81.83", "0.0", "79.0"]
+    (frame,) = open_log(write(tmp_path / "robot.log", [" ".join(line)]))
+    assert np.isposinf(frame.scan.ranges[0]) and np.isnan(frame.scan.ranges[1]) and frame.scan.ranges[2] == 79.0
+
+
+def test_a_corrected_log_is_not_taken_for_a_strange_mounting(tmp_path):
+    lines = [line.split() for line in carmen_lines() if line.startswith("FLASER")]
+    for number, words in enumerate(lines):
+        words[182] = str(3.0 * number)
+    recording = open_log(write(tmp_path / "robot.log", [" ".join(words) for words in lines]))
+    assert recording.laser.mounting == Pose()
+    assert "corrected map" in recording.report.warnings[0]
+
+
+def test_robotlaser_tells_its_own_angles_and_range(tmp_path):
+    lines = []
+    for n in range(5):
+        x = 0.1 * n
+        told = [0, -1.5, 3.0, 0.5, 20.0, 0.01, 0, 7, 1, 2, 3, 4, 5, 6, 20.0, 2, 9, 9]
+        told += [x + 0.3, 0, 0, x, 0, 0, 0.5, 0, 0, 0, 0]
+        lines.append("ROBOTLASER1 " + " ".join(map(str, told)) + f" {START + 0.2 * n:.3f} host {0.2 * n:.3f}")
+    recording = open_log(write(tmp_path / "robot.log", lines))
+    frames = list(recording)
+    assert frames[0].scan.angles == pytest.approx([-1.5, -1, -0.5, 0, 0.5, 1, 1.5])
+    assert frames[0].scan.ranges == pytest.approx([1, 2, 3, 4, 5, 6, math.inf])
+    assert recording.laser.mounting.vector == pytest.approx((0.3, 0, 0), abs=1e-6)
+    assert frames[-1].wheels.odometry.x == pytest.approx(0.4)
+    assert recording.duration == pytest.approx(0.8)
+
+
+def test_odometry_lines_serve_where_the_scans_carry_no_poses(tmp_path):
+    lines = []
+    for line in carmen_lines():
+        words = line.split()
+        if words[0] == "FLASER":
+            words[182:188] = ["0"] * 6
+        lines.append(" ".join(words))
+    recording = open_log(write(tmp_path / "robot.log", lines))
+    assert recording.report.topics[1] == "ODOM: odometry"
+    end = Pose(*pose_of(0.0)).inverse() @ Pose(*pose_of(1.8))
+    assert recording.wheels_at(START + 1.8).odometry.vector == pytest.approx(end.vector, abs=1e-5)
+
+
+def test_cut_lines_are_counted_with_their_place(tmp_path):
+    lines = carmen_lines()
+    lines[5] = lines[5][:300]
+    lines[7] = lines[7].replace("FLASER 180", "FLASER 999999")
+    report = open_log(write(tmp_path / "robot.log", lines)).report
+    assert report.skipped == 2
+    assert "2 of 20 records skipped" in report.warnings[0] and "line 6" in report.warnings[0]
+
+
+def test_packed_text_is_read_as_it_is(tmp_path):
+    path = tmp_path / "robot.log.gz"
+    packed = gzip.compress("\n".join(carmen_lines(scans=50)).encode())
+    path.write_bytes(packed)
+    assert len(open_log(path)) == 50
+    path.write_bytes(packed[: len(packed) * 3 // 4])
+    cut = open_log(path)
+    assert 10 < len(cut) < 50 and "packed file is cut" in cut.report.warnings[0]
+
+
+def test_lines_without_scans_are_refused(tmp_path):
+    with pytest.raises(BadInput, match="no FLASER or ROBOTLASER1"):
+        open_log(write(tmp_path / "robot.log", [line for line in carmen_lines() if "ODOM" in line]))
+
+
+GOOD = {"t": 1.0, "ranges": [1.0, None, 3.0]}
+
+
+def test_json_lines_give_scans_and_every_unusable_line_is_counted(tmp_path):
+    lines = [
+        json.dumps(GOOD),
+        json.dumps(GOOD | {"t": 2.0, "angle_min": -1.0, "angle_increment": 1.0, "range_max": 2.5}),
+        json.dumps(GOOD),  # time stands still
+        json.dumps({"ranges": [1.0, 2.0]}),  # no time
+        json.dumps(GOOD | {"t": 3.0, "ranges": []}),
+        json.dumps(GOOD | {"t": 3.0, "ranges": ["1", 2]}),
+        json.dumps(GOOD | {"t": 3.0, "ranges": [None, -1]}),
+        json.dumps(GOOD | {"t": "late"}),
+        json.dumps(GOOD | {"t": 1e300}),
+        "[1, 2]",
+        '{"t": 4',
+        "",
+    ]
+    recording = open_log(write(tmp_path / "scans.jsonl", lines))
+    first, second = recording
+    assert first.scan.ranges == pytest.approx([1.0, math.nan, 3.0], nan_ok=True)
+    assert second.scan.ranges == pytest.approx([1.0, math.nan, math.inf], nan_ok=True)
+    assert second.scan.angles == pytest.approx([-1, 0, 1])
+    assert recording.report.read == 2 and recording.report.skipped == 10
+    assert recording.report.warnings[0].startswith("10 of 12 records skipped")
+
+
+def test_the_maximum_range_of_the_settings_goes_before_that_of_the_log(tmp_path):
+    path = write(tmp_path / "scans.jsonl", [json.dumps({"t": 0.0, "ranges": [1.0, 2.0, 3.0]})])
+    (frame,) = open_log(path, LogSettings(range_max=2.0))
+    assert frame.scan.ranges == pytest.approx([1.0, math.inf, math.inf])

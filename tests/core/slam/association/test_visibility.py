@@ -1,0 +1,54 @@
+from __future__ import annotations
+
+import numpy as np
+
+from core.geometry import Pose
+from core.sensors import Laser, Scan
+from core.slam.association.visibility import VisibilityCheck
+
+LASER = Laser()
+
+
+def seen(ranges: np.ndarray, x: float, y: float, spread: float = 0.0, laser: Laser = LASER) -> tuple[bool, bool]:
+    scan = Scan(stamp=0.0, ranges=ranges, angle_min=laser.angle_min, angle_step=laser.angle_step)
+    plain, through = VisibilityCheck(scan, laser).judge(np.array([[x, y]]), np.array([spread]))
+    return bool(plain[0]), bool(through[0])
+
+
+def at(distance: float) -> np.ndarray:
+    return np.full(LASER.beams, distance)
+
+
+def test_what_ends_the_beams_is_in_plain_sight() -> None:
+    assert seen(at(2.0), 2.0, 0.0) == (True, False)
+
+
+def test_behind_something_nearer_nothing_is_known() -> None:
+    assert seen(at(1.0), 2.0, 0.0) == (False, False)
+
+
+def test_beams_that_go_on_have_seen_through() -> None:
+    assert seen(at(3.0), 2.0, 0.0) == (False, True)
+    assert seen(at(np.inf), 2.0, 0.0) == (False, True)
+
+
+def test_one_beam_that_ends_there_is_enough_not_to_have_seen_through() -> None:
+    ranges = at(3.0)
+    ranges[LASER.beams // 2] = 2.02
+    assert seen(ranges, 2.0, 0.0) == (True, False)
+
+
+def test_failed_beams_and_places_outside_the_field_tell_nothing() -> None:
+    assert seen(at(np.nan), 2.0, 0.0) == (False, False)
+    assert seen(at(3.0), -2.0, 0.0) == (False, False)
+    assert seen(at(np.inf), 5.8, 0.0) == (False, False)
+
+
+def test_an_uncertain_landmark_is_not_seen_through_so_soon() -> None:
+    assert seen(at(2.4), 2.0, 0.0) == (False, True)
+    assert seen(at(2.4), 2.0, 0.0, spread=0.1) == (True, False)
+
+
+def test_the_view_is_the_laser_s() -> None:
+    turned = Laser(mounting=Pose(0.0, 0.0, np.pi))
+    assert seen(at(3.0), -2.0, 0.0, laser=turned) == (False, True)

@@ -1,0 +1,71 @@
+"""Text to speech, where there is any; a sentence where there is none."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from core.errors import BadInput, Unavailable
+from core.speech.synthesis import VoiceSettings, by_library, by_program, can_speak, speak
+
+speaking = pytest.mark.skipif(not can_speak(), reason="nothing here speaks: pip install espeakng-loader")
+
+
+def test_without_a_speaker_a_sentence_says_what_to_install() -> None:
+    with pytest.raises(Unavailable, match="pip install 'beckon\\[voice\\]'"):
+        speak("turn left", speakers=())
+
+
+def test_the_program_that_is_not_there_is_no_voice(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(Unavailable, match="espeak-ng"):
+        by_program("turn left", VoiceSettings())
+
+
+def test_the_program_of_the_system_speaks_when_the_package_is_absent(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program = tmp_path / "espeak-ng"  # a program of the same manners: text in, WAV without a length out
+    program.write_text(
+        "#!/bin/sh\ncat >/dev/null\n"
+        "printf 'RIFF\\377\\377\\377\\177WAVEfmt \\020\\000\\000\\000\\001\\000\\001\\000\\042\\126\\000\\000'\n"
+        "printf '\\104\\254\\000\\000\\002\\000\\020\\000data\\000\\360\\377\\177'\nprintf '\\000\\100\\000\\300'\n"
+    )
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    sound = speak("turn left", speakers=(by_program,))
+    assert sound.rate == 22050
+    assert sound.samples.ravel().tolist() == [0.5, -0.5]
+
+
+@pytest.mark.parametrize("text", ["", "…!", "stop " * 200])
+def test_what_cannot_be_said_is_refused(text: str) -> None:
+    with pytest.raises(BadInput):
+        speak(text)
+
+
+def test_an_unknown_voice_is_refused_with_those_that_are_known() -> None:
+    with pytest.raises(BadInput, match="en-us"):
+        VoiceSettings(voice="klingon; rm -rf")
+
+
+@speaking
+def test_a_longer_sentence_lasts_longer() -> None:
+    one, longer = speak("turn left"), speak("turn left and then go on for three meters")
+    assert 0.3 < one.duration < 2.0
+    assert longer.duration > 2 * one.duration
+    assert 0.05 < np.abs(one.samples).max() <= 1.0
+
+
+@speaking
+def test_voices_differ() -> None:
+    lengths = {speak("come here", VoiceSettings(voice=voice)).samples.tobytes() for voice in ("en-us", "en-us+f2")}
+    assert len(lengths) == 2
+
+
+@speaking
+def test_markup_is_text_and_nothing_else() -> None:
+    assert speak("<audio src='/etc/passwd'/> turn left [[pau]]", speakers=(by_library, by_program)).duration > 0.3

@@ -1,0 +1,469 @@
+"""Words → commands: what moves the robot, what stops it, and that nothing else does either."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import time
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from core.commands import VOCABULARY, particulars, spec_of
+from core.commands.command import Command
+from core.speech.understanding.grammar import ENDS, OTHER_WORDS, TYPESET, Refusal, bounds, say, understand
+from tests.core.speech.spelling import spell
+
+MOVING = {"turn_left", "turn_right", "continue", "stop_at", "come_here", "follow_me"}
+
+
+def moves(words: str, *, spoken: bool = False) -> bool:
+    heard = understand(words, spoken=spoken)
+    return isinstance(heard, Command) and heard.name in MOVING
+
+
+@st.composite
+def orders(draw: st.DrawFn) -> tuple[str, dict[str, float], str]:
+    kind = draw(st.sampled_from(VOCABULARY))
+    pattern = draw(st.sampled_from(kind.words))
+    numbers = {
+        number.name: draw(st.integers(round(number.low * 100), round(number.high * 100))) / 100
+        for number in kind.numbers
+        if number.default is None
+    }
+    return kind.name, numbers, pattern
+
+
+@given(orders(), st.sampled_from(["meters", "metres", "m", "meter", "metre"]), st.booleans())
+def test_every_command_within_its_bounds_is_understood_as_itself(
+    order: tuple[str, dict[str, float], str], unit: str, in_words: bool
+) -> None:
+    name, numbers, pattern = order
+    written = {key: spell(value) for key, value in numbers.items()} if in_words else numbers
+    words = pattern.format(**written) if in_words else say(spec_of(name), numbers, pattern)
+    heard = understand(words.replace("meters", unit))
+    assert isinstance(heard, Command)
+    assert heard.name == name
+    assert {key: heard.numbers[key] for key in numbers} == numbers
+    again = understand(heard.heard_as)
+    assert isinstance(again, Command)
+    assert (again.name, again.numbers) == (heard.name, heard.numbers)
+
+
+@given(orders(), st.text(min_size=1, max_size=12), st.booleans())
+def test_anything_added_to_a_command_keeps_the_robot_from_moving(
+    order: tuple[str, dict[str, float], str], more: str, before: bool
+) -> None:
+    name, numbers, pattern = order
+    words = say(spec_of(name), numbers, pattern)
+    spoilt = f"{more} {words}" if before else f"{words} {more}"
+    unit_completes_it = " ".join(spoilt.lower().rstrip(ENDS).split()).endswith((" m", "meters", "metres"))
+    if more.translate(TYPESET).strip(f"{ENDS}\t\r\n") and not unit_completes_it:
+        assert not moves(spoilt)
+
+
+BEGINNINGS = re.compile("turn|continue|go|stop|follow|come|start", re.IGNORECASE)
+
+
+@given(st.text(max_size=300).filter(lambda words: not BEGINNINGS.search(words)))
+def test_random_text_never_moves_the_robot(words: str) -> None:
+    assert not moves(words)
+
+
+RIGHT_WORDS = "turn|left|right|stop|at|and|continue|meters|1|two|point|go|to|minus|for"
+
+
+@given(st.lists(st.sampled_from(RIGHT_WORDS.split("|"))))
+def test_a_shuffle_of_the_right_words_moves_only_as_a_whole_sentence(words: list[str]) -> None:
+    sentence = " ".join(words)
+    whole = r"turn left|turn right|continue \S+( \S+)* meters|(stop at|go to) \S+( \S+)* and \S+( \S+)*( meters)?"
+    assert not moves(sentence) or re.fullmatch(whole, sentence)
+
+
+@given(st.text(max_size=60), st.text(max_size=60))
+def test_the_word_stop_stops_whatever_stands_around_it(before: str, behind: str) -> None:
+    heard = understand(f"{before} stop {behind}")
+    assert isinstance(heard, Command)
+    assert heard.name in ("stop_moving", "stop_at")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "stop",
+        "STOP!",
+        "stop moving",
+        "don't stop",
+        "please stop at 1 and 2",
+        "stop at 1 and 2 please",
+        "stop at 1",
+        "stop at",
+        "stop at the shop",
+        "stop at one and to",
+        "stop at 99 and 1",
+        "stop at 1 and 2 feet",
+        "<b>stop</b>",
+        "stop_at",
+        "non-stop",
+        "ＳＴＯＰ",
+        "s\u200btop",
+        "\x00stop\x00",
+        "\ud800stop",
+        "x " * 50_000 + "stop",
+    ],
+)
+def test_whatever_contains_the_word_stop_stops(words: str) -> None:
+    heard = understand(words)
+    assert isinstance(heard, Command)
+    assert heard.name == "stop_moving"
+
+
+@pytest.mark.parametrize("words", ["stopped", "unstoppable", "bus-stops", "top moving", "start", "sto p"])
+def test_a_word_that_merely_resembles_stop_does_not_stop(words: str) -> None:
+    heard = understand(words)
+    assert isinstance(heard, Refusal) or heard.name == "start"
+
+
+def test_a_goal_out_of_bounds_stops_and_says_why() -> None:
+    heard = understand("stop at 99 and 1")
+    assert isinstance(heard, Command)
+    assert heard.name == "stop_moving"
+    assert "from -20 to 20" in heard.remark
+
+
+def test_go_to_is_stop_at() -> None:
+    heard = understand("go to minus one point five and 4")
+    assert isinstance(heard, Command)
+    assert (heard.name, heard.numbers) == ("stop_at", {"x_m": -1.5, "y_m": 4.0})
+    assert heard.heard_as == "stop at -1.5 and 4"
+
+
+def test_the_voice_has_tighter_bounds() -> None:
+    assert moves("continue 7 meters")
+    assert not moves("continue seven meters", spoken=True)
+    assert moves("continue five meters", spoken=True)
+    heard = understand("stop at ten and six", spoken=True)
+    assert isinstance(heard, Command)
+    assert heard.name == "stop_moving"
+    refused = understand("continue seven meters", spoken=True)
+    assert isinstance(refused, Refusal)
+    assert refused.suggestions == ("continue 5 meters",)
+
+
+@pytest.mark.parametrize(
+    ("words", "suggestion"),
+    [
+        ("trun left", "turn left"),
+        ("left turn", "turn left"),
+        ("turn lef", "turn left"),
+        ("turn left 45 degrees", "turn left"),
+        ("stpo moving", "stop moving"),
+        ("continue 99 metres", "continue 20 meters"),
+        ("continue 2", "continue 2 meters"),
+        ("continue 2 feet", "continue 1.5 meters"),
+        ("continue 1,5 meters", "continue 1.5 meters"),
+        ("continue -1 meters", "continue 1.5 meters"),
+        ("go back", "turn left"),
+        ("go to", "stop at 1 and 0.5"),
+        ("go to 30 and 1", "stop at 1 and 0.5"),
+        ("fly", "turn left"),
+        ("", "turn left"),
+    ],
+)
+def test_a_near_miss_is_refused_with_what_would_be_understood(words: str, suggestion: str) -> None:
+    heard = understand(words)
+    assert isinstance(heard, Refusal)
+    assert suggestion in heard.suggestions
+    assert heard.reason.endswith((".", "?"))
+
+
+@pytest.mark.parametrize("words", ["stat", "star", "strat", "fly", ""])
+def test_start_which_changes_nothing_is_never_suggested(words: str) -> None:
+    heard = understand(words)
+    assert isinstance(heard, Refusal) and heard.suggestions and "start" not in heard.suggestions
+
+
+def test_every_suggestion_is_understood() -> None:
+    for words in ["fly", "", "x" * 200, "turn", "continue", "continue 99 m", "go to 1", *OTHER_WORDS]:
+        heard = understand(words)
+        assert isinstance(heard, Refusal)
+        assert heard.suggestions
+        for suggestion in heard.suggestions:
+            assert isinstance(understand(suggestion), Command)
+
+
+@pytest.mark.parametrize("words", ["follow wall", "Follow the wall."])
+def test_follow_wall_keeps_half_a_metre_on_the_right(words: str) -> None:
+    heard = understand(words)
+    assert isinstance(heard, Command)
+    assert particulars(heard.name, heard.numbers) == {"distance_m": 0.5, "side": "right"}
+
+
+def test_the_phrases_of_figure_17_are_all_answered() -> None:
+    figure = "start; go to; stop at; start; turn right; go back; stop moving; come; turn left; follow me"
+    names = [heard.name if isinstance(heard, Command) else "" for heard in map(understand, figure.split(";"))]
+    told = ["start", "", "stop_moving", "start", "turn_right", "", "stop_moving", "come_here"]
+    assert names == [*told, "turn_left", "follow_me"]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "turn\x00 left",
+        "turn\nleft",
+        "turn left\nturn right",
+        "turn left; turn right",
+        "turn\u2003left",
+        "turn ｌｅｆｔ",
+        "\u202eturn left",
+        "\ud800",
+        "👈 turn left",
+        "<turn left>",
+        "continue ٣ meters",
+        "continue 3\u200b meters",
+        "continue 1e1 meters",
+        "continue nan meters",
+        "turn left" * 10_000,
+        " " * 100_000 + "turn left",
+        "one " * 25_000,
+        "continue " + "9" * 100_000 + " meters",
+        "a" * 100_000,
+        "{distance_m}",
+        "%s%n",
+    ],
+)
+def test_hostile_text_is_refused_at_once(words: str) -> None:
+    began = time.process_time()
+    heard = understand(words)
+    assert isinstance(heard, Refusal)
+    assert time.process_time() - began < 0.2
+    assert len(heard.reason) < 300
+
+
+def test_case_spaces_and_a_full_stop_do_not_matter() -> None:
+    assert moves("  TURN   Left. \r\n")
+    assert moves("Continue 1.5m!")
+
+
+@pytest.mark.parametrize(
+    ("words", "plain"),
+    [
+        ("stop at 3, and 2", "stop at 3 and 2"),
+        ("Stop at 3, and 2.", "stop at 3 and 2"),
+        ("stop at 3 , and 2 .", "stop at 3 and 2"),
+        ("Stop at: three, and two!", "stop at 3 and 2"),
+        ("stop at, 3 and 2", "stop at 3 and 2"),
+        ("stop at 3, and, 2", "stop at 3 and 2"),
+        ("stop at 3m, and 2m;", "stop at 3 and 2"),
+        ("stop at 3 metres, and 2 metres.", "stop at 3 and 2"),
+        ("stop at 1.5, and .5.", "stop at 1.5 and 0.5"),
+        ("stop at \u22121 and \u20110.5", "stop at -1 and -0.5"),
+        ("go to, minus one, and 2", "stop at -1 and 2"),
+        ("continue 1.5 meters.", "continue 1.5 meters"),
+        ("continue 2, meters", "continue 2 meters"),
+        ("Continue, 2 meters:", "continue 2 meters"),
+        ("continue 1.5\u00a0m", "continue 1.5 meters"),
+        ("continue\u2009two\u202fmeters", "continue 2 meters"),
+        ("Turn, left,", "turn left"),
+        ('"turn left"', "turn left"),
+        ("“Turn left.”", "turn left"),
+        ("‘Turn left’!", "turn left"),
+        ("stop!", "stop moving"),
+        ("stop, moving.", "stop moving"),
+    ],
+)
+def test_marks_at_the_ends_of_words_and_numbers_do_not_matter(words: str, plain: str) -> None:
+    heard, suggested_command = understand(words), understand(plain)
+    assert isinstance(heard, Command) and isinstance(suggested_command, Command)
+    assert (heard.name, heard.numbers) == (suggested_command.name, suggested_command.numbers)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "stop at 3,2",
+        "stop at 3, 2",
+        "stop at (3, 2)",
+        "stop at (3 and 2)",
+        "stop at 3;2",
+        "stop at 1,5 and 2",
+        "stop at 1, 5 and 2",
+        "stop at 3. and 2",
+        "stop at 3; and 2",
+        "stop at 3,, and 2",
+        "stop at 3 and minus, 2",
+        "stop at two point five, six and 1",
+        "stop at \u20131 and 2",
+        "stop at 1\u20142",
+        "stop, at 3 and 2",
+        "stop: at 3 and 2",
+        "Stop. At 3 and 2.",
+        "Stop! Go to 3 and 2.",
+        "Go to 3 and 2. Stop.",
+        "stop at 3 and 2?",
+        "stop at 3 and 2...",
+        "stop at 3 and 2…",
+        "“stop” at 3 and 2",
+        "stop at '3' and '2'",
+        "stop,",
+        "“stop”",
+        "(stop)",
+        "stop?",
+        "stop…",
+        "—stop—",
+        "turn left, stop",
+    ],
+)
+def test_stop_with_marks_that_leave_a_doubt_stops(words: str) -> None:
+    heard = understand(words)
+    assert isinstance(heard, Command)
+    assert heard.name == "stop_moving"
+
+
+@pytest.mark.parametrize(
+    ("words", "suggestion"),
+    [
+        ("continue 1,5 meters", "continue 1.5 meters"),
+        ("continue 1, 5 meters", "continue 1.5 meters"),
+        ("continue two point five, six meters", "continue 1.5 meters"),
+        ("continue 2. meters", "continue 1.5 meters"),
+        ("continue 1,000 meters", "continue 1.5 meters"),
+        ("continue \u22122 meters", "continue 1.5 meters"),
+        ("continue \u20132 meters", "turn left"),
+        ("go to 3, 2", "stop at 3 and 2"),
+        ("go to (3, 2)", "stop at 3 and 2"),
+        ("go to 3,2", "stop at 1 and 0.5"),
+        ("go to 3. and 2", "stop at 1 and 0.5"),
+        ("turn left?", "turn left"),
+        ("turn left...", "turn left"),
+        ("“turn left…”", "turn left"),
+        ("continue 2 meters …", "continue 2 meters"),
+        ("turn left; turn right", "turn left"),
+        ("turn. left", "turn left"),
+        ("turn left, please", "turn left"),
+        (", turn left", "turn left"),
+        ("“turn left", "turn left"),
+        ("(turn left)", "turn left"),
+        ("'turn left' or 'turn right'", "turn left"),
+    ],
+)
+def test_marks_that_leave_a_doubt_move_nothing(words: str, suggestion: str) -> None:
+    heard = understand(words)
+    assert isinstance(heard, Refusal)
+    assert suggestion in heard.suggestions
+
+
+@given(orders(), st.booleans(), st.lists(st.sampled_from(["", ",", ":", " ,", " :"]), min_size=8, max_size=8))
+def test_a_pause_at_the_end_of_a_word_never_changes_a_command(
+    order: tuple[str, dict[str, float], str], in_words: bool, pauses: list[str]
+) -> None:
+    name, numbers, pattern = order
+    written = {key: spell(value) if in_words else str(value) for key, value in numbers.items()}
+    words = pattern.split()
+    marked = " ".join(
+        word + ("" if word == "stop" else pause) for word, pause in zip(words, pauses, strict=False)
+    ).format(**written)
+    heard, plain = understand(marked), understand(pattern.format(**written))
+    assert isinstance(heard, Command) and isinstance(plain, Command)
+    assert (heard.numbers, heard.heard_as) == (plain.numbers, plain.heard_as)
+    assert heard.name == name
+
+
+MARKS = [
+    ",",
+    ".",
+    ";",
+    ":",
+    "!",
+    "?",
+    "...",
+    "…",
+    "'",
+    '"',
+    "“",
+    "”",
+    "(",
+    ")",
+    "-",
+    "−",
+    "–",
+    "—",
+    "\u00a0",
+    "\u2009",
+]
+
+
+@given(
+    st.one_of(
+        orders().map(lambda order: say(spec_of(order[0]), order[1], order[2])),
+        st.lists(st.sampled_from(RIGHT_WORDS.split("|")), min_size=1, max_size=6).map(" ".join),
+    ),
+    st.lists(st.tuples(st.integers(0, 8), st.booleans(), st.sampled_from(MARKS)), min_size=1, max_size=3),
+)
+def test_no_mark_ever_makes_another_motion(words: str, marks: list[tuple[int, bool, str]]) -> None:
+    """Around words, marks let a motion be as it is, stop it or refuse it; none makes one, and STOP stays in force."""
+    marked = words.split(" ")
+    for at, before, mark in marks:
+        place = at % len(marked)
+        marked[place] = mark + marked[place] if before and mark not in "-−" else marked[place] + mark
+    heard, plain = understand(" ".join(marked)), understand(words)
+    if isinstance(heard, Command) and heard.name in MOVING:
+        assert isinstance(plain, Command)
+        assert (heard.name, heard.numbers) == (plain.name, plain.numbers)
+    if "stop" in words.split(" "):
+        assert isinstance(heard, Command)
+
+
+def test_bounds_are_those_of_the_table() -> None:
+    number = spec_of("stop_at").numbers[0]
+    assert bounds(number, spoken=False) == (-20, 20)
+    assert bounds(number, spoken=True) == (-5, 5)
+
+
+def test_examples_are_understood_as_their_own_command() -> None:
+    for kind in VOCABULARY:
+        heard = understand(kind.example)
+        assert isinstance(heard, Command)
+        assert heard.name == kind.name
+
+
+PROSE = """The audio signals come from an array of microphones. He turned left at the corner and then he stopped.
+Continue reading the book; let us continue the meeting tomorrow. Go somewhere and do something. The left hand side is
+right. We had to stop and wait. Turn the light on the left. I left my keys at one and three. Two metres further on."""
+
+
+def test_prose_never_moves_the_robot_however_it_is_cut() -> None:
+    words = PROSE.split()
+    for length in range(1, 9):
+        for at in range(len(words)):
+            cut = words[at : at + length]
+            assert not moves(" ".join(cut)) or cut == ["come"]
+
+
+@pytest.mark.real_data
+def test_the_recorded_phrases_are_read_as_written_down(shared_data: Path) -> None:
+    """The transcripts of the recordings: commands come out with their numbers, near misses do not move."""
+    with (shared_data / "speech_commands_tts/index.tsv").open() as table:
+        rows = list(csv.DictReader(table, delimiter="\t"))
+    assert len(rows) > 50
+    for row in rows:
+        heard = understand(row["text"])
+        if row["kind"] != "command":
+            assert not moves(row["text"])
+        elif isinstance(heard, Command):
+            name, *numbers = json.loads(row["expected"])
+            assert heard.name == name.lower()
+            assert [heard.numbers[n.name] for n in spec_of(heard.name).numbers if n.default is None] == numbers
+        else:
+            assert "not built yet" in heard.reason
+
+
+@pytest.mark.real_data
+def test_what_people_really_said_never_moves_the_robot(shared_data: Path) -> None:
+    with (shared_data / "speech_real/index.tsv").open() as table:
+        transcripts = [row["transcript"] or "" for row in csv.DictReader(table, delimiter="\t")]
+    assert any(transcripts)
+    assert not any(moves(words) for words in transcripts)
