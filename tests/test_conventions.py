@@ -97,7 +97,7 @@ PRODUCT = [
         "static/**/*.js",
         "static/**/*.css",
         "static/*.html",
-        "static/docs/*.md",
+        "static/docs/**/*.md",
     )
     for path in ROOT.glob(pattern)
 ] + [ROOT / "README.md", ROOT / "core/README.md"]

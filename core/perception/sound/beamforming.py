@@ -15,9 +15,7 @@ LOADING = 0.1  # share of the noise's power that every microphone is taken to ha
 LEAST_FRAMES = 8  # of noise for every microphone, from which its matrix is believed
 
 
-def towards_voice(
-    sound: Sound, array: MicrophoneArray, towards: Array, speech_from: float, how: How = "mvdr"
-) -> Sound:
+def beamform(sound: Sound, array: MicrophoneArray, towards: Array, speech_from: float, how: How = "mvdr") -> Sound:
     """A sound of all microphones → one channel, as it comes from `towards` (3,), in phase with the array's centre.
 
     What precedes `speech_from` [s, the sound's clock] is the noise. "mvdr" (Capon 1969) lets the direction through

@@ -14,7 +14,7 @@ import numpy as np
 from core.commands.stop_moving import STOP_MOVING
 from core.errors import BadInput
 from core.message import Array
-from core.perception.sound.beamforming import How, towards_voice
+from core.perception.sound.beamforming import How, beamform
 from core.perception.sound.locate import locate
 from core.perception.sound.settings import DirectionFindingSettings
 from core.sensors.microphones import MicrophoneArray, Sound
@@ -107,11 +107,11 @@ class _Beamed:
         whole, towards = self._located(begin, end, since)
         if towards is None:
             return self._engine.read(utterance)
-        beam = towards_voice(whole, self._array, towards, since, self._how)
+        beam = beamform(whole, self._array, towards, since, self._how)
         heard = self._engine.read(replace(utterance, sound=beam))
         if heard.words or self._how != "mvdr" or utterance.end - utterance.begin > SHORT:
             return heard
-        plain = towards_voice(whole, self._array, towards, since, "delay-and-sum")
+        plain = beamform(whole, self._array, towards, since, "delay-and-sum")
         if np.array_equal(plain.samples, beam.samples):  # too little noise was known to beam against
             return heard
         again = self._engine.read(replace(utterance, sound=plain))
@@ -120,7 +120,7 @@ class _Beamed:
     def beam(self, begin: float, end: float, since: float) -> Sound | None:
         """The sound from the voice's direction between two moments [s]; before `since` [s] there is only noise."""
         whole, towards = self._located(begin, end, since)
-        return None if towards is None else towards_voice(whole, self._array, towards, since, self._how)
+        return None if towards is None else beamform(whole, self._array, towards, since, self._how)
 
     def _located(self, begin: float, end: float, since: float) -> tuple[Sound, Array | None]:
         """All channels between two moments [s], and the direction of the voice (3,); None when unknown."""

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.perception.sound.beamforming import towards_voice
+from core.perception.sound.beamforming import beamform
 from core.perception.sound.direction import unit
 from core.perception.sound.noise_reduction import without_noise
 from core.perception.sound.stft import analyse, synthesise
@@ -56,7 +56,7 @@ def test_a_beam_lets_the_voice_through_unchanged(array, how):
     places = type(array)(positions=array.positions - array.positions.mean(0), speed=array.speed)
     samples = plane_waves(clean[None], towards[None], places.positions, RATE)
     samples += 1e-4 * np.random.default_rng(2).normal(size=samples.shape)
-    beam = towards_voice(Sound(stamp=3.0, rate=RATE, samples=samples), places, towards, 3.5, how)
+    beam = beamform(Sound(stamp=3.0, rate=RATE, samples=samples), places, towards, 3.5, how)
     assert ratio(clean, beam.samples[:, 0]) > 25
 
 
@@ -65,7 +65,7 @@ def test_the_microphones_own_noise_falls_by_their_number():
     towards = unit(0.8, 0.3)
     samples = plane_waves(clean[None], towards[None], RESPEAKER_ODAS.positions, RATE)
     noisy = samples + 0.3 * np.random.default_rng(3).normal(size=samples.shape)
-    beam = towards_voice(Sound(stamp=0.0, rate=RATE, samples=noisy), RESPEAKER_ODAS, towards, 0.5, "delay-and-sum")
+    beam = beamform(Sound(stamp=0.0, rate=RATE, samples=noisy), RESPEAKER_ODAS, towards, 0.5, "delay-and-sum")
     alone = ratio(samples[:, 0], noisy[:, 0])
     assert ratio(clean, beam.samples[:, 0]) == pytest.approx(alone + 6, abs=0.7)
 
@@ -79,6 +79,6 @@ def test_a_fan_beside_the_talker_is_suppressed_by_more_than_adding_up_can():
     )
     sound = Sound(stamp=0.0, rate=RATE, samples=samples)
     added, capon = (
-        towards_voice(sound, RESPEAKER_ODAS, towards, 0.5, how).samples[:, 0] for how in ("delay-and-sum", "mvdr")
+        beamform(sound, RESPEAKER_ODAS, towards, 0.5, how).samples[:, 0] for how in ("delay-and-sum", "mvdr")
     )
     assert ratio(clean, capon) > ratio(clean, added) + 3
