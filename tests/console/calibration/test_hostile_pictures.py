@@ -134,7 +134,7 @@ def test_the_console_keeps_its_rate_meanwhile(wizard: Wizard) -> None:
     for thread in threads:
         thread.join()
     assert sorted(late)[20] < 0.05 and sorted(late)[36] < 0.25
-    assert live.runtime.pace.rate(time.monotonic()) > 0.5 * before
+    assert live.runtime.pace.rate(time.monotonic()) > 0.4 * before
 
 
 def test_uploads_have_their_own_limits(wizard: Wizard) -> None:
