@@ -54,13 +54,13 @@ class Subscriber:
         """Something new may be there."""
         self._news.set()
 
-    async def next(self, hub: Broadcaster) -> str | bytes | None:
+    async def next(self, broadcaster: Broadcaster) -> str | bytes | None:
         """Wait for the next thing to send: answers first, then the newest of each kind in turn; None: it is over."""
         while self.closing is None:
             if self._frame_sender:
                 return self._frame_sender.popleft()
             for kind in self._turns:
-                number, value = hub.slots.get(kind, (0, b""))
+                number, value = broadcaster.slots.get(kind, (0, b""))
                 if number and kind in self.wants and self._seen.get(kind) != number:
                     self._seen[kind] = number
                     self._turns.remove(kind)

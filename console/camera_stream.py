@@ -14,15 +14,15 @@ Picture = tuple[float, bytes]  # stamp [s], JPEG
 
 
 class CameraStream:
-    """One slot of the hub."""
+    """One slot of the broadcaster."""
 
-    def __init__(self, hub: Broadcaster) -> None:
-        self._hub = hub
+    def __init__(self, broadcaster: Broadcaster) -> None:
+        self._broadcaster = broadcaster
         self._number = 0
 
     def encoded(self, image: Image | None) -> Picture | None:
         """Send the picture to its viewers, if there are any; from any thread."""
-        if image is None or not self._hub.watched("camera"):
+        if image is None or not self._broadcaster.watched("camera"):
             return None
         return image.stamp, cv2.imencode(".jpg", image.pixels, JPEG)[1].tobytes()
 
@@ -30,4 +30,4 @@ class CameraStream:
         """On the event loop: this is the newest."""
         self._number += 1
         stamp, jpeg = picture
-        self._hub.publish("camera", messages.CAMERA_HEADER.pack(1, self._number % 2**32, stamp) + jpeg)
+        self._broadcaster.publish("camera", messages.CAMERA_HEADER.pack(1, self._number % 2**32, stamp) + jpeg)

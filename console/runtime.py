@@ -64,8 +64,8 @@ class Runtime:
     ) -> None:
         self.robot = robot
         self.access = access or Access()
-        self.hub = Broadcaster()
-        self.feed = CameraStream(self.hub)
+        self.broadcaster = Broadcaster()
+        self.feed = CameraStream(self.broadcaster)
         self.sockets = OpenSockets()
         self.lease = Lease()
         self.board = Notifications()
@@ -83,7 +83,9 @@ class Runtime:
         self.scene = Scene(
             robot, partial(self._call, self.board.tell, "warning"), lambda: self.pending_commands.command
         )
-        self.calibration_service = CalibrationService(home, robot, self.hub, self.board.tell, self._look_through)
+        self.calibration_service = CalibrationService(
+            home, robot, self.broadcaster, self.board.tell, self._look_through
+        )
         self.array = MicrophoneCalibration(
             home, robot, lambda: self._look_through(self.calibration_service.profile())
         )
@@ -168,7 +170,7 @@ class Runtime:
             speed=self.player.speed,
             gate=self.robot.status(),
             lease=self.lease,
-            viewers=len(self.hub.viewers),
+            viewers=len(self.broadcaster.viewers),
             notices=tuple(self.board.shown),
             history_revision=self.history.revision,
             map=self.maps.shown,
@@ -266,8 +268,8 @@ class Runtime:
 
     def _tell_state(self) -> None:
         self._state_at = time.monotonic()
-        if self.hub.watched("state") and (state := self.state()) is not None:
-            self.hub.publish("state", messages.encode(state).decode())
+        if self.broadcaster.watched("state") and (state := self.state()) is not None:
+            self.broadcaster.publish("state", messages.encode(state).decode())
 
     # twenty times a second
 

@@ -88,7 +88,7 @@ RETIRED = re.compile(
     r"|sitters?|sittings?|lessons?|school|surveyors?|atlas|mosaic|telling|bonds?|vouch(?:es|ed)?|astray|oddness|ballots?"
     r"|rivalry|likeness|prattle|journeys?|mailbox|outbox|scribe|anew|whoever)(?![a-zà-ÿ])"
 )
-STORED = ('= "bonds"', " deeds ", "orientation: portrait")  # names on disk and of CSS
+STORED = ('= "bonds"', 'TABLE = "deeds"', "orientation: portrait")  # names on disk and of CSS
 PRODUCT = [
     path
     for pattern in (

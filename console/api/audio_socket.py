@@ -64,11 +64,11 @@ class AudioSocket:
             with self._runtime.sockets.room_for(self._person, self._close):
                 await self._socket.accept()
                 self._runtime.microphone.warm()
-                self._runtime.pending_commands.when_held_back.append(self._held_back)
+                self._runtime.pending_commands.when_rejected.append(self._rejected)
                 try:
                     await self._converse()
                 finally:
-                    self._runtime.pending_commands.when_held_back.remove(self._held_back)
+                    self._runtime.pending_commands.when_rejected.remove(self._rejected)
         except TooMany as crowded:
             await self._socket.accept()
             self._close(1013, str(crowded))
@@ -175,7 +175,7 @@ class AudioSocket:
             utterance = stopped(utterance)
         elif heard == "stop":
             became = {"entry": self._obey(utterance, delay).get("entry")}
-            self._stops.voice_control(self._runtime.door.words)
+            self._stops.obeyed(self._runtime.door.words)
         elif utterance.final and utterance.name is not None:
             became = self._obey(utterance, delay)
         elif utterance.final:
@@ -214,10 +214,10 @@ class AudioSocket:
         except Problem as problem:
             return {"reason": problem.detail}
 
-    def _held_back(self, pending_command: PendingCommand) -> None:
+    def _rejected(self, pending_command: PendingCommand) -> None:
         """An order of this person's waited and was held back."""
         if pending_command.source == SOURCE and pending_command.person.id == self._person.id:
-            self._runtime.microphone.hold_back(pending_command.words, self._page)
+            self._runtime.microphone.reject(pending_command.words, self._page)
 
     def _refuse(self, utterance: UtteranceMessage) -> int | None:
         """Record a rejection in the history."""

@@ -62,7 +62,7 @@ class StateSocket:
 
     async def _converse(self) -> None:
         runtime, person = self._runtime, self._person
-        runtime.hub.join(self._viewer)
+        runtime.broadcaster.join(self._viewer)
         runtime.scene.tabs[self._tab] = self._tell
         runtime.lease.connected(person, time.monotonic())
         you = messages.You(person.name, person.role, person.id)  # type: ignore[arg-type]
@@ -78,7 +78,7 @@ class StateSocket:
             await end(listener)
             if self._press is not None:
                 runtime.door.abandon(self._press)
-            runtime.hub.viewers.discard(self._viewer)
+            runtime.broadcaster.viewers.discard(self._viewer)
             runtime.scene.tabs.pop(self._tab, None)
             runtime.lease.disconnected(person)
             runtime.pending_commands.left(person)
@@ -88,7 +88,7 @@ class StateSocket:
     async def _speak(self) -> None:
         """Send the newest messages until the socket closes."""
         try:
-            while (message := await self._viewer.next(self._runtime.hub)) is not None:
+            while (message := await self._viewer.next(self._runtime.broadcaster)) is not None:
                 async with asyncio.timeout(SEND_TIME):
                     if isinstance(message, str):
                         await self._socket.send_text(message)
@@ -198,12 +198,12 @@ class StateSocket:
     def _want(self, wish: messages.SubscriptionMessage) -> None:
         """Camera on or off; another calibration session, or none."""
         if isinstance(wish.camera, bool):
-            self._runtime.hub.want(self._viewer, "camera", wanted=wish.camera)
+            self._runtime.broadcaster.want(self._viewer, "camera", wanted=wish.camera)
         if wish.calibration is not msgspec.UNSET:
             self._viewer.want(f"calibration:{self._session}", wanted=False)
             self._session = wish.calibration
         if isinstance(wish.calibration, str):
-            self._runtime.hub.want(self._viewer, f"calibration:{self._session}", wanted=True)
+            self._runtime.broadcaster.want(self._viewer, f"calibration:{self._session}", wanted=True)
             self._runtime.calibration_service.show(wish.calibration)
 
     def _stop_controller(self, message: messages.StopMessage | messages.HaltMessage) -> None:

@@ -79,7 +79,7 @@ class CameraWorker:
         return self._answer(changed=True)
 
     def adopt(self, calibration: bytes, names: list[str]) -> Fields:
-        """A solution from the back room, of the views of these names."""
+        """A solution of the solver worker, of the views of these names."""
         views = tuple(
             ViewCorners(name=each.name, corners=each.corners) for each in self._session.taken if each.name in names
         )

@@ -211,7 +211,7 @@ class LaserWorker:
         return self._answer(changed=True)
 
     def adopt(self, calibration: bytes, names: list[str]) -> Fields:
-        """A solution from the back room, of the poses of these names."""
+        """A solution of the solver worker, of the poses of these names."""
         poses = tuple(each.pose for each in self._session.taken if each.pose.name in names)
         self._session.adopt(pickle.loads(calibration), poses)
         self._solved = tuple(pose.name for pose in poses)

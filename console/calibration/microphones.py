@@ -1,4 +1,4 @@
-"""The robot's microphones on the bench: are they wired as their profile says, and how are they turned?"""
+"""Calibration of the robot's microphones: whether they are wired as their profile says, and how they are turned."""
 
 from __future__ import annotations
 

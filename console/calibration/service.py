@@ -44,7 +44,7 @@ class CalibrationService:
         self,
         home: Path,
         robot: RobotLink,
-        hub: Broadcaster,
+        broadcaster: Broadcaster,
         tell: Callable[[Level, str], None],
         used: Callable[[Profile], None],
     ) -> None:
@@ -57,7 +57,7 @@ class CalibrationService:
         self.watching = False  # some session wants the robot's frames
         self._home = home / "calibration"
         self._robot, self._tell, self._used = robot, tell, used
-        self._news = SessionUpdates(hub)
+        self._news = SessionUpdates(broadcaster)
         self._live: dict[str, LiveCapture] = {}
         self._shows: dict[str, asyncio.Task[None]] = {}
 

@@ -13,16 +13,16 @@ GAP = 0.1  # [s] at least between two states of one session, unless it is urgent
 
 
 class SessionUpdates:
-    """Lives on the event loop. Every session is a kind of its own in the hub."""
+    """Lives on the event loop. Every session is a kind of its own in the broadcaster."""
 
-    def __init__(self, hub: Broadcaster) -> None:
-        self._hub = hub
+    def __init__(self, broadcaster: Broadcaster) -> None:
+        self._broadcaster = broadcaster
         self._published_at: dict[str, float] = {}
         self._later: dict[str, asyncio.TimerHandle] = {}
 
     def watched(self, session_id: str) -> bool:
         """Return whether any socket wants this session."""
-        return self._hub.watched(topic_of(session_id))
+        return self._broadcaster.watched(topic_of(session_id))
 
     def changed(self, session: CalibrationSessionState, *, urgent: bool) -> None:
         """Publish at most ten times a second; at once, when it is urgent."""
@@ -39,16 +39,16 @@ class SessionUpdates:
         if (waiting := self._later.pop(session.id, None)) is not None:
             waiting.cancel()
         self._published_at[session.id] = time.monotonic()
-        self._hub.publish(topic_of(session.id), messages.encode(messages.CalibrationNews(session)).decode())
+        self._broadcaster.publish(topic_of(session.id), messages.encode(messages.CalibrationNews(session)).decode())
 
     def forget(self, session_id: str) -> None:
         """The session was deleted."""
         if (waiting := self._later.pop(session_id, None)) is not None:
             waiting.cancel()
         self._published_at.pop(session_id, None)
-        self._hub.forget(topic_of(session_id))
+        self._broadcaster.forget(topic_of(session_id))
 
 
 def topic_of(session_id: str) -> str:
-    """A session's kind in the hub."""
+    """A session's kind in the broadcaster."""
     return f"calibration:{session_id}"

@@ -55,10 +55,11 @@ UNSAVED = (
     "Check the data folder."
 )
 COLUMNS = ("run", *(column.name for column in fields(HistoryEntry)))
-SCHEMA = f"CREATE TABLE IF NOT EXISTS deeds ({', '.join(COLUMNS)}, PRIMARY KEY (run, id))"
-WRITE = f"INSERT OR REPLACE INTO deeds VALUES ({', '.join('?' * len(COLUMNS))})"
-READ = "SELECT * FROM deeds ORDER BY id DESC, run DESC LIMIT ?"
-FORGET = "DELETE FROM deeds WHERE id < (SELECT id FROM deeds ORDER BY id DESC LIMIT 1 OFFSET ?)"
+TABLE = "deeds"  # in files that exist
+SCHEMA = f"CREATE TABLE IF NOT EXISTS {TABLE} ({', '.join(COLUMNS)}, PRIMARY KEY (run, id))"
+WRITE = f"INSERT OR REPLACE INTO {TABLE} VALUES ({', '.join('?' * len(COLUMNS))})"
+READ = f"SELECT * FROM {TABLE} ORDER BY id DESC, run DESC LIMIT ?"
+FORGET = f"DELETE FROM {TABLE} WHERE id < (SELECT id FROM {TABLE} ORDER BY id DESC LIMIT 1 OFFSET ?)"
 
 
 class HistoryStore:

@@ -53,7 +53,7 @@ class PendingCommands:
         self._door, self._lease, self._history, self._board = door, lease, history, board
         self._newest = 0
         self._alarm: asyncio.TimerHandle | None = None
-        self.when_held_back: list[
+        self.when_rejected: list[
             Callable[[PendingCommand], None]
         ] = []  # called with each command that was dropped while it waited
         door.when_cancelled.append(self._ended)
@@ -150,7 +150,7 @@ class PendingCommands:
         pending_command = self.waiting
         self._end(state, why)
         if pending_command is not None and objected:
-            for tell in self.when_held_back:
+            for tell in self.when_rejected:
                 tell(pending_command)
 
     def _end(self, state: Ending, why: str) -> None:

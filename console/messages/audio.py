@@ -58,7 +58,7 @@ class Transcript(Struct, tag_field="kind", tag="transcript"):
     seconds: float  # of speech
     delay_s: float  # from the end of the sound that it needed to this message
     entry: int | None = None  # its row in the history
-    pending_command: int | None = None  # the order waits: `intent` of the state has it
+    pending_command: int | None = None  # it waits: `pending_command` of the state has it
 
 
 AudioDown = ListeningMessage | Transcript

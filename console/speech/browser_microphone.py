@@ -140,10 +140,10 @@ class BrowserMicrophone:
         self._reading.add(task)
         task.add_done_callback(self._reading.discard)
 
-    def hold_back(self, words: str, page: int) -> None:
+    def reject(self, words: str, page: int) -> None:
         """An order that was spoken at this page waited and was held back."""
         if page == self._page:
-            self._worker.hold_back(words)
+            self._worker.reject(words)
 
     def tick(self, now: float) -> None:
         """Now and then: a worker that nobody needs is ended."""

@@ -141,10 +141,10 @@ class RoomTranscriber:
         if self._task is None and self._waiting is not None and self._waiting.duration >= PIECE:
             self._task = asyncio.get_running_loop().create_task(self._read())
 
-    def hold_back(self, pending_command: PendingCommand) -> None:
+    def reject(self, pending_command: PendingCommand) -> None:
         """An order from here waited and was held back."""
         if pending_command.source == "ears":
-            self._worker.hold_back(pending_command.words)
+            self._worker.reject(pending_command.words)
 
     def said(self, one: RoomUtterance) -> Spoken:
         """When an utterance was said, by our own clock."""
@@ -202,7 +202,7 @@ class RoomTranscriber:
         heard = self._stops.hear(utterance)
         if heard == "stop":
             self._door.stop(ROOM, "ears")
-            self._stops.voice_control(self._door.words)
+            self._stops.obeyed(self._door.words)
         if not utterance.final:
             return
         voice = self._voice(utterance)

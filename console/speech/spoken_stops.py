@@ -57,7 +57,7 @@ class SpokenStops:
             return "stop"
         return "stopped" if same and utterance.name != STOP_AT.name else "words"
 
-    def voice_control(self, words: CommandFreshness) -> None:
+    def obeyed(self, words: CommandFreshness) -> None:
         """The newest stop of all is the one that was heard here."""
         words.stopped_by(self._utterance)
 

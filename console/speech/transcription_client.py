@@ -25,7 +25,7 @@ class TranscriptionClient:
 
     def __init__(self) -> None:
         self._worker = Worker("words")
-        self._held_back: deque[tuple[str, float]] = deque(maxlen=FEW)  # sent with the next sound
+        self._rejected: deque[tuple[str, float]] = deque(maxlen=FEW)  # sent with the next sound
         self._speaker = 0
         self._begun = 0  # the process's start that knows how to listen
 
@@ -57,7 +57,7 @@ class TranscriptionClient:
         Another `speaker` has another clock, and what was held back before was not theirs.
         """
         if speaker != self._speaker:
-            self._held_back.clear()
+            self._rejected.clear()
         self._speaker = speaker
         request = {
             "settings": asdict(settings),
@@ -75,13 +75,13 @@ class TranscriptionClient:
         raw = np.ascontiguousarray(samples, np.float32).tobytes()
         given = {"samples": raw, "rate": rate, "stamp": stamp, "channels": samples[0].size if len(samples) else 1}
         now = time.monotonic()
-        given["rejected"] = [(words, now - then) for words, then in self._held_back]
-        self._held_back.clear()
+        given["rejected"] = [(words, now - then) for words, then in self._rejected]
+        self._rejected.clear()
         return msgspec.convert(await self._worker.ask("feed", given, budget=BUDGET), list[UtteranceMessage])
 
-    def hold_back(self, words: str) -> None:
+    def reject(self, words: str) -> None:
         """These words, as an order, were held back: said again, they most likely are others."""
-        self._held_back.append((words, time.monotonic()))
+        self._rejected.append((words, time.monotonic()))
 
     async def finish(self) -> list[UtteranceMessage]:
         """End the sound → the utterances that became known with that."""

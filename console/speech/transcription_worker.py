@@ -28,7 +28,7 @@ class TranscriptionWorker:
         self._transcriber: Transcriber | ArrayTranscriber | None = None
         self._engine: tuple[SpeechSettings, Engine] | None = None
         self._speaker = 0
-        self._held_back = RejectedCommands()  # of this speaker's, by whichever transcriber heard it
+        self._rejected = RejectedCommands()  # of this speaker's, by whichever transcriber heard it
 
     def begin(
         self, settings: dict[str, Any], held: bool = False, array: dict[str, Any] | None = None, speaker: int = 0
@@ -41,16 +41,16 @@ class TranscriptionWorker:
         Raises Unavailable and BadInput with a sentence.
         """
         if speaker != self._speaker:
-            self._speaker, self._held_back = speaker, RejectedCommands()
+            self._speaker, self._rejected = speaker, RejectedCommands()
         chosen = SpeechSettings(**settings)
         if self._engine is None or self._engine[0] != chosen:
             self._engine = chosen, open_engine(chosen)
         engine = self._engine[1]
         if array is None:
-            self._transcriber = Transcriber(chosen, held=held, engine=engine, rejected=self._held_back)
+            self._transcriber = Transcriber(chosen, held=held, engine=engine, rejected=self._rejected)
         else:
             in_order = array_in(array | {"channels": range(len(array["positions"])), "rate": None})
-            self._transcriber = ArrayTranscriber(in_order, chosen, engine=engine, rejected=self._held_back)
+            self._transcriber = ArrayTranscriber(in_order, chosen, engine=engine, rejected=self._rejected)
         return True
 
     def feed(
@@ -64,7 +64,7 @@ class TranscriptionWorker:
         numbers = np.frombuffer(samples, np.float32).astype(float).reshape(-1, channels)
         sound = at_16_khz(Sound(stamp=stamp, rate=rate, samples=numbers))
         for words, ago in rejected:
-            self._held_back.hold_back(words, stamp + sound.duration - ago)
+            self._rejected.reject(words, stamp + sound.duration - ago)
         return [utterance_message(judge(heard)) for heard in self._transcriber.feed(sound)]
 
     def finish(self) -> list[UtteranceMessage]:

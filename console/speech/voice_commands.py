@@ -39,7 +39,7 @@ class VoiceCommands:
         board: Notifications,
     ) -> None:
         self.driver: Person | None = None  # who has taken the words on
-        pending_commands.when_held_back.append(ears.hold_back)
+        pending_commands.when_rejected.append(ears.reject)
         self._ears, self._door, self._lease, self._pending_commands, self._board = (
             ears,
             door,

@@ -150,14 +150,14 @@ class SpokenRoom:
             call = self._hear(LISTEN)[1]
             now = self.robot.snapshot.stamp
             return SentenceOutcome(number=self.robot.tell(words), call=call, ended=now, understood=now, begun=now)
-        suggested_command = understand(words, spoken=True)
-        if isinstance(suggested_command, Refusal):
-            raise Refused(suggested_command.reason)
+        intended = understand(words, spoken=True)
+        if isinstance(intended, Refusal):
+            raise Refused(intended.reason)
         wrong: list[str] = []
         why, call = "", None
         for attempt in range(1, tries + 1):
             ended = self._say(words) if pcm is None else self._utter(pcm)
-            said, call = self._hear(READ, watch, early=suggested_command.name == STOP_MOVING.name)
+            said, call = self._hear(READ, watch, early=intended.name == STOP_MOVING.name)
             if said is None or said.command is None:
                 why = "not understood"
                 continue
@@ -165,7 +165,7 @@ class SpokenRoom:
             if said.command.name != STOP_MOVING.name and now - said.end > OBEYED_WITHIN:
                 why = f"understood {now - said.end:.1f} s after it was said"
                 continue
-            right = (said.command.name, said.command.numbers) == (suggested_command.name, suggested_command.numbers)
+            right = (said.command.name, said.command.numbers) == (intended.name, intended.numbers)
             read = self._ears.reading(ended, now)
             heard = SentenceOutcome(number=None, call=call, tries=attempt, ended=ended, understood=now, read=read)
             if not right:

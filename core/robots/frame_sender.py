@@ -21,7 +21,7 @@ ANSWERS = 64  # that may wait; more are dropped
 def merged(older: SensorFrame, newer: SensorFrame) -> SensorFrame:
     """Two frames → one: the newer, with the older's scan, picture, contact and note where the newer has none.
 
-    The sound of both is one sound, so that no word is lost. Wheels count from the robot's waking, so a frame that
+    The sound of both is one sound, so that no word is lost. Wheels count from the robot's start, so a frame that
     is left out loses nothing.
     """
     return replace(

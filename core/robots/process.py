@@ -159,7 +159,7 @@ class DriverPace:
         self._period = period  # [s]
         self._given_up = 0.0  # [s] in this window
         self._since = 0.0  # [s] begin of this window
-        self._cancel_deadline = 0  # windows without a delay
+        self._calm_windows = 0  # windows without a delay
 
     def start(self, now: float) -> None:
         """Set the first frame due now."""
@@ -175,10 +175,10 @@ class DriverPace:
         if window < PACE_WINDOW:
             return
         slow = self._given_up > 0.1 * window
-        self._cancel_deadline = 0 if slow else self._cancel_deadline + 1
+        self._calm_windows = 0 if slow else self._calm_windows + 1
         if slow:
             self.share = 1 - self._given_up / window
-        elif self._cancel_deadline >= CALM:
+        elif self._calm_windows >= CALM:
             self.share = 1.0
         self._given_up, self._since = 0.0, now
 

@@ -72,7 +72,7 @@ def restore(saved: SavedMap, graph: MapGraph, parts: MapperSettings, laser: Lase
         slam.resume([LandmarkRecord(**row) for row in rows])
         tile = OccupancyMap(parts.occupancy)
         try:
-            tile.match_scan(arrays[f"origin_{number}"], arrays[f"tile_{number}"])
+            tile.load(arrays[f"origin_{number}"], arrays[f"tile_{number}"])
         except ValueError as trouble:
             raise BadInput(f"The map cannot be used with these settings: {trouble}.") from None
         graph.submaps.append(Submap(number, slam, tile))

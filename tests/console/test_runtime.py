@@ -240,15 +240,15 @@ def test_every_picture_is_encoded_once_and_only_when_somebody_looks(
     encoded: list[str] = []
     encode = module.cv2.imencode
     monkeypatch.setattr(module.cv2, "imencode", lambda *given: (encoded.append(given[0]), encode(*given))[1])
-    live.until(lambda: not live.runtime.hub.viewers)
+    live.until(lambda: not live.runtime.broadcaster.viewers)
     wait_frames(live)
     encoded.clear()
     wait_frames(live)
     assert ".jpg" not in encoded
     with live.open() as one, live.open() as two:
-        number = live.runtime.hub.slots.get("camera", (0, b""))[0]
+        number = live.runtime.broadcaster.slots.get("camera", (0, b""))[0]
         before = encoded.count(".jpg")
         for line in (one, two):
             for _ in range(5):
                 next(message for message in line if isinstance(message, bytes))
-        assert encoded.count(".jpg") - before <= live.runtime.hub.slots["camera"][0] - number + 1
+        assert encoded.count(".jpg") - before <= live.runtime.broadcaster.slots["camera"][0] - number + 1

@@ -117,7 +117,7 @@ class Reader:
                 one.stop_read = time.monotonic()
         return [known for _, known in heard]
 
-    def hold_back(self, words: str) -> None: ...
+    def reject(self, words: str) -> None: ...
 
 
 def told(words: str, begin: float, end: float, *, final: bool = True) -> UtteranceMessage:

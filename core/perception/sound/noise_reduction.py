@@ -29,14 +29,14 @@ def without_noise(samples: Array, rate: int, before: int) -> Array:
 
 def _gains(ratio: Array) -> Array:
     """Power over the noise's (K, T) → gains (K, T)."""
-    precision = np.empty_like(ratio)
+    gains = np.empty_like(ratio)
     left = np.zeros(len(ratio))  # power of the voice over the noise's in the frame before
     for t, now in enumerate(ratio.T):
         expected = MEMORY * left + (1 - MEMORY) * np.maximum(now - 1, 0)
         gain = np.maximum(expected / (1 + expected), FLOOR)
-        precision[:, t] = gain
+        gains[:, t] = gain
         left = gain**2 * now
-    return precision
+    return gains
 
 
 def _smooth(power: Array) -> Array:

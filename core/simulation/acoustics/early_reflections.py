@@ -25,10 +25,10 @@ class Arrivals:
         self._recent = np.zeros(2 * HALF)
         self._fine = np.zeros(int(FARTHEST * self._per_metre + 2) * FINER)
 
-    def feed(self, dry: Array, before: Array, now: Array, precision: Array) -> Array:
+    def feed(self, dry: Array, before: Array, now: Array, gains: Array) -> Array:
         """The next sound (N,) of the source → what the ears hear of it, (N, M).
 
-        The ways are `before` and `now` (K, M) [m] long at the begin and the end of it; each brings `precision` (K, M)
+        The ways are `before` and `now` (K, M) [m] long at the begin and the end of it; each brings `gains` (K, M)
         over the distance.
         """
         count = len(dry)
@@ -43,7 +43,7 @@ class Arrivals:
         first = place.astype(np.int64)
         part = place - first
         heard = kept[first] * (1 - part) + kept[np.minimum(first + 1, len(kept) - 1)] * part
-        return np.einsum("km,kmn->nm", precision / np.maximum(now, 0.1), heard)
+        return np.einsum("km,kmn->nm", gains / np.maximum(now, 0.1), heard)
 
 
 def first_images(size: tuple[float, float, float], source: Array, reflection: float) -> tuple[Array, Array]:

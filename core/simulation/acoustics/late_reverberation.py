@@ -38,14 +38,14 @@ def echo_in_pieces(
     count, length = len(ears), echo_length(room.rt60, rate)
     axis = np.zeros(count * length * FINER)
     starts = np.arange(count) * length * FINER
-    for images, precision in _batches(room, source, np.random.default_rng(seed)):
+    for images, gains in _batches(room, source, np.random.default_rng(seed)):
         away = np.linalg.norm(images[:, None] - ears, axis=2)
         fine = (away * (rate / room.speed) + HALF) * FINER
         first = fine.astype(np.int64)
         part = fine - first
         inside = first < length * FINER - 1
         places = (first + starts)[inside]
-        pressure = (precision[:, None] / away)[inside]
+        pressure = (gains[:, None] / away)[inside]
         axis += np.bincount(
             np.concatenate((places, places + 1)),
             np.concatenate((pressure * (1 - part[inside]), pressure * part[inside])),
@@ -76,7 +76,7 @@ def _batches(room: ShoeboxRoom, source: Array, rng: np.random.Generator) -> Gene
             images = np.column_stack((np.full(len(y), x), along[1][0][y], along[2][0][z]))
             images += rng.uniform(-IMAGE_JITTER, IMAGE_JITTER, images.shape)
             waiting.append((images, room.reflection ** (bounces[y, z] + own)))
-        if sum(len(precision) for _, precision in waiting) >= AT_ONCE:
+        if sum(len(gains) for _, gains in waiting) >= AT_ONCE:
             yield _joined(waiting)
             waiting = []
     if waiting:
@@ -84,7 +84,7 @@ def _batches(room: ShoeboxRoom, source: Array, rng: np.random.Generator) -> Gene
 
 
 def _joined(waiting: list[tuple[Array, Array]]) -> tuple[Array, Array]:
-    return np.concatenate([images for images, _ in waiting]), np.concatenate([precision for _, precision in waiting])
+    return np.concatenate([images for images, _ in waiting]), np.concatenate([gains for _, gains in waiting])
 
 
 def _along(place: float, side: float, reach: float) -> tuple[Array, Array]:

@@ -59,7 +59,7 @@ def impulse_responses(
     """
     if not room.holds(np.vstack((source, microphones))):
         raise BadInput("The talker and all microphones must stand inside the room.")
-    images, precision = _images(room, source, microphones.mean(0))
+    images, gains = _images(room, source, microphones.mean(0))
     if rng is not None:
         images[1:] += rng.uniform(-0.05, 0.05, images[1:].shape)
     distances = np.linalg.norm(images[:, None, :] - microphones, axis=2)
@@ -67,7 +67,7 @@ def impulse_responses(
     length = int((max(reach, float(distances[0].max())) + 1.0) / room.speed * rate) + 64
     return np.stack(
         [
-            _placed(distances[:, m] / room.speed * rate, precision / distances[:, m], length, rate)
+            _placed(distances[:, m] / room.speed * rate, gains / distances[:, m], length, rate)
             for m in range(len(microphones))
         ]
     )
@@ -96,14 +96,14 @@ def _images(room: ShoeboxRoom, source: Array, centre: Array) -> tuple[Array, Arr
     return images, room.reflection ** count[order]
 
 
-def _placed(delays: Array, precision: Array, length: int, rate: int) -> Array:
-    """Arrivals at `delays` (N,) [samples] with `precision` (N,) → band-limited response (length,)."""
+def _placed(delays: Array, gains: Array, length: int, rate: int) -> Array:
+    """Arrivals at `delays` (N,) [samples] with `gains` (N,) → band-limited response (length,)."""
     fine = delays * FINER
     first = fine.astype(int)
     part = fine - first
     inside = first < length * FINER - 1
-    axis = np.bincount(first[inside], (precision * (1 - part))[inside], length * FINER)
-    axis += np.bincount(first[inside] + 1, (precision * part)[inside], length * FINER)
+    axis = np.bincount(first[inside], (gains * (1 - part))[inside], length * FINER)
+    axis += np.bincount(first[inside] + 1, (gains * part)[inside], length * FINER)
     spectrum = np.fft.rfft(axis)[: length // 2 + 1]
     ratio = np.fft.rfftfreq(length, 1 / rate) / HIGH_PASS
     return np.fft.irfft(spectrum * ratio**2 / (1 + ratio**2), length)

@@ -88,7 +88,7 @@ class SoundSource:
         now = np.linalg.norm(self._images[:, None] - ears, axis=2)  # (K, M)
         before = now if self._before is None else self._before
         self._before = now
-        precision = np.broadcast_to(self._muffled * self._gains[:, None], now.shape)
-        total = self._straight.feed(dry, before, now, precision)
+        gains = np.broadcast_to(self._muffled * self._gains[:, None], now.shape)
+        total = self._straight.feed(dry, before, now, gains)
         echo = None if self._echo is None else self._echo.feed(dry)
         return total if echo is None else total + echo

@@ -77,7 +77,7 @@ def _wood(sheet: TextureCanvas) -> None:
     sheet.pixels[:] = (118, 158, 194)
 
 
-def _reset_pose(sheet: TextureCanvas) -> None:
+def _seat(sheet: TextureCanvas) -> None:
     sheet.pixels[:] = (58, 54, 150)
 
 
@@ -90,7 +90,7 @@ FURNITURE: dict[str, Callable[[TextureCanvas], None]] = {
     "steel": _steel,
     "bin": _bin,
     "wood": _wood,
-    "seat": _reset_pose,
+    "seat": _seat,
 }
 
 

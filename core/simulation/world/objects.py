@@ -91,10 +91,10 @@ def _table(thing: Thing) -> tuple[Solid, ...]:
 
 
 def _stool(thing: Thing) -> tuple[Solid, ...]:
-    reset_pose = thing.height - 0.05
+    seat = thing.height - 0.05
     return (
-        _post(thing, 0.0, 0.0, 0.03, 0.0, reset_pose, "steel"),
-        _post(thing, 0.0, 0.0, thing.length / 2, reset_pose, thing.height, thing.look or "seat"),
+        _post(thing, 0.0, 0.0, 0.03, 0.0, seat, "steel"),
+        _post(thing, 0.0, 0.0, thing.length / 2, seat, thing.height, thing.look or "seat"),
     )
 
 

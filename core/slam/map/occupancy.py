@@ -81,7 +81,7 @@ class OccupancyMap:
             )
         return self._grid
 
-    def match_scan(self, origin: Array, log_odds: Array) -> None:
+    def load(self, origin: Array, log_odds: Array) -> None:
         """Take a map that was drawn before: outer corner of the first cell (2,) [m], log odds (rows, columns).
 
         Raises ValueError where it does not consist of whole blocks.

@@ -22,7 +22,7 @@ from core.slam.relocalization.recovery import Click, RecoveredPose, Recovery, Re
 from core.slam.relocalization.search_pyramid import ScanView
 from core.slam.scan_matching.scan_tracker import ScanTracker
 
-SETTLED = 3.0  # [s] after waking or being found in which nothing is suspected: the map is only just there
+SETTLED = 3.0  # [s] after the start or after being found in which nothing is suspected: the map is only just there
 
 
 @dataclass(frozen=True)

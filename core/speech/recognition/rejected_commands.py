@@ -34,7 +34,7 @@ class RejectedCommands:
                 self._stopped[self._newest.words] = heard.end
             self._newest = None
 
-    def hold_back(self, words: str, now: float) -> None:
+    def reject(self, words: str, now: float) -> None:
         """Note that a pending command was rejected by Cancel or by a button."""
         self._stopped[words] = now
 

@@ -253,13 +253,13 @@ def test_a_stuck_viewer_is_dropped_and_nobody_waits_for_it(live: Live, monkeypat
         ).encode()
     )
     try:
-        live.until(lambda: len(live.runtime.hub.viewers) == 1)
+        live.until(lambda: len(live.runtime.broadcaster.viewers) == 1)
         with live.open() as other:
             began = time.monotonic()
             for _ in range(40):
                 hear(other, "state")
             assert time.monotonic() - began < 8
-            live.until(lambda: len(live.runtime.hub.viewers) == 1, 20)
+            live.until(lambda: len(live.runtime.broadcaster.viewers) == 1, 20)
     finally:
         stuck.close()
 
@@ -267,8 +267,8 @@ def test_a_stuck_viewer_is_dropped_and_nobody_waits_for_it(live: Live, monkeypat
 def test_leaving_is_noticed_at_once(live: Live) -> None:
     with live.open() as line:
         hear(line, "state")
-        assert len(live.runtime.hub.viewers) == 1
-    live.until(lambda: not live.runtime.hub.viewers, 3)
+        assert len(live.runtime.broadcaster.viewers) == 1
+    live.until(lambda: not live.runtime.broadcaster.viewers, 3)
     assert not live.runtime.scene.tabs and len(live.runtime.sockets) == 0
 
 

@@ -74,7 +74,7 @@ def rejected(pending_commands: PendingCommands, monkeypatch: pytest.MonkeyPatch)
     """The words of which it was told that somebody did not want them."""
     told: list[str] = []
     monkeypatch.setattr(
-        pending_commands, "when_held_back", [lambda pending_command: told.append(pending_command.words)]
+        pending_commands, "when_rejected", [lambda pending_command: told.append(pending_command.words)]
     )
     return told
 
@@ -106,7 +106,7 @@ def test_whose_words_were_held_back_reads_them_with_that_in_mind(
     told: list[tuple[str, str]] = []
     worker = {"ears": live.runtime.ears, "voice": live.runtime.microphone}
     for name, listener in worker.items():
-        monkeypatch.setattr(listener._worker, "hold_back", lambda words, *_, name=name: told.append((name, words)))
+        monkeypatch.setattr(listener._worker, "reject", lambda words, *_, name=name: told.append((name, words)))
     with live.open("/ws/audio") as own, live.open("/ws/audio") as other, live.open("/ws/audio", token=live.viewer):
         for page in (other, own):  # spoken at the second
             say(page, kind="listen", mode="held")
@@ -115,7 +115,7 @@ def test_whose_words_were_held_back_reads_them_with_that_in_mind(
             live.until(lambda: live.runtime.microphone._turn is None, seconds=30.0)
         ask(live, "drop", speak(live, "continue 3 meters", source))
         live.until(lambda: told == [(source, "continue 3 meters")])
-    live.until(lambda: len(pending_commands.when_held_back) == 1)
+    live.until(lambda: len(pending_commands.when_rejected) == 1)
 
 
 @pytest.mark.parametrize("how", ["control was given away", "another map came"])

@@ -82,7 +82,7 @@ def test_who_reads_words_is_told_what_was_held_back_just_before():
 
 def test_what_is_held_back_otherwise_is_remembered_too():
     memory = after(heard(GO, 10.0))
-    memory.hold_back(GO, 11.0)
+    memory.reject(GO, 11.0)
     assert memory.words(11.0 + REMEMBERED - 0.1) == (GO,)
     assert memory.words(11.0 + REMEMBERED) == ()
 
