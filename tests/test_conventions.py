@@ -120,6 +120,12 @@ def test_retired_words_stay_retired() -> None:
     assert left == [], f"{len(left)} lines"
 
 
+def test_no_test_of_the_console_changes_the_clock_of_the_whole_process() -> None:
+    """`x.time.monotonic` is the module that a console in another thread of this process reads: replace `x.time`."""
+    changed = re.compile(r'setattr\(\s*(?:"[\w.]+\.time\.\w+"|time,)')
+    assert [path for path in ROOT.glob("tests/console/**/*.py") if changed.search(path.read_text())] == []
+
+
 def test_a_class_name_means_one_thing() -> None:
     places: dict[str, list[str]] = {}
     for path in [*ROOT.glob("core/**/*.py"), *ROOT.glob("console/**/*.py")]:

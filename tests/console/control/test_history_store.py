@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -236,7 +237,8 @@ def test_the_order_is_that_of_the_deeds_whatever_the_clock_does(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = iter([5000.0, 5001.0, 1000.0, 1001.0, 9000.0, 9001.0])
-    monkeypatch.setattr("console.control.history.time.time", lambda: next(clock))
+    fake = SimpleNamespace(time=lambda: next(clock), monotonic=time.monotonic)
+    monkeypatch.setattr("console.control.history.time", fake)
     history = opened(tmp_path)
     words = ["first", "second", "third, the clock was set back", "fourth", "fifth, and forward"]
     for said in words:

@@ -361,7 +361,7 @@ def test_sockets_of_strangers_leave_no_line_in_the_log(live: Live, caplog: pytes
 
 def test_what_strangers_provoke_does_not_push_the_rest_out_of_the_log(monkeypatch: pytest.MonkeyPatch) -> None:
     now, said = [0.0], list[str]()
-    monkeypatch.setattr("console.logging_setup.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("console.logging_setup.time", SimpleNamespace(monotonic=lambda: now[0]))
     few = RepeatFilter(said.append)
 
     def line(words: str, *given: object) -> bool:
