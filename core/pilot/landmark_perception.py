@@ -8,36 +8,26 @@ import numpy as np
 
 from core.errors import BadInput
 from core.geometry import Pose, arc
-from core.message import Array, message
+from core.message import Array
 from core.perception.image_quality.quality import PictureQuality, judge
 from core.perception.landmarks.corners import Corner, find_corners
 from core.perception.landmarks.deskew import beam_ends
 from core.perception.landmarks.edge_pairs import EdgePair, edge_pairs
 from core.perception.landmarks.edges import ImageEdge, find_edges
-from core.perception.landmarks.landmarks import Sighting, laser_in_picture, sight
+from core.perception.landmarks.frame_perception import FramePerception
+from core.perception.landmarks.landmarks import laser_in_picture, sight
 from core.perception.landmarks.preprocessing import NOTHING
-from core.pilot.motion_input import MotionBuffer
 from core.robots import Profile
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Wheels
 from core.settings import Settings
+from core.slam.motion import Motion
+from core.slam.motion_history import MotionHistory
 from core.snapshot import CameraView
 
 FRESH = 0.2  # [s] for which edges may confirm corners, and points may be drawn on a picture
 MOVING = 0.02  # [m/s], [rad/s]
 REPEATS = 2  # equal pictures in a row, on the move, that mean the camera hangs
 RECALLED = 0.5  # [s] for which edges may confirm corners where the move between the two is remembered
-
-
-@message
-class FramePerception:
-    """The points, corners and sightings of one frame."""
-
-    sightings: tuple[Sighting, ...] | None = None  # None: no scan came with this frame
-    ends: Array | None = (
-        None  # (N, 2) [m], robot frame at the frame's stamp: beam ends, NaN where nothing was measured
-    )
-    hits: Array | None = None  # (N,) bool: ends that are something
-    pairs: tuple[EdgePair, ...] = ()  # corners and the edges near them: whether the camera's mount has moved
 
 
 class LandmarkPerception:
@@ -52,7 +42,7 @@ class LandmarkPerception:
         self._quality: PictureQuality | None = None
         self._points = np.zeros((0, 2))
         self._points_stamp = -np.inf
-        self._recall = MotionBuffer(settings.motion)
+        self._recall = MotionHistory()
         self.view: CameraView | None = None
         self.trouble = ""  # why the newest picture is of no use
         self.poor = ""  # what is wrong with the pictures, once they have been unusable for a while
@@ -60,34 +50,33 @@ class LandmarkPerception:
         self._last_picture: Array | None = None
         self._repeats = 0  # of the newest picture, on the move
 
-    def without_repeats(self, frame: SensorFrame) -> SensorFrame:
+    def without_repeats(self, frame: SensorFrame, wheels: Wheels | None) -> SensorFrame:
         """The frame, without its picture where that repeats itself although the robot moves: the camera hangs."""
         if frame.image is None:
             return frame
         last, self._last_picture = self._last_picture, frame.image.pixels
         if last is None or not np.array_equal(last, frame.image.pixels):
             self._repeats = 0
-        elif frame.wheels is not None and max(abs(frame.wheels.speed), abs(frame.wheels.turn_rate)) > MOVING:
+        elif wheels is not None and max(abs(wheels.speed), abs(wheels.turn_rate)) > MOVING:
             self._repeats += 1
         if self._repeats < REPEATS:
             return frame
         self.trouble = "The camera repeats one picture while the robot moves; it is not used until another one comes."
         return replace(frame, image=None)
 
-    def look(self, frame: SensorFrame) -> FramePerception:
+    def look(self, frame: SensorFrame, motion: Motion) -> FramePerception:
         """One frame → what is seen in it; `view` is renewed when a picture or new matches came."""
-        camera = self.camera  # another thread may replace it
-        self._recall.feel(frame)
-        if frame.image is not None and camera is not None:
+        self._recall.add(frame.stamp, motion.increment)
+        if frame.image is not None and self.camera is not None:
             try:
-                self._judge(frame.image, frame.wheels)
-                self._look_at_picture(frame.image, camera, frame.wheels)
+                self._judge(frame.image, motion.wheels)
+                self._look_at_picture(frame.image, self.camera, motion.wheels)
                 self.trouble = ""
             except BadInput as trouble:
                 self.trouble = str(trouble)
         if frame.scan is None:
             return FramePerception()
-        return self._look_at_scan(frame.scan, frame.stamp, frame.wheels)
+        return self._look_at_scan(frame.scan, frame.stamp, motion.wheels)
 
     def _judge(self, image: Image, wheels: Wheels | None) -> None:
         """Judge the picture's quality, and note since when none could be used."""

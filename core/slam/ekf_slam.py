@@ -77,7 +77,7 @@ class EkfSlam:
         `sightings` are in the robot frame of this frame's stamp; None: there was no scan. `increment`: a move that
         does not come from the wheels.
         """
-        self.advance(self._track.step(frame) if increment is None else increment)
+        self.advance(self._track.step(frame.stamp, frame.wheels) if increment is None else increment)
         if sightings is not None:
             view = (
                 VisibilityCheck(frame.scan, self._laser)

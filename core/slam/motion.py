@@ -10,7 +10,7 @@ import numpy as np
 
 from core.geometry import Pose, rotation
 from core.message import Array
-from core.sensors import SensorFrame, Wheels
+from core.sensors import Wheels
 
 STILL = 1e-7  # [m] and [rad]: below, the wheels stand
 
@@ -55,6 +55,15 @@ class Increment:
     def still(self) -> bool:
         """True if nothing has moved."""
         return math.hypot(self.pose.x, self.pose.y) + abs(self.pose.heading) < STILL
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The robot's move since the frame before, computed once for everything that needs it."""
+
+    increment: Increment = field(default_factory=Increment)
+    wheels: Wheels | None = None  # at the frame's stamp; without odometry the scans stand in for them
+    by_scans: bool = False  # the increment is a scan match, not the wheels' word
 
 
 def control_jacobian(forward: float, turn: float) -> Array:
@@ -123,12 +132,12 @@ class WheelTrack:
         self.settings = settings or MotionSettings()
         self._last: tuple[float, Wheels] | None = None
 
-    def step(self, frame: SensorFrame) -> Increment:
-        """The move since the frame before; none for the first one, or when time went backwards (a seek)."""
-        if frame.wheels is None:
+    def step(self, stamp: float, wheels: Wheels | None) -> Increment:
+        """The wheels at `stamp` [s] → the move since those before; none at first, or after a jump back in time."""
+        if wheels is None:
             return Increment()
-        last, self._last = self._last, (frame.stamp, frame.wheels)
-        if last is None or frame.stamp < last[0]:
+        last, self._last = self._last, (stamp, wheels)
+        if last is None or stamp < last[0]:
             return Increment()
-        moved = last[1].odometry.inverse() @ frame.wheels.odometry
-        return rolled(moved, frame.stamp - last[0], self.settings)
+        moved = last[1].odometry.inverse() @ wheels.odometry
+        return rolled(moved, stamp - last[0], self.settings)

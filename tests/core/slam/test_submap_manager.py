@@ -64,7 +64,7 @@ def test_a_way_is_its_steps_one_after_the_other() -> None:
     for moment in drive(2, ((0.2, 0.0),)):
         told(floor, moment)
         break
-    graph.submaps.append(floor.rooms.active)
+    graph.submaps.append(floor.submaps.active)
     graph.add(floor.graph.views[0], None, None, Pose(1.0, 2.0, 0.5))
     steps = [Increment(Pose(*rng.normal(size=3).tolist()), (1 + k) * SURE) for k in range(5)]
     for step in steps:
@@ -103,15 +103,15 @@ def test_links_that_agree_vouch_for_each_other_and_a_wrong_one_stays_alone() -> 
 
 def test_wheels_that_slip_are_noticed_and_the_scan_is_followed() -> None:
     tracker, moments = ScanTracker(ScanMatchingSettings()), list(drive(5, ((2.0, 0.0),)))
-    tracker.around([one.truth.apply(one.ends[one.hits]) for one in moments[:4]])
+    tracker.around([one.truth.apply(one.seen.points) for one in moments[:4]])
     before, now = moments[3].truth, moments[4]
     truth = before.inverse() @ now.truth
-    points = now.ends[now.hits]
+    points = now.seen.points
     good = tracker.track(before, Increment(truth, 1e-4 * SURE), points)
     assert not tracker.slipping
     assert good.pose.vector == pytest.approx(truth.vector, abs=0.01)
     tracker = ScanTracker(ScanMatchingSettings())
-    tracker.around([one.truth.apply(one.ends[one.hits]) for one in moments[:4]])
+    tracker.around([one.truth.apply(one.seen.points) for one in moments[:4]])
     slipped = tracker.track(before, Increment(truth @ Pose(0.25, 0.0, 0.0), 1e-4 * SURE), points)
     assert tracker.slipping
     assert tracker.seen is not None
@@ -139,10 +139,10 @@ def test_a_scan_that_went_astray_is_put_where_nothing_is_looked_through() -> Non
     for moment in moments[:-1]:
         told(floor, moment)
     last = moments[-1]
-    slam, views = floor.rooms.active.slam, len(floor.graph.views)
+    slam, views = floor.submaps.active.slam, len(floor.graph.views)
     right = slam.filter.pose @ (moments[-2].truth.inverse() @ last.truth)
     slam.filter.reset_pose(right @ Pose(0.5, 0.6, 0.35), 1e-4 * np.eye(3))
-    floor.rooms.mend(last.ends, last.hits)
+    floor.submaps.mend(last.seen.ends, last.seen.hits)
     off = right.inverse() @ slam.filter.pose
     assert math.hypot(off.x, off.y) < 0.06
     assert abs(off.heading) < math.radians(1.5)
