@@ -219,6 +219,9 @@ class Pilot:
             self._executor.end("failed", "The robot touched something and stopped.")
             self._notices.add(frame.stamp, "warning", "The robot touches something.")
         self._contact = frame.contact
+        if frame.trouble:
+            self._executor.end("failed", frame.trouble)
+        self._notices.watch(frame.stamp, "base", frame.trouble, "error", "The base answers again.")
         lost = self._mapper.lost
         if self._needs_a_place and lost is None and self._lost and self._mapper.strayed:
             self._executor.end("failed", AGAIN)
