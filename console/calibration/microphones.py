@@ -8,7 +8,7 @@ import logging
 import math
 import time
 from collections.abc import Callable, Coroutine
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -82,7 +82,7 @@ class MicrophoneCalibration:
         if profile.microphones is None or self.active is None or self.left_out:
             return profile
         found = Orientation(**{name: self.active[name] for name in ("yaw", "yaw_sd", "mirrored", "residual")})
-        return replace(profile, microphones=oriented(profile.microphones, found))
+        return profile.with_microphones(oriented(profile.microphones, found))
 
     def leave_out(self, why: str) -> list[str]:
         """Use the accepted orientation no more in this run → its file, if it was in use until now."""

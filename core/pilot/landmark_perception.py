@@ -14,7 +14,7 @@ from core.perception.landmarks.corners import Corner, find_corners
 from core.perception.landmarks.deskew import beam_ends
 from core.perception.landmarks.edge_pairs import EdgePair, edge_pairs
 from core.perception.landmarks.edges import ImageEdge, find_edges
-from core.perception.landmarks.frame_perception import FramePerception
+from core.perception.landmarks.frame_perception import Beams, FramePerception
 from core.perception.landmarks.landmarks import laser_in_picture, sight
 from core.perception.landmarks.preprocessing import NOTHING
 from core.robots import Profile
@@ -34,7 +34,8 @@ class LandmarkPerception:
     """Remembers the newest picture's edges and the newest scan's points, to bring the two together."""
 
     def __init__(self, profile: Profile, settings: Settings) -> None:
-        self._laser = profile.laser or Laser()
+        self._lasers = {laser.name: laser for laser in profile.lasers}
+        self._laser = profile.laser or Laser()  # of scans that name none
         self.camera = profile.camera
         self._settings = settings
         self._edges: tuple[ImageEdge, ...] = ()
@@ -114,8 +115,9 @@ class LandmarkPerception:
         """Find points and corners in a scan; a late scan is seen from the pose at which it was taken."""
         then = self._recall.taken(scan, stamp)
         felt = self._recall.wheels(then, stamp, wheels)
-        ends, hits = beam_ends(scan, self._laser, felt, then)
-        corners = find_corners(scan, self._laser, ends[hits], np.flatnonzero(hits), self._settings.corners)
+        laser = self._lasers.get(scan.laser, self._laser)
+        ends, hits = beam_ends(scan, laser, felt, then)
+        corners = find_corners(scan, laser, ends[hits], np.flatnonzero(hits), self._settings.corners)
         since = self._recall.moved(then, self._edges_stamp)
         known = RECALLED if since is not None else FRESH
         fresh = self._edges if abs(then - self._edges_stamp) < known else ()
@@ -130,7 +132,8 @@ class LandmarkPerception:
             settings=self._settings.edges,
         )
         sightings, ends = self._recall.bring(then, stamp, sightings, ends)
-        self._points, self._points_stamp = ends[hits], stamp
+        beams = Beams(ends=ends, hits=hits, viewpoint=laser.mounting)
+        self._points, self._points_stamp = beams.points, stamp
         if fresh and self.view is not None:
             self.view = CameraView(
                 stamp=self.view.stamp,
@@ -140,9 +143,7 @@ class LandmarkPerception:
                 laser=self.view.laser,
                 quality=self.view.quality,
             )
-        return FramePerception(
-            sightings=sightings, ends=ends, hits=hits, pairs=self._pairs(corners, fresh, then, felt)
-        )
+        return FramePerception(beams=beams, sightings=sightings, pairs=self._pairs(corners, fresh, then, felt))
 
     def _pairs(
         self, corners: tuple[Corner, ...], edges: tuple[ImageEdge, ...], stamp: float, wheels: Wheels | None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Literal, Protocol
 
 from core.gate import Twist
@@ -25,11 +26,34 @@ class Profile:
     max_speed: float = 0.3  # [m/s]
     max_turn_rate: float = 1.5  # [rad/s]
     rate: float = 40.0  # [Hz] of frames (section 6: control updates)
-    laser: Laser | None = None
-    camera: Camera | None = None
-    microphones: MicrophoneArray | None = None
+    lasers: tuple[Laser, ...] = ()
+    cameras: tuple[Camera, ...] = ()  # landmarks and people are looked for with the first
+    arrays: tuple[MicrophoneArray, ...] = ()  # voices are located with the first
     drives: bool = True  # False: a recording, it cannot be commanded
     duration: float | None = None  # [s] of a recording
+
+    @property
+    def laser(self) -> Laser | None:
+        """The first laser."""
+        return self.lasers[0] if self.lasers else None
+
+    @property
+    def camera(self) -> Camera | None:
+        """The first camera."""
+        return self.cameras[0] if self.cameras else None
+
+    @property
+    def microphones(self) -> MicrophoneArray | None:
+        """The first microphone array."""
+        return self.arrays[0] if self.arrays else None
+
+    def with_camera(self, camera: Camera) -> Profile:
+        """The profile with another first camera."""
+        return replace(self, cameras=(camera, *self.cameras[1:]))
+
+    def with_microphones(self, array: MicrophoneArray) -> Profile:
+        """The profile with another first array."""
+        return replace(self, arrays=(array, *self.arrays[1:]))
 
 
 class Robot(Protocol):

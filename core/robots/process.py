@@ -28,7 +28,7 @@ from core.robots import Robot
 from core.robots.connect import connect
 from core.robots.frame_sender import FrameSender
 from core.robots.ipc_messages import DriverHello, DriverTrouble, OpenRequest, RobotAnswer
-from core.robots.nearness import Freshness, field_of, near_points
+from core.robots.nearness import NearField
 from core.sensors import SensorFrame
 
 TIMEOUT = 0.3  # [s] without a twist after which the base is stopped
@@ -46,7 +46,7 @@ class DriverLoop:
         self._control, self._gate = control, gate
         self._nonce = 0
         self._twist, self._twist_at = ZERO, 0.0
-        self._freshness = Freshness()
+        self._near_field = NearField(robot.profile.lasers)
         self._pace = DriverPace(1 / self._profile.rate)
         self._over = False
         self._parent = os.getppid()
@@ -82,13 +82,9 @@ class DriverLoop:
 
     def _tell_gate(self, frame: SensorFrame) -> None:
         packet: dict[str, Any] = {"contact": bool(frame.contact)}
-        laser = self._profile.laser
-        if (
-            frame.scan is not None
-            and laser is not None
-            and self._freshness.shows(frame.scan, moving=self._twist.moves)
-        ):
-            packet |= {"points": near_points(frame.scan, laser, frame), "field": field_of(laser)}
+        near = self._near_field.see(frame, moving=self._twist.moves)
+        if near is not None:
+            packet |= {"points": near[0], "field": near[1]}
         if self._has_gate and frame.running:
             send_packet(self._gate, packet)
 

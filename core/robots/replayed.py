@@ -22,7 +22,7 @@ def profile_of(recording: ScanRecording, url: str = "") -> Profile:
         name=recording.path.name,
         kind="LOG",
         url=url,
-        laser=recording.laser,
+        lasers=(recording.laser,) if recording.laser else (),
         drives=False,
         duration=recording.duration,
     )

@@ -98,9 +98,9 @@ class SimulatedRobot:
             cruise=settings.cruise,
             max_speed=settings.max_speed,
             max_turn_rate=settings.max_turn_rate,
-            laser=Laser(),
-            camera=Camera(rate=settings.camera_rate) if settings.camera else None,
-            microphones=settings.array,
+            lasers=(Laser(),),
+            cameras=(Camera(rate=settings.camera_rate),) if settings.camera else (),
+            arrays=() if settings.array is None else (settings.array,),
         )
         seeds = np.random.SeedSequence(seed).spawn(4)
         chance = [np.random.default_rng(one) for one in seeds[:3]]

@@ -80,7 +80,7 @@ class EkfSlam:
         self.advance(self._track.step(frame.stamp, frame.wheels) if increment is None else increment)
         if sightings is not None:
             view = (
-                VisibilityCheck(frame.scan, self._laser)
+                VisibilityCheck(frame.scan, self._laser.mounting)
                 if frame.scan is not None and self._laser is not None
                 else None
             )

@@ -58,12 +58,11 @@ class Mapper:
         self.graph = MapGraph()
         if saved is not None:
             restore(saved, self.graph, self.parts, laser)
-        self._laser = laser
         self._tracker = ScanTracker(self.parts.matching)
         self._loop_closer = LoopCloser(self.graph, self.parts.matching, self.parts.closures)
         self._global_grid = GlobalGrid(self.graph, self.parts.occupancy)
         self._map_view = MapView(self.graph)
-        self._monitor = LocalizationMonitor(laser, self.parts.lost, watched)
+        self._monitor = LocalizationMonitor(self.parts.lost, watched)
         self.submaps = SubmapManager(self.parts, laser, self.graph)
         self._points = NO_POINTS  # (M, 2) [m] of the newest scan, in the active submap
         self._revision = 0  # of the map that the rest has taken in
@@ -82,7 +81,7 @@ class Mapper:
         self._correct_by_landmarks(frame, seen)
         self._update_map(frame.stamp, seen)
         self._relocalize(frame.stamp, seen, motion)
-        self._close_loops(frame.stamp, busy=seen.ends is not None)
+        self._close_loops(frame.stamp, busy=seen.beams is not None)
         return self.estimate
 
     @property
@@ -194,9 +193,9 @@ class Mapper:
 
     def _match_scan(self, stamp: float, seen: FramePerception, motion: Motion) -> None:
         """Let the scan correct the wheels' move since the sightings before, and see whether all is well."""
-        points = seen.points
-        if points is None:
+        if seen.beams is None:
             return
+        points = seen.beams.points
         slam = self.submaps.active.slam
         wheels = moved = slam.filter.pending
         if not motion.by_scans and not self._monitor.lost:
@@ -211,29 +210,31 @@ class Mapper:
         """EKF update; what the scan sees through is missing from the map."""
         if seen.sightings is None or self._monitor.lost:
             return
-        view = VisibilityCheck(frame.scan, self._laser) if frame.scan and self._laser else None
+        view = None
+        if frame.scan is not None and seen.beams is not None:
+            view = VisibilityCheck(frame.scan, seen.beams.viewpoint)
         self.submaps.active.slam.see(seen.sightings, view)
 
     def _update_map(self, stamp: float, seen: FramePerception) -> None:
         """Draw the scan, and keep it if it shows anything new; nothing is written while the place is in doubt."""
-        ends, hits, submaps = seen.ends, seen.hits, self.submaps
-        if ends is None or hits is None:
+        beams, submaps = seen.beams, self.submaps
+        if beams is None:
             return
         if not self._monitor.doubtful:
-            submaps.mend(ends, hits)
-            submaps.draw(ends, hits)
+            submaps.mend(beams)
+            submaps.draw(beams)
             known = len(self.graph.views)
-            left = submaps.keep(stamp, ends, hits)
+            left = submaps.keep(stamp, beams)
             if left is not None:
                 self._global_grid.rest(left)
             if len(self.graph.views) > known:
                 self._loop_closer.look_at(known, stamp)
                 self._tracker.around(submaps.points_around())
-        self._points = submaps.active.slam.filter.pose.apply(ends[hits])
+        self._points = submaps.active.slam.filter.pose.apply(beams.points)
 
     def _relocalize(self, stamp: float, seen: FramePerception, motion: Motion) -> None:
         """Take one step of the search for the robot's place, if it is lost."""
-        found = self._monitor.search(stamp, motion.increment.pose, seen.ends, seen.hits, self.may_turn)
+        found = self._monitor.search(stamp, motion.increment.pose, seen.beams, self.may_turn)
         if found is not None:
             believed = self.estimate.pose
             turned = abs(wrap(found.pose.heading - believed.heading))

@@ -26,7 +26,7 @@ TINY = Scheme("tests.console.tiny_robot:open_robot", "none")
 
 class TinyRobot:
     def __init__(self, wish: str) -> None:
-        self.profile = Profile(name="tiny", kind="SIM", url=f"tiny:{wish}", laser=LASER)
+        self.profile = Profile(name="tiny", kind="SIM", url=f"tiny:{wish}", lasers=(LASER,))
         self._wish, _, seconds = wish.partition("=")
         self._fate = float(seconds or "inf")
         self._frames = 0

@@ -189,7 +189,7 @@ def test_a_picture_of_the_wrong_size_is_told_and_flies_past() -> None:
 
 
 def test_a_recording_refuses_commands() -> None:
-    pilot = Pilot(Profile(name="log", kind="LOG", url="log:x", laser=Laser(), drives=False))
+    pilot = Pilot(Profile(name="log", kind="LOG", url="log:x", lasers=(Laser(),), drives=False))
     with pytest.raises(Refused, match="recording"):
         pilot.tell(1, command("turn left"), "typed", "anna")
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from core.geometry import Pose
 from core.perception.landmarks.deskew import beam_ends
+from core.perception.landmarks.frame_perception import Beams
 from core.sensors import Laser
 from core.simulation.laser import SimulatedLaser
 from core.simulation.robot import SimulatedRobot, SimulationSettings
@@ -39,7 +40,7 @@ def finish(work: Generator[None, None, T]) -> tuple[T, int]:
 def seen(world: World, pose: Pose, odometry: Pose | None = None, seed: int = 0, stamp: float = 0.0) -> ScanView:
     """What the 1 % laser sees at a pose."""
     ends, hits = beams(world, pose, seed)
-    return ScanView.of_beams(stamp, odometry or pose, LASER.mounting, ends, hits)
+    return ScanView.of_beams(stamp, odometry or pose, Beams(ends=ends, hits=hits, viewpoint=LASER.mounting))
 
 
 def beams(world: World, pose: Pose, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:

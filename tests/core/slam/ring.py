@@ -12,7 +12,7 @@ import numpy as np
 from core.geometry import Pose, wrap
 from core.perception.landmarks.corners import find_corners
 from core.perception.landmarks.deskew import beam_ends
-from core.perception.landmarks.frame_perception import FramePerception
+from core.perception.landmarks.frame_perception import Beams, FramePerception
 from core.perception.landmarks.landmarks import sight
 from core.sensors import Laser, SensorFrame, Wheels
 from core.simulation.laser import SimulatedLaser
@@ -65,7 +65,7 @@ def drive(seed: int, way_points: tuple[tuple[float, float], ...] = RING) -> Iter
         corners = find_corners(scan, LASER, ends[hits], np.flatnonzero(hits))
         sightings, _ = sight(corners, (), stamp=stamp, edges_stamp=-1.0, wheels=wheels, camera=None)
         frame = SensorFrame(stamp=stamp, wheels=wheels, scan=scan)
-        yield Moment(frame, FramePerception(sightings=sightings, ends=ends, hits=hits), truth)
+        yield Moment(frame, FramePerception(sightings=sightings, beams=Beams(ends=ends, hits=hits)), truth)
 
 
 TRACKS: WeakKeyDictionary[Mapper, WheelTrack] = WeakKeyDictionary()  # each floor's own count of the wheels
