@@ -192,8 +192,8 @@ class GateLoop:
 
     def _tell_driver(self) -> None:
         self._sent_twist = self._gate.twist
-        told = TicketedTwist(self._sent_twist.v, self._sent_twist.w, self._gate.status().nonce)
-        send_packet(self._driver, asdict(told))
+        sent = TicketedTwist(self._sent_twist.v, self._sent_twist.w, self._gate.status().nonce)
+        send_packet(self._driver, asdict(sent))
 
     def _tell_console(self, *, always: bool) -> None:
         status = replace(self._gate.status(), latched=self._latched)

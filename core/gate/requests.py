@@ -1,4 +1,4 @@
-"""The typed messages of the gate: requests of the console, reports of the driver, and what the driver is told.
+"""The typed messages of the gate: requests of the console, reports of the driver, and twists for the driver.
 
 Each is read from a packet by one rule: it has exactly its fields, or it is no such message. Whether the numbers of a
 setpoint are any good is the gate's to judge, which answers for each.
@@ -71,7 +71,7 @@ class DriverReport:
 
 @dataclass(frozen=True)
 class TicketedTwist:
-    """What the driver is told every tick."""
+    """The twist for the driver, sent every tick."""
 
     v: float  # [m/s]
     w: float  # [rad/s]

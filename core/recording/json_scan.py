@@ -90,15 +90,15 @@ def read_json_scan(text: str | bytes, range_max: float) -> Scan | None:
     if "ranges" not in record:
         return None
     try:
-        told = msgspec.convert(record, JsonScan)
+        read = msgspec.convert(record, JsonScan)
     except msgspec.ValidationError as problem:
         raise BadRecord(_fault(str(problem))) from problem
     except (UnicodeEncodeError, RecursionError) as problem:
         raise BadRecord("it is no JSON, or cut") from problem
-    high, low = range_max or _or(told.range_max, math.nan), _or(told.range_min, 0.0)
+    high, low = range_max or _or(read.range_max, math.nan), _or(read.range_min, 0.0)
     limits = (low if math.isfinite(low) else 0.0, high if math.isfinite(high) else None)
-    ranges = np.array(told.ranges, np.float64)  # None becomes NaN
-    scan = make_scan(told.seconds, ranges, told.angles, limits, _or(told.time_increment, 0.0))
+    ranges = np.array(read.ranges, np.float64)  # None becomes NaN
+    scan = make_scan(read.seconds, ranges, read.angles, limits, _or(read.time_increment, 0.0))
     if np.isnan(scan.ranges).all():
         raise BadRecord("none of its beams measured anything")
     return scan
