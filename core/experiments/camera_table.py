@@ -21,7 +21,7 @@ from core.calibration.files.written import folder_at, write
 from core.calibration.practice import held, picture
 from core.calibration.projection import PARAMETERS
 from core.experiments.figures.figure_15 import camera_centred
-from core.experiments.result import BoardPose, ExperimentResult
+from core.experiments.result import BoardPoseFigures, ExperimentResult
 from core.experiments.run_log import RunLog
 from core.message import Array
 from core.optics import TABLE_3
@@ -143,7 +143,7 @@ def layout(calibration: Calibration) -> list[str]:
     return lines
 
 
-def boards(calibration: Calibration) -> list[BoardPose]:
+def boards(calibration: Calibration) -> list[BoardPoseFigures]:
     """Poses of the boards in the camera's frame: `rotation` 3x3 and `translation_m` [3]."""
     poses = calibration.poses.take(calibration.used)
     return [

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NotRequired, TypedDict
 
 
-class BoardPose(TypedDict):
+class BoardPoseFigures(TypedDict):
     """The pose of a board in the camera's frame, camera_from_board."""
 
     rotation: list[list[float]]  # 3x3
@@ -18,4 +18,4 @@ class ExperimentResult(TypedDict):
     seed: int
     files: dict[str, str]  # paths by what they hold; empty without a folder
     text: NotRequired[str]  # the table as it is printed
-    boards: NotRequired[list[BoardPose]]  # to be drawn as a scene
+    boards: NotRequired[list[BoardPoseFigures]]  # to be drawn as a scene
