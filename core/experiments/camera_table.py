@@ -43,7 +43,7 @@ class Captured(NamedTuple):
     shown: int  # boards that were shown until enough had been found
 
 
-class ParameterRow(TypedDict):
+class Table3Row(TypedDict):
     """A row of Table 3, as JSON."""
 
     parameter: str
@@ -60,7 +60,7 @@ class CameraTable(ExperimentResult):
     views: int
     boards_found_share: float
     rms_px: float
-    table: list[ParameterRow]
+    table: list[Table3Row]
     within_two_sds: dict[str, float]
     within_two_sds_pooled: float
     mean_three_sds: dict[str, float]
@@ -120,7 +120,7 @@ def capture(rng: np.random.Generator) -> Captured:
     return Captured(pictures, views, shown)
 
 
-def table(calibration: Calibration) -> list[ParameterRow]:
+def table(calibration: Calibration) -> list[Table3Row]:
     """The rows of Table 3, ours next to the paper's."""
     return [
         {

@@ -85,7 +85,7 @@ class CommandFigures(TypedDict):
     failures: list[FailedTrial]
 
 
-class Percentiles(TypedDict):
+class SpreadFigures(TypedDict):
     """The middle and the 95th percentile."""
 
     p50: float
@@ -102,8 +102,8 @@ class Table2(ExperimentResult):
     wrong_motions: int
     wrong: list[str]
     faults: list[str]
-    delays: dict[str, Percentiles | None]
-    errors: dict[str, Percentiles | None]
+    delays: dict[str, SpreadFigures | None]
+    errors: dict[str, SpreadFigures | None]
 
 
 def trial(name: str, number: int, seed: int, *, words: bool = True) -> TrialRow:
@@ -245,7 +245,7 @@ def table(commands: Mapping[str, CommandFigures]) -> str:
     return "\n".join(lines)
 
 
-def _spread(values: Sequence[float | None]) -> Percentiles | None:
+def _spread(values: Sequence[float | None]) -> SpreadFigures | None:
     known = [value for value in values if value is not None]
     if not known:
         return None
