@@ -13,12 +13,11 @@ from scipy.spatial.transform import Rotation
 
 from console.calibration.codec import board_of
 from console.calibration.session import CalibrationSession
-from console.http.problems import Problem
+from console.workers.demo_runner import Ask, Demo
 from core.calibration.board.board import Board
 from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Transform
 
-Ask = Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]
 Suggest = Callable[[bool], Awaitable[Transform | None]]
 Phase = Literal["beside", "holding", "done"]
 
@@ -202,23 +201,32 @@ PANEL = 0.02  # [m] of rim around the print that the assistant's board has, when
 PATIENCE = 600.0  # [s] after which the assistant gives up
 
 
-async def show(session: CalibrationSession, ask: Ask, seed: int) -> None:
-    """Until the session is ready, or this task is cancelled; then the board is taken away."""
-
+def demo_of(session: CalibrationSession, ask: Ask, seed: int) -> Demo:
+    """The demonstration that holds the session's board until the session is ready, then takes the board away."""
     board = board_of(msgspec.to_builtins(session.card.board))
-    loop = asyncio.get_running_loop()
     board_demo = BoardDemo(ask, lambda skip: advised(session, skip), board, seed=seed)
-    began, heard = loop.time(), session.last_counted
-    try:
+
+    async def run() -> None:
+        loop = asyncio.get_running_loop()
+        began, heard = loop.time(), session.last_counted
         while not board_demo.done and loop.time() - began < PATIENCE:
             counted = session.last_counted != heard
             heard = session.last_counted
             await board_demo.step(loop.time(), sight_of(session, counted))
             await asyncio.sleep(STEP)
-    except (BeckonError, Problem) as wrong:
-        session.trouble(f"The assistant gave up: {wrong}")
-    finally:
-        await asyncio.shield(board_demo.leave())
+
+    def show(*, on: bool) -> None:
+        session.shown.demo = on
+        session.show(urgent=True)
+
+    return Demo(
+        session=session.card.id,
+        run=run,
+        leave=board_demo.leave,
+        began=lambda: show(on=True),
+        ended=lambda: show(on=False),
+        trouble=session.trouble,
+    )
 
 
 async def advised(session: CalibrationSession, skip: bool) -> Transform | None:

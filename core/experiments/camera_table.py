@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypedDict
 
 import cv2
 import numpy as np
@@ -21,6 +21,7 @@ from core.calibration.files.written import folder_at, write
 from core.calibration.practice import held, picture
 from core.calibration.projection import PARAMETERS
 from core.experiments.figures.figure_15 import camera_centred
+from core.experiments.result import BoardPoseFigures, ExperimentResult
 from core.experiments.run_log import RunLog
 from core.message import Array
 from core.optics import TABLE_3
@@ -42,9 +43,34 @@ class Captured(NamedTuple):
     shown: int  # boards that were shown until enough had been found
 
 
+class Table3Row(TypedDict):
+    """A row of Table 3, as JSON."""
+
+    parameter: str
+    value: float
+    standard_dev: float  # three standard deviations, as the paper's
+    paper_value: float
+    paper_standard_dev: float
+
+
+class CameraTable(ExperimentResult):
+    """The result, as JSON."""
+
+    runs: int
+    views: int
+    boards_found_share: float
+    rms_px: float
+    table: list[Table3Row]
+    within_two_sds: dict[str, float]
+    within_two_sds_pooled: float
+    mean_three_sds: dict[str, float]
+    scatter: dict[str, float]
+    f_u_within_printed_share: float
+
+
 def run(
     *, runs: int | None = None, seed: int = 0, out: Path | None = None, tell: Callable[[str], None] | None = None
-) -> dict[str, Any]:
+) -> CameraTable:
     """Calibrate `runs` times from 20 rendered pictures each → the table of the first run and figures over all."""
     wanted, shown, errors, sds = runs or RUNS, 0, [], []
     first: tuple[Calibration, Captured] | None = None
@@ -94,7 +120,7 @@ def capture(rng: np.random.Generator) -> Captured:
     return Captured(pictures, views, shown)
 
 
-def table(calibration: Calibration) -> list[dict[str, Any]]:
+def table(calibration: Calibration) -> list[Table3Row]:
     """The rows of Table 3, ours next to the paper's."""
     return [
         {
@@ -117,7 +143,7 @@ def layout(calibration: Calibration) -> list[str]:
     return lines
 
 
-def boards(calibration: Calibration) -> list[dict[str, Any]]:
+def boards(calibration: Calibration) -> list[BoardPoseFigures]:
     """Poses of the boards in the camera's frame: `rotation` 3x3 and `translation_m` [3]."""
     poses = calibration.poses.take(calibration.used)
     return [

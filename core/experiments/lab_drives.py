@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from core.errors import Unavailable
 from core.experiments.course_draws import FIRST, SEEDS
 from core.experiments.course_traces import Trace
-from core.experiments.drives import FIGURED, PLAIN, DriveSurroundings
+from core.experiments.drives import FIGURED, PLAIN, DriveSetup, DriveSurroundings
 from core.experiments.paper_course import GOALS
 from core.experiments.rehearsal import Rehearsal
 from core.message import Array
@@ -49,7 +48,7 @@ class LabDrives:
         return DriveSurroundings(walls=np.array(plan["segments"], float).reshape(-1, 2, 2))
 
     @property
-    def setup(self) -> dict[str, Any]:
+    def setup(self) -> DriveSetup:
         """The set-up, ready for JSON."""
         simulation, motion = self.settings.simulation, self.settings.motion
         return {

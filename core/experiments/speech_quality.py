@@ -13,23 +13,23 @@ import json
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import NotRequired, TypedDict
 
 import numpy as np
 from scipy.signal import resample_poly
 
 from core.calibration.files.written import write_all
 from core.errors import Unavailable
+from core.experiments.result import ExperimentResult
 from core.experiments.run_log import RunLog
 from core.message import Array, message
 from core.sensors.microphones import Sound
 from core.simulation.acoustics.shoebox import ShoeboxRoom, heard, impulse_responses, pink_noise
 from core.speech.practice_voice import practice_voice
 from core.speech.quality.audio_similarity import AudioSimilarity, liken
-from core.speech.quality.marked_text import FIGURE_17_PERSON, FIGURE_17_ROBOT
+from core.speech.quality.marked_text import FIGURE_17_PERSON, FIGURE_17_ROBOT, MarkedFigures
 from core.speech.quality.marked_text import as_json as marks_json
 from core.speech.quality.osqe import SpeechQuality, compare
-from core.speech.quality.osqe import as_json as quality_json
 from core.speech.quality.report import page
 from core.speech.quality.word_alignment import phrases_of
 from core.speech.recognition.engines import open_writer
@@ -149,9 +149,38 @@ def measure(
     return compare("; ".join(one.text for one in said), person, robot), similarity
 
 
-def row(place: Setting, quality: SpeechQuality | None, similarity: AudioSimilarity) -> dict[str, Any]:
+class PlaceFigures(TypedDict):
+    """The figures of one place, as JSON; those of the words only where there is a recognizer."""
+
+    sweep: str
+    snr_db: float
+    distance_m: float
+    stoi: float | None
+    estoi: float | None
+    si_sdr_db: float | None
+    erroneous_words_person: NotRequired[int]
+    erroneous_words_robot: NotRequired[int]
+    osqe_d: NotRequired[int]
+    osqe_r: NotRequired[float | None]
+    osqe_r_bounded: NotRequired[float]
+    commands_exact: NotRequired[int]  # by the robot
+
+
+class SpeechQualityResult(ExperimentResult):
+    """The result, as JSON."""
+
+    figure_17: MarkedFigures
+    figure_17_note: str
+    phrases: int
+    words: int
+    voice: str
+    words_missing: str  # why there are no words; "" when there are
+    sweep: list[PlaceFigures]
+
+
+def row(place: Setting, quality: SpeechQuality | None, similarity: AudioSimilarity) -> PlaceFigures:
     """The figures of one place."""
-    fields: dict[str, Any] = {
+    fields: PlaceFigures = {
         "sweep": place.sweep,
         "snr_db": place.ratio,
         "distance_m": place.distance,
@@ -161,9 +190,14 @@ def row(place: Setting, quality: SpeechQuality | None, similarity: AudioSimilari
     }
     if quality is None:
         return fields
-    figures = quality_json(quality)
-    names = ("erroneous_words_person", "erroneous_words_robot", "osqe_d", "osqe_r", "osqe_r_bounded")
-    return fields | {name: figures[name] for name in names} | {"commands_exact": figures["robot"]["commands_exact"]}
+    score = quality.score
+    fields["erroneous_words_person"] = score.person
+    fields["erroneous_words_robot"] = score.robot
+    fields["osqe_d"] = score.difference
+    fields["osqe_r"] = score.ratio
+    fields["osqe_r_bounded"] = score.bounded
+    fields["commands_exact"] = sum(quality.robot.exact)
+    return fields
 
 
 def run(
@@ -172,7 +206,7 @@ def run(
     seed: int = 0,
     out: Path | None = None,
     tell: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
+) -> SpeechQualityResult:
     """Fig. 17, then every place; `runs` phrases (36) are spoken. `out` receives JSON, CSV and one place's page."""
     say = tell or (lambda _: None)
     count = runs or len(TEXT) * len(SPEEDS)
@@ -182,7 +216,7 @@ def run(
     if why_not:
         say(why_not)
     person = "" if engine is None else close_by(engine, said, seed)
-    rows: list[dict[str, Any]] = []
+    rows: list[PlaceFigures] = []
     shown: tuple[SpeechQuality | None, AudioSimilarity] | None = None
     with RunLog(out, "speech-quality", len(SETTINGS), seed, tell) as log:
         for number, place in enumerate(SETTINGS):
@@ -192,7 +226,7 @@ def run(
             if place.distance == 2.0:
                 shown = quality, similarity
             say(f"{number + 1} of {len(SETTINGS)} places…")
-    result: dict[str, Any] = {
+    result: SpeechQualityResult = {
         "figure_17": marks_json(FIGURE_17_PERSON, FIGURE_17_ROBOT),
         "figure_17_note": "How many words are marked is the paper's; which ones is ours: the print lost its marks.",
         "phrases": count,
@@ -218,7 +252,9 @@ def _engine() -> tuple[Engine | None, str]:
         return None, str(absent)
 
 
-def save(out: Path, result: dict[str, Any], shown: tuple[SpeechQuality | None, AudioSimilarity]) -> dict[str, str]:
+def save(
+    out: Path, result: SpeechQualityResult, shown: tuple[SpeechQuality | None, AudioSimilarity]
+) -> dict[str, str]:
     """Figures, table and the page of the place at 2 m → what lies where."""
     table = io.StringIO(newline="")
     writer = csv.DictWriter(table, list(result["sweep"][0]))

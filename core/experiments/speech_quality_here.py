@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import NotRequired, TypedDict
 
 import numpy as np
 
@@ -23,7 +23,6 @@ from core.simulation.microphones import RATE, MicrophoneSettings, SimulatedMicro
 from core.simulation.world import world_named
 from core.speech.quality.audio_similarity import AudioSimilarity, liken
 from core.speech.quality.osqe import SpeechQuality, compare
-from core.speech.quality.osqe import as_json as quality_json
 from core.speech.quality.report import page
 from core.speech.recognition.engines import open_writer
 from core.speech.recognition.recognizer import Engine
@@ -46,6 +45,26 @@ class SpeakingPlace:
     ratio: float  # [dB] a voice at 1 m over the room's noise
     mouth: Array  # (3,) [m] in the world
     refused: str = ""  # why no person can speak from there
+
+
+class MeasuredPlace(TypedDict):
+    """The figures of one place, as JSON; only the first three of one from which no person can speak."""
+
+    distance_m: float
+    snr_db: float
+    refused: str  # why no person can speak from there
+    stoi: NotRequired[float | None]
+    estoi: NotRequired[float | None]
+    si_sdr_db: NotRequired[float | None]
+    words: NotRequired[int]
+    erroneous_words_person: NotRequired[int]
+    erroneous_words_robot: NotRequired[int]
+    osqe_d: NotRequired[int]
+    osqe_r: NotRequired[float | None]
+    reason: NotRequired[str]
+    verdict: NotRequired[str]
+    commands: NotRequired[int]
+    commands_exact: NotRequired[int]  # by the robot
 
 
 class SpeechQualityHere:
@@ -88,17 +107,18 @@ class SpeechQualityHere:
         self.person = close_by(self._engine, self._said, self._seed)
         return self.person
 
-    def measure(self, place: SpeakingPlace) -> tuple[dict[str, Any], str]:
+    def measure(self, place: SpeakingPlace) -> tuple[MeasuredPlace, str]:
         """One place → its figures, and the report page. The person's path comes first."""
-        row: dict[str, Any] = {"distance_m": place.distance, "snr_db": place.ratio, "refused": place.refused}
+        row: MeasuredPlace = {"distance_m": place.distance, "snr_db": place.ratio, "refused": place.refused}
         if place.refused:
             return row, ""
         quality, similarity = self._listen(place)
-        figures = quality_json(quality)
-        row |= {"stoi": similarity.stoi, "estoi": similarity.estoi, "si_sdr_db": similarity.si_sdr_db}
-        names = ("words", "erroneous_words_person", "erroneous_words_robot", "osqe_d", "osqe_r", "reason", "verdict")
-        row |= {name: figures[name] for name in names}
-        row |= {"commands": len(quality.phrases), "commands_exact": figures["robot"]["commands_exact"]}
+        score = quality.score
+        row.update({"stoi": similarity.stoi, "estoi": similarity.estoi, "si_sdr_db": similarity.si_sdr_db})
+        row.update({"words": quality.person.words, "erroneous_words_person": score.person})
+        row.update({"erroneous_words_robot": score.robot, "osqe_d": score.difference, "osqe_r": score.ratio})
+        row.update({"reason": score.reason, "verdict": quality.verdict})
+        row.update({"commands": len(quality.phrases), "commands_exact": sum(quality.robot.exact)})
         around = {
             "where": f"{self._world.name}, {place.distance:g} m from the robot, {MOUTH:g} m above the floor",
             "noise": f"{place.ratio:g} dB below a voice at 1 m",

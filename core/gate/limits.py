@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from typing import TypeGuard
 
 _RANGES = {
     "max_speed": (0.01, 1.0),
@@ -64,13 +65,13 @@ def speed_cap(limits: Limits, age: float) -> float:
     return min(cap, limits.max_speed if limits.guard else min(limits.max_speed, UNGUARDED_SPEED))
 
 
-def is_number(value: object) -> bool:
+def is_number(value: object) -> TypeGuard[float]:
     """Return whether a value is a finite number; a bool is not."""
     if type(value) is int:
         return abs(value) < 2**53
     return type(value) is float and math.isfinite(value)
 
 
-def is_count(value: object) -> bool:
+def is_count(value: object) -> TypeGuard[int]:
     """Return whether a value is an integer from 0 to what a browser can count; a bool is not."""
     return type(value) is int and 0 <= value < 2**53

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal, TypedDict
 
 import cv2
 
@@ -18,7 +18,30 @@ from core.errors import BadInput
 Method = Literal["exact", "table-1"]
 
 
-def correct(files: Sequence[Path], camera: Path, out: Path, method: Method = "exact") -> dict[str, Any]:
+class StraightPicture(TypedDict):
+    """A picture that was straightened, as JSON."""
+
+    image: str
+    file: str
+
+
+class RefusedPicture(TypedDict):
+    """A picture that was not, as JSON."""
+
+    image: str
+    reason: str
+
+
+class Correction(TypedDict):
+    """What came of all pictures, as JSON."""
+
+    method: Method
+    pictures: list[StraightPicture]
+    pictures_refused: list[RefusedPicture]
+    error: Mapping[str, object]  # over the whole picture, as `correction_report` gives it
+
+
+def correct(files: Sequence[Path], camera: Path, out: Path, method: Method = "exact") -> Correction:
     """Pictures → straight pictures in `out`, with the errors of Table 1's inverse and of the exact one.
 
     Raises BadInput when no picture can be corrected, Unavailable when nothing can be written.
@@ -26,8 +49,8 @@ def correct(files: Sequence[Path], camera: Path, out: Path, method: Method = "ex
     model = read_camera(camera)
     lookup = exact_map(model) if method == "exact" else table_1_map(model)
     folder = folder_at(out)
-    written: list[dict[str, str]] = []
-    refused: list[dict[str, str]] = []
+    written: list[StraightPicture] = []
+    refused: list[RefusedPicture] = []
     taken: set[str] = set()
     for name, path in zip(own_names(files), files, strict=True):
         try:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 from core.errors import BadInput, Unavailable
 from core.geometry import wrap
@@ -28,6 +28,69 @@ AROUND = 0.3  # [s] by which a direction may lie outside the utterance that it b
 VAGUE = 0.5  # [rad] sd beyond which an elevation is not reported
 
 
+class HeardDirection(TypedDict):
+    """A direction, as JSON."""
+
+    t_s: float
+    azimuth_rad: float
+    elevation_rad: float | None
+    elevation_ambiguous: bool
+    ambiguity: str
+    sd_rad: float
+    strength: float
+    sure: bool
+
+
+class HeardUtterance(TypedDict):
+    """An utterance, as JSON."""
+
+    t0_s: float
+    t1_s: float
+    words: str
+    accepted: bool
+    command: dict[str, str | float] | None  # name, and its numbers with their units
+    reason: str
+    suggestions: list[str]
+    azimuth_rad: float | None
+
+
+class HeardStop(TypedDict):
+    """A STOP that was heard before its sentence was over, as JSON."""
+
+    t0_s: float
+    t1_s: float
+
+
+class HeardRecording(TypedDict):
+    """All that was heard in one recording, as JSON."""
+
+    directions: list[HeardDirection]
+    utterances: list[HeardUtterance]
+    stops: list[HeardStop]
+    words_from: str
+    warnings: list[str]
+    channels: int
+    sample_rate_hz: int
+    audio_s: float
+    processing_s: float
+
+
+class UnreadRecording(TypedDict):
+    """A recording among several that cannot be read, as JSON."""
+
+    error: str
+    directions: list[HeardDirection]  # none
+    utterances: list[HeardUtterance]  # none
+    audio_s: None
+    processing_s: None
+
+
+class HeardRecordings(TypedDict):
+    """Several recordings by name, as JSON."""
+
+    files: dict[str, HeardRecording | UnreadRecording]
+
+
 class RecordingTranscriber:
     """Hears one recording after another with the same ears."""
 
@@ -43,7 +106,7 @@ class RecordingTranscriber:
                 raise
             self.wordless = str(absent)
 
-    def hear(self, path: Path, channel: int | None = None) -> dict[str, Any]:
+    def hear(self, path: Path, channel: int | None = None) -> HeardRecording:
         """One file → directions and utterances. Words are read in `channel`; without one from the array's beam
         towards each voice, where the array is sound, else in its first microphone, else in channel 0.
 
@@ -98,23 +161,23 @@ class RecordingTranscriber:
 
 def hear(
     paths: Sequence[Path], settings: Settings, array: MicrophoneArray | None = None, channel: int | None = None
-) -> dict[str, Any]:
+) -> HeardRecording | HeardRecordings:
     """One file → its answer; several → one answer per name. Raises BadInput and Unavailable with a sentence."""
     hearer = RecordingTranscriber(settings, array)
     if len(paths) == 1:
         return hearer.hear(paths[0], channel)
     names = [path.name for path in paths]
-    files: dict[str, Any] = {}
+    files: dict[str, HeardRecording | UnreadRecording] = {}
     for path, name in zip(paths, names, strict=True):
         try:
             found = hearer.hear(path, channel)
         except BadInput as refusal:
-            found = {"error": str(refusal), "directions": [], "utterances": [], "audio_s": None, "processing_s": None}
+            found = UnreadRecording(error=str(refusal), directions=[], utterances=[], audio_s=None, processing_s=None)
         files[name if names.count(name) == 1 else str(path)] = found
     return {"files": files}
 
 
-def _direction(one: Direction, array: MicrophoneArray | None) -> dict[str, Any]:
+def _direction(one: Direction, array: MicrophoneArray | None) -> HeardDirection:
     return {
         "t_s": one.stamp,
         "azimuth_rad": wrap(one.azimuth),
@@ -127,7 +190,7 @@ def _direction(one: Direction, array: MicrophoneArray | None) -> dict[str, Any]:
     }
 
 
-def _utterance(said: RecognizedUtterance, found: Sequence[Direction]) -> dict[str, Any]:
+def _utterance(said: RecognizedUtterance, found: Sequence[Direction]) -> HeardUtterance:
     near = [one for one in found if said.begin - AROUND <= one.stamp <= said.end + AROUND]
     best = max(near, key=lambda one: one.strength, default=None)
     command = said.command
