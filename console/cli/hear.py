@@ -64,11 +64,20 @@ def sentences(name: str, report: dict[str, Any]) -> list[str]:
     ]
     for one in report["directions"]:
         azimuth, sd = math.degrees(one["azimuth_rad"]), math.degrees(one["sd_rad"])
-        doubt = "" if one["sure"] else " (unsure)"
-        where = f"{abs(azimuth):5.1f}° to the {side(one['azimuth_rad'])}, ± {sd:.1f}°{doubt}."
+        weak = "" if one["sure"] else " (unsure)"
+        where = f"{abs(azimuth):5.1f}° to the {side(one['azimuth_rad'])}, ± {sd:.1f}°{weak}."
         lines.append(f"  {one['t_s']:7.2f} s  {where} {one['ambiguity']}".rstrip())
     for one in report["utterances"]:
         words = f"“{one['words']}”" if one["words"] else "no words"
-        verdict = one["command"]["name"] if one["accepted"] else one["reason"]
-        lines.append(f"  {one['t0_s']:7.2f} s  {words}: {verdict}")
+        lines.append(f"  {one['t0_s']:7.2f} s  {words}: {_decision(one)}")
     return lines + [f"  note: {warning}" for warning in report["warnings"]]
+
+
+def _decision(utterance: dict[str, Any]) -> str:
+    """What was decided about an utterance, and what else may have been said."""
+    meant = utterance["suggestions"] if utterance["verdict"] == "reject" else utterance["alternatives"]
+    asked = f" Did you mean {' or '.join(f'“{words}”' for words in meant)}?" if meant else ""
+    if utterance["verdict"] == "reject":
+        return f"{utterance['reason']}{asked}"
+    name: str = utterance["command"]["name"]
+    return f"{name}, to be confirmed.{asked}" if utterance["verdict"] == "confirm" else name
