@@ -69,11 +69,11 @@ def sentences(name: str, report: dict[str, Any]) -> list[str]:
         lines.append(f"  {one['t_s']:7.2f} s  {where} {one['ambiguity']}".rstrip())
     for one in report["utterances"]:
         words = f"“{one['words']}”" if one["words"] else "no words"
-        lines.append(f"  {one['t0_s']:7.2f} s  {words}: {_decision(one)}")
+        lines.append(f"  {one['t0_s']:7.2f} s  {words}: {in_words(one)}")
     return lines + [f"  note: {warning}" for warning in report["warnings"]]
 
 
-def _decision(utterance: dict[str, Any]) -> str:
+def in_words(utterance: dict[str, Any]) -> str:
     """What was decided about an utterance, and what else may have been said."""
     meant = utterance["suggestions"] if utterance["verdict"] == "reject" else utterance["alternatives"]
     asked = f" Did you mean {' or '.join(f'“{words}”' for words in meant)}?" if meant else ""

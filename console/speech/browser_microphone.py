@@ -141,7 +141,7 @@ class BrowserMicrophone:
         task.add_done_callback(self._reading.discard)
 
     def reject(self, words: str, page: int) -> None:
-        """An order that was spoken at this page waited and was held back."""
+        """A command that was spoken at this page waited and was rejected."""
         if page == self._page:
             self._worker.reject(words)
 

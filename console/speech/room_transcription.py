@@ -143,7 +143,7 @@ class RoomTranscriber:
             self._task = asyncio.get_running_loop().create_task(self._read())
 
     def reject(self, pending_command: PendingCommand) -> None:
-        """An order from here waited and was held back."""
+        """A command from here waited and was rejected."""
         if pending_command.source == "ears":
             self._worker.reject(pending_command.words)
 

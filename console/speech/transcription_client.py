@@ -17,7 +17,7 @@ from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.settings import SpeechSettings
 
 BUDGET = 20.0  # [s] of processor time for a piece of sound
-FEW = 8  # orders held back while nobody listens: of more than these only the newest count
+FEW = 8  # commands rejected while nobody listens: of more than these only the newest count
 
 
 class TranscriptionClient:
@@ -55,7 +55,7 @@ class TranscriptionClient:
     ) -> None:
         """Listen again; `held`: everything up to `finish` is one utterance; `array`: to the beam towards the voice.
 
-        Another `speaker` has another clock, and what was held back before was not theirs.
+        Another `speaker` has another clock, and what was rejected before was not theirs.
         """
         if speaker != self._speaker:
             self._rejected.clear()
@@ -81,7 +81,7 @@ class TranscriptionClient:
         return received(await self._worker.ask("feed", given, budget=BUDGET))
 
     def reject(self, words: str) -> None:
-        """These words, as an order, were held back: said again, they most likely are others."""
+        """These words, as a command, were rejected: said again, they most likely are others."""
         self._rejected.append((words, time.monotonic()))
 
     async def finish(self) -> list[RecognizedUtterance]:

@@ -17,7 +17,7 @@ from core.speech.settings import SpeechSettings
 from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.transcription.transcriber import Transcriber
 
-Order = tuple[str, float]  # its words, and how long ago [s] it was held back
+Order = tuple[str, float]  # its words, and how long ago [s] it was rejected
 
 
 class TranscriptionWorker:
@@ -36,7 +36,7 @@ class TranscriptionWorker:
 
         With an array the sound has a channel for each of its microphones, and the beam towards the voice is read; it
         listens all the time, so `held` says nothing there.
-        What was held back is forgotten when another `speaker` begins. Returns which engine reads the words, and why.
+        What was rejected is forgotten when another `speaker` begins. Returns which engine reads the words, and why.
         Raises Unavailable and BadInput with a sentence.
         """
         if speaker != self._speaker:
@@ -59,7 +59,7 @@ class TranscriptionWorker:
     ) -> list[RecognizedUtterance]:
         """32-bit numbers, channel by channel of each moment, first at `stamp` [s] → the utterances known with them.
 
-        `rejected`: orders that were understood and then held back, before the sound's end.
+        `rejected`: commands that were understood and then rejected, before the sound's end.
         """
         assert self._transcriber is not None
         numbers = np.frombuffer(samples, np.float32).astype(float).reshape(-1, channels)

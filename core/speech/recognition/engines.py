@@ -27,13 +27,13 @@ class EngineSpec:
 
     @property
     def sentence(self) -> str:
-        """What it can do, in a sentence."""
+        """What it can do: "It …"."""
         able = [
             "brings its model" if self.brings_model else "needs a model folder",
             "compares commands with free text" if self.rejects else "writes free text, which the grammar rejects",
             "has uncertain numbers confirmed" if self.confirms else "has no uncertain numbers confirmed",
         ]
-        return f"{self.package} {', '.join(able[:-1])} and {able[-1]}."
+        return f"It {', '.join(able[:-1])} and {able[-1]}."
 
 
 ENGINES: dict[str, EngineSpec] = {
@@ -76,13 +76,15 @@ class ActiveEngine:
 
     recognizer: Recognizer
     spec: EngineSpec
-    why: str  # a sentence: which one it is, and why
+    why: str  # which one it is, why, and what it can do, in sentences
 
 
 def open_engine(settings: SpeechSettings) -> ActiveEngine:
     """Open the engine that the settings name. Raises Unavailable or BadInput with a sentence."""
     spec = _spec(settings)
-    return ActiveEngine(recognizer=_opened(spec, spec.recognizer, settings), spec=spec, why=why(settings))
+    return ActiveEngine(
+        recognizer=_opened(spec, spec.recognizer, settings), spec=spec, why=f"{why(settings)} {spec.sentence}"
+    )
 
 
 def open_dictation(settings: SpeechSettings) -> Dictation:

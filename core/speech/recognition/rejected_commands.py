@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from core.speech.recognition.decision import RecognizedUtterance
 
-OBJECTED = 5.0  # [s] after a sentence in which a STOP holds it back: it is read, said back, and waits meanwhile
+OBJECTED = 5.0  # [s] after a sentence in which a STOP rejects it: it is read, said back, and waits meanwhile
 REMEMBERED = 30.0  # [s] after that
 
 

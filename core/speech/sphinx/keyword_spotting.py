@@ -90,7 +90,7 @@ def fall(samples: Array, rate: int) -> float:
 
 
 LONGEST_UNDER_WAY = 3.0  # [s] of an utterance under way that is still listened to: STOP is a short one
-UNSURE = 0.15  # [s] before the first voiced moment that are not taken for noise: the voice may begin there
+UNCLEAR = 0.15  # [s] before the first voiced moment that are not taken for noise: the voice may begin there
 
 
 class BeamformedStop:
@@ -108,7 +108,7 @@ class BeamformedStop:
 
     def find(self, beam: Sound, since: float) -> tuple[RecognizedUtterance, ...]:
         """One channel from before the utterance up to now, first voiced at `since` [s] → STOP, if noise covers it."""
-        samples, before = beam.samples[:, 0], round((since - UNSURE - beam.stamp) * beam.rate)
+        samples, before = beam.samples[:, 0], round((since - UNCLEAR - beam.stamp) * beam.rate)
         if before <= 0 or over_noise(samples[before:], samples[:before]) > self._ratio:
             return ()
         self._decoder.start_utt()
