@@ -21,13 +21,14 @@ class ListeningRequest(RequestBody):
 @hearing.get("/hearing")
 @needs("viewer")
 async def newest(behind: Behind) -> dict[str, Any]:
-    """The newest utterances near the robot, newest first, and why words are not read, if they are not."""
+    """The newest utterances near the robot, newest first, which engine reads words, or why none does."""
     hearing_state = behind.snapshot.hearing if behind.snapshot is not None else None
     return {
         "microphones": hearing_state is not None,
         "listening": hearing_state is not None and hearing_state.listening,
         "obeying": behind.spoken.driver is not None,
         "trouble": behind.ears.trouble,
+        "engine": behind.ears.engine,
         "utterances": behind.ears.shown(),
     }
 

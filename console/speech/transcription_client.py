@@ -6,24 +6,25 @@ import time
 from collections import deque
 from dataclasses import asdict
 
-import msgspec
 import numpy as np
 
-from console.speech.utterance import UtteranceMessage
+from console.speech.utterance import received
 from console.workers.array_worker import array_fields
 from console.workers.worker import Worker
 from core.message import Array
 from core.sensors.microphones import MicrophoneArray
+from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.settings import SpeechSettings
 
 BUDGET = 20.0  # [s] of processor time for a piece of sound
-FEW = 8  # orders held back while nobody listens: of more than these only the newest count
+FEW = 8  # commands rejected while nobody listens: of more than these only the newest count
 
 
 class TranscriptionClient:
     """The worker of one listener. Lives on the event loop; raises Lost when the process is lost, and its errors."""
 
     def __init__(self) -> None:
+        self.engine = ""  # a sentence: which engine reads the words, and why; "": none has begun
         self._worker = Worker("words")
         self._rejected: deque[tuple[str, float]] = deque(maxlen=FEW)  # sent with the next sound
         self._speaker = 0
@@ -54,7 +55,7 @@ class TranscriptionClient:
     ) -> None:
         """Listen again; `held`: everything up to `finish` is one utterance; `array`: to the beam towards the voice.
 
-        Another `speaker` has another clock, and what was held back before was not theirs.
+        Another `speaker` has another clock, and what was rejected before was not theirs.
         """
         if speaker != self._speaker:
             self._rejected.clear()
@@ -65,10 +66,10 @@ class TranscriptionClient:
             "array": None if array is None else array_fields(array),
             "speaker": speaker,
         }
-        await self._worker.ask("begin", request, budget=BUDGET)
+        self.engine = str(await self._worker.ask("begin", request, budget=BUDGET))
         self._begun = self._worker.starts
 
-    async def feed(self, samples: Array, rate: int, stamp: float) -> list[UtteranceMessage]:
+    async def feed(self, samples: Array, rate: int, stamp: float) -> list[RecognizedUtterance]:
         """Samples (N,) of full scale ±1, or (N, M) of the array's microphones in their order, first at `stamp` [s] →
         what became known with them.
         """
@@ -77,15 +78,15 @@ class TranscriptionClient:
         now = time.monotonic()
         given["rejected"] = [(words, now - then) for words, then in self._rejected]
         self._rejected.clear()
-        return msgspec.convert(await self._worker.ask("feed", given, budget=BUDGET), list[UtteranceMessage])
+        return received(await self._worker.ask("feed", given, budget=BUDGET))
 
     def reject(self, words: str) -> None:
-        """These words, as an order, were held back: said again, they most likely are others."""
+        """These words, as a command, were rejected: said again, they most likely are others."""
         self._rejected.append((words, time.monotonic()))
 
-    async def finish(self) -> list[UtteranceMessage]:
+    async def finish(self) -> list[RecognizedUtterance]:
         """End the sound → the utterances that became known with that."""
-        return msgspec.convert(await self._worker.ask("finish", {}, budget=BUDGET), list[UtteranceMessage])
+        return received(await self._worker.ask("finish", {}, budget=BUDGET))
 
     def kill(self) -> None:
         """End the process now."""

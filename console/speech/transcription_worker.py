@@ -7,18 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from console.speech.utterance import UtteranceMessage, utterance_message
 from console.workers.array_worker import array_in
 from core.sensors.microphones import Sound
-from core.speech.recognition.acceptance import judge
-from core.speech.recognition.engines import open_engine
-from core.speech.recognition.recognizer import Engine, at_16_khz
+from core.speech.recognition.decision import RecognizedUtterance
+from core.speech.recognition.engines import ActiveEngine, open_engine
+from core.speech.recognition.recognizer import at_16_khz
 from core.speech.recognition.rejected_commands import RejectedCommands
 from core.speech.settings import SpeechSettings
 from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.transcription.transcriber import Transcriber
 
-Order = tuple[str, float]  # its words, and how long ago [s] it was held back
+Order = tuple[str, float]  # its words, and how long ago [s] it was rejected
 
 
 class TranscriptionWorker:
@@ -26,18 +25,18 @@ class TranscriptionWorker:
 
     def __init__(self) -> None:
         self._transcriber: Transcriber | ArrayTranscriber | None = None
-        self._engine: tuple[SpeechSettings, Engine] | None = None
+        self._engine: tuple[SpeechSettings, ActiveEngine] | None = None
         self._speaker = 0
         self._rejected = RejectedCommands()  # of this speaker's, by whichever transcriber heard it
 
     def begin(
         self, settings: dict[str, Any], held: bool = False, array: dict[str, Any] | None = None, speaker: int = 0
-    ) -> bool:
+    ) -> str:
         """Listen again with the engine that the settings name; `held`: everything up to `finish` is one utterance.
 
         With an array the sound has a channel for each of its microphones, and the beam towards the voice is read; it
         listens all the time, so `held` says nothing there.
-        What was held back is forgotten when another `speaker` begins.
+        What was rejected is forgotten when another `speaker` begins. Returns which engine reads the words, and why.
         Raises Unavailable and BadInput with a sentence.
         """
         if speaker != self._speaker:
@@ -47,27 +46,29 @@ class TranscriptionWorker:
             self._engine = chosen, open_engine(chosen)
         engine = self._engine[1]
         if array is None:
-            self._transcriber = Transcriber(chosen, held=held, engine=engine, rejected=self._rejected)
+            self._transcriber = Transcriber(chosen, held=held, recognizer=engine.recognizer, rejected=self._rejected)
         else:
             in_order = array_in(array | {"channels": range(len(array["positions"])), "rate": None})
-            self._transcriber = ArrayTranscriber(in_order, chosen, engine=engine, rejected=self._rejected)
-        return True
+            self._transcriber = ArrayTranscriber(
+                in_order, chosen, recognizer=engine.recognizer, rejected=self._rejected
+            )
+        return engine.why
 
     def feed(
         self, samples: bytes, rate: int, stamp: float, channels: int = 1, rejected: Sequence[Order] = ()
-    ) -> list[UtteranceMessage]:
+    ) -> list[RecognizedUtterance]:
         """32-bit numbers, channel by channel of each moment, first at `stamp` [s] → the utterances known with them.
 
-        `rejected`: orders that were understood and then held back, before the sound's end.
+        `rejected`: commands that were understood and then rejected, before the sound's end.
         """
         assert self._transcriber is not None
         numbers = np.frombuffer(samples, np.float32).astype(float).reshape(-1, channels)
         sound = at_16_khz(Sound(stamp=stamp, rate=rate, samples=numbers))
         for words, ago in rejected:
             self._rejected.reject(words, stamp + sound.duration - ago)
-        return [utterance_message(judge(heard)) for heard in self._transcriber.feed(sound)]
+        return list(self._transcriber.feed(sound))
 
-    def finish(self) -> list[UtteranceMessage]:
+    def finish(self) -> list[RecognizedUtterance]:
         """End the sound → the utterances that became known with that."""
         assert self._transcriber is not None
-        return [utterance_message(judge(heard)) for heard in self._transcriber.finish()]
+        return list(self._transcriber.finish())

@@ -32,8 +32,8 @@ from core.speech.quality.marked_text import as_json as marks_json
 from core.speech.quality.osqe import SpeechQuality, compare
 from core.speech.quality.report import page
 from core.speech.quality.word_alignment import phrases_of
-from core.speech.recognition.engines import open_writer
-from core.speech.recognition.recognizer import Engine, Utterance
+from core.speech.recognition.engines import open_dictation
+from core.speech.recognition.recognizer import Dictation, Utterance
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, can_speak, speak
 
@@ -113,11 +113,11 @@ def received_at(rng: np.random.Generator, dry: Array, responses: Array, ratio: f
     return heard(dry, responses)[:, 0] + LEVEL * 10 ** (-ratio / 20) * noise
 
 
-def read(engine: Engine, samples: Array) -> str:
+def read(dictation: Dictation, samples: Array) -> str:
     """A phrase with silence around it → the words that are read in it."""
     sound = Sound(stamp=0.0, rate=RATE, samples=samples[:, None])
     end = sound.duration - TAIL
-    return engine.read(Utterance(sound=sound, begin=LEAD, end=end)).words
+    return dictation.transcribe(Utterance(sound=sound, begin=LEAD, end=end))
 
 
 def padded(one: SpokenPhrase) -> Array:
@@ -125,16 +125,16 @@ def padded(one: SpokenPhrase) -> Array:
     return np.concatenate((np.zeros(round(LEAD * RATE)), one.dry, np.zeros(round(TAIL * RATE))))
 
 
-def close_by(engine: Engine, said: Sequence[SpokenPhrase], seed: int) -> str:
+def close_by(dictation: Dictation, said: Sequence[SpokenPhrase], seed: int) -> str:
     """Recognize all phrases from the person's own microphone (stt.txt)."""
     rng = np.random.default_rng(seed)
     sounds = [padded(one) for one in said]
     noise = LEVEL * math.sqrt(PERSON_NOISE)
-    return "; ".join(read(engine, sound + noise * rng.normal(size=len(sound))) for sound in sounds)
+    return "; ".join(read(dictation, sound + noise * rng.normal(size=len(sound))) for sound in sounds)
 
 
 def measure(
-    engine: Engine | None, said: Sequence[SpokenPhrase], person: str, place: Setting, seed: int
+    dictation: Dictation | None, said: Sequence[SpokenPhrase], person: str, place: Setting, seed: int
 ) -> tuple[SpeechQuality | None, AudioSimilarity]:
     """All phrases at one place: the texts compared, where there is a recognizer, and the recordings."""
     rng = np.random.default_rng(seed)  # the same noise everywhere, so that only the place makes a difference
@@ -143,9 +143,9 @@ def measure(
     received = [received_at(rng, sound, responses, place.ratio) for sound in clean]
     whole = [Sound(stamp=0.0, rate=RATE, samples=np.concatenate(some)[:, None]) for some in (clean, received)]
     similarity = liken(*whole)
-    if engine is None:
+    if dictation is None:
         return None, similarity
-    robot = "; ".join(read(engine, sound) for sound in received)
+    robot = "; ".join(read(dictation, sound) for sound in received)
     return compare("; ".join(one.text for one in said), person, robot), similarity
 
 
@@ -212,15 +212,15 @@ def run(
     count = runs or len(TEXT) * len(SPEEDS)
     phrases = [TEXT[number % len(TEXT)] for number in range(count)]
     said, voice = spoken(np.random.default_rng(seed), phrases)
-    engine, why_not = _engine()
+    dictation, why_not = _dictation()
     if why_not:
         say(why_not)
-    person = "" if engine is None else close_by(engine, said, seed)
+    person = "" if dictation is None else close_by(dictation, said, seed)
     rows: list[PlaceFigures] = []
     shown: tuple[SpeechQuality | None, AudioSimilarity] | None = None
     with RunLog(out, "speech-quality", len(SETTINGS), seed, tell) as log:
         for number, place in enumerate(SETTINGS):
-            quality, similarity = measure(engine, said, person, place, seed)
+            quality, similarity = measure(dictation, said, person, place, seed)
             rows.append(row(place, quality, similarity))
             log.add(rows[-1])
             if place.distance == 2.0:
@@ -242,12 +242,12 @@ def run(
     return result
 
 
-def _engine() -> tuple[Engine | None, str]:
+def _dictation() -> tuple[Dictation | None, str]:
     """A recognizer and "", or None and why there are no words to compare."""
     if not can_speak():
         return None, "Nothing here speaks, so that only recordings are compared: pip install 'beckon[voice]'"
     try:
-        return open_writer(SpeechSettings()), ""
+        return open_dictation(SpeechSettings()), ""
     except Unavailable as absent:
         return None, str(absent)
 

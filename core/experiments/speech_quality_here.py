@@ -24,8 +24,8 @@ from core.simulation.world import world_named
 from core.speech.quality.audio_similarity import AudioSimilarity, liken
 from core.speech.quality.osqe import SpeechQuality, compare
 from core.speech.quality.report import page
-from core.speech.recognition.engines import open_writer
-from core.speech.recognition.recognizer import Engine
+from core.speech.recognition.engines import open_dictation
+from core.speech.recognition.recognizer import Dictation
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import NO_VOICE, can_speak
 
@@ -95,7 +95,7 @@ class SpeechQualityHere:
             raise Unavailable("This simulated robot is deaf: it has no microphones.")
         self._world, self._pose, self._seed, self._rt60 = world_named(world), pose, seed, chosen.reverberation
         self._ear = SimulatedMicrophones(chosen.array, chosen, np.random.SeedSequence(seed)).ears(pose)[:1]
-        self._engine: Engine = open_writer(speech or SpeechSettings())
+        self._dictation: Dictation = open_dictation(speech or SpeechSettings())
         texts = [TEXT[number % len(TEXT)] for number in range(phrases)]
         self._said: list[SpokenPhrase]
         self._said, self.voice = spoken(np.random.default_rng(seed), texts)
@@ -104,7 +104,7 @@ class SpeechQualityHere:
 
     def listen_close(self) -> str:
         """The person's path: the text into a microphone at the mouth → what was read."""
-        self.person = close_by(self._engine, self._said, self._seed)
+        self.person = close_by(self._dictation, self._said, self._seed)
         return self.person
 
     def measure(self, place: SpeakingPlace) -> tuple[MeasuredPlace, str]:
@@ -145,7 +145,7 @@ class SpeechQualityHere:
         clean = [padded(one) for one in self._said]
         received = [received_at(rng, sound, responses, place.ratio) for sound in clean]
         whole = [Sound(stamp=0.0, rate=RATE, samples=np.concatenate(some)[:, None]) for some in (clean, received)]
-        robot = "; ".join(read(self._engine, sound) for sound in received)
+        robot = "; ".join(read(self._dictation, sound) for sound in received)
         return compare("; ".join(one.text for one in self._said), self.person, robot), liken(*whole)
 
 

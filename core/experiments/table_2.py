@@ -28,7 +28,7 @@ from core.experiments.spoken_room import SENSES, SentenceOutcome, SpokenRoom
 from core.experiments.table_2_trials import TRIALS, TRIES, TrialOutcome
 from core.simulation.world import world_named
 from core.speech.recognition.engines import open_engine
-from core.speech.recognition.recognizer import Engine
+from core.speech.recognition.recognizer import Recognizer
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import NO_VOICE, can_speak
 
@@ -113,8 +113,8 @@ def trial(name: str, number: int, seed: int, *, words: bool = True) -> TrialRow:
     luck = np.random.SeedSequence((seed, number, tuple(TRIALS).index(name)))
     chance = np.random.default_rng(luck)
     start, said = kind.start(world_named(place), chance)
-    engine = _engine() if words else None
-    room = SpokenRoom(place, int(chance.integers(2**31)), words=words, start=start, engine=engine)
+    recognizer = _recognizer() if words else None
+    room = SpokenRoom(place, int(chance.integers(2**31)), words=words, start=start, recognizer=recognizer)
     try:
         heard, outcome = kind.obey(room, said)
     except Refused as refused:
@@ -153,9 +153,9 @@ def _first_motion(name: str, room: SpokenRoom, heard: SentenceOutcome) -> float 
 
 
 @cache
-def _engine() -> Engine:
+def _recognizer() -> Recognizer:
     """One for all runs of a process. Raises Unavailable."""
-    return open_engine(SpeechSettings())
+    return open_engine(SpeechSettings()).recognizer
 
 
 def _work(seed: int, runs: int, index: int) -> TrialRow:

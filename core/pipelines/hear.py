@@ -17,9 +17,9 @@ from core.perception.sound.utterances import directions
 from core.recording.sound_file import read_sound
 from core.sensors.microphones import MicrophoneArray, Sound
 from core.settings import Settings
-from core.speech.recognition.acceptance import RecognizedUtterance, judge
-from core.speech.recognition.engines import open_engine
-from core.speech.recognition.recognizer import Engine, at_16_khz, for_words
+from core.speech.recognition.decision import RecognizedUtterance, Verdict
+from core.speech.recognition.engines import ActiveEngine, open_engine
+from core.speech.recognition.recognizer import at_16_khz, for_words
 from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.transcription.transcriber import Transcriber
 
@@ -48,8 +48,11 @@ class HeardUtterance(TypedDict):
     t1_s: float
     words: str
     accepted: bool
+    verdict: Verdict
+    confidence: float
     command: dict[str, str | float] | None  # name, and its numbers with their units
     reason: str
+    alternatives: list[str]
     suggestions: list[str]
     azimuth_rad: float | None
 
@@ -67,6 +70,7 @@ class HeardRecording(TypedDict):
     directions: list[HeardDirection]
     utterances: list[HeardUtterance]
     stops: list[HeardStop]
+    engine: str  # which recognizer read the words, and why that one
     words_from: str
     warnings: list[str]
     channels: int
@@ -97,7 +101,7 @@ class RecordingTranscriber:
     def __init__(self, settings: Settings, array: MicrophoneArray | None = None) -> None:
         """Without an array there are words only. Raises Unavailable when there is neither array nor recognizer."""
         self._settings, self._array = settings, array
-        self._engine: Engine | None = None
+        self._engine: ActiveEngine | None = None
         self.wordless = ""  # why there are no words
         try:
             self._engine = open_engine(settings.speech)
@@ -130,6 +134,7 @@ class RecordingTranscriber:
             "directions": [_direction(one, self._array) for one in found],
             "utterances": [_utterance(one, found) for one in said],
             "stops": [{"t0_s": one.begin, "t1_s": one.end} for one in stops],
+            "engine": self.wordless or (self._engine.why if self._engine is not None else ""),
             "words_from": "beam" if beam else f"channel {words}",
             "warnings": warnings,
             "channels": sound.channels,
@@ -148,14 +153,14 @@ class RecordingTranscriber:
             array = replace(self._array, rate=None)
             one = at_16_khz(sound)
             given = (array, self._settings.speech, self._settings.direction_finding)
-            ears: Transcriber | ArrayTranscriber = ArrayTranscriber(*given, engine=self._engine)
+            ears: Transcriber | ArrayTranscriber = ArrayTranscriber(*given, recognizer=self._engine.recognizer)
         else:
             one = for_words(sound, channel or 0)
-            ears = Transcriber(self._settings.speech, engine=self._engine)
+            ears = Transcriber(self._settings.speech, recognizer=self._engine.recognizer)
         heard: list[RecognizedUtterance] = []
         for piece in one.pieces(PIECE):
-            heard += map(judge, ears.feed(piece))
-        heard += map(judge, ears.finish())
+            heard += ears.feed(piece)
+        heard += ears.finish()
         return [said for said in heard if said.final], [said for said in heard if not said.final]
 
 
@@ -193,14 +198,17 @@ def _direction(one: Direction, array: MicrophoneArray | None) -> HeardDirection:
 def _utterance(said: RecognizedUtterance, found: Sequence[Direction]) -> HeardUtterance:
     near = [one for one in found if said.begin - AROUND <= one.stamp <= said.end + AROUND]
     best = max(near, key=lambda one: one.strength, default=None)
-    command = said.command
+    decision, command = said.decision, said.decision.command
     return {
         "t0_s": said.begin,
         "t1_s": said.end,
-        "words": said.words,
-        "accepted": said.accepted,
+        "words": decision.words,
+        "accepted": command is not None,
+        "verdict": decision.verdict,
+        "confidence": decision.confidence,
         "command": None if command is None else {"name": command.name, **command.numbers},
-        "reason": said.reason,
-        "suggestions": list(said.suggestions),
+        "reason": decision.reason,
+        "alternatives": [one.heard_as for one in decision.alternatives],
+        "suggestions": list(decision.did_you_mean),
         "azimuth_rad": None if best is None else wrap(best.azimuth),
     }
