@@ -17,8 +17,8 @@ from console.http.problems import Problem
 from core.calibration.board.board import Board
 from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Transform
+from core.robots.requests import Ask, BoardInCamera, PlaceBoard, RemoveThing
 
-Ask = Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]
 Suggest = Callable[[bool], Awaitable[Transform | None]]
 Phase = Literal["beside", "holding", "done"]
 
@@ -117,7 +117,7 @@ class BoardDemo:
         if self._shown:
             self._shown, self._phase = False, "beside"
             try:
-                await self._ask({"do": "remove", "id": "board"})
+                await self._ask(RemoveThing(id="board"))
             except BeckonError:
                 return  # another viewer was quicker, or there is no room any more
 
@@ -182,19 +182,17 @@ class BoardDemo:
         middle = advised.apply(self._board.centre[None])[0] + shift
         return Transform(rotation=rotation, translation=middle - rotation @ self._board.centre)
 
-    def _request(self, pose: Transform) -> dict[str, Any]:
+    def _request(self, pose: Transform) -> PlaceBoard:
         board = self._board
-        return {
-            "do": "place",
-            "what": "board",
-            "columns": board.columns,
-            "rows": board.rows,
-            "square_m": board.square,
-            "panel_m": None if board.panel is None else list(board.panel),
-            "in_camera": {"rotation": pose.rotation.tolist(), "translation_m": pose.translation.tolist()},
-            "seconds": self._settings.moving,
-            "holder": True,
-        }
+        return PlaceBoard(
+            columns=board.columns,
+            rows=board.rows,
+            square_m=board.square,
+            panel_m=board.panel,
+            in_camera=BoardInCamera(tuple(map(tuple, pose.rotation.tolist())), tuple(pose.translation.tolist())),
+            seconds=self._settings.moving,
+            holder=True,
+        )
 
 
 STEP = 0.1  # [s]

@@ -21,6 +21,7 @@ from console.people.service import GETS_READY, LOOKS, EnrollmentService
 from console.people.store import is_name, name_of
 from core.errors import Unwritable
 from core.perception.people.colours import PersonProfile
+from core.robots.requests import ReadPlan
 from core.sensors import Image
 from tests.console.in_process import InProcessRobot
 
@@ -167,7 +168,7 @@ class Late:
     @property
     def people(self) -> list[str]:
         """Who stands in the room."""
-        return [thing["id"] for thing in self.robot.ask({"do": "plan"})["things"] if thing["what"] == "person"]
+        return [thing.id for thing in self.robot.ask(ReadPlan()).things if thing.what == "person"]
 
 
 def test_a_simulated_person_shows_how_it_goes_however_late_the_pictures_come(tmp_path: Path) -> None:
