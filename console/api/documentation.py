@@ -44,9 +44,10 @@ class DescribedApp(FastAPI):
     def openapi(self) -> OpenApi:
         """The whole interface."""
         description = super().openapi()
+        schemas = description.setdefault("components", {}).setdefault("schemas", {})
         for route in self.routes:
             if isinstance(route, TypedRoute):
-                description["components"]["schemas"] |= route.components
+                schemas |= route.components
         return description
 
 

@@ -6,7 +6,7 @@ import functools
 import inspect
 from collections.abc import Callable, Coroutine
 from types import UnionType
-from typing import Any, Union, get_args, get_origin
+from typing import Any, Union, cast, get_args, get_origin
 
 import msgspec
 from fastapi.responses import JSONResponse
@@ -35,7 +35,8 @@ class TypedRoute(APIRoute):
         structs = structs_of(signature.return_annotation)
         self.components: OpenApi = {}  # schemas that the description of the answer refers to, by name
         if structs:
-            schemas, self.components = msgspec.json.schema_components(structs, ref_template=REF)
+            schemas, components = msgspec.json.schema_components(structs, ref_template=REF)
+            self.components = with_plain_tuples(components)
             schema = schemas[0] if len(schemas) == 1 else {"anyOf": list(schemas)}
             status: int = options.get("status_code") or 200
             described: Responses = {status: {"content": {"application/json": {"schema": schema}}}}
@@ -53,6 +54,20 @@ def structs_of(hint: Any) -> tuple[type[msgspec.Struct], ...]:
     kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
     are_structs = all(isinstance(kind, type) and issubclass(kind, msgspec.Struct) for kind in kinds)
     return kinds if are_structs else ()
+
+
+def with_plain_tuples(schema: Any) -> Any:
+    """Describe tuples of one kind as arrays of a fixed length: not every tool reads `prefixItems`."""
+    if isinstance(schema, list):
+        return [with_plain_tuples(part) for part in cast(list[Any], schema)]
+    if not isinstance(schema, dict):
+        return schema
+    plain: OpenApi = {name: with_plain_tuples(part) for name, part in cast(OpenApi, schema).items()}
+    first, *others = plain.get("prefixItems") or [None]
+    if first is not None and all(other == first for other in others):
+        del plain["prefixItems"]
+        plain["items"] = first
+    return plain
 
 
 def in_plain_values(endpoint: Endpoint, signature: inspect.Signature) -> Endpoint:
