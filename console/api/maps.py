@@ -36,7 +36,7 @@ class SaveMapRequest(RequestBody):
     replace: bool = False
 
 
-class SavedMap(msgspec.Struct, frozen=True, kw_only=True):
+class SavedMapRow(msgspec.Struct, frozen=True, kw_only=True):
     """A saved map; `verified`: it bears checksums, which are compared when it is loaded or packed."""
 
     name: str
@@ -52,11 +52,11 @@ class SavedMap(msgspec.Struct, frozen=True, kw_only=True):
     verified: bool
 
 
-class SavedMaps(msgspec.Struct, frozen=True):
+class SavedMapList(msgspec.Struct, frozen=True):
     """All saved maps, the newest first, and the name of the one that the robot goes on in."""
 
     current: str | None  # None: a new map
-    maps: list[SavedMap]
+    maps: list[SavedMapRow]
 
 
 class LoadingMap(msgspec.Struct, frozen=True):
@@ -111,14 +111,14 @@ async def trajectory(behind: Behind) -> Response:
 
 @maps.get("/maps")
 @needs("viewer")
-async def saved(behind: Behind) -> SavedMaps:
+async def saved(behind: Behind) -> SavedMapList:
     """Every saved map, the newest first, and the name of the one that the robot goes on in."""
-    return SavedMaps(behind.maps.shown.name, [map_row(card) for card in await behind.maps.all()])
+    return SavedMapList(behind.maps.shown.name, [map_row(card) for card in await behind.maps.all()])
 
 
 @maps.post("/maps", status_code=201)
 @needs("operator")
-async def save(asked: SaveMapRequest, behind: Behind, who: Who) -> SavedMap:
+async def save(asked: SaveMapRequest, behind: Behind, who: Who) -> SavedMapRow:
     """Keep the map in use under a name."""
     return map_row(await behind.maps.save(asked.name, who, replace=asked.replace))
 
@@ -169,9 +169,9 @@ def drawn(grid: OccupancyGrid, style: str) -> bytes:
     return png(paint(grid)) if style == "page" else cv2.imencode(".png", map_pixels(grid))[1].tobytes()
 
 
-def map_row(card: MapInfo) -> SavedMap:
+def map_row(card: MapInfo) -> SavedMapRow:
     """A saved map, without its files."""
-    return SavedMap(
+    return SavedMapRow(
         name=card.name,
         saved_s=card.saved_s,
         by=card.by,

@@ -52,7 +52,7 @@ class ClaimedPlace(msgspec.Struct, frozen=True):
     heading_rad: float | None
 
 
-class ScanPoints(msgspec.Struct, frozen=True):
+class LaserPoints(msgspec.Struct, frozen=True):
     """A scan, seen from the robot."""
 
     stamp_s: float
@@ -92,8 +92,8 @@ async def here(asked: RelocalizeRequest, behind: Behind, who: Who) -> ClaimedPla
 
 @slam.get("/scan")
 @needs("viewer")
-async def scan(behind: Behind) -> ScanPoints:
+async def scan(behind: Behind) -> LaserPoints:
     """The points that the newest scan of the laser hit, seen from the robot: x forward, y left."""
     snapshot = behind.maps.snapshot
     points: Array = snapshot.estimate.pose.inverse().apply(snapshot.scan_points)
-    return ScanPoints(snapshot.stamp, [(x, y) for x, y in np.round(points, 3).tolist()])
+    return LaserPoints(snapshot.stamp, [(x, y) for x, y in np.round(points, 3).tolist()])

@@ -12,7 +12,7 @@ stop = router("stop")
 
 
 class Stopped(msgspec.Struct, frozen=True):
-    """The robot was told to stand."""
+    """The robot stands."""
 
     stopped: bool = True
 
@@ -25,7 +25,7 @@ class Halted(msgspec.Struct, frozen=True, kw_only=True):
     why: str | msgspec.UnsetType = msgspec.UNSET  # what is wrong where it is not
 
 
-class HaltReset(msgspec.Struct, frozen=True):
+class ResetHalt(msgspec.Struct, frozen=True):
     """The halt is lifted."""
 
     halted: bool = False
@@ -57,10 +57,10 @@ async def halt(behind: Behind, who: Who, press: str = "") -> Halted:
 
 @stop.post("/halt/reset")
 @needs("operator", reads_body=False)
-async def reset(behind: Behind, who: Who) -> HaltReset:
+async def reset(behind: Behind, who: Who) -> ResetHalt:
     """Undo the halt; the lease holder only. Never moves."""
     behind.door.reset(who, "rest")
-    return HaltReset()
+    return ResetHalt()
 
 
 def number(press: str) -> int:

@@ -25,10 +25,6 @@ class RobotRequest(
     """Base of all requests to a driver; `AnswerT_co` is the struct of the answer."""
 
 
-class Acknowledged(msgspec.Struct, frozen=True):
-    """The answer that says nothing but that it was done."""
-
-
 # the simulated robot
 
 

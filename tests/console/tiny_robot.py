@@ -19,7 +19,7 @@ from core.geometry import Pose
 from core.robots import Profile
 from core.robots.connect import SCHEMES, Scheme
 from core.robots.process import main
-from core.robots.requests import Acknowledged, AnswerT, Requests, RobotRequest
+from core.robots.requests import AnswerT, Requests, RobotRequest
 from core.sensors import Laser, Scan, SensorFrame, Wheels
 
 LASER = Laser(beams=100, angle_step=0.04, angle_min=-2.0)
@@ -32,6 +32,10 @@ class BaseState(msgspec.Struct, frozen=True):
     v: float
     w: float
     x: float
+
+
+class Acknowledged(msgspec.Struct, frozen=True):
+    """It was done."""
 
 
 class ReadTwist(RobotRequest[BaseState], frozen=True, tag="twist"): ...

@@ -16,7 +16,7 @@ from core.robots.requests import PlacedThing, PlaceThing, Point, finite
 from core.simulation.actors.requests import describe
 from core.simulation.world import SWING, Thing, World
 
-SPEED = 0.5  # [m/s] of who is not told another
+SPEED = 0.5  # [m/s] where a request names none
 SPEEDS = (0.05, 2.0)  # [m/s]
 MOST_POINTS = 100
 ROOM = 0.2  # [m] that a walker needs around

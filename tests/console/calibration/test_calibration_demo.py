@@ -20,7 +20,7 @@ from core.calibration.laser.session import LaserSession
 from core.errors import BadInput, Refused
 from core.geometry import Transform
 from core.optics import TABLE_3, CameraModel
-from core.robots.requests import Acknowledged, AnswerT, BoardInCamera, PlaceBoard, ReadPlan, RemoveThing, RobotRequest
+from core.robots.requests import AnswerT, BoardInCamera, PlaceBoard, ReadPlan, RemovedThing, RemoveThing, RobotRequest
 from core.sensors import SensorFrame
 from core.simulation.robot import SimulatedRobot, SimulationSettings, open_robot
 
@@ -44,7 +44,7 @@ class Driver:
             self.refused += 1
             raise BadInput("The board would go through the floor there.")
         self.asked.append(request)
-        return cast(AnswerT, Acknowledged())
+        return cast(AnswerT, RemovedThing("board"))
 
     @property
     def kinds(self) -> list[type[RobotRequest[Any]]]:
