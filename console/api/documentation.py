@@ -6,11 +6,11 @@ import asyncio
 import html
 import json
 from dataclasses import dataclass
-from typing import Any
 
 from fastapi import APIRouter, FastAPI, Request, Response
 
 from console.access.roles import needs
+from console.api.typed_route import OpenApi, TypedRoute
 
 documentation = APIRouter()
 
@@ -36,6 +36,19 @@ The whole description is in <a href="openapi.json">openapi.json</a>; back to <a 
 </body>
 </html>
 """
+
+
+class DescribedApp(FastAPI):
+    """An application whose description holds the structs of its answers."""
+
+    def openapi(self) -> OpenApi:
+        """The whole interface."""
+        description = super().openapi()
+        schemas = description.setdefault("components", {}).setdefault("schemas", {})
+        for route in self.routes:
+            if isinstance(route, TypedRoute):
+                schemas |= route.components
+        return description
 
 
 class ApiDescription:
@@ -92,7 +105,7 @@ def description_of(request: Request) -> ApiDescription:
     return request.app.state.description
 
 
-def entry(path: str, method: str, operation: dict[str, Any], components: dict[str, Any]) -> str:
+def entry(path: str, method: str, operation: OpenApi, components: OpenApi) -> str:
     """One operation: its name, its purpose, its fields."""
     text = html.escape(operation.get("description") or operation.get("summary") or "")
     body = operation.get("requestBody", {}).get("content", {}).get("application/json", {}).get("schema", {})
@@ -107,7 +120,7 @@ def entry(path: str, method: str, operation: dict[str, Any], components: dict[st
     )
 
 
-def field(name: str, shape: dict[str, Any], required: bool) -> str:
+def field(name: str, shape: OpenApi, required: bool) -> str:
     """One key of a body."""
     kinds = [part.get("type", "") for part in shape.get("anyOf", [shape])]
     words = ", ".join(f"“{value}”" for value in shape.get("enum", ())) or " or ".join(filter(None, kinds))

@@ -7,6 +7,7 @@ from typing import Any
 from console.access.roles import needs
 from console.api import Behind, RequestBody, Who, router
 from console.http.problems import Problem
+from core.robots.requests import SetListening
 
 hearing = router("hearing")
 
@@ -45,6 +46,6 @@ async def listen(wish: ListeningRequest, behind: Behind, who: Who) -> dict[str, 
         behind.spoken.take_on(who)
     elif wish.obey is False or not wish.listen:
         behind.spoken.let_go()
-    answer = await behind.ask({"do": "listen", "on": wish.listen})
+    answer = await behind.ask(SetListening(on=wish.listen))
     behind.history.add("listen", who, words="on" if wish.listen else "off")
-    return {"listening": bool(answer["on"]), "obeying": behind.spoken.driver is not None}
+    return {"listening": answer.on, "obeying": behind.spoken.driver is not None}

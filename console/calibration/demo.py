@@ -13,10 +13,11 @@ from scipy.spatial.transform import Rotation
 
 from console.calibration.codec import board_of
 from console.calibration.session import CalibrationSession
-from console.workers.demo_runner import Ask, Demo
+from console.workers.demo_runner import Demo
 from core.calibration.board.board import Board
 from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Transform
+from core.robots.requests import Ask, BoardInCamera, PlaceBoard, RemoveThing
 
 Suggest = Callable[[bool], Awaitable[Transform | None]]
 Phase = Literal["beside", "holding", "done"]
@@ -116,7 +117,7 @@ class BoardDemo:
         if self._shown:
             self._shown, self._phase = False, "beside"
             try:
-                await self._ask({"do": "remove", "id": "board"})
+                await self._ask(RemoveThing(id="board"))
             except BeckonError:
                 return  # another viewer was quicker, or there is no room any more
 
@@ -181,19 +182,17 @@ class BoardDemo:
         middle = advised.apply(self._board.centre[None])[0] + shift
         return Transform(rotation=rotation, translation=middle - rotation @ self._board.centre)
 
-    def _request(self, pose: Transform) -> dict[str, Any]:
+    def _request(self, pose: Transform) -> PlaceBoard:
         board = self._board
-        return {
-            "do": "place",
-            "what": "board",
-            "columns": board.columns,
-            "rows": board.rows,
-            "square_m": board.square,
-            "panel_m": None if board.panel is None else list(board.panel),
-            "in_camera": {"rotation": pose.rotation.tolist(), "translation_m": pose.translation.tolist()},
-            "seconds": self._settings.moving,
-            "holder": True,
-        }
+        return PlaceBoard(
+            columns=board.columns,
+            rows=board.rows,
+            square_m=board.square,
+            panel_m=board.panel,
+            in_camera=BoardInCamera(tuple(map(tuple, pose.rotation.tolist())), tuple(pose.translation.tolist())),
+            seconds=self._settings.moving,
+            holder=True,
+        )
 
 
 STEP = 0.1  # [s]

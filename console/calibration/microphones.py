@@ -22,6 +22,7 @@ from core.errors import BadInput, BeckonError, Refused, Unavailable
 from core.files import SEAL, is_intact, saving, sealed, sync_folder, write_atomic
 from core.perception.sound.array_orientation import Clap, Orientation, OrientationWizard, oriented
 from core.robots import Profile
+from core.robots.requests import AnswerT, RobotRequest
 from core.sensors.microphones import MicrophoneArray, Sound
 from core.snapshot import Snapshot
 
@@ -173,7 +174,7 @@ class MicrophoneCalibration:
     def _array(self) -> MicrophoneArray | None:
         return self._robot.profile.microphones
 
-    async def _ask(self, request: dict[str, Any]) -> dict[str, Any]:
+    async def _ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
         return await asyncio.to_thread(self._robot.ask, request)
 
     def _start(self, work: Coroutine[Any, Any, None], *, show: bool) -> None:

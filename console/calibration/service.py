@@ -28,6 +28,7 @@ from console.workers.queue_limit import QueueLimit
 from console.workers.tasks import end
 from console.workers.worker import Worker
 from core.robots import Profile
+from core.robots.requests import AnswerT, RobotRequest
 from core.sensors import Image, SensorFrame
 from core.snapshot import Level
 
@@ -256,7 +257,7 @@ class CalibrationService:
         elif self._demo.shows(session.card.id):
             await self._demo.stop()
 
-    async def _ask(self, request: dict[str, Any]) -> dict[str, Any]:
+    async def _ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
         return await asyncio.to_thread(self._robot.ask, request)
 
     # updates

@@ -8,14 +8,14 @@ import math
 import time
 from collections.abc import Awaitable, Callable
 from itertools import product
-from typing import Any
 
 from console.http.problems import Problem
 from console.people.enrollment import EnrollmentSession, Gesture
 from console.robot.link import RobotLink
-from console.workers.demo_runner import Ask, Demo, DemoRunner
+from console.workers.demo_runner import Demo, DemoRunner
 from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Pose
+from core.robots.requests import AnswerT, Ask, PlaceThing, ReadTruth, RemoveThing, RobotRequest
 from core.sensors import Camera, Image
 
 Capture = Callable[[EnrollmentSession, str], Awaitable[None]]
@@ -40,8 +40,8 @@ class DemoPerson:
         """Show every gesture of the enrollment; then the person stays, to be come to. Raises Refused, BadInput."""
         await self.leave()
         await capture(enrollment, "background")
-        robot = await self._ask({"do": "truth"})
-        here = Pose(robot["x_m"], robot["y_m"], robot["heading_rad"])
+        robot = await self._ask(ReadTruth())
+        here = Pose(robot.x_m, robot.y_m, robot.heading_rad)
         places = [here @ Pose(far * math.cos(angle), far * math.sin(angle), 0.0) for far, angle in self._towards()]
         standing: Pose | None = None
         for place in places:
@@ -61,7 +61,7 @@ class DemoPerson:
         if self._stays:
             return
         try:
-            await self._ask({"do": "remove", "id": ID})
+            await self._ask(RemoveThing(id=ID))
         except BeckonError:
             return  # was not there
 
@@ -83,12 +83,19 @@ class DemoPerson:
 
     async def _stand(self, place: Pose, gesture: Gesture | None) -> None:
         """Face the robot, or turn aside."""
-        robot = await self._ask({"do": "truth"})
-        facing = math.atan2(robot["y_m"] - place.y, robot["x_m"] - place.x)
+        robot = await self._ask(ReadTruth())
+        facing = math.atan2(robot.y_m - place.y, robot.x_m - place.x)
         turned = math.pi / 2 if gesture is not None and gesture.name == "side" else 0.0
-        wish = {"id": ID, "x_m": place.x, "y_m": place.y, "heading_rad": facing + turned, "clothes": self._look}
-        arms = ARMS[gesture.name] if gesture is not None else ""
-        await self._ask({"do": "place", "what": "person", **wish, "gesture": arms})
+        person = PlaceThing(
+            what="person",
+            id=ID,
+            x_m=place.x,
+            y_m=place.y,
+            heading_rad=facing + turned,
+            clothes=self._look,
+            gesture=ARMS[gesture.name] if gesture is not None else "",
+        )
+        await self._ask(person)
 
 
 PATIENCE = 20.0  # [s] for a picture: the machine may be busy
@@ -138,13 +145,13 @@ class EnrollmentDemo:
         """Nobody who showed something is in the room any more. Raises Unavailable."""
         await self.stop()
         with contextlib.suppress(BadInput):  # nobody is there
-            await self._ask({"do": "remove", "id": ID})
+            await self._ask(RemoveThing(id=ID))
         self.stands = False
 
     async def _capture(self, enrollment: EnrollmentSession, what: str) -> None:
         """Take a picture of how the room is now: none that was on its way already. Raises Problem, BeckonError."""
         enrollment.waits = WAITS
-        now = (await self._ask({"do": "truth"}))["stamp_s"]
+        now = (await self._ask(ReadTruth())).stamp_s
         until = time.monotonic() + PATIENCE
         while (image := self._newest()) is None or image.stamp <= now:
             if time.monotonic() > until:
@@ -152,5 +159,5 @@ class EnrollmentDemo:
             await asyncio.sleep(GAP)
         await self._take(enrollment, what, image)
 
-    async def _ask(self, request: dict[str, Any]) -> dict[str, Any]:
+    async def _ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
         return await asyncio.to_thread(self._robot.ask, request, ANSWERING)

@@ -11,8 +11,7 @@ import logging
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,12 +44,12 @@ class UnrecognizedSpeechLog:
         self._history = history
         self._newest_id = 0  # of the entry in the history
 
-    def tell(self, who: Person, **more: Any) -> HistoryEntry | None:
+    def tell(self, who: Person, *, source: str, remark: str) -> HistoryEntry | None:
         """Into the history, unless it is the newest there already."""
         newest = self._history.newest_first(commands_only=True, limit=1)
         if newest and newest[0].id == self._newest_id:
             return None
-        entry = self._history.add("command", who, state="refused", words="", **more)
+        entry = self._history.add("command", who, state="refused", source=source, words="", remark=remark)
         self._newest_id = entry.id
         return entry
 
@@ -172,9 +171,9 @@ class RoomTranscriber:
         """Which engine reads the words, and why, in a sentence; "": none has begun."""
         return self._worker.engine
 
-    def shown(self) -> list[dict[str, Any]]:
+    def shown(self) -> list[RoomUtterance]:
         """The newest utterances, newest first."""
-        return [asdict(one) for one in reversed(self.utterances)]
+        return list(reversed(self.utterances))
 
     async def _read(self) -> None:
         try:

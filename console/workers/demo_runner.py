@@ -6,16 +6,12 @@ import asyncio
 import logging
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
-from typing import Any
 
 from console.http.problems import Problem
 from console.workers.tasks import end
 from core.errors import BeckonError
 
 log = logging.getLogger(__name__)
-
-Ask = Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]
-"""Awaits the answer of the simulated robot's driver; raises BadInput where the room refuses."""
 
 BROKE_OFF = "The demonstration broke off; nothing was lost. Press Show me again; the log says more."
 

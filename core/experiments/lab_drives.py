@@ -18,6 +18,7 @@ from core.experiments.drives import FIGURED, PLAIN, DriveSetup, DriveSurrounding
 from core.experiments.paper_course import GOALS
 from core.experiments.rehearsal import Rehearsal
 from core.message import Array
+from core.robots.requests import ReadPlan
 from core.settings import Settings
 from core.slam.consistency import nees
 from core.slam.estimate import Estimate
@@ -44,8 +45,8 @@ class LabDrives:
     @property
     def room(self) -> DriveSurroundings:
         """The walls at the laser's height."""
-        plan = Rehearsal(PLACE, settings=self.settings).robot.ask({"do": "plan"})
-        return DriveSurroundings(walls=np.array(plan["segments"], float).reshape(-1, 2, 2))
+        plan = Rehearsal(PLACE, settings=self.settings).robot.ask(ReadPlan())
+        return DriveSurroundings(walls=np.array(plan.segments, float).reshape(-1, 2, 2))
 
     @property
     def setup(self) -> DriveSetup:

@@ -23,6 +23,7 @@ from core.experiments.rehearsal import Rehearsal
 from core.geometry import Pose, wrap
 from core.message import Array, message
 from core.perception.people.voice_bearing import VoiceBearing
+from core.robots.requests import PlaceThing, ReadPlan, SetListening, Speak
 from core.settings import Settings
 from core.simulation.world import World, world_named
 from core.snapshot import ActiveCommandStatus, Snapshot
@@ -94,7 +95,7 @@ class SpokenRoom:
                 ArrayTranscriber(array, chosen.speech, chosen.direction_finding, recognizer=reads)
             )
             self.robot.when_stepped.append(self._ears.keep)
-        self.robot.robot.ask({"do": "listen", "on": True})
+        self.robot.robot.ask(SetListening(on=True))
         self.robot.run(2.0)
 
     def place(
@@ -118,13 +119,13 @@ class SpokenRoom:
 
     def put(self, name: str, **fields: Any) -> None:
         """Put a person there, or move them. Raises BadInput."""
-        self.robot.robot.ask({"do": "place", "what": "person", "id": name, **fields})
+        self.robot.robot.ask(PlaceThing(what="person", id=name, **fields))
 
     def where(self, name: str) -> tuple[float, float]:
         """Position of a person now (x, y) [m]."""
-        things = self.robot.robot.ask({"do": "plan"})["things"]
-        one = next(thing for thing in things if thing["id"] == name)
-        return one["x_m"], one["y_m"]
+        things = self.robot.robot.ask(ReadPlan()).things
+        one = next(thing for thing in things if thing.id == name)
+        return one.x_m, one.y_m
 
     def hidden(self, here: Pose, x: float, y: float) -> bool:
         """Return whether walls or things hide a person there from the low camera: it comes only to visible people."""
@@ -215,7 +216,7 @@ class SpokenRoom:
     def _utter(self, pcm: bytes, rate: int = RATE) -> float:
         """Sound out of Ann's mouth, 16-bit samples → when [s] the last of it that is not faint will have left it."""
         length = length_of_words(pcm, rate)
-        self.robot.robot.ask({"do": "say", "id": ANN, "pcm": pcm, "rate_hz": rate})
+        self.robot.robot.ask(Speak(id=ANN, pcm=pcm, rate_hz=rate))
         return self.robot.snapshot.stamp + length
 
     def _hear(

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, Literal, Protocol
+from typing import Literal, Protocol
 
 from core.gate import Twist
 from core.message import message
+from core.robots.requests import AnswerT, Requests, RobotRequest
 from core.sensors import Camera, Laser, SensorFrame
 from core.sensors.microphones import MicrophoneArray
 
@@ -76,11 +77,13 @@ class Robot(Protocol):
         """The next frame; its stamp never goes backwards but after a seek."""
         ...
 
-    def ask(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Driver's own requests: `{"do": "place" | "pause" | "play" | "speed" | "seek" | …}` → an answer.
+    @property
+    def requests(self) -> Requests:
+        """The requests that this robot takes; a driver's own may be declared beside it."""
+        ...
 
-        Raises BadInput or Refused with a sentence.
-        """
+    def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
+        """One of `requests` → its answer. Raises BadInput (also for any other request) or Refused with a sentence."""
         ...
 
     def close(self) -> None:

@@ -8,13 +8,13 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
 
 from core.errors import BadInput, BeckonError, Unavailable
 from core.gate.twist import ZERO, Twist
 from core.robots import Profile
 from core.robots.device import Device, Equipment
 from core.robots.readings import Readings
+from core.robots.requests import AnswerT, Requests, RobotRequest
 from core.sensors import SensorFrame
 
 log = logging.getLogger(__name__)
@@ -151,7 +151,12 @@ class LiveRobot:
         frame = self._readings.frame()
         return frame if up else replace(frame, trouble=f"{self._base.name if self._base else ''} does not answer.")
 
-    def ask(self, request: Any) -> Any:
+    @property
+    def requests(self) -> Requests:
+        """None: they are for the simulator and for recordings."""
+        return ()
+
+    def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
         """Raise BadInput: a real robot takes no requests."""
         raise BadInput("A real robot takes no such request; it is for the simulator and for recordings.")
 

@@ -5,18 +5,38 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
+import msgspec
 import numpy as np
 
 from core.errors import BadInput
 from core.gate import Twist
 from core.geometry import Pose
 from core.robots import Profile
+from core.robots.requests import (
+    AnswerT,
+    CarryRobot,
+    FloorPlan,
+    GroundTruth,
+    PlaceBoard,
+    PlacedBoard,
+    PlacedThing,
+    PlaceThing,
+    ReadPlan,
+    ReadTruth,
+    RemovedThing,
+    RemoveThing,
+    Requests,
+    RobotRequest,
+    SetListening,
+    Speak,
+    not_taken,
+)
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame
 from core.simulation.actors.board_motion import BoardMotion
 from core.simulation.actors.pedestrians import Pedestrians
-from core.simulation.actors.requests import BOARD, HOLDER, describe, number, thing_asked_for
+from core.simulation.actors.requests import BOARD, HOLDER, describe, pose_asked_for, thing_asked_for
 from core.simulation.actors.speakers import Speakers
 from core.simulation.camera import SimulatedCamera
 from core.simulation.differential_drive import DifferentialDrive
@@ -172,65 +192,71 @@ class SimulatedRobot:
             truth=pose,
         )
 
-    def ask(self, request: dict[str, Any]) -> dict[str, Any]:
-        """`{"do": "place" | "remove" | "truth" | "plan"}` → an answer; BadInput says what is wrong.
+    @property
+    def requests(self) -> Requests:
+        """What may be asked of the simulated room and its robot."""
+        return (PlaceThing, CarryRobot, PlaceBoard, RemoveThing, ReadTruth, ReadPlan, Speak, SetListening)
 
-        place: `what` person, box or robot (this one: it is carried, its wheels do not notice), `x_m`, `y_m`,
-        `heading_rad`?, `id`? (one that exists is moved), `size_m`? (a box's edge, a person's height). A person:
-        `clothes`? ("red/blue"), `gesture`?, and to walk `path_m`? [[x, y], …], `speed_m_s`?, `again`? (in a round).
-        A chessboard: see `core.simulation.actors.board_holder`; its id is board. say, listen: see
-        `core.simulation.actors.speakers`.
-        """
-        match request.get("do"):
-            case "place" if request.get("what") == "robot":
+    def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
+        """Change the room, or read what is true in it → an answer; BadInput says what is wrong."""
+        return cast(AnswerT, self._answer(request))
+
+    def _answer(self, request: RobotRequest[Any]) -> msgspec.Struct:
+        match request:
+            case CarryRobot():
                 return self._carry(request)
-            case "place" if request.get("what") == "board":
-                answer = self._hands.hold(request, self._world, self._base.pose, self._stamp)
-                self._change(self._hands.in_world(self._world, self._stamp))
-                return answer
-            case "place":
-                thing = thing_asked_for(request, self._world, self._base.pose, self._profile.radius)
-                walks = self._walkers.send(request, thing, self._world)
-                self._change(self._world.with_thing(thing))
-                return describe(thing) | walks
-            case "remove":
-                name = str(request.get("id", ""))
-                if name in (BOARD, HOLDER):
-                    answer = self._hands.put_down(name)
-                    self._change(self._hands.in_world(self._world, self._stamp))
-                    return answer
-                self._change(self._world.without(name))
-                self._walkers.forget(name)
-                return {"id": name}
-            case "truth":
+            case PlaceBoard():
+                return self._hold(request)
+            case PlaceThing():
+                return self._place(request)
+            case RemoveThing(id=name):
+                return self._remove(name)
+            case ReadTruth():
                 return self._truth()
-            case "plan":
-                seen = self._world.surfaces(self._laser.laser.height)
-                return {
-                    "name": self._world.name,
-                    "segments": seen.faces.tolist(),
-                    "circles": seen.posts.tolist(),
-                    "things": [
-                        *(describe(thing) for thing in self._world.things),
-                        *self._hands.described(self._stamp),
-                    ],
-                }
-            case "say" | "listen":
-                return self._voices.ask(request, self._world, self._base.pose, self._stamp)
+            case ReadPlan():
+                return self._plan()
+            case Speak():
+                return self._voices.say(request, self._world, self._base.pose, self._stamp)
+            case SetListening():
+                return self._voices.listen(request)
             case _:
-                raise BadInput(
-                    "The simulated robot understands the requests place, remove, truth, plan, say and listen."
-                )
+                raise not_taken(self.requests)
+
+    def _place(self, request: PlaceThing) -> PlacedThing:
+        thing = thing_asked_for(request, self._world, self._base.pose, self._profile.radius)
+        answer = self._walkers.send(request, thing, self._world)
+        self._change(self._world.with_thing(thing))
+        return answer
+
+    def _hold(self, request: PlaceBoard) -> PlacedBoard:
+        answer = self._hands.hold(request, self._world, self._base.pose, self._stamp)
+        self._change(self._hands.in_world(self._world, self._stamp))
+        return answer
+
+    def _remove(self, name: str) -> RemovedThing:
+        if name in (BOARD, HOLDER):
+            self._hands.put_down(name)
+            self._change(self._hands.in_world(self._world, self._stamp))
+        else:
+            self._change(self._world.without(name))
+            self._walkers.forget(name)
+        return RemovedThing(name)
+
+    def _plan(self) -> FloorPlan:
+        seen = self._world.surfaces(self._laser.laser.height)
+        things = (describe(thing) for thing in self._world.things)
+        return FloorPlan(
+            name=self._world.name,
+            segments=tuple(map(tuple, seen.faces.tolist())),
+            circles=tuple(map(tuple, seen.posts.tolist())),
+            things=(*things, *self._hands.described(self._stamp)),
+        )
 
     def close(self) -> None:
         """Close nothing: the simulator holds no resource."""
 
-    def _carry(self, request: dict[str, Any]) -> dict[str, Any]:
-        pose = Pose(
-            number(request, "x_m"),
-            number(request, "y_m"),
-            math.remainder(number(request, "heading_rad", 0.0), math.tau),
-        )
+    def _carry(self, request: CarryRobot) -> GroundTruth:
+        pose = pose_asked_for(request)
         if not self._world.free(pose.x, pose.y, self._profile.radius):
             raise BadInput(
                 "The robot does not fit there; choose a place on the free floor, away from walls and things."
@@ -245,16 +271,16 @@ class SimulatedRobot:
             self._world = world
             self._base.enter(world)
 
-    def _truth(self) -> dict[str, Any]:
+    def _truth(self) -> GroundTruth:
         pose = self._base.pose
-        return {
-            "x_m": pose.x,
-            "y_m": pose.y,
-            "heading_rad": pose.heading,
-            "stamp_s": self._stamp,
-            "clearance_m": self._world.clearance(pose.x, pose.y) - self._profile.radius,
-            "contact": self._base.contact,
-        }
+        return GroundTruth(
+            x_m=pose.x,
+            y_m=pose.y,
+            heading_rad=pose.heading,
+            stamp_s=self._stamp,
+            clearance_m=self._world.clearance(pose.x, pose.y) - self._profile.radius,
+            contact=self._base.contact,
+        )
 
     def _scan(self, stamp: float) -> Scan | None:
         """The newest scan whose last beam has come back, if it was not delivered yet."""

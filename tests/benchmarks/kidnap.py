@@ -28,6 +28,7 @@ from core.geometry import Pose, wrap
 from core.message import Array
 from core.perception.landmarks.deskew import beam_ends
 from core.perception.landmarks.frame_perception import Beams
+from core.robots.requests import CarryRobot
 from core.sensors import SensorFrame
 from core.simulation.robot import SimulatedRobot, SimulationSettings
 from core.simulation.world import world_named
@@ -194,7 +195,7 @@ class Floor:
                 return Pose(x, y, float(self._rng.uniform(-math.pi, math.pi)))
 
     def carry(self, pose: Pose) -> None:
-        self.robot.ask({"do": "place", "what": "robot", "x_m": pose.x, "y_m": pose.y, "heading_rad": pose.heading})
+        self.robot.ask(CarryRobot(x_m=pose.x, y_m=pose.y, heading_rad=pose.heading))
 
     def beams(self, frame: SensorFrame) -> tuple[Array, Array] | None:
         if frame.scan is None or self._laser is None:

@@ -50,12 +50,10 @@ STILL = '''
 
 from __future__ import annotations
 
-from typing import Any
-
-from core.errors import Refused
 from core.gate import Twist
 from core.geometry import Pose
 from core.robots import Profile
+from core.robots.requests import AnswerT, Requests, RobotRequest, not_taken
 from core.sensors import SensorFrame
 from core.sensors.wheels import Wheels
 
@@ -76,9 +74,14 @@ class StillRobot:
         wheels = Wheels(odometry=Pose(), speed=0.0, turn_rate=0.0)
         return SensorFrame(stamp=self._frames / self.profile.rate, wheels=wheels)
 
-    def ask(self, request: dict[str, Any]) -> dict[str, Any]:
-        """It has no requests of its own."""
-        raise Refused("This robot takes no requests.")
+    @property
+    def requests(self) -> Requests:
+        """It takes none."""
+        return ()
+
+    def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
+        """Say so."""
+        raise not_taken(self.requests)
 
     def close(self) -> None:
         """Nothing is open."""
@@ -132,7 +135,7 @@ ECHO = '''
 
 from __future__ import annotations
 
-from typing import Any
+import msgspec
 
 from console.access.roles import needs
 from console.api import router
@@ -140,11 +143,17 @@ from console.api import router
 parrot = router("parrot")
 
 
+class Echo(msgspec.Struct, frozen=True):
+    """What was said."""
+
+    word: str
+
+
 @parrot.get("/parrot/{word}")
 @needs("viewer")
-async def say(word: str) -> dict[str, Any]:
+async def say(word: str) -> Echo:
     """Say it again."""
-    return {"word": word}
+    return Echo(word)
 '''
 COUNT = '''
 """Counts its runs."""

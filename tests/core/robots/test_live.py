@@ -18,6 +18,7 @@ from core.robots.device import Base, Device, Equipment
 from core.robots.device_clock import DeviceClock
 from core.robots.live import LiveRobot
 from core.robots.readings import Readings
+from core.robots.requests import ReadTruth
 from core.sensors import Scan, Sound
 
 
@@ -113,7 +114,7 @@ def test_a_fault_of_a_driver_is_no_end_of_the_console() -> None:
 def test_a_real_robot_takes_no_requests() -> None:
     robot = LiveRobot([("the base", Wire())], shape)
     with pytest.raises(BadInput, match="for the simulator"):
-        robot.ask({})
+        robot.ask(ReadTruth())
     robot.close()
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from core.geometry import Pose
 from core.perception.landmarks.deskew import beam_ends
 from core.perception.landmarks.frame_perception import Beams
+from core.robots.requests import CarryRobot
 from core.sensors import Laser
 from core.simulation.laser import SimulatedLaser
 from core.simulation.robot import SimulatedRobot, SimulationSettings
@@ -79,4 +80,4 @@ def robot(seed: int = 1) -> SimulatedRobot:
 
 
 def carry(driven: SimulatedRobot, pose: Pose) -> None:
-    driven.ask({"do": "place", "what": "robot", "x_m": pose.x, "y_m": pose.y, "heading_rad": pose.heading})
+    driven.ask(CarryRobot(x_m=pose.x, y_m=pose.y, heading_rad=pose.heading))
