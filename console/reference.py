@@ -13,10 +13,10 @@ import msgspec
 from fastapi.routing import APIRoute
 
 from console import messages
-from console.__main__ import build_parser
 from console.access.roles import declared
 from console.api.page import static_folder
 from console.app import create_app
+from console.cli import build_parser
 from console.cli.settings import settings_of
 from console.messages.generate_js import js_type
 from console.runtime import Runtime

@@ -18,7 +18,7 @@ from typing import Literal, NotRequired, TypedDict
 import numpy as np
 
 from core.calibration.files.written import write_all
-from core.errors import BadInput
+from core.errors import BadInput, Unavailable
 from core.experiments.course_draws import Field, frozen
 from core.experiments.drawn_drives import drawn_drives
 from core.experiments.drives import Drives, DriveSetup
@@ -169,7 +169,10 @@ TITLES = {
 
 
 def save(out: Path, result: DriveComparison, done: list[DriveOutcome], drives: Drives) -> dict[str, str]:
-    """Figure 16, every run's errors, and the result itself → what lies where. Raises Unavailable."""
+    """Figure 16, every run's errors, and the result itself → what lies where. Raises Unwritable.
+
+    Without matplotlib there is no figure, and the result says so under `not_drawn`.
+    """
     worst = {name: drives.traces(row["worst_run"])[name] for name, row in result["estimators"].items()}
     panels = [
         Panel(
@@ -182,9 +185,12 @@ def save(out: Path, result: DriveComparison, done: list[DriveOutcome], drives: D
         )
         for name, title in (("dead_reckoning", "Dead reckoning"), ("ekf_slam", "EKF-SLAM"))
     ]
-    drawing = figure_16(panels, drives.room, drives.words)
-    files = {
-        "figure_16": ("figure_16.svg", drawing),
+    files: dict[str, tuple[str, str | bytes]] = {}
+    try:
+        files["figure_16"] = ("figure_16.svg", figure_16(panels, drives.room, drives.words))
+    except Unavailable as missing:
+        result["not_drawn"] = str(missing)
+    files |= {
         "csv": ("dead_reckoning_vs_slam.csv", _table(done)),
         "json": ("dead_reckoning_vs_slam.json", json.dumps(_plain(result), indent=1)),
     }

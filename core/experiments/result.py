@@ -18,4 +18,5 @@ class ExperimentResult(TypedDict):
     seed: int
     files: dict[str, str]  # paths by what they hold; empty without a folder
     text: NotRequired[str]  # the table as it is printed
+    not_drawn: NotRequired[str]  # why there are no figures
     boards: NotRequired[list[BoardPoseFigures]]  # to be drawn as a scene
