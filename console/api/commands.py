@@ -24,7 +24,7 @@ class CommandRequest(RequestBody):
     text: str = Field(max_length=2000, examples=["turn left", "continue 1.5 meters", "stop at 1 and 0.5"])
 
 
-class AcceptedCommand(msgspec.Struct, frozen=True):
+class CommandReceipt(msgspec.Struct, frozen=True):
     """A command that began, under its number in the history."""
 
     id: int
@@ -97,7 +97,7 @@ class AuditLog(msgspec.Struct, frozen=True):
 
 @commands.post("/commands", status_code=202)
 @needs("viewer")
-async def submit(words: CommandRequest, behind: Behind, who: Who, response: Response) -> AcceptedCommand:
+async def submit(words: CommandRequest, behind: Behind, who: Who, response: Response) -> CommandReceipt:
     """Understand words and obey them. Viewers may only stop.
 
     Follow wall and follow me have no end of their own: they are cancelled after 5 s without a sign of life of their
@@ -106,7 +106,7 @@ async def submit(words: CommandRequest, behind: Behind, who: Who, response: Resp
     entry = behind.door.submit(words.text, "rest", who)
     response.headers["Location"] = f"commands/{entry.id}"
     command = {"name": entry.name, **particulars(entry.name, entry.numbers)}
-    return AcceptedCommand(entry.id, command, entry.heard_as, entry.source)
+    return CommandReceipt(entry.id, command, entry.heard_as, entry.source)
 
 
 @commands.get("/commands")

@@ -158,7 +158,7 @@ class Pilot:
             return self._publish(frame, motion, estimate, dead_reckoning, hearing, twist)
 
     def _begin_again_after_a_seek(self, stamp: float) -> None:
-        """A recording that jumped back in time begins anew."""
+        """A recording that jumped back in time starts from the beginning."""
         if stamp < self._stamp - 1e-6:
             self._executor.end("failed", "The robot's clock was reset.")
             self._reset(stamp)

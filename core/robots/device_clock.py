@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 
 SPAN = 10.0  # [s] over which the quickest message is looked for: a drift of 100 ppm makes 1 ms of it
-JUMP = 1.0  # [s] backwards by which a clock was set anew
+JUMP = 1.0  # [s] backwards by which a clock was reset
 
 
 class DeviceClock:

@@ -15,7 +15,7 @@ from core.sensors.microphones import joined
 
 AHEAD = 0.1  # [s] over which a reading of the wheels is carried on to the frame
 WAITING = 4  # scans that may wait for a frame
-JUMP, FASTEST = 0.5, 5.0  # [m], [m/s] beyond which the wheels were not rolled but counted anew
+JUMP, FASTEST = 0.5, 5.0  # [m], [m/s] beyond which the wheels were not rolled: the base was restarted
 LONGEST_SOUND = 3.0  # [s] that may wait for a frame
 
 
@@ -42,7 +42,7 @@ class Readings:
     def wheels(self, odometry: Pose, speed: float, turn_rate: float, stamp: float | None = None) -> None:
         """How far the wheels have rolled since the start, and [m/s], [rad/s] now.
 
-        A base that began to count anew, or jumps, goes on from where it was.
+        A base that was restarted, or jumps, goes on from where it was.
         """
         if not all(map(math.isfinite, (odometry.x, odometry.y, odometry.heading, speed, turn_rate))):
             return
