@@ -20,6 +20,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
+from core.errors import BadInput
 from core.gate.gate import TICK, Gate
 from core.gate.latch import Latch
 from core.gate.limits import Limits, is_count, is_number
@@ -226,7 +227,7 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         limits = Limits.of(json.loads(given.limits))
         line_writer = open_trace(given.trace) if given.trace else None
-    except (ValueError, OSError) as trouble:
+    except (BadInput, ValueError, OSError) as trouble:
         raise SystemExit(f"The gate does not start: {trouble}") from None
     trace = TraceWriter(line_writer) if line_writer else None
     gate = Gate(
