@@ -88,16 +88,14 @@ class Section:
 
 @cache
 def declared_settings(section: type[Section]) -> tuple[DeclaredSetting, ...]:
-    """The settings of a section, in the order of its fields."""
+    """The settings of a section, in the order of its fields. Raises TypeError for a field without a Meta."""
     hints = get_type_hints(section, include_extras=True)
-    return tuple(
-        _declared(one, hints[one.name])
-        for one in dataclasses.fields(section)
-        if get_origin(hints[one.name]) is Annotated
-    )
+    return tuple(_declared(one, hints[one.name]) for one in dataclasses.fields(section))
 
 
 def _declared(field: dataclasses.Field[Any], hint: Any) -> DeclaredSetting:
+    if get_origin(hint) is not Annotated:
+        raise TypeError(f"The setting {field.name} declares no Meta.")
     kind, meta = get_args(hint)[:2]
     optional = get_origin(kind) in (Union, types.UnionType)
     if optional:

@@ -68,6 +68,15 @@ def test_a_value_that_is_not_accepted_is_told_in_a_sentence(change: dict[str, ob
     assert str(told.value) == sentence
 
 
+def test_a_setting_without_a_declaration_is_a_mistake_of_the_program() -> None:
+    @dataclass(frozen=True)
+    class Bare(Section):
+        gain: float = 3.0
+
+    with pytest.raises(TypeError, match="gain declares no Meta"):
+        declared_settings(Bare)
+
+
 def test_what_is_accepted_becomes_the_type_that_is_declared() -> None:
     fit = {one.name: one.fit for one in declared_settings(Thing)}
     assert (fit["gain"](1), type(fit["gain"](1))) == (1.0, float)
