@@ -10,7 +10,7 @@ from pathlib import Path
 
 from console.robot.driver_process import DriverProcess
 from console.workers.child_process import ChildProcess
-from core.errors import Unavailable
+from core.errors import BadInput, Unavailable
 from core.gate import GateStatus, Limits
 from core.gate.packets import packet_pair, send_packet, take_packets
 from core.robots import Profile
@@ -73,5 +73,5 @@ def limits_of(profile: Profile, limits: Limits) -> Limits:
             radius=profile.radius,
             guard=limits.guard and profile.laser is not None,
         )
-    except ValueError as trouble:
+    except BadInput as trouble:
         raise Unavailable(f"This robot does not fit the gate: {trouble}") from None

@@ -19,6 +19,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import NoReturn
 
+from core.errors import BadInput
 from core.gate.gate import TICK, Gate
 from core.gate.latch import Latch
 from core.gate.limits import Limits, is_count
@@ -235,7 +236,7 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         limits = Limits.of(json.loads(given.limits))
         line_writer = open_trace(given.trace) if given.trace else None
-    except (ValueError, OSError) as trouble:
+    except (BadInput, ValueError, OSError) as trouble:
         raise SystemExit(f"The gate does not start: {trouble}") from None
     trace = TraceWriter(line_writer) if line_writer else None
     gate = Gate(

@@ -232,15 +232,18 @@ def test_a_robot_is_one_file_and_one_row(copy: Copy) -> None:
     assert float(copy.python("-c", code)) == pytest.approx(1 / 40)
 
 
-def test_a_number_is_a_field_with_its_unit_and_meaning(copy: Copy) -> None:
+def test_a_number_is_a_field_with_its_unit_bounds_and_meaning(copy: Copy) -> None:
     copy.change(
         "core/navigation/steering.py",
-        ("class SteeringSettings:\n", "class SteeringSettings:\n"),
-        ("    turn_gain: float", "    swing: float = 0.25  # [m] of a curve's outside\n    turn_gain: float"),
+        (
+            "    turn_gain: Annotated",
+            '    swing: Annotated[float, Meta("m", 0.1, 1, "a curve\'s outside")] = 0.25\n    turn_gain: Annotated',
+        ),
     )
     rows = json.loads(copy.python("-m", "console", "settings", "steering", "--json"))["steering"]
     row = next(row for row in rows if row["name"] == "swing")
-    assert (row["default"], row["unit"], row["meaning"]) == ("0.25", "m", "of a curve's outside")
+    assert (row["default"], row["unit"], row["meaning"]) == ("0.25", "m", "a curve's outside")
+    assert (row["low"], row["high"]) == (0.1, 1)
     (copy.folder / "my.toml").write_text("[steering]\nswing = 0.5\n")
     assert copy.python("-c", "from core.settings import load; print(load('my.toml').steering.swing)").strip() == "0.5"
 
