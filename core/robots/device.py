@@ -41,6 +41,9 @@ class Equipment:
 class Device:
     """Base class of all. `open` and `run` are called from the device's own thread, `drive` from the driver's."""
 
+    def __init__(self, arguments: str = "") -> None:
+        """`arguments`: what follows the scheme, or the file, in the robot's URL. Raises BadInput."""
+
     def open(self) -> Equipment:
         """Connect, within a few seconds → what is there.
 

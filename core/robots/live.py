@@ -8,14 +8,18 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 from core.errors import BadInput, BeckonError, Unavailable
 from core.gate.twist import ZERO, Twist
 from core.robots import Profile
 from core.robots.device import Device, Equipment
-from core.robots.readings import Readings
+from core.robots.readings import Names, Readings
 from core.robots.requests import AnswerT, Requests, RobotRequest
-from core.sensors import SensorFrame
+from core.sensors import Camera, Laser, SensorFrame
+from core.sensors.microphones import MicrophoneArray
+
+Sensor = TypeVar("Sensor", Laser, Camera, MicrophoneArray)
 
 log = logging.getLogger(__name__)
 
@@ -33,7 +37,8 @@ class DeviceLink:
         self.trouble: BeckonError | None = None  # why it was not there at the first try
         self.up = False
         self.settled = threading.Event()  # the first try is over
-        self._readings = readings
+        self._names: Names = {}  # of its sensors on this robot, where another device took theirs
+        self._readings = readings.renaming(self._names)
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"device-{name}", daemon=True)
 
@@ -46,6 +51,30 @@ class DeviceLink:
         self._over.set()
         self._close_device()
         self._thread.join(patience)
+
+    def named_apart(self, taken: set[str]) -> Equipment:
+        """Its equipment; a sensor whose name is taken gets another one, and so do its readings."""
+        assert self.equipment is not None
+
+        def apart(sensor: Sensor) -> Sensor:
+            name, number = sensor.name, 2
+            while name in taken:
+                name, number = f"{sensor.name}-{number}", number + 1
+            taken.add(name)
+            self._names[type(sensor), sensor.name] = name
+            return replace(sensor, name=name)
+
+        found = self.equipment
+        renamed = replace(
+            found,
+            lasers=tuple(map(apart, found.lasers)),
+            cameras=tuple(map(apart, found.cameras)),
+            microphones=tuple(map(apart, found.microphones)),
+        )
+        for alone in (renamed.lasers, renamed.cameras):
+            if len(alone) == 1:
+                self._names[type(alone[0]), ""] = alone[0].name  # readings of an only one may leave its name out
+        return renamed
 
     def _run(self) -> None:
         pause = SOONEST
@@ -119,7 +148,9 @@ class LiveRobot:
         if missing is not None:
             self.close()
             raise missing.trouble or Unavailable(f"{missing.name} did not answer.")
-        equipment = tuple(link.equipment for link in self._links if link.equipment is not None)
+        taken: set[str] = set()
+        equipment = tuple(link.named_apart(taken) for link in self._links)
+
         self._base = next((link for link in self._links if link.equipment and link.equipment.base), None)
         self._profile = shape(equipment)
         self._was_up = True

@@ -7,10 +7,11 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import replace
+from copy import copy
+from dataclasses import dataclass, field, replace
 
 from core.geometry import Pose, arc
-from core.sensors import Image, Scan, SensorFrame, Sound, Wheels
+from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Sound, Wheels
 from core.sensors.microphones import joined
 
 AHEAD = 0.1  # [s] over which a reading of the wheels is carried on to the frame
@@ -19,21 +20,41 @@ JUMP, FASTEST = 0.5, 5.0  # [m], [m/s] beyond which the wheels were not rolled: 
 LONGEST_SOUND = 3.0  # [s] that may wait for a frame
 
 
+Names = dict[tuple[type, str], str]
+
+
+@dataclass
+class Waiting:
+    """What came since the last frame, and what holds."""
+
+    scans: deque[Scan] = field(default_factory=lambda: deque[Scan](maxlen=WAITING))
+    wheels: tuple[float, Wheels] | None = None  # with their stamp [s]
+    place: Pose = field(default_factory=Pose)  # newest odometry handed on
+    anchor: Pose = field(default_factory=Pose)  # what the base's own odometry is seen from
+    image: Image | None = None
+    sound: Sound | None = None
+    notes: list[str] = field(default_factory=list[str])
+    contact: bool = False
+    touched: bool = False  # since the last frame
+    battery: float | None = None  # 0..1
+
+
 class Readings:
     """Filled by the devices' threads, emptied by the driver's. Stamps are on the robot's clock, see `now`."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock, self._start = clock, clock()
-        self._lock = threading.Lock()
-        self._scans: deque[Scan] = deque(maxlen=WAITING)
-        self._wheels: tuple[float, Wheels] | None = None
-        self._place = self._anchor = Pose()  # the newest odometry handed on, and what its own is seen from
-        self._image: Image | None = None
-        self._sound: Sound | None = None
-        self._notes: list[str] = []
-        self._contact = False
-        self._touched = False  # since the last frame
-        self.battery: float | None = None  # 0..1
+        self._lock, self._here = threading.Lock(), Waiting()
+        self._names: Names = {}
+
+    def renaming(self, names: Names) -> Readings:
+        """The same readings for a device whose sensors are called otherwise on the robot.
+
+        `names`: by kind and the device's own name; it may be filled later.
+        """
+        other = copy(self)
+        other._names = names
+        return other
 
     def now(self) -> float:
         """The robot's clock [s]: the time since it was connected, by this computer's."""
@@ -48,43 +69,48 @@ class Readings:
             return
         with self._lock:
             stamp = self.now() if stamp is None else stamp
-            place = self._anchor @ odometry
-            if self._wheels is None or _jumped(self._place, place, stamp - self._wheels[0]):
-                self._anchor = self._place @ odometry.inverse()
-                place = self._place
-            self._place = place
-            self._wheels = (stamp, Wheels(odometry=place, speed=speed, turn_rate=turn_rate))
+            place = self._here.anchor @ odometry
+            if self._here.wheels is None or _jumped(self._here.place, place, stamp - self._here.wheels[0]):
+                self._here.anchor = self._here.place @ odometry.inverse()
+                place = self._here.place
+            self._here.place = place
+            self._here.wheels = (stamp, Wheels(odometry=place, speed=speed, turn_rate=turn_rate))
 
     def scan(self, scan: Scan) -> None:
         """A turn of a laser's mirror."""
         with self._lock:
-            self._scans.append(scan)
+            self._here.scans.append(replace(scan, laser=self._names.get((Laser, scan.laser), scan.laser)))
 
     def image(self, image: Image) -> None:
         """A picture."""
         with self._lock:
-            self._image = image
+            self._here.image = replace(image, camera=self._names.get((Camera, image.camera), image.camera))
 
     def sound(self, sound: Sound) -> None:
         """Samples that follow those before."""
         with self._lock:
-            self._sound = joined(self._sound, sound, LONGEST_SOUND)
+            self._here.sound = joined(self._here.sound, sound, LONGEST_SOUND)
 
     def contact(self, pressed: bool) -> None:
         """The bumper."""
         with self._lock:
-            self._contact = pressed
-            self._touched = self._touched or pressed
+            self._here.contact = pressed
+            self._here.touched = self._here.touched or pressed
+
+    def battery(self, share: float) -> None:
+        """How full the battery is, 0..1."""
+        with self._lock:
+            self._here.battery = share
 
     def note(self, sentence: str) -> None:
         """A sentence for the operator."""
         with self._lock:
-            self._notes.append(sentence)
+            self._here.notes.append(sentence)
 
     def forget_wheels(self) -> None:
         """The base is gone; when it is back it goes on from where it was."""
         with self._lock:
-            self._wheels = None
+            self._here.wheels = None
 
     def frame(self) -> SensorFrame:
         """All that came since the last frame, at the present instant; a frame has room for one scan."""
@@ -93,21 +119,21 @@ class Readings:
             frame = SensorFrame(
                 stamp=stamp,
                 wheels=self._carried(stamp),
-                scan=self._scans.popleft() if self._scans else None,
-                image=self._image,
-                sound=self._sound,
-                contact=self._contact or self._touched,
-                note=" ".join(self._notes),
+                scan=self._here.scans.popleft() if self._here.scans else None,
+                image=self._here.image,
+                sound=self._here.sound,
+                contact=self._here.contact or self._here.touched,
+                note=" ".join(self._here.notes),
             )
-            self._image = self._sound = None
-            self._notes, self._touched = [], False
+            self._here.image = self._here.sound = None
+            self._here.notes, self._here.touched = [], False
             return frame
 
     def _carried(self, stamp: float) -> Wheels | None:
         """The wheels as they stand by now, if they went on as they were."""
-        if self._wheels is None:
+        if self._here.wheels is None:
             return None
-        taken, wheels = self._wheels
+        taken, wheels = self._here.wheels
         ahead = min(max(stamp - taken, 0.0), AHEAD)
         return replace(wheels, odometry=wheels.odometry @ arc(wheels.speed * ahead, wheels.turn_rate * ahead))
 

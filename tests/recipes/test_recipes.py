@@ -50,44 +50,34 @@ STILL = '''
 
 from __future__ import annotations
 
-from core.gate import Twist
+import threading
+
 from core.geometry import Pose
-from core.robots import Profile
-from core.robots.requests import AnswerT, Requests, RobotRequest, not_taken
-from core.sensors import SensorFrame
-from core.sensors.wheels import Wheels
+from core.robots.device import Base, Device, Equipment
+from core.robots.readings import Readings
 
 
-class StillRobot:
+class StillRobot(Device):
     """Reads its wheels and never moves."""
 
     def __init__(self) -> None:
-        self.profile = Profile(name="Still", kind="LIVE", url="still:")
-        self._frames = 0
+        self._over = threading.Event()
 
-    def drive(self, twist: Twist) -> None:
-        """Nothing happens."""
+    def open(self) -> Equipment:
+        """There is nothing to connect to."""
+        return Equipment(name="Still", base=Base(wheelbase=0.2))
 
-    def read(self) -> SensorFrame:
-        """One frame on."""
-        self._frames += 1
-        wheels = Wheels(odometry=Pose(), speed=0.0, turn_rate=0.0)
-        return SensorFrame(stamp=self._frames / self.profile.rate, wheels=wheels)
-
-    @property
-    def requests(self) -> Requests:
-        """It takes none."""
-        return ()
-
-    def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
-        """Say so."""
-        raise not_taken(self.requests)
+    def run(self, readings: Readings) -> None:
+        """The wheels, fifty times a second."""
+        while not self._over.wait(0.02):
+            readings.wheels(Pose(), 0.0, 0.0)
 
     def close(self) -> None:
-        """Nothing is open."""
+        """End `run`."""
+        self._over.set()
 
 
-def open_robot(rest: str, *, seed: int, settings: object | None) -> StillRobot:
+def open_device(rest: str) -> StillRobot:
     """`still:` → the robot."""
     return StillRobot()
 '''
@@ -224,12 +214,10 @@ def test_a_command_is_one_file_and_one_row(copy: Copy) -> None:
 
 def test_a_robot_is_one_file_and_one_row(copy: Copy) -> None:
     copy.write("core/robots/still.py", STILL)
-    copy.change(
-        "core/robots/connect.py",
-        ('    "log": Scheme(', '    "still": Scheme("core.robots.still:open_robot", "log"),\n    "log": Scheme('),
-    )
-    code = "from core.robots.connect import connect; robot = connect('still:'); print(robot.read().stamp)"
-    assert float(copy.python("-c", code)) == pytest.approx(1 / 40)
+    row = '"still": Scheme("core.robots.still", "still:", "robot that stands", "odometry")'
+    copy.change("core/robots/connect.py", ('    "log": Scheme(', f'    {row},\n    "log": Scheme('))
+    code = "from core.robots.connect import connect; robot = connect('still:'); print(robot.profile.wheelbase)"
+    assert float(copy.python("-c", code)) == 0.2
 
 
 def test_a_number_is_a_field_with_its_unit_bounds_and_meaning(copy: Copy) -> None:
