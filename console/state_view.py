@@ -178,6 +178,10 @@ def robot(snapshot: Snapshot, around: StateContext) -> messages.RobotState:
         running=snapshot.running,
         progress=snapshot.progress,
         speed=around.speed,
+        sensors=[
+            messages.SensorLine(one.kind, one.name, one.state, round(one.age, 2), one.rate)
+            for one in snapshot.sensors
+        ],
     )
 
 
@@ -218,6 +222,8 @@ def card(profile: Profile) -> messages.RobotCard:
         max_speed_m_s=profile.max_speed,
         max_turn_rate_rad_s=profile.max_turn_rate,
         drives=profile.drives,
+        capabilities=sorted(profile.capabilities),
+        failsafe=profile.failsafe,
         duration_s=profile.duration,
     )
 

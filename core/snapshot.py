@@ -32,6 +32,21 @@ class Notice:
     cause: str = ""  # what it is about, where it can change and end; the newest replaces the older of one cause
 
 
+SensorKind = Literal["wheels", "laser", "camera", "microphones"]
+SensorState = Literal["live", "stale", "lost"]
+
+
+@message
+class SensorStatus:
+    """A sensor that the robot has, and whether it delivers."""
+
+    kind: SensorKind
+    name: str
+    state: SensorState
+    age: float  # [s] since its newest reading
+    rate: float  # [Hz] at which it should deliver
+
+
 @message
 class ActiveCommandStatus:
     """A command and how it goes."""
@@ -124,6 +139,7 @@ class Snapshot:
     person: TrackedPerson | None = None  # who is looked at by the command that runs
     drift: Drift | None = None  # how the camera's mount seems to differ from its calibration
     notices: tuple[Notice, ...] = ()  # newest last, at most 20
+    sensors: tuple[SensorStatus, ...] = ()
     contact: bool = False
     running: bool = True
     progress: float | None = None

@@ -141,7 +141,7 @@ async def board(
 @needs("operator")
 async def show_demo(asked: CalibrationDemoRequest, behind: Behind) -> dict[str, Any]:
     """The simulated assistant holds the board as advised until the session is ready."""
-    if behind.robot.profile.kind != "SIM":
+    if not behind.robot.profile.simulated:
         raise Problem(404, "Only in the simulation can an assistant show how it goes.")
     await behind.calibration_service.show_demo(behind.calibration_service.find(asked.session), on=asked.on)
     return {"demo": asked.on}

@@ -220,6 +220,6 @@ def samples_in(text: str) -> bytes:
 
 def simulated(behind: Runtime) -> Runtime:
     """Raises Problem 404 for a robot that is not simulated."""
-    if behind.robot.profile.kind != "SIM":
+    if not behind.robot.profile.simulated:
         raise Problem(404, "This robot is not simulated.")
     return behind

@@ -61,7 +61,7 @@ class QualityRunList(msgspec.Struct, frozen=True):
 @needs("viewer")
 async def runs(behind: Behind) -> QualityRunList:
     """All runs, newest first; `why_not` says why another one cannot begin."""
-    why_not = "" if behind.robot.profile.kind == "SIM" else ONLY_SIMULATED
+    why_not = "" if behind.robot.profile.simulated else ONLY_SIMULATED
     return QualityRunList([run.shown for run in reversed(behind.quality.runs.values())], why_not)
 
 
@@ -69,7 +69,7 @@ async def runs(behind: Behind) -> QualityRunList:
 @needs("operator")
 async def begin(asked: QualityRequest, behind: Behind, who: Who) -> QualityRunState:
     """Measure in the simulated room, from where the robot is now; how it goes stands in the run."""
-    if behind.robot.profile.kind != "SIM":
+    if not behind.robot.profile.simulated:
         raise Problem(409, ONLY_SIMULATED)
     robot = await simulated(behind).ask(ReadTruth())
     world = (await behind.ask(ReadPlan())).name

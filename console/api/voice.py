@@ -79,7 +79,7 @@ async def in_room(behind: Runtime, sound: Sound) -> None:
     snapshot, array = behind.snapshot, behind.robot.profile.microphones
     heard = snapshot.hearing if snapshot is not None else None
     if (
-        behind.robot.profile.kind != "SIM"
+        not behind.robot.profile.simulated
         or array is None
         or snapshot is None
         or heard is None

@@ -147,7 +147,7 @@ class MicrophoneCalibration:
         found = None if isinstance(solved, str) else solved
         return {
             "microphones": self._array is not None,
-            "simulated": self._robot.profile.kind == "SIM",
+            "simulated": self._robot.profile.simulated,
             "busy": self.busy,
             "listens_s": CLAPPED,
             "asked_rad": list(self.wizard.asked),
@@ -192,7 +192,7 @@ class MicrophoneCalibration:
             raise Problem(404, "This robot has no microphones.")
         if self.busy:
             raise Problem(409, "The microphones are being listened to already; wait a moment.")
-        if show and self._robot.profile.kind != "SIM":
+        if show and not self._robot.profile.simulated:
             raise Problem(409, "Only in the simulated room somebody is there to help; clap yourself.")
 
     async def _to_the_end(self, work: Coroutine[Any, Any, None]) -> None:

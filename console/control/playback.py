@@ -30,7 +30,7 @@ class PlaybackController:
         """Play, pause, speed (times real time), seek (0..1). Raises Problem 403, 409, 422."""
         if not who.may("operator"):
             raise Problem(403, "Only an operator can steer the playback.")
-        if self._robot.profile.kind != "LOG":
+        if "replay" not in self._robot.profile.capabilities:
             raise Problem(409, "Only a recording can be played, paused and sought.")
         answer = await asyncio.to_thread(self._robot.ask, request_of(do, value))
         self.speed = answer.speed

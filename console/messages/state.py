@@ -16,8 +16,8 @@ from console.messages.map import MapState, SubmapsState
 from console.messages.pending_command import CommandPayload, PendingCommandState
 from console.messages.person import PersonState
 from console.messages.picture import CalibrationDriftState, PictureQualityState
-from core.robots import RobotKind
-from core.snapshot import Ending, Level
+from core.robots import Capability, RobotKind
+from core.snapshot import Ending, Level, SensorKind, SensorState
 
 Struct = msgspec.Struct
 Link = Literal["connecting", "live", "stale", "lost"]
@@ -115,6 +115,16 @@ class CameraOverlay(Struct):
     quality: PictureQualityState | None
 
 
+class SensorLine(Struct):
+    """A sensor of the robot, and whether it delivers."""
+
+    kind: SensorKind
+    name: str
+    state: SensorState
+    age_s: float
+    rate_hz: float
+
+
 class RobotState(Struct):
     """The robot and the link to it."""
 
@@ -128,6 +138,7 @@ class RobotState(Struct):
     running: bool
     progress: float | None
     speed: float
+    sensors: list[SensorLine]
 
 
 class GateState(Struct):
@@ -211,6 +222,8 @@ class RobotCard(Struct):
     max_speed_m_s: float
     max_turn_rate_rad_s: float
     drives: bool
+    capabilities: list[Capability]
+    failsafe: str  # what the base does by itself when nobody speaks to it
     duration_s: float | None
 
 

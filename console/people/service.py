@@ -131,7 +131,7 @@ class EnrollmentService:
             enrollment=None if self.enrollment is None else self.enrollment.shown,
             camera=profile.camera is not None,
             stands=self._demo.stands,
-            simulated=profile.kind == "SIM" and profile.drives,
+            simulated=profile.simulated,
         )
 
     # learning
@@ -202,7 +202,7 @@ class EnrollmentService:
         """Nothing of it is kept, and nobody of it stays in the simulated room. Raises Problem 404."""
         self.find(enrollment.id)
         self._over()
-        if self._robot.profile.kind == "SIM":
+        if self._robot.profile.simulated:
             with contextlib.suppress(Unavailable):
                 await self.send_away()
 
@@ -286,7 +286,7 @@ class EnrollmentService:
             self._worker.kill()
 
     def _simulated(self) -> None:
-        if self._robot.profile.kind != "SIM":
+        if not self._robot.profile.simulated:
             raise Problem(409, "Only in the simulated room somebody is there to help; show yourself.")
 
     async def _judge(self, enrollment: EnrollmentSession, what: str, image: Image) -> None:

@@ -17,6 +17,7 @@ from core.pilot.command_executor import AcceptedCommand, CommandExecutor
 from core.pilot.inbox import Inbox
 from core.pilot.landmark_perception import LandmarkPerception
 from core.pilot.notices import Notices
+from core.pilot.sensor_watch import SensorWatch, loss, relief
 from core.pilot.sound_perception import SoundPerception
 from core.pilot.trail import NO_POINTS, MapTrail, Trail, frozen
 from core.robots import Profile
@@ -34,8 +35,6 @@ from core.slam.submap_manager import MapperSettings
 from core.snapshot import Ending, Hearing, Snapshot
 
 LOOKING_AROUND = "Looking around before the first move…"
-NO_SCAN = "No scan comes from the laser."
-SCAN_LOST_AFTER = 0.5  # [s]
 FOUND = "I know where I am again."
 AGAIN = "The robot was somewhere else than it believed, and knows its place again; give the command once more."
 NOTHING_YET = "There is no map yet; drive a little first."
@@ -46,7 +45,7 @@ class Pilot:
 
     def __init__(self, profile: Profile, settings: Settings | None = None) -> None:
         self._profile = profile
-        self._settings = settings or Settings()
+        self._settings = of_robot(settings or Settings(), profile)
         limits, planner = self._settings.limits, self._settings.planner
         self._body = SteeredBody(
             radius=profile.radius,
@@ -65,7 +64,8 @@ class Pilot:
     def _reset(self, stamp: float) -> None:
         """Reset everything: before the first frame, and after a jump back in a recording."""
         settings = self._settings
-        self._stamp = self._scan_stamp = stamp
+        self._stamp = stamp
+        self._sensors = SensorWatch(self._profile, stamp)
         self._odometry = Odometry(self._profile.laser, settings.motion, settings.scan_odometry)
         self._vision = LandmarkPerception(self._profile, settings)
         self._hearing = SoundPerception(self._profile, settings.direction_finding)
@@ -229,11 +229,7 @@ class Pilot:
             self._executor.end("failed", lost.words)
         self._lost = lost is not None
         self._notices.watch(frame.stamp, "place", lost.words if lost else "", "warning", self._mapper.found or FOUND)
-        if frame.scan is not None:
-            self._scan_stamp = frame.stamp
-        overdue = frame.stamp - self._scan_stamp > SCAN_LOST_AFTER
-        blind = overdue and self._profile.drives and self._profile.laser is not None
-        self._notices.watch(frame.stamp, "laser", NO_SCAN if blind else "", "error", "The laser is back.")
+        self._report_sensors(frame)
         self._notices.watch(frame.stamp, "camera", self._vision.trouble, "warning", "The pictures can be used again.")
         sound = self._hearing.trouble
         self._notices.watch(frame.stamp, "microphones", sound, "warning", "The sound can be used again.")
@@ -244,6 +240,15 @@ class Pilot:
         self._notices.watch_pace(frame.stamp, frame.pace)
         if frame.note:
             self._notices.add(frame.stamp, "info", frame.note)
+
+    def _report_sensors(self, frame: SensorFrame) -> None:
+        """Tell the operator which sensors are lost; not while a recording stands still."""
+        self._sensor_status = self._sensors.update(frame)
+        for status in self._sensor_status:
+            alone = sum(other.kind == status.kind for other in self._sensor_status) == 1
+            cause = f"silent {status.kind} {status.name}"
+            trouble = loss(status, alone) if status.state == "lost" else ""
+            self._notices.watch(frame.stamp, cause, trouble, "error", relief(status, alone))
 
     def _publish(
         self,
@@ -282,11 +287,19 @@ class Pilot:
             person=doing.person,
             drift=self._mount.drift,
             notices=self._notices.newest,
+            sensors=self._sensor_status,
             contact=frame.contact,
             running=frame.running,
             progress=frame.progress,
             truth=frame.truth,
         )
+
+
+def of_robot(settings: Settings, profile: Profile) -> Settings:
+    """The settings with what the robot itself knows better: its wheelbase. A recording does not know it."""
+    if not profile.drives:
+        return settings
+    return replace(settings, motion=replace(settings.motion, wheelbase=profile.wheelbase))
 
 
 def parts_of(settings: Settings) -> MapperSettings:

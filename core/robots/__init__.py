@@ -12,6 +12,8 @@ from core.sensors import Camera, Laser, SensorFrame
 from core.sensors.microphones import MicrophoneArray
 
 RobotKind = Literal["SIM", "LOG", "LIVE"]
+Capability = Literal["drive", "simulate", "replay"]
+"""drive: it takes speeds; simulate: its world is made up and can be changed; replay: it can be paused and sought."""
 
 
 @message
@@ -19,7 +21,6 @@ class Profile:
     """The profile of a robot: body, limits, sensors and their mountings."""
 
     name: str
-    kind: RobotKind
     url: str
     radius: float = 0.09  # [m] of the round footprint
     wheelbase: float = 0.10  # [m] (section 6)
@@ -30,8 +31,25 @@ class Profile:
     lasers: tuple[Laser, ...] = ()
     cameras: tuple[Camera, ...] = ()  # landmarks and people are looked for with the first
     arrays: tuple[MicrophoneArray, ...] = ()  # voices are located with the first
-    drives: bool = True  # False: a recording, it cannot be commanded
+    odometry: bool = True  # it says how far its wheels have rolled
+    failsafe: str = ""  # what the base does by itself when nobody speaks to it, a sentence; "": not known
+    capabilities: frozenset[Capability] = frozenset({"drive"})
     duration: float | None = None  # [s] of a recording
+
+    @property
+    def drives(self) -> bool:
+        """True unless it cannot be commanded, as a recording."""
+        return "drive" in self.capabilities
+
+    @property
+    def simulated(self) -> bool:
+        """True where its world is made up."""
+        return "simulate" in self.capabilities
+
+    @property
+    def kind(self) -> RobotKind:
+        """A word for people."""
+        return "SIM" if self.simulated else "LOG" if "replay" in self.capabilities else "LIVE"
 
     @property
     def laser(self) -> Laser | None:

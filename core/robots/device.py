@@ -23,7 +23,7 @@ class Base:
     max_speed: float | None = None  # [m/s]
     max_turn_rate: float | None = None  # [rad/s]
     failsafe: float | None = None  # [s] without a word after which the base stops by itself; None: it never does
-    failsafe_words: str = ""  # where that needs more words: "2 s, but any byte counts"
+    failsafe_words: str = ""  # a sentence, where that needs more words: "It stops … but any byte counts as one."
     odometry: bool = True  # it says how far it has rolled
 
 

@@ -14,6 +14,7 @@ from core.geometry import Pose, arc
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Sound, Wheels
 from core.sensors.microphones import joined
 
+SILENT = 0.5  # [s] without a reading of the wheels, from when on nothing is known of them
 AHEAD = 0.1  # [s] over which a reading of the wheels is carried on to the frame
 WAITING = 4  # scans that may wait for a frame
 JUMP, FASTEST = 0.5, 5.0  # [m], [m/s] beyond which the wheels were not rolled: the base was restarted
@@ -134,6 +135,8 @@ class Readings:
         if self._here.wheels is None:
             return None
         taken, wheels = self._here.wheels
+        if stamp - taken > SILENT:
+            return None
         ahead = min(max(stamp - taken, 0.0), AHEAD)
         return replace(wheels, odometry=wheels.odometry @ arc(wheels.speed * ahead, wheels.turn_rate * ahead))
 

@@ -31,10 +31,9 @@ def profile_of(recording: ScanRecording, url: str = "") -> Profile:
     """The profile of the robot that was recorded, as far as the log gives it."""
     return Profile(
         name=recording.path.name,
-        kind="LOG",
         url=url,
         lasers=(recording.laser,) if recording.laser else (),
-        drives=False,
+        capabilities=frozenset({"replay"}),
         duration=recording.duration,
     )
 

@@ -127,7 +127,7 @@ def converted(entries: Mapping[str, Any], into: type[T], name: str) -> T:
 def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, folder: Path = Path()) -> Profile:
     """What the devices have and what the file says of it → the profile; the file wins. Raises BadInput."""
     base = next((one.base for one in equipment if one.base is not None), None) or Base()
-    known = Profile(name="", kind="LIVE", url="")
+    known = Profile(name="", url="")
     lasers = tuple(laser for one in equipment for laser in one.lasers)
     cameras = tuple(camera for one in equipment for camera in one.cameras)
     arrays = tuple(array for one in equipment for array in one.microphones)
@@ -141,7 +141,6 @@ def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, fold
     max_speed = first(file.max_speed, base.max_speed, known.max_speed)
     return Profile(
         name=file.name or equipment[0].name,
-        kind="LIVE",
         url=url,
         radius=first(file.radius, base.radius, known.radius),
         wheelbase=first(file.wheelbase, base.wheelbase, known.wheelbase),
@@ -152,8 +151,19 @@ def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, fold
         lasers=tuple(_laser(laser, file.lasers.get(laser.name)) for laser in lasers),
         cameras=tuple(_camera(camera, file.cameras.get(camera.name), folder) for camera in cameras),
         arrays=tuple(_array(array, file.microphones.get(array.name), folder) for array in arrays),
-        drives=any(one.base is not None for one in equipment),
+        odometry=base.odometry,
+        failsafe=failsafe_of(base),
+        capabilities=frozenset({"drive"} if any(one.base is not None for one in equipment) else set()),
     )
+
+
+def failsafe_of(base: Base) -> str:
+    """A sentence on what the base does by itself when nobody speaks to it."""
+    if base.failsafe_words:
+        return base.failsafe_words
+    if base.failsafe is None:
+        return "It does not stop by itself when the link to it is lost."
+    return f"It stops by itself {base.failsafe:g} s after the last word."
 
 
 def _all_known(kind: str, named: Mapping[str, object], there: list[str]) -> None:

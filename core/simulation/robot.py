@@ -85,8 +85,9 @@ class SimulatedRobot:
         self._world = world_named(place)
         self._profile = Profile(
             name=f"simulated robot in the {place}",
-            kind="SIM",
             url=f"sim:{place}",
+            capabilities=frozenset({"drive", "simulate"}),
+            failsafe="It stops by itself 0.5 s after the last word.",
             cruise=settings.cruise,
             max_speed=settings.max_speed,
             max_turn_rate=settings.max_turn_rate,

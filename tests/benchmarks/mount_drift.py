@@ -72,7 +72,7 @@ def looks(world: World, seed: int, seconds: float, turn: float = 0.0, shift: flo
     )
     camera = SimulatedCamera(Camera(mounting=mounting), world, rng)
     sweep = SimulatedLaser(laser, rng, floor_sd=0.01, share_sd=0.01, dropout=0.004)
-    eyes = LandmarkPerception(Profile(name="", kind="SIM", url="", lasers=(laser,), cameras=(believed,)), Settings())
+    eyes = LandmarkPerception(Profile(name="", url="", lasers=(laser,), cameras=(believed,)), Settings())
     past: list[tuple[float, float, float, float]] = []
     heading, track = 0.0, WheelTrack()
     for number, (pose, speed, turn_rate) in enumerate(wander(world, rng, seconds)):

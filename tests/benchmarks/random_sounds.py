@@ -205,9 +205,7 @@ def room(chance: np.random.Generator) -> Listener:
 def directions_live(chance: np.random.Generator) -> Listener:
     """The pilot's ears, frame by frame: what is wrong with the sound is told beside what was heard."""
     array = PROFILES[int(chance.integers(len(PROFILES)))]
-    ears = SoundPerception(
-        Profile(name="ears", kind="SIM", url="sim:ears", arrays=(array,)), DirectionFindingSettings()
-    )
+    ears = SoundPerception(Profile(name="ears", url="sim:ears", arrays=(array,)), DirectionFindingSettings())
 
     def hear() -> None:
         rate, channels = int(chance.choice(RATES)), int(chance.integers(1, 17))

@@ -103,7 +103,7 @@ def odometry(settings: Settings) -> None:
 def hear(settings: Settings) -> None:
     """A voice through the stream of directions, and as one of two."""
     found = settings.direction_finding
-    ears = SoundPerception(Profile(name="ears", kind="SIM", url="sim:ears", microphones=RESPEAKER_ODAS), found)
+    ears = SoundPerception(Profile(name="ears", url="sim:ears", arrays=(RESPEAKER_ODAS,)), found)
     voice = far_voice(RESPEAKER_ODAS, 0.7, 0.1, duration=1.5)
     for piece in voice.pieces(0.05):
         ears.hear(piece, piece.stamp + piece.duration, standing(0.0))

@@ -23,7 +23,7 @@ from core.robots.requests import AnswerT, Requests, RobotRequest
 from core.sensors import Laser, Scan, SensorFrame, Wheels
 
 LASER = Laser(beams=100, angle_step=0.04, angle_min=-2.0)
-TINY = Scheme("tests.console.tiny_robot:open_robot", "none")
+TINY = Scheme("tests.console.tiny_robot", "tiny:", "robot for tests", "wheels, laser", section="none")
 
 
 class BaseState(msgspec.Struct, frozen=True):
@@ -60,7 +60,9 @@ class Fly(RobotRequest[Acknowledged], frozen=True, tag="fly"):
 
 class TinyRobot:
     def __init__(self, wish: str) -> None:
-        self.profile = Profile(name="tiny", kind="SIM", url=f"tiny:{wish}", lasers=(LASER,))
+        self.profile = Profile(
+            name="tiny", url=f"tiny:{wish}", capabilities=frozenset({"drive", "simulate"}), lasers=(LASER,)
+        )
         self._wish, _, seconds = wish.partition("=")
         self._fate = float(seconds or "inf")
         self._frames = 0

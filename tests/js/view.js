@@ -19,6 +19,8 @@ export const HELLO = {
     max_speed_m_s: 0.3,
     max_turn_rate_rad_s: 1.5,
     drives: true,
+    capabilities: ["drive", "simulate"],
+    failsafe: "",
     duration_s: null,
   },
   tab: "1",
@@ -88,6 +90,7 @@ export const STATE = {
     running: true,
     progress: null,
     speed: 1,
+    sensors: [],
   },
   gate: {
     state: "armed",

@@ -45,7 +45,7 @@ export class CalibrationModel {
 
   /** True on the simulator, which has an assistant. */
   get simulated() {
-    return this.session.hello?.robot.kind === "SIM";
+    return this.session.hello?.robot.capabilities.includes("simulate") === true;
   }
 
   /** True while the solution of this session is active. It may have been replaced, undone or solved again since. */

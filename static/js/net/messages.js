@@ -175,6 +175,8 @@
  * @property {number} max_speed_m_s
  * @property {number} max_turn_rate_rad_s
  * @property {boolean} drives
+ * @property {('drive' | 'simulate' | 'replay')[]} capabilities
+ * @property {string} failsafe
  * @property {number | null} duration_s
  */
 
@@ -191,6 +193,17 @@
  * @property {boolean} running
  * @property {number | null} progress
  * @property {number} speed
+ * @property {SensorLine[]} sensors
+ */
+
+/**
+ * A sensor of the robot, and whether it delivers.
+ * @typedef {object} SensorLine
+ * @property {'wheels' | 'laser' | 'camera' | 'microphones'} kind
+ * @property {string} name
+ * @property {'live' | 'stale' | 'lost'} state
+ * @property {number} age_s
+ * @property {number} rate_hz
  */
 
 /**

@@ -97,7 +97,14 @@ export class CoachMarks extends Panel {
   show(view) {
     const { hello, state, permission, up } = view;
     const first = !this.#asked && remembered("hints", "") === "";
-    if (first && up && hello?.robot.kind === "SIM" && permission.may !== "no" && state && !state.slam.looking_around)
+    if (
+      first &&
+      up &&
+      hello?.robot.capabilities.includes("simulate") &&
+      permission.may !== "no" &&
+      state &&
+      !state.slam.looking_around
+    )
       this.begin();
     const hint = HINTS[this.#step];
     if (hint?.done(view)) this.#go(this.#step + 1);

@@ -34,7 +34,7 @@ class FirstPlay extends Panel {
     if (!state || !hello) return;
     const { running, progress } = state.robot;
     this.#played ||= running || (progress ?? 0) > BEGUN;
-    this.hidden = hello.robot.kind !== "LOG" || this.#played || !up;
+    this.hidden = !hello.robot.capabilities.includes("replay") || this.#played || !up;
     const watches = hello.you.role === "viewer";
     this.#button.hidden = watches;
     this.#watches.hidden = !watches;

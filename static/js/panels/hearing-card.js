@@ -73,7 +73,7 @@ class HearingCard extends Panel {
     this.classList.toggle("is-old", !up);
     mark(this.#rose, "hidden", ears === null);
     this.#listen.hidden = this.#obey.hidden = this.#check.hidden = ears === null;
-    this.#measure.hidden = hello?.robot.kind !== "SIM";
+    this.#measure.hidden = !hello?.robot.capabilities.includes("simulate");
     this.#check.disabled = !up || permission.may === "no" || this.#checking;
     this.#listen.disabled = this.#obey.disabled = !up || permission.may === "no";
     mark(this.#obey, "aria-pressed", String(ears?.voice_control ?? false));
@@ -94,7 +94,7 @@ class HearingCard extends Panel {
       write(this.#check, CHECK);
       return;
     }
-    const simulated = this.session.hello?.robot.kind === "SIM";
+    const simulated = this.session.hello?.robot.capabilities.includes("simulate") === true;
     this.#checking = true;
     write(this.#check, simulated ? "The simulated person speaks…" : "Speak for three seconds…");
     await this.session.attempt(async () => {

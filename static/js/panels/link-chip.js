@@ -9,6 +9,18 @@ import { popover } from "../ui/popover.js";
 
 const WORDS = { connecting: "starting up", live: "live", stale: "silent", lost: "lost" };
 
+const SENSORS = { wheels: "Odometry", laser: "Laser", camera: "Camera", microphones: "Microphones" };
+const STATES = { live: "delivers", stale: "late", lost: "lost" };
+
+/**
+ * @param {import("../net/messages.js").SensorLine} sensor
+ * @returns {[string, string]}
+ */
+function sensorRow({ kind, name, state, age_s, rate_hz }) {
+  const own = name && name !== kind && kind !== "microphones" ? ` ${name}` : "";
+  return [`${SENSORS[kind]}${own}`, `${STATES[state]}, ${age(age_s)} old (${fixed(rate_hz, 0)} Hz)`];
+}
+
 class LinkChip extends Panel {
   #icon = icon("link");
   #text = make("span", { class: "link-text" });
@@ -54,10 +66,13 @@ class LinkChip extends Panel {
       ["Page to console and back", link.round_trip_ms === null ? "–" : `${fixed(link.round_trip_ms, 0)} ms`],
       ["State", `${fixed(link.rate_hz, 1)} Hz, ${age(link.age_s)} old`],
       ["Robot", state ? `${WORDS[state.robot.link]}, ${fixed(state.robot.rate_hz, 0)} frames/s` : "–"],
+      .../** @type {Array<[string, string]>} */ ((state?.robot.sensors ?? []).map(sensorRow)),
+      ["Without a word", hello?.robot.failsafe || "–"],
       ["Gate", state ? `${state.gate.state}${state.gate.reason ? ` (${state.gate.reason})` : ""}` : "–"],
       ["Pages open", String(state?.viewers ?? "–")],
       ["Beckon", hello?.version ?? "–"],
     ];
+    while (this.#rows.children.length > rows.length * 2) this.#rows.lastElementChild?.remove();
     while (this.#rows.children.length < rows.length * 2) this.#rows.append(make("dt"), make("dd"));
     for (const [index, text] of rows.flat().entries()) write(/** @type {Element} */ (this.#rows.children[index]), text);
   }

@@ -40,7 +40,7 @@ class PlaybackBar extends Panel {
     this.setAttribute("aria-label", "Playback");
     this.append(this.#play, this.#seek, this.#time, this.#speeds);
     this.session.on("hello", ({ robot }) => {
-      this.hidden = robot.drives || robot.kind !== "LOG";
+      this.hidden = !robot.capabilities.includes("replay");
       this.#length = robot.duration_s ?? 0;
     });
     this.#play.addEventListener("click", () => {

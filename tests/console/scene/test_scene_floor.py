@@ -94,7 +94,7 @@ def test_the_map_is_drawn_when_it_changed_at_most_twice_a_second_and_another_map
     now = [100.0]
     monkeypatch.setattr("console.scene.overlays.occupancy.time", SimpleNamespace(monotonic=lambda: now[0]))
     sheet = Sheet()
-    overlay = Occupancy(sheet, Profile(name="r", kind="SIM", url="sim:"))  # type: ignore[arg-type]
+    overlay = Occupancy(sheet, Profile(name="r", url="sim:"))  # type: ignore[arg-type]
 
     def shown(number: float, seconds: float) -> Array:
         now[0] += seconds

@@ -16,9 +16,11 @@ from core.geometry import Pose
 from core.perception.people.voice_bearing import VoiceBearing
 from core.pilot import Pilot
 from core.pilot.notices import Notices
+from core.pilot.pilot import of_robot
 from core.pilot.trail import Trail
 from core.robots import Profile
 from core.sensors import Image, Laser, SensorFrame
+from core.settings import Settings
 from core.simulation.robot import SimulatedRobot, SimulationSettings
 from core.snapshot import Snapshot
 from core.speech.understanding.grammar import understand
@@ -168,6 +170,27 @@ def test_a_slow_computer_is_one_notice_whose_number_changes() -> None:
     assert "keeps up" in seen[4][0].text
 
 
+def test_the_wheelbase_is_the_robots_own() -> None:
+    profile = replace(robot().profile, wheelbase=0.31)
+    assert of_robot(Settings(), profile).motion.wheelbase == 0.31
+    recorded = replace(profile, capabilities=frozenset({"replay"}))
+    assert of_robot(Settings(), recorded).motion.wheelbase == Settings().motion.wheelbase
+
+
+def test_a_base_that_does_not_answer_ends_what_is_under_way() -> None:
+    lab = robot()
+    pilot = started(lab)
+    pilot.tell(1, command("continue 2 meters"), "typed", "somebody")
+    for _ in range(40):
+        pilot.step(lab.read())
+    snapshot = pilot.step(replace(lab.read(), trouble="serial:///dev/ttyUSB0 does not answer."))
+    assert [(one.state, one.remark) for one in snapshot.endings] == [
+        ("failed", "serial:///dev/ttyUSB0 does not answer.")
+    ]
+    assert snapshot.setpoint == Twist()
+    assert pilot.step(lab.read()).notices[-1].text == "The base answers again."
+
+
 def test_what_the_driver_notes_reaches_the_operator() -> None:
     lab = robot()
     pilot = Pilot(lab.profile)
@@ -189,7 +212,7 @@ def test_a_picture_of_the_wrong_size_is_told_and_flies_past() -> None:
 
 
 def test_a_recording_refuses_commands() -> None:
-    pilot = Pilot(Profile(name="log", kind="LOG", url="log:x", lasers=(Laser(),), drives=False))
+    pilot = Pilot(Profile(name="log", url="log:x", lasers=(Laser(),), capabilities=frozenset({"replay"})))
     with pytest.raises(Refused, match="recording"):
         pilot.tell(1, command("turn left"), "typed", "anna")
 
@@ -230,7 +253,7 @@ def test_time_that_stands_still_changes_nothing() -> None:
 def test_scans_alone_are_enough_to_find_the_way() -> None:
     """A hand-held laser: no wheels in any frame."""
     lab = robot()
-    pilot = Pilot(replace(lab.profile, drives=False))
+    pilot = Pilot(replace(lab.profile, capabilities=frozenset({"replay"})))
     truth = Pose()
     snapshot: Snapshot | None = None
     for count in range(400):

@@ -21,9 +21,7 @@ UPRIGHT = MicrophoneArray(positions=RESPEAKER_ODAS.positions[:, [0, 2, 1]], name
 
 
 def ears_with(array: MicrophoneArray) -> SoundPerception:
-    return SoundPerception(
-        Profile(name="ears", kind="SIM", url="sim:ears", arrays=(array,)), DirectionFindingSettings()
-    )
+    return SoundPerception(Profile(name="ears", url="sim:ears", arrays=(array,)), DirectionFindingSettings())
 
 
 def standing(heading: float) -> Estimate:

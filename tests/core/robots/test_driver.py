@@ -27,7 +27,7 @@ class Obedient:
     """A base that goes on for ever with what it was told last."""
 
     def __init__(self) -> None:
-        self.profile = Profile(name="obedient", kind="SIM", url="obedient:", lasers=(LASER,))
+        self.profile = Profile(name="obedient", url="obedient:", lasers=(LASER,))
         self.twist = ZERO
         self.told: list[tuple[float, Twist]] = []
         self.scanning = False

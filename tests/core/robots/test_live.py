@@ -51,7 +51,7 @@ class Wire(Device):
 
 
 def shape(equipment: tuple[Equipment, ...]) -> Profile:
-    return Profile(name=equipment[0].name, kind="LIVE", url="")
+    return Profile(name=equipment[0].name, url="")
 
 
 def until(true: Callable[[], bool], seconds: float = 5.0) -> None:
