@@ -2,13 +2,31 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
 
 from console.access.roles import needs
 from console.api import Behind, RequestBody, Who, router
 from console.http.problems import Problem
+from console.speech.room_transcription import RoomUtterance
 
 hearing = router("hearing")
+
+
+@dataclass(frozen=True)
+class Listening:
+    """Whether the robot listens, and obeys voices in the room."""
+
+    listening: bool
+    obeying: bool
+
+
+@dataclass(frozen=True)
+class NewestHearing(Listening):
+    """The newest utterances near the robot, newest first, and why words are not read, or ""."""
+
+    microphones: bool
+    trouble: str
+    utterances: list[RoomUtterance]
 
 
 class ListeningRequest(RequestBody):
@@ -20,21 +38,21 @@ class ListeningRequest(RequestBody):
 
 @hearing.get("/hearing")
 @needs("viewer")
-async def newest(behind: Behind) -> dict[str, Any]:
+async def newest(behind: Behind) -> NewestHearing:
     """The newest utterances near the robot, newest first, and why words are not read, if they are not."""
     hearing_state = behind.snapshot.hearing if behind.snapshot is not None else None
-    return {
-        "microphones": hearing_state is not None,
-        "listening": hearing_state is not None and hearing_state.listening,
-        "obeying": behind.spoken.driver is not None,
-        "trouble": behind.ears.trouble,
-        "utterances": behind.ears.shown(),
-    }
+    return NewestHearing(
+        microphones=hearing_state is not None,
+        listening=hearing_state is not None and hearing_state.listening,
+        obeying=behind.spoken.driver is not None,
+        trouble=behind.ears.trouble,
+        utterances=list(reversed(behind.ears.utterances)),
+    )
 
 
 @hearing.post("/hearing")
 @needs("operator")
-async def listen(wish: ListeningRequest, behind: Behind, who: Who) -> dict[str, Any]:
+async def listen(wish: ListeningRequest, behind: Behind, who: Who) -> Listening:
     """Let the robot listen, or not. It listens by itself for a minute after a person in the simulated room spoke."""
     if behind.robot.profile.microphones is None:
         raise Problem(404, "This robot has no microphones.")
@@ -46,4 +64,4 @@ async def listen(wish: ListeningRequest, behind: Behind, who: Who) -> dict[str, 
         behind.spoken.let_go()
     answer = await behind.ask({"do": "listen", "on": wish.listen})
     behind.history.add("listen", who, words="on" if wish.listen else "off")
-    return {"listening": bool(answer["on"]), "obeying": behind.spoken.driver is not None}
+    return Listening(listening=bool(answer["on"]), obeying=behind.spoken.driver is not None)

@@ -11,6 +11,7 @@ from console.access.roles import PICTURE, needs
 from console.api import Behind, Driver, RequestBody, Who, router
 from console.http.problems import Problem
 from console.people.store import LONGEST
+from console.workers.pictures import UploadedPicture
 
 people = router("people")
 
@@ -85,7 +86,7 @@ async def send_away(behind: Behind) -> Response:
 async def background(id: Id, request: Request, behind: Behind) -> dict[str, Any]:
     """A picture without anybody, as JPEG or PNG; restarts the pictures that were taken with another background."""
     enrollment = behind.people.find(id)
-    await behind.people.background(enrollment, {"content": await request.body()})
+    await behind.people.background(enrollment, UploadedPicture(await request.body()))
     return enrollment.to_dict()
 
 
@@ -94,7 +95,7 @@ async def background(id: Id, request: Request, behind: Behind) -> dict[str, Any]
 async def picture(id: Id, request: Request, behind: Behind) -> dict[str, Any]:
     """A picture of the whole person by the same camera; `newest` says whether it is good, or what to do better."""
     enrollment = behind.people.find(id)
-    await behind.people.take(enrollment, {"content": await request.body()})
+    await behind.people.take(enrollment, UploadedPicture(await request.body()))
     return enrollment.to_dict()
 
 

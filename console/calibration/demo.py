@@ -7,11 +7,11 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
-import msgspec
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from console.calibration.codec import board_of
+from console.calibration.jobs import SkipAdvice
 from console.calibration.session import CalibrationSession
 from console.http.problems import Problem
 from core.calibration.board.board import Board
@@ -205,7 +205,7 @@ PATIENCE = 600.0  # [s] after which the assistant gives up
 async def show(session: CalibrationSession, ask: Ask, seed: int) -> None:
     """Until the session is ready, or this task is cancelled; then the board is taken away."""
 
-    board = board_of(msgspec.to_builtins(session.card.board))
+    board = board_of(session.card.board)
     loop = asyncio.get_running_loop()
     board_demo = BoardDemo(ask, lambda skip: advised(session, skip), board, seed=seed)
     began, heard = loop.time(), session.last_counted
@@ -224,11 +224,8 @@ async def show(session: CalibrationSession, ask: Ask, seed: int) -> None:
 async def advised(session: CalibrationSession, skip: bool) -> Transform | None:
     """The advised pose of the board, camera_from_board; a new suggestion when `skip`."""
     if skip:
-        await session.act("skip", {}, patient=True)
-    pose: dict[str, Any] | None = session.pose
-    if pose is None:
-        return None
-    return Transform(rotation=np.array(pose["rotation"]), translation=np.array(pose["translation_m"]))
+        await session.act(SkipAdvice(), patient=True)
+    return None if session.pose is None else session.pose.transform
 
 
 def sight_of(session: CalibrationSession, counted: bool) -> SessionView:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -80,7 +81,7 @@ def run_board_page(chosen: argparse.Namespace) -> int:
     return 0
 
 
-def _answer(chosen: argparse.Namespace, report: dict[str, Any], lines: list[str]) -> int:
+def _answer(chosen: argparse.Namespace, report: Mapping[str, Any], lines: list[str]) -> int:
     if chosen.json:
         for warning in report["warnings"]:
             tell(warning)

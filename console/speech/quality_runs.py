@@ -7,7 +7,7 @@ import logging
 import re
 import secrets
 import time
-from dataclasses import asdict, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, Literal
 
@@ -15,6 +15,7 @@ import msgspec
 
 from console.access.logins import Person
 from console.http.problems import Problem
+from console.speech.quality_jobs import BeginQuality, ListenClose, MeasureQuality, QualityWish
 from console.workers.tasks import end, to_the_end
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BeckonError, Unwritable
@@ -125,21 +126,21 @@ class QualityRuns:
             await self._keep(run)
 
     async def _steps(self, run: QualityRun) -> None:
-        ears = {one.name: getattr(self.ears, one.name) for one in fields(MicrophoneSettings)}
-        given = {"wish": run.wish, "ears": ears, "speech": asdict(self.speech)}
-        answer = await self._worker.ask("begin", given, budget=BUDGET)
-        run.voice = answer["voice"]
-        run.rows = list(answer["places"])
+        ears = MicrophoneSettings(**{one.name: getattr(self.ears, one.name) for one in fields(MicrophoneSettings)})
+        job = BeginQuality(msgspec.convert(run.wish, QualityWish), ears, self.speech)
+        answer = await self._worker.ask(job, budget=BUDGET)
+        run.voice = answer.voice
+        run.rows = msgspec.to_builtins(answer.places)
         run.pages = [""] * len(run.rows)
         steps = len(run.rows) + 1
         run.doing = "The text, close to the mouth…"
-        await self._worker.ask("listen_close", {}, budget=BUDGET)
+        await self._worker.ask(ListenClose(), budget=BUDGET)
         for number, row in enumerate(run.rows):
             run.progress = (number + 1) / steps
             run.doing = f"{row['distance_m']:g} m away, {row['snr_db']:g} dB over the noise…"
             if not row["refused"]:
-                measured = await self._worker.ask("measure", {"number": number}, budget=BUDGET)
-                run.rows[number], run.pages[number] = measured["row"], measured["page"]
+                measured = await self._worker.ask(MeasureQuality(number), budget=BUDGET)
+                run.rows[number], run.pages[number] = msgspec.to_builtins(measured.row), measured.page
                 await self._keep(run)
         run.progress = 1.0
 

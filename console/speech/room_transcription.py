@@ -11,7 +11,7 @@ import logging
 import time
 from collections import deque
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -165,10 +165,6 @@ class RoomTranscriber:
         fresh = newest is not None and 0 <= self.stamp - newest.t1_s < OFFERED
         offered = newest.suggested_command if newest is not None and fresh else ""
         return TranscriptionStatus(starting=not self.trouble and not self._worker.ready, suggested_command=offered)
-
-    def shown(self) -> list[dict[str, Any]]:
-        """The newest utterances, newest first."""
-        return [asdict(one) for one in reversed(self.utterances)]
 
     async def _read(self) -> None:
         try:

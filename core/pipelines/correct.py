@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal
 
 import cv2
 
@@ -12,13 +11,11 @@ from core.calibration.camera.undistortion import exact_map, straighten, table_1_
 from core.calibration.files.camera_files import read_camera
 from core.calibration.files.pictures import own_names, read_colour, size_words
 from core.calibration.files.written import folder_at, write
-from core.calibration.reports import correction_report
+from core.calibration.reports import CorrectedPictures, Method, RefusedPicture, StraightPicture, correction_report
 from core.errors import BadInput
 
-Method = Literal["exact", "table-1"]
 
-
-def correct(files: Sequence[Path], camera: Path, out: Path, method: Method = "exact") -> dict[str, Any]:
+def correct(files: Sequence[Path], camera: Path, out: Path, method: Method = "exact") -> CorrectedPictures:
     """Pictures → straight pictures in `out`, with the errors of Table 1's inverse and of the exact one.
 
     Raises BadInput when no picture can be corrected, Unavailable when nothing can be written.
@@ -26,8 +23,8 @@ def correct(files: Sequence[Path], camera: Path, out: Path, method: Method = "ex
     model = read_camera(camera)
     lookup = exact_map(model) if method == "exact" else table_1_map(model)
     folder = folder_at(out)
-    written: list[dict[str, str]] = []
-    refused: list[dict[str, str]] = []
+    written: list[StraightPicture] = []
+    refused: list[RefusedPicture] = []
     taken: set[str] = set()
     for name, path in zip(own_names(files), files, strict=True):
         try:
