@@ -14,11 +14,11 @@ from console.calibration.codec import board_of
 from console.calibration.jobs import SkipAdvice
 from console.calibration.session import CalibrationSession
 from console.http.problems import Problem
+from console.robot.link import Ask
 from core.calibration.board.board import Board
 from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Transform
 
-Ask = Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]
 Suggest = Callable[[bool], Awaitable[Transform | None]]
 Phase = Literal["beside", "holding", "done"]
 

@@ -5,18 +5,15 @@ from __future__ import annotations
 import asyncio
 import base64
 import math
-from collections.abc import Awaitable, Callable
-from typing import Any
 
 import numpy as np
 from scipy.signal import resample_poly
 
+from console.robot.link import Ask
 from core.errors import BadInput, BeckonError, Refused, Unavailable
 from core.sensors.microphones import Sound, joined
 from core.speech.practice_voice import practice_voice
 from core.speech.synthesis import VoiceSettings, speak
-
-Ask = Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]
 
 PATIENCE = 20.0  # [s] by the clock for a recording of any length
 RATE = 16_000  # [Hz] of speech in the simulated room

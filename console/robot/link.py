@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any, Protocol
 
 from console.messages import Link
@@ -10,6 +10,8 @@ from core.gate.setpoint import Setpoint
 from core.gate.status import GateStatus
 from core.robots import Profile
 from core.sensors import SensorFrame
+
+Ask = Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]  # `RobotLink.ask` in a thread
 
 
 class RobotLink(Protocol):

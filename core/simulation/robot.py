@@ -185,9 +185,9 @@ class SimulatedRobot:
             case "place" if request.get("what") == "robot":
                 return self._carry(request)
             case "place" if request.get("what") == "board":
-                answer = self._hands.hold(request, self._world, self._base.pose, self._stamp)
+                board = self._hands.hold(request, self._world, self._base.pose, self._stamp)
                 self._change(self._hands.in_world(self._world, self._stamp))
-                return answer
+                return {**board}
             case "place":
                 thing = thing_asked_for(request, self._world, self._base.pose, self._profile.radius)
                 walks = self._walkers.send(request, thing, self._world)
@@ -196,9 +196,9 @@ class SimulatedRobot:
             case "remove":
                 name = str(request.get("id", ""))
                 if name in (BOARD, HOLDER):
-                    answer = self._hands.put_down(name)
+                    gone = self._hands.put_down(name)
                     self._change(self._hands.in_world(self._world, self._stamp))
-                    return answer
+                    return {**gone}
                 self._change(self._world.without(name))
                 self._walkers.forget(name)
                 return {"id": name}

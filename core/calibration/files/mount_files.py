@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, TypedDict
 
 import numpy as np
@@ -85,7 +86,7 @@ def both_ways(laser_from_camera: Transform) -> MountMatrices:
     return {FORWARD: matrix(laser_from_camera).tolist(), BACK: matrix(laser_from_camera.inverse()).tolist()}
 
 
-def read_mount(entry: dict[str, Any]) -> Transform:
+def read_mount(entry: Mapping[str, object]) -> Transform:
     """The entry of our own JSON → laser_from_camera. Raises BadInput where it is no rigid transform."""
     if FORWARD not in entry:
         raise BadInput(f"The mount needs a 4x4 matrix under '{FORWARD}'.")

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, TypedDict
 
 import numpy as np
 
@@ -28,6 +29,24 @@ ARM = (0.22, 0.32, 0.45)  # [m] from the farthest part of the board to the holde
 ASIDE = (0.2, -0.2, 0.0, 0.4, -0.4)  # [m] the holder stands to the left of the board's middle
 
 
+class HeldBoardAnswer(TypedDict):
+    """A board that is held, as the answers have it."""
+
+    id: str
+    what: Literal["board"]
+    x_m: float  # world: its middle
+    y_m: float
+    z_m: float
+    columns: int
+    rows: int
+    square_m: float
+    panel_m: list[float]  # width, height
+    rotation: list[list[float]]  # world from board
+    outline_m: list[list[float]]  # world: the corners of the panel
+    holder: str | None  # id of who holds it
+    fixed: bool
+
+
 @dataclass(frozen=True)
 class HeldBoardRequest:
     """A board in its place and who holds it there."""
@@ -41,7 +60,7 @@ class HeldBoardRequest:
         return world if self.holder is None else world.with_thing(self.holder)
 
     @property
-    def described(self) -> dict[str, Any]:
+    def described(self) -> HeldBoardAnswer:
         """As the answers have it."""
         x, y, z = self.board.place.tolist()
         return {
@@ -69,7 +88,7 @@ def world_without(world: World) -> World:
 
 
 def holding_asked_for(
-    request: dict[str, Any], world: World, robot: Pose, radius: float, camera: Camera | None
+    request: Mapping[str, object], world: World, robot: Pose, radius: float, camera: Camera | None
 ) -> HeldBoardRequest:
     """The board of a `place` request where it can be held, and its holder; BadInput says why it cannot.
 
@@ -92,7 +111,7 @@ def holding_asked_for(
     return HeldBoardRequest(board, _holder(board, bare, robot, radius, former))
 
 
-def seconds_asked_for(request: dict[str, Any]) -> float:
+def seconds_asked_for(request: Mapping[str, object]) -> float:
     """Return the duration of the way to the new place [s]. Raises BadInput for anything but such a time."""
     seconds = number(request, "seconds", 0.0)
     if not 0 <= seconds <= SLOWEST:
@@ -100,23 +119,28 @@ def seconds_asked_for(request: dict[str, Any]) -> float:
     return seconds
 
 
-def _kind(request: dict[str, Any]) -> tuple[Board, tuple[float, float]]:
+def _kind(request: Mapping[str, object]) -> tuple[Board, tuple[float, float]]:
     """The kind of board, and its panel (width, height) [m]; without one half a square of blank paper is around it."""
-    counts = [request.get(key, usual) for key, usual in (("columns", 9), ("rows", 6))]
-    if any(isinstance(count, bool) or not isinstance(count, int) for count in counts):
-        raise BadInput("columns and rows must be whole numbers of inner corners.")
+    columns, rows = _count(request, "columns", 9), _count(request, "rows", 6)
     panel = request.get("panel_m")
     if panel is not None:
         panel = _numbers(panel, (2,), "panel_m must be the panel's width and height in metres.")
     given = None if panel is None else (float(panel[0]), float(panel[1]))
-    board = Board(columns=counts[0], rows=counts[1], square=number(request, "square_m", 0.03), panel=given)
+    board = Board(columns=columns, rows=rows, square=number(request, "square_m", 0.03), panel=given)
     size = given or (board.width + 3 * board.square, board.height + 3 * board.square)
     if max(size) > LARGEST:
         raise BadInput(f"Nobody holds up a board larger than {LARGEST:g} m.")
     return board, size
 
 
-def _pose(request: dict[str, Any], board: Board, robot: Pose, camera: Camera | None) -> Transform:
+def _count(request: Mapping[str, object], key: str, usual: int) -> int:
+    count = request.get(key, usual)
+    if isinstance(count, bool) or not isinstance(count, int):
+        raise BadInput("columns and rows must be whole numbers of inner corners.")
+    return count
+
+
+def _pose(request: Mapping[str, object], board: Board, robot: Pose, camera: Camera | None) -> Transform:
     """World from board."""
     in_camera = request.get("in_camera")
     if in_camera is None:
@@ -161,7 +185,7 @@ def _numbers(given: Any, shape: tuple[int, ...], sentence: str) -> Array:
     return np.array(flat, float).reshape(shape)
 
 
-def _said(request: dict[str, Any], key: str) -> bool:
+def _said(request: Mapping[str, object], key: str) -> bool:
     flag = request.get(key, False)
     if not isinstance(flag, bool):
         raise BadInput(f"{key} must be true or false.")

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
 
 from core.errors import BadInput
 from core.geometry import Pose
 from core.robots import Profile
-from core.simulation.actors.board_holder import holding_asked_for, seconds_asked_for, world_without
+from core.simulation.actors.board_holder import HeldBoardAnswer, holding_asked_for, seconds_asked_for, world_without
 from core.simulation.actors.board_trajectory import BoardTrajectory
 from core.simulation.actors.requests import BOARD, HOLDER
 from core.simulation.world import World
+
+
+class MovingBoardAnswer(HeldBoardAnswer):
+    """A board that was asked for, and how long its way takes."""
+
+    seconds: float
 
 
 class BoardMotion:
@@ -20,7 +26,7 @@ class BoardMotion:
         self._profile = profile
         self._trajectory: BoardTrajectory | None = None
 
-    def hold(self, request: dict[str, Any], world: World, robot: Pose, now: float) -> dict[str, Any]:
+    def hold(self, request: Mapping[str, object], world: World, robot: Pose, now: float) -> MovingBoardAnswer:
         """Begin a `place` request of a board at `now` [s] → what is held, and how long the way takes.
 
         A board that was not there before is in its place at once. BadInput says what is wrong.
@@ -31,7 +37,7 @@ class BoardMotion:
         self._trajectory = BoardTrajectory(start or wanted, wanted, now, seconds if start else 0.0)
         return {**wanted.described, "seconds": self._trajectory.seconds}
 
-    def put_down(self, name: str) -> dict[str, Any]:
+    def put_down(self, name: str) -> dict[str, str]:
         """Take the board away. BadInput when there is none, or only its holder is named."""
         if self._trajectory is None:
             raise BadInput("There is no chessboard in the room.")
@@ -47,6 +53,6 @@ class BoardMotion:
         holding = self._trajectory.at(stamp)
         return world if world.board is holding.board else holding.put(world)
 
-    def described(self, stamp: float) -> list[dict[str, Any]]:
+    def described(self, stamp: float) -> list[HeldBoardAnswer]:
         """The board as the list of things has it, if there is one."""
         return [] if self._trajectory is None else [self._trajectory.at(stamp).described]

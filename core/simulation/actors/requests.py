@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from core.errors import BadInput
@@ -16,7 +17,7 @@ EDGE = (0.05, 1.5)  # [m] of a box
 TALL = (0.8, 2.2)  # [m] height of a person
 
 
-def number(request: dict[str, Any], key: str, default: float | None = None) -> float:
+def number(request: Mapping[str, object], key: str, default: float | None = None) -> float:
     """The number under `key`; BadInput when it is none, or absent without a default."""
     value = request.get(key)
     if value is None and default is not None:

@@ -131,7 +131,7 @@ def test_still_poses_are_counted_and_solved_into_a_mount_that_can_be_accepted(he
     assert len(answer.views) == kinds.count("counted") == told.report["poses_used"]
     assert set(told.exports) == {"json", "urdf", "static_transform", "matrix"}
     kept = crossed(held.worker.accept(AcceptMount(force=True)))
-    mount = read_mount({**kept.document["extrinsics"]})
+    mount = read_mount(kept.document["extrinsics"])
     assert np.linalg.norm(mount.translation) < 0.02
     tries = 0
     while held.hold().kind != "counted":

@@ -8,15 +8,20 @@ import signal
 import threading
 import time
 from collections.abc import Awaitable, Callable
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from console.calibration.jobs import CameraParameters, StraightenPicture
+from console.people.jobs import LearnPerson
 from console.workers.child_process import ChildProcess
+from console.workers.job import Job, answer_decoder
+from console.workers.process import WORKERS, JobTable
 from console.workers.worker import Worker, WorkerLost
-from core.errors import BadInput
+from core.errors import BadInput, Unavailable
 from core.gate.scheduling import CONSOLE, come_first
 from core.optics import CameraModel
 from tests.console.calibration.wizard import boards, png
@@ -120,3 +125,45 @@ def test_a_job_has_so_much_processor_time_and_no_more() -> None:
             await worker.ask(StraightenPicture(png(noise), camera), budget=0.03)
 
     working(work)
+
+
+class StraightenToNumber(Job[int], frozen=True, tag="StraightenPicture"):
+    """A job whose worker answers something else than it says."""
+
+    content: bytes
+    camera: None = None
+
+
+def test_an_answer_of_another_shape_is_not_believed() -> None:
+    async def work(worker: Worker) -> None:
+        with pytest.raises(WorkerLost, match="talks nonsense") as lost:
+            await worker.ask(StraightenToNumber(boards()[0]), budget=2.0)
+        assert not lost.value.killed and not worker.alive
+        assert (await worker.ask(StraightenPicture(boards()[0], None), budget=2.0)).startswith(b"\xff\xd8")
+
+    working(work)
+
+
+def test_a_job_of_another_worker_is_refused_and_the_worker_stays(caplog: pytest.LogCaptureFixture) -> None:
+    async def work(worker: Worker) -> None:
+        with pytest.raises(Unavailable, match="nothing was lost"):
+            await worker.ask(LearnPerson("Ann", []), budget=2.0)
+        assert worker.alive and worker.starts == 1
+
+    working(work)
+    assert "LearnPerson" in caplog.text
+
+
+def test_every_job_has_a_worker_that_does_it_and_an_answer_that_can_be_decoded() -> None:
+    done: set[type[Job[Any]]] = set()
+    for place in WORKERS.values():
+        module, _, name = place.partition(":")
+        handlers = getattr(import_module(module), name)().handlers
+        kinds = [kind for kind, _ in handlers]
+        assert kinds and len(set(kinds)) == len(kinds), place
+        JobTable(getattr(import_module(module), name)())
+        done |= set(kinds)
+    known = {kind for kind in Job.__subclasses__() if kind.__module__.startswith("console.")}
+    assert known == done
+    for kind in known:
+        answer_decoder(kind)
