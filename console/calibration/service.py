@@ -195,7 +195,7 @@ class CalibrationService:
         await self.show_demo(session, on=False)
         self.live(session, on=False)  # the calibration that was looked through is the one in use
         accepted = await session.accept(force=force)
-        await self._use(session.card.kind, {**accepted.document}, {**accepted.report}, who)
+        await self.use(session.card.kind, {**accepted.document}, {**accepted.report}, who)
         session.shown.accepted_s = time.time()
         await session.save()
         session.show(urgent=True)
@@ -210,10 +210,10 @@ class CalibrationService:
             kind, document = "laser", {**found.document, "extrinsics": found.extrinsics}
         else:
             kind, document = "camera", {**found.document}
-        await self._use(kind, document, {**found.report}, who)
+        await self.use(kind, document, {**found.report}, who)
         return kind, found.report
 
-    async def _use(self, kind: CalibrationKind, document: Document, report: Document, who: str) -> None:
+    async def use(self, kind: CalibrationKind, document: Document, report: Document, who: str) -> None:
         """A document with its report becomes the calibration in use. Raises BadInput, Problem 503."""
         await asyncio.to_thread(self.active.put, kind, document, report, who)
         self._used(self.profile())

@@ -122,7 +122,7 @@ def test_a_mount_reaches_the_pilot_as_long_as_the_camera_is_the_one_it_was_found
     mount = Transform(rotation=nominal_mount(built).rotation, translation=np.array([0.01, 0.02, 0.07]))
     whole = kept_form(TABLE_3, "camera") | {"extrinsics": {FORWARD: matrix(mount).tolist()}}
     report = {"rotation": mount.rotation.tolist(), "translation_m": mount.translation.tolist()}
-    using = bench.runtime.calibration_service.use("laser", {"document": whole, "report": report}, "operator")
+    using = bench.runtime.calibration_service.use("laser", whole, report, "operator")
     asyncio.run_coroutine_threadsafe(using, bench.loop).result(10)
     found = (laser_in(built) @ mount).translation
     assert np.allclose(mounting(bench), found) and not np.allclose(found, built.camera.mounting.translation)
