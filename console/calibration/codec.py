@@ -6,7 +6,7 @@ import cv2
 import msgspec
 import numpy as np
 
-from console.calibration.jobs import AdvisedView, BoardPlacement, CameraParameters
+from console.calibration.jobs import AdvisedBoard, AdvisedView, CameraParameters
 from console.messages.calibration import CalibrationAdvice, CalibrationBoard, CalibrationSessionState, Pixel
 from core.calibration.board.board import Board
 from core.calibration.camera.guidance import Advice
@@ -45,7 +45,7 @@ def advised_view(advice: Advice | None) -> AdvisedView | None:
     if advice is None:
         return None
     shown = CalibrationAdvice(advice.words, points(advice.outline), points(advice.corners))
-    return AdvisedView(shown, BoardPlacement(advice.rotation.tolist(), advice.translation.tolist()))
+    return AdvisedView(shown, AdvisedBoard(advice.rotation.tolist(), advice.translation.tolist()))
 
 
 def png(grey: Array) -> bytes:

@@ -84,7 +84,7 @@ class MountPrior(msgspec.Struct, frozen=True):
         return Mount(nominal=nominal, spread=tuple(self.spread))
 
 
-class BoardPlacement(msgspec.Struct, frozen=True):
+class AdvisedBoard(msgspec.Struct, frozen=True):
     """Where a board is held: camera_from_board."""
 
     rotation: Rows
@@ -115,7 +115,7 @@ class AdvisedView(msgspec.Struct, frozen=True):
     """The next view to take: as the page shows it, and for a program that can hold the board exactly."""
 
     shown: CalibrationAdvice
-    pose: BoardPlacement
+    pose: AdvisedBoard
 
 
 class SessionChange(msgspec.Struct, frozen=True, kw_only=True):

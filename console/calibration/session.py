@@ -18,7 +18,7 @@ from console.calibration.jobs import (
     AcceptedMount,
     AcceptMount,
     AdoptSolution,
-    BoardPlacement,
+    AdvisedBoard,
     CameraSolution,
     CountedPicture,
     LaserSolution,
@@ -93,7 +93,7 @@ class CalibrationSession(ABC):
         self.card, self.shown = kept.card, kept.shown
         self.pictures, self.exports = kept.pictures, kept.exports
         self.folder, self._writing = folder, SessionWriter(folder)
-        self.pose: BoardPlacement | None = None  # of the board as advised
+        self.pose: AdvisedBoard | None = None  # of the board as advised
         self.stood: Pose | None = None  # by odometry, when the robot began to look at the empty room (live)
         self.solver: asyncio.Task[None] | None = None
         self._task: asyncio.Task[None] | None = None  # the solver, and then the measuring of its correction

@@ -119,7 +119,9 @@ class SolverWorker:
             model = job.camera.model
         else:
             raise BadInput("A mount belongs to a camera: calibrate the camera first, or bring the camera's file.")
-        entry: Document = own["extrinsics"] if "extrinsics" in own else {**both_ways(mount)}
+        entry: Document = own.get("extrinsics", {**both_ways(mount)})
+        if not isinstance(entry, dict):
+            raise BadInput("It holds no mount.")
         return ImportedMount(
             kept(model),
             entry,

@@ -120,7 +120,7 @@ class CameraFilesReport(CameraReport):
     files: dict[str, str]
 
 
-class PoseFit(TypedDict):
+class BoardPoseFit(TypedDict):
     """How well one pose of the board fits the mount."""
 
     image: str
@@ -167,7 +167,7 @@ class LaserReport(TypedDict):
     weak_directions: list[str]
     poses_used: int
     poses_refused: list[RefusedPicture]
-    poses: list[PoseFit]
+    poses: list[BoardPoseFit]
     residual_rms_m: float
     range_sd_m: float
     chi2_per_freedom: float

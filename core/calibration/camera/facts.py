@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, TypedDict, TypeGuard
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -47,7 +47,7 @@ def known_facts(text: str) -> tuple[CameraFacts, BoardEntry | None]:
         return {}, None
     document = read_json(text)
     entry, board = document.get("camera"), document.get("board")
-    return _facts(entry) if isinstance(entry, dict) else {}, board if _is_board(board) else None
+    return _facts(entry) if isinstance(entry, dict) else {}, _board(board)
 
 
 def _facts(entry: dict[str, Any]) -> CameraFacts:
@@ -56,7 +56,7 @@ def _facts(entry: dict[str, Any]) -> CameraFacts:
         known["rms_px"] = entry["rms_px"]
     if _positive(entry.get("p95_uncertainty_px")):
         known["p95_uncertainty_px"] = entry["p95_uncertainty_px"]
-    if _positive(entry.get("views_used")):
+    if _positive(entry.get("views_used")) and isinstance(entry["views_used"], int):
         known["views_used"] = entry["views_used"]
     free, sd, covariance = entry.get("free"), entry.get("sd"), entry.get("covariance")
     if not isinstance(free, list) or not set(map(str, free)) <= set(PARAMETERS):
@@ -71,14 +71,21 @@ def _facts(entry: dict[str, Any]) -> CameraFacts:
     return known
 
 
-def _is_board(board: Any) -> TypeGuard[BoardEntry]:
-    """Return whether it is a board as our own file describes it."""
+def _board(board: Any) -> BoardEntry | None:
+    """The board as our own file describes it, or None."""
     if not isinstance(board, dict):
-        return False
-    counts, panel = _array(board.get("inner_corners"), (2,)), board.get("panel_m")
+        return None
+    counts, panel, square = _array(board.get("inner_corners"), (2,)), board.get("panel_m"), board.get("square_m")
     whole = counts is not None and bool(np.all((counts >= 2) & (counts == np.round(counts))))
-    measured = panel is None or ((sides := _array(panel, (2,))) is not None and bool(np.all(sides > 0)))
-    return whole and measured and _positive(board.get("square_m"))
+    sides = None if panel is None else _array(panel, (2,))
+    measured = panel is None or (sides is not None and bool(np.all(sides > 0)))
+    if not (whole and measured and _positive(square)):
+        return None
+    return {
+        "inner_corners": [int(count) for count in counts],
+        "square_m": square,
+        "panel_m": None if sides is None else sides.tolist(),
+    }
 
 
 def _array(rows: Any, shape: tuple[int, ...]) -> Any:
