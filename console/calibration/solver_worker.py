@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -13,7 +14,6 @@ from console.calibration.codec import board_of, jpeg
 from console.calibration.jobs import (
     CameraSolution,
     CameraSolutionReport,
-    Document,
     Exports,
     ImportedCamera,
     ImportedCameraReport,
@@ -119,7 +119,7 @@ class SolverWorker:
             model = job.camera.model
         else:
             raise BadInput("A mount belongs to a camera: calibrate the camera first, or bring the camera's file.")
-        entry: Document = own.get("extrinsics", {**both_ways(mount)})
+        entry: Any = own.get("extrinsics", {**both_ways(mount)})
         if not isinstance(entry, dict):
             raise BadInput("It holds no mount.")
         return ImportedMount(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, TypedDict
+from typing import Any, TypedDict, TypeGuard
 
 import numpy as np
 
@@ -76,16 +76,15 @@ def _board(board: Any) -> BoardEntry | None:
     if not isinstance(board, dict):
         return None
     counts, panel, square = _array(board.get("inner_corners"), (2,)), board.get("panel_m"), board.get("square_m")
-    whole = counts is not None and bool(np.all((counts >= 2) & (counts == np.round(counts))))
-    sides = None if panel is None else _array(panel, (2,))
-    measured = panel is None or (sides is not None and bool(np.all(sides > 0)))
-    if not (whole and measured and _positive(square)):
+    if counts is None or not np.all((counts >= 2) & (counts == np.round(counts))) or not _positive(square):
         return None
-    return {
-        "inner_corners": [int(count) for count in counts],
-        "square_m": square,
-        "panel_m": None if sides is None else sides.tolist(),
-    }
+    found: BoardEntry = {"inner_corners": counts.astype(int).tolist(), "square_m": square, "panel_m": None}
+    if panel is not None:
+        sides = _array(panel, (2,))
+        if sides is None or not np.all(sides > 0):
+            return None
+        found["panel_m"] = sides.tolist()
+    return found
 
 
 def _array(rows: Any, shape: tuple[int, ...]) -> Any:
@@ -97,5 +96,5 @@ def _array(rows: Any, shape: tuple[int, ...]) -> Any:
     return values if values.shape == shape and np.all(np.isfinite(values)) else None
 
 
-def _positive(value: Any) -> bool:
+def _positive(value: Any) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool) and bool(0 < value < np.inf)
