@@ -2,28 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 
-from console import beckon_version
-from console.cli import SUBCOMMANDS
+from console.cli import build_parser
 from core.errors import BadSettings, BeckonError
 
 DONE, COULD_NOT, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
-
-
-def build_parser() -> argparse.ArgumentParser:
-    """The whole command line."""
-    parser = argparse.ArgumentParser(
-        prog="beckon",
-        description="A console for a mobile robot that sees, hears and obeys. Without a command: run.",
-    )
-    parser.add_argument("--version", action="version", version=f"beckon {beckon_version()}")
-    places = parser.add_subparsers(dest="subcommand", metavar="COMMAND")
-    for subcommand in SUBCOMMANDS:
-        subcommand.add(places)
-    return parser
 
 
 def with_default(arguments: list[str]) -> list[str]:

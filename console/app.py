@@ -21,7 +21,7 @@ from console.access.roles import check_roles
 from console.api.calibration import calibration
 from console.api.calibration_files import calibration_files
 from console.api.commands import commands
-from console.api.documentation import ApiDescription, documentation
+from console.api.documentation import ApiDescription, DescribedApp, documentation
 from console.api.hearing import hearing
 from console.api.help import help_pages
 from console.api.lease import lease
@@ -86,7 +86,7 @@ def create_app(runtime: Runtime) -> FastAPI:
         finally:
             await runtime.close()
 
-    app = FastAPI(
+    app = DescribedApp(
         title="Beckon",
         version=beckon_version(),
         description=__doc__ or "",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import inspect
 from collections.abc import Iterator
 from types import SimpleNamespace
@@ -13,15 +12,14 @@ import msgspec
 from fastapi.routing import APIRoute
 
 from console import messages
-from console.__main__ import build_parser
 from console.access.roles import declared
 from console.api.page import static_folder
 from console.app import create_app
-from console.cli.settings import settings_of
+from console.cli import build_parser
+from console.cli.settings import rows, section_kinds
 from console.messages.generate_js import js_type
 from console.runtime import Runtime
 from core.commands import VOCABULARY
-from core.settings import Settings
 
 NOTE = "<!-- Written by `python -m console.reference`; a test keeps it equal to the code. Do not edit. -->"
 
@@ -104,14 +102,17 @@ def settings_page() -> str:
     """Every section of the settings with its numbers."""
     intro = (
         "A TOML file changes any of them: `beckon run --settings my.toml`. An unknown name is refused with the name "
-        "that was probably meant."
+        "that was probably meant, a value outside its bounds with the bounds. `beckon settings --schema` prints the "
+        "JSON Schema with which an editor [completes and checks such a file](../how-to/edit-the-settings.md)."
     )
     parts: list[str] = []
-    for one in dataclasses.fields(Settings):
-        default: Any = one.default_factory() if callable(one.default_factory) else None
-        rows = [(f"`{name}`", f"`{value}`", unit, meaning) for name, value, unit, meaning in settings_of(default)]
-        about = (inspect.getdoc(type(default)) or "").splitlines()[0]
-        parts.append(f"## [{one.name}]\n\n{about}\n\n{table(('setting', 'default', 'unit', 'meaning'), rows)}")
+    for name, kind in section_kinds().items():
+        cells = [
+            (f"`{row.name}`", f"`{row.default}`" if row.default else "", row.values, row.unit, row.meaning)
+            for row in rows(kind)
+        ]
+        about = (inspect.getdoc(kind) or "").splitlines()[0]
+        parts.append(f"## [{name}]\n\n{about}\n\n{table(('setting', 'default', 'values', 'unit', 'meaning'), cells)}")
     return page("Settings", intro, *parts)
 
 

@@ -47,6 +47,7 @@ from console.workers.tasks import end
 from core.errors import BeckonError
 from core.gate.suspend import SleepWatch
 from core.robots import Profile
+from core.robots.requests import AnswerT, RobotRequest
 from core.sensors import SensorFrame
 from core.snapshot import Snapshot
 
@@ -189,7 +190,7 @@ class Runtime:
         """How the pilot keeps up."""
         return self.pilots.pace
 
-    async def ask(self, request: dict[str, Any]) -> dict[str, Any]:
+    async def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
         """A request to the driver, waited for outside the event loop."""
         return await asyncio.to_thread(self.robot.ask, request)
 

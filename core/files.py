@@ -10,9 +10,9 @@ import os
 import secrets
 import stat
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 from core.errors import Unwritable
 
@@ -141,17 +141,17 @@ def checksum(raw: bytes) -> str:
     return hashlib.sha256(raw).hexdigest()
 
 
-def sealed(document: dict[str, Any]) -> dict[str, Any]:
+def sealed(document: Mapping[str, object]) -> dict[str, object]:
     """A JSON object with the checksum of all the rest of it under SEAL."""
     return {**document, SEAL: _seal(document)}
 
 
-def is_intact(document: dict[str, Any]) -> bool | None:
+def is_intact(document: Mapping[str, object]) -> bool | None:
     """Return whether a JSON object matches its checksum; None where it has none."""
     return None if SEAL not in document else document[SEAL] == _seal(document)
 
 
-def _seal(document: dict[str, Any]) -> str:
+def _seal(document: Mapping[str, object]) -> str:
     rest = {name: value for name, value in document.items() if name != SEAL}
     return checksum(json.dumps(rest, sort_keys=True, separators=(",", ":")).encode())
 

@@ -11,13 +11,11 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import logging
-import math
 import tomllib
-import types
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Any
 
 from core.calibration.laser.drift import DriftSettings
 from core.errors import BadInput, BadSettings
@@ -33,6 +31,7 @@ from core.perception.people.parts import PeopleSettings
 from core.perception.people.tracked_person import TrackSettings
 from core.perception.sound.settings import DirectionFindingSettings
 from core.recording import LogSettings
+from core.setting import Section, declared_settings
 from core.simulation.robot import SimulationSettings
 from core.slam.ekf_slam import EkfSettings
 from core.slam.map.closure import ClosureSettings
@@ -130,16 +129,15 @@ def _renamed(section: str, document: Mapping[str, Any], name: str) -> str:
     return present
 
 
-def _section(default: Any, given: Any, where: str) -> Any:
+def _section(default: Section, given: Any, where: str) -> Section:
     """One section with its changes."""
     if not isinstance(given, dict):
         raise BadInput(f"{where} must be a section with settings under it.")
-    kinds = get_type_hints(type(default))
     values = _checked(given, type(default), f"{where} has no setting", "{}")
-    fitted = {key: _fit(value, kinds[key], getattr(default, key), f"{where} {key}") for key, value in values.items()}
+    declared = {setting.name: setting for setting in declared_settings(type(default))}
     try:
-        return dataclasses.replace(default, **fitted)
-    except (BadInput, ValueError) as trouble:
+        return dataclasses.replace(default, **{key: declared[key].fit(value) for key, value in values.items()})
+    except BadInput as trouble:
         raise BadInput(f"{where} {trouble}") from None
 
 
@@ -152,29 +150,6 @@ def _checked(given: dict[str, Any], kind: type[Any], complaint: str, form: str) 
             advice = f"did you mean {form.format(close[0])}?" if close else f"known are {', '.join(known)}."
             raise BadInput(f"{complaint} {form.format(_shown(key))}; {advice}")
     return given
-
-
-def _fit(value: Any, kind: Any, default: Any, where: str) -> Any:
-    """A value as the type that the setting wants."""
-    if get_origin(kind) is Literal:
-        if value not in get_args(kind) or isinstance(value, bool) is not isinstance(default, bool):
-            raise BadInput(f"{where} must be one of {', '.join(map(str, get_args(kind)))}.")
-        return value
-    if get_origin(kind) in (Union, types.UnionType):
-        kind = next(one for one in get_args(kind) if one is not type(None))
-    if kind is bool or kind is str:
-        if type(value) is not kind:
-            raise BadInput(f"{where} must be {'true or false' if kind is bool else 'a text in quotes'}.")
-        return value
-    if kind is int and type(value) is not int:
-        raise BadInput(f"{where} must be a whole number.")
-    if type(value) not in (int, float) or not math.isfinite(value):
-        raise BadInput(f"{where} must be a finite number.")
-    most = 1e6 * max(1.0, abs(default or 0.0))
-    least = 0.0 if default and default > 0 else -most
-    if not least <= value <= most:
-        raise BadInput(f"{where} must lie between {least:g} and {most:g}.")
-    return kind(value)
 
 
 def _shown(key: str) -> str:

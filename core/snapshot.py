@@ -15,6 +15,7 @@ from core.perception.people.voice_bearing import VoiceBearing
 from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import MapStatus
+from core.slam.motion import Increment
 
 Level = Literal["info", "warning", "error"]
 Ending = Literal["running", "done", "refused", "cancelled", "pre-empted", "failed"]
@@ -101,6 +102,7 @@ class Snapshot:
     stamp: float  # [s], robot clock
     estimate: Estimate
     dead_reckoning: Estimate
+    increment: Increment  # the robot's move since the frame before
     velocity: Twist  # as the wheels report it
     setpoint: Twist  # what the pilot asks of the gate
     setpoint_press: int = 0  # id of the active command that asks; 0: none

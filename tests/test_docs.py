@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from console.__main__ import build_parser
+from console.cli import build_parser
 from console.reference import reference_pages
 
 ROOT = Path(__file__).parent.parent

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter, Depends, Request
 from pydantic import BaseModel, ConfigDict
 
 from console.access.logins import Person
+from console.api.typed_route import Responses, TypedRoute
 from console.runtime import Runtime
 
 SENTENCES = {
@@ -36,7 +37,7 @@ PROBLEM = {
         "detail": {"type": "string", "description": "A sentence to act on."},
     },
 }
-PROBLEMS: dict[int | str, dict[str, Any]] = {
+PROBLEMS: Responses = {
     status: {"description": sentence, "content": {"application/problem+json": {"schema": PROBLEM}}}
     for status, sentence in SENTENCES.items()
 }
@@ -49,8 +50,8 @@ class RequestBody(BaseModel):
 
 
 def router(topic: str) -> APIRouter:
-    """A router whose endpoints all answer problems alike."""
-    return APIRouter(prefix="/api", tags=[topic], responses=PROBLEMS)
+    """A router whose endpoints may answer with a struct, and all answer problems alike."""
+    return APIRouter(prefix="/api", tags=[topic], responses=PROBLEMS, route_class=TypedRoute)
 
 
 async def runtime_of(request: Request) -> Runtime:

@@ -11,7 +11,7 @@ import itertools
 import math
 import time
 from functools import partial
-from typing import Any
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -22,6 +22,7 @@ from console.access.open_sockets import TooMany
 from console.access.strict_json import read_json
 from console.broadcast import CloseSocket
 from console.control.command_freshness import Spoken
+from console.control.history import EntryFields
 from console.control.pending_commands import PendingCommand
 from console.http.problems import Problem
 from console.http.rate_counter import RateCounter, size_of
@@ -30,10 +31,9 @@ from console.runtime import Runtime
 from console.speech.browser_microphone import TalkTurn
 from console.speech.room_transcription import UnrecognizedSpeechLog
 from console.speech.spoken_stops import SpokenStops, stopped
-from console.speech.utterance import UtteranceMessage
 from console.workers.tasks import end
 from core.errors import BadInput, Refused
-from core.speech.understanding.grammar import Refusal
+from core.speech.recognition.decision import Decision, RecognizedUtterance
 
 MOST_PER_SECOND = 250  # messages; pieces of 20 ms are 50, and what a stalled network held back comes at once
 MOST_BYTES = 2**19  # a second; sound is 32,000, and 15 s of it may come at once
@@ -41,6 +41,14 @@ MOST_WAITING = 50  # messages down that may wait for a browser that does not rea
 SOURCE = "voice"
 PAGES = itertools.count(1)
 GONE = CloseSocket(1000, "The browser left.")
+
+
+class Outcome(NamedTuple):
+    """What words became: an entry of the history, a pending command, or neither and why."""
+
+    entry: int | None = None
+    pending_command: int | None = None
+    reason: str | None = None
 
 
 class AudioSocket:
@@ -167,63 +175,59 @@ class AudioSocket:
 
     # what was heard
 
-    def _hear(self, utterance: UtteranceMessage, delay: float) -> None:
+    def _hear(self, utterance: RecognizedUtterance, delay: float) -> None:
         """Act on recognized words; `delay`: how long after their sound they came [s]."""
         heard = self._stops.hear(utterance)
-        became: dict[str, Any] = {}
+        became = Outcome()
         if heard == "stopped":
             utterance = stopped(utterance)
         elif heard == "stop":
-            became = {"entry": self._obey(utterance, delay).get("entry")}
+            became = Outcome(entry=self._obey(utterance, delay).entry)
             self._stops.obeyed(self._runtime.door.words)
-        elif utterance.final and utterance.name is not None:
+        elif utterance.final and utterance.decision.command is not None:
             became = self._obey(utterance, delay)
         elif utterance.final:
-            became = {"entry": self._refuse(utterance)}
-        reason: str = became.get("reason", utterance.reason)
-        accepted = utterance.name is not None and not reason
+            became = Outcome(entry=self._refuse(utterance.decision))
+        decision = utterance.decision
+        command = decision.command
+        reason = decision.reason if became.reason is None else became.reason
         self._number += 1
         self._tell(
             audio.Transcript(
                 id=self._number,
-                words=utterance.words,
+                words=decision.words,
                 final=utterance.final,
-                accepted=accepted,
-                heard_as=utterance.heard_as,
+                accepted=command is not None and not reason,
+                heard_as="" if command is None else command.heard_as,
                 reason=reason,
-                suggestions=list(utterance.suggestions),
+                suggestions=list(decision.did_you_mean),
                 seconds=round(utterance.end - utterance.begin, 2),
                 delay_s=round(delay, 3),
-                entry=became.get("entry"),
-                pending_command=became.get("pending_command"),
+                entry=became.entry,
+                pending_command=became.pending_command,
             )
         )
 
-    def _obey(self, utterance: UtteranceMessage, delay: float) -> dict[str, Any]:
+    def _obey(self, utterance: RecognizedUtterance, delay: float) -> Outcome:
         """Try to carry out words → the history entry, the pending command, or the reason why there is neither."""
         ended = min(time.monotonic() - delay, self._until)
         said = self._stops.said(utterance.begin, Spoken(ended - (utterance.end - utterance.begin), ended))
-        command = utterance.command
-        if isinstance(command, Refusal):
-            return {"reason": command.reason}
         try:
-            taken = self._runtime.pending_commands.take(
-                command, SOURCE, self._person, said, uncertain=utterance.uncertain
-            )
-            return {"pending_command" if isinstance(taken, PendingCommand) else "entry": taken.id}
+            taken = self._runtime.pending_commands.take(utterance.decision, SOURCE, self._person, said)
+            waits = isinstance(taken, PendingCommand)
+            return Outcome(pending_command=taken.id) if waits else Outcome(entry=taken.id)
         except Problem as problem:
-            return {"reason": problem.detail}
+            return Outcome(reason=problem.detail)
 
     def _rejected(self, pending_command: PendingCommand) -> None:
         """An order of this person's waited and was held back."""
         if pending_command.source == SOURCE and pending_command.person.id == self._person.id:
             self._runtime.microphone.reject(pending_command.words, self._page)
 
-    def _refuse(self, utterance: UtteranceMessage) -> int | None:
+    def _refuse(self, decision: Decision) -> int | None:
         """Record a rejection in the history."""
-        given = {"source": SOURCE, "remark": utterance.reason}
-        if not utterance.words:
-            entry = self._unrecognized.tell(self._person, **given)
+        if not decision.words:
+            entry = self._unrecognized.tell(self._person, source=SOURCE, remark=decision.reason)
             return None if entry is None else entry.id
-        given |= {"words": utterance.words, "state": "refused"}
-        return self._runtime.history.add("command", self._person, **given).id
+        given = EntryFields(source=SOURCE, remark=decision.reason, words=decision.words)
+        return self._runtime.history.add("command", self._person, state="refused", **given).id

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
+import msgspec
 from fastapi import Query, Response
 from pydantic import Field
 
@@ -23,9 +24,80 @@ class CommandRequest(RequestBody):
     text: str = Field(max_length=2000, examples=["turn left", "continue 1.5 meters", "stop at 1 and 0.5"])
 
 
+class CommandReceipt(msgspec.Struct, frozen=True):
+    """A command that began, under its number in the history."""
+
+    id: int
+    command: dict[str, float | str]  # `name`, and the command's numbers and fixed parameters
+    heard_as: str
+    source: str
+
+
+class ParameterRow(msgspec.Struct, frozen=True):
+    """A parameter of a command, and its bounds."""
+
+    name: str
+    says: str  # how Table 2 writes it
+    unit: str
+    low: float
+    high: float
+    default: float | None
+
+
+class VocabularyRow(msgspec.Struct, frozen=True):
+    """A row of Table 2."""
+
+    name: str
+    words: tuple[str, ...]
+    example: str
+    summary: str
+    icon: str
+    target: str
+    endless: bool
+    numbers: list[ParameterRow]
+
+
+class Vocabulary(msgspec.Struct, frozen=True):
+    """Table 2."""
+
+    commands: list[VocabularyRow]
+
+
+class HistoryRow(msgspec.Struct, frozen=True, kw_only=True):
+    """A command or another event: from whom, and how it ended."""
+
+    id: int
+    what: str
+    words: str  # as they arrived
+    name: str
+    numbers: dict[str, float]
+    heard_as: str  # as they were understood
+    source: str
+    who: str
+    role: str
+    state: str
+    remark: str
+    at_s: float  # Unix time
+    ended_s: float | None
+    duration_s: float | None
+
+
+class CommandHistory(msgspec.Struct, frozen=True):
+    """The newest commands; `revision` rises with every change."""
+
+    revision: int
+    commands: list[HistoryRow]
+
+
+class AuditLog(msgspec.Struct, frozen=True):
+    """The newest events."""
+
+    entries: list[HistoryRow]
+
+
 @commands.post("/commands", status_code=202)
 @needs("viewer")
-async def submit(words: CommandRequest, behind: Behind, who: Who, response: Response) -> dict[str, Any]:
+async def submit(words: CommandRequest, behind: Behind, who: Who, response: Response) -> CommandReceipt:
     """Understand words and obey them. Viewers may only stop.
 
     Follow wall and follow me have no end of their own: they are cancelled after 5 s without a sign of life of their
@@ -33,32 +105,28 @@ async def submit(words: CommandRequest, behind: Behind, who: Who, response: Resp
     """
     entry = behind.door.submit(words.text, "rest", who)
     response.headers["Location"] = f"commands/{entry.id}"
-    return {
-        "id": entry.id,
-        "command": {"name": entry.name, **particulars(entry.name, entry.numbers)},
-        "heard_as": entry.heard_as,
-        "source": entry.source,
-    }
+    command = {"name": entry.name, **particulars(entry.name, entry.numbers)}
+    return CommandReceipt(entry.id, command, entry.heard_as, entry.source)
 
 
 @commands.get("/commands")
 @needs("viewer")
-async def vocabulary() -> dict[str, Any]:
+async def vocabulary() -> Vocabulary:
     """Table 2: words, parameters, bounds."""
-    return {"commands": [row_of(kind) for kind in VOCABULARY]}
+    return Vocabulary([row_of(kind) for kind in VOCABULARY])
 
 
 @commands.get("/commands/history")
 @needs("viewer")
-async def history(behind: Behind, limit: Annotated[int, Query(ge=1, le=REMEMBERED)] = REMEMBERED) -> dict[str, Any]:
+async def history(behind: Behind, limit: Annotated[int, Query(ge=1, le=REMEMBERED)] = REMEMBERED) -> CommandHistory:
     """The newest commands, each with its sender and how it ended; newest first, at most `limit`."""
     entries = behind.history.newest_first(commands_only=True, limit=limit)
-    return {"revision": behind.history.revision, "commands": [entry_row(entry) for entry in entries]}
+    return CommandHistory(behind.history.revision, [entry_row(entry) for entry in entries])
 
 
 @commands.get("/commands/{number}")
 @needs("viewer")
-async def one(number: int, behind: Behind) -> dict[str, Any]:
+async def one(number: int, behind: Behind) -> HistoryRow:
     """How one command goes, or how it ended."""
     entry = behind.history.find(number)
     if entry is None or entry.what != "command":
@@ -68,50 +136,44 @@ async def one(number: int, behind: Behind) -> dict[str, Any]:
 
 @commands.get("/audit")
 @needs("operator")
-async def audit(behind: Behind) -> dict[str, Any]:
+async def audit(behind: Behind) -> AuditLog:
     """All events that gave, took, bounded or ended motion; newest first."""
-    return {"entries": [entry_row(entry) for entry in behind.history.newest_first(commands_only=False)]}
+    return AuditLog([entry_row(entry) for entry in behind.history.newest_first(commands_only=False)])
 
 
-def row_of(kind: CommandSpec) -> dict[str, Any]:
+def row_of(kind: CommandSpec) -> VocabularyRow:
     """One row of Table 2."""
-    return {
-        "name": kind.name,
-        "words": list(kind.words),
-        "example": kind.example,
-        "summary": kind.summary,
-        "icon": kind.icon,
-        "target": kind.target,
-        "endless": kind.endless,
-        "numbers": [
-            {
-                "name": number.name,
-                "says": number.says,
-                "unit": number.unit,
-                "low": number.low,
-                "high": number.high,
-                "default": number.default,
-            }
-            for number in kind.numbers
-        ],
-    }
+    numbers = [
+        ParameterRow(number.name, number.says, number.unit, number.low, number.high, number.default)
+        for number in kind.numbers
+    ]
+    return VocabularyRow(
+        name=kind.name,
+        words=kind.words,
+        example=kind.example,
+        summary=kind.summary,
+        icon=kind.icon,
+        target=kind.target,
+        endless=kind.endless,
+        numbers=numbers,
+    )
 
 
-def entry_row(entry: HistoryEntry) -> dict[str, Any]:
+def entry_row(entry: HistoryEntry) -> HistoryRow:
     """A row of the history."""
-    return {
-        "id": entry.id,
-        "what": entry.what,
-        "words": entry.words,
-        "name": entry.name,
-        "numbers": entry.numbers,
-        "heard_as": entry.heard_as,
-        "source": entry.source,
-        "who": entry.who,
-        "role": entry.role,
-        "state": entry.state,
-        "remark": entry.remark,
-        "at_s": entry.wall,
-        "ended_s": entry.ended,
-        "duration_s": None if entry.ended is None else round(entry.ended - entry.wall, 3),
-    }
+    return HistoryRow(
+        id=entry.id,
+        what=entry.what,
+        words=entry.words,
+        name=entry.name,
+        numbers=entry.numbers,
+        heard_as=entry.heard_as,
+        source=entry.source,
+        who=entry.who,
+        role=entry.role,
+        state=entry.state,
+        remark=entry.remark,
+        at_s=entry.wall,
+        ended_s=entry.ended,
+        duration_s=None if entry.ended is None else round(entry.ended - entry.wall, 3),
+    )

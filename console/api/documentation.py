@@ -1,41 +1,36 @@
-"""The description of this interface, without anything from other hosts."""
+"""The description of the HTTP interface: OpenAPI, and the same as a page of Help. Nothing comes from other hosts."""
 
 from __future__ import annotations
 
 import asyncio
-import html
 import json
 from dataclasses import dataclass
-from typing import Any
 
 from fastapi import APIRouter, FastAPI, Request, Response
 
 from console.access.roles import needs
+from console.api.help import as_page
+from console.api.typed_route import OpenApi, TypedRoute
 
 documentation = APIRouter()
 
-PAGE = """<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>Beckon: HTTP interface</title>
-<link rel="stylesheet" href="static/css/tokens.css">
-<link rel="stylesheet" href="static/css/docs.css">
-</head>
-<body>
-<main>
-<header>
-<h1>HTTP interface</h1>
-<p>JSON in and out. Errors are <code>application/problem+json</code> with a sentence in <code>detail</code>.
-Sign in by cookie (<code>POST api/login</code>) or send <code>Authorization: Bearer TOKEN</code>.
-The whole description is in <a href="openapi.json">openapi.json</a>; back to <a href="./">the console</a>.</p>
-</header>
-{sections}
-</main>
-</body>
-</html>
-"""
+INTRO = """# HTTP interface
+
+JSON in and out. Errors are `application/problem+json` with a sentence in `detail`. Sign in by cookie
+(`POST /api/login`) or send `Authorization: Bearer TOKEN`. The description is in [openapi.json](openapi.json)."""
+
+
+class DescribedApp(FastAPI):
+    """An application whose description holds the structs of its answers."""
+
+    def openapi(self) -> OpenApi:
+        """The whole interface."""
+        description = super().openapi()
+        schemas = description.setdefault("components", {}).setdefault("schemas", {})
+        for route in self.routes:
+            if isinstance(route, TypedRoute):
+                schemas |= route.components
+        return description
 
 
 class ApiDescription:
@@ -63,14 +58,19 @@ class StaticDescription:
 def write(app: FastAPI) -> StaticDescription:
     """The description of this application, as OpenAPI and as a page."""
     description = app.openapi()
+    return StaticDescription(json.dumps(description).encode(), as_page(markdown(description), "./").encode())
+
+
+def markdown(description: OpenApi) -> str:
+    """OpenAPI → Markdown: a chapter for each topic, a section for each operation."""
+    schemas = description["components"]["schemas"]
     topics: dict[str, list[str]] = {}
     for path, operations in description["paths"].items():
         for method, operation in operations.items():
-            topics.setdefault(operation["tags"][0], []).append(
-                entry(path, method, operation, description["components"])
-            )
-    sections = [f"<section><h2>{html.escape(topic)}</h2>{''.join(rows)}</section>" for topic, rows in topics.items()]
-    return StaticDescription(json.dumps(description).encode(), PAGE.format(sections="\n".join(sections)).encode())
+            topic = operation["tags"][0].replace("_", " ")
+            topics.setdefault(topic, []).append(section(f"{method.upper()} {path}", operation, schemas))
+    chapters = (f"## {topic.capitalize()}\n\n" + "\n\n".join(sections) for topic, sections in topics.items())
+    return "\n\n".join((INTRO, *chapters))
 
 
 @documentation.get("/openapi.json", include_in_schema=False)
@@ -92,24 +92,27 @@ def description_of(request: Request) -> ApiDescription:
     return request.app.state.description
 
 
-def entry(path: str, method: str, operation: dict[str, Any], components: dict[str, Any]) -> str:
-    """One operation: its name, its purpose, its fields."""
-    text = html.escape(operation.get("description") or operation.get("summary") or "")
-    body = operation.get("requestBody", {}).get("content", {}).get("application/json", {}).get("schema", {})
-    shape = components["schemas"].get(body.get("$ref", "").rpartition("/")[2], {})
-    rows = "".join(
-        field(name, what, name in shape.get("required", ())) for name, what in shape.get("properties", {}).items()
-    )
-    takes = f"<dl>{rows}</dl>" if rows else ""
-    return (
-        f'<article><h3><span class="{method}">{method.upper()}</span> <code>{html.escape(path)}</code></h3>'
-        f"<p>{text}</p>{takes}</article>"
-    )
+def section(call: str, operation: OpenApi, schemas: OpenApi) -> str:
+    """One operation: its purpose, and what it takes."""
+    rows = [
+        row(each["name"], each["schema"], each["in"], each.get("required", False))
+        for each in operation.get("parameters", ())
+    ]
+    content = operation.get("requestBody", {}).get("content", {})
+    for kind, body in content.items():
+        shape = schemas.get(body["schema"].get("$ref", "").rpartition("/")[2], {})
+        fields = [
+            row(name, what, "body", name in shape.get("required", ()))
+            for name, what in shape.get("properties", {}).items()
+        ]
+        rows += fields or [f"| `{kind}` | body | | |"]
+    table = ["| takes | in | type | |", "| --- | --- | --- | --- |", *rows] if rows else []
+    about = operation.get("description") or operation.get("summary") or ""
+    return "\n\n".join(filter(None, (f"### `{call}`", about, "\n".join(table))))
 
 
-def field(name: str, shape: dict[str, Any], required: bool) -> str:
-    """One key of a body."""
-    kinds = [part.get("type", "") for part in shape.get("anyOf", [shape])]
-    words = ", ".join(f"“{value}”" for value in shape.get("enum", ())) or " or ".join(filter(None, kinds))
-    optional = "" if required else ", may be left out"
-    return f"<dt><code>{html.escape(name)}</code></dt><dd>{html.escape(words)}{optional}</dd>"
+def row(name: str, shape: OpenApi, place: str, required: bool) -> str:
+    """One parameter, or one key of a body."""
+    kinds = [part.get("type") or part.get("$ref", "").rpartition("/")[2] for part in shape.get("anyOf", [shape])]
+    words = ", ".join(f"`{value}`" for value in shape.get("enum", ())) or " or ".join(filter(None, kinds))
+    return f"| `{name}` | {place} | {words} | {'' if required else 'optional'} |"

@@ -2,31 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import msgspec
 
 from console.access.roles import needs
 from console.api import Behind, RequestBody, Who, router
 from console.http.problems import Problem
 from console.speech.room_transcription import RoomUtterance
+from core.robots.requests import SetListening
 
 hearing = router("hearing")
 
 
-@dataclass(frozen=True)
-class Listening:
+class Listening(msgspec.Struct, frozen=True, kw_only=True):
     """Whether the robot listens, and obeys voices in the room."""
 
     listening: bool
     obeying: bool
 
 
-@dataclass(frozen=True)
-class NewestHearing(Listening):
-    """The newest utterances near the robot, newest first, and why words are not read, or ""."""
+class NewestHearing(Listening, frozen=True, kw_only=True):
+    """The newest utterances near the robot, and what reads words."""
 
     microphones: bool
-    trouble: str
-    utterances: list[RoomUtterance]
+    trouble: str  # why words are not read; "": they are
+    engine: str  # which engine reads words, and why; "": none has begun
+    utterances: list[RoomUtterance]  # newest first
 
 
 class ListeningRequest(RequestBody):
@@ -39,14 +39,15 @@ class ListeningRequest(RequestBody):
 @hearing.get("/hearing")
 @needs("viewer")
 async def newest(behind: Behind) -> NewestHearing:
-    """The newest utterances near the robot, newest first, and why words are not read, if they are not."""
+    """The newest utterances near the robot, newest first, which engine reads words, or why none does."""
     hearing_state = behind.snapshot.hearing if behind.snapshot is not None else None
     return NewestHearing(
         microphones=hearing_state is not None,
         listening=hearing_state is not None and hearing_state.listening,
         obeying=behind.spoken.driver is not None,
         trouble=behind.ears.trouble,
-        utterances=list(reversed(behind.ears.utterances)),
+        engine=behind.ears.engine,
+        utterances=behind.ears.shown(),
     )
 
 
@@ -62,6 +63,6 @@ async def listen(wish: ListeningRequest, behind: Behind, who: Who) -> Listening:
         behind.spoken.take_on(who)
     elif wish.obey is False or not wish.listen:
         behind.spoken.let_go()
-    answer = await behind.ask({"do": "listen", "on": wish.listen})
+    answer = await behind.ask(SetListening(on=wish.listen))
     behind.history.add("listen", who, words="on" if wish.listen else "off")
-    return Listening(listening=bool(answer["on"]), obeying=behind.spoken.driver is not None)
+    return Listening(listening=answer.on, obeying=behind.spoken.driver is not None)

@@ -22,10 +22,11 @@ PAGE = """<!doctype html>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{title} · Beckon</title>
+<link rel="icon" href="{root}static/img/beckon.svg" type="image/svg+xml">
 <link rel="stylesheet" href="{root}static/css/tokens.css">
 <link rel="stylesheet" href="{root}static/css/docs.css">
 </head>
-<body class="prose">
+<body>
 <nav><a href="{root}static/docs/index.md">Documentation</a> <a href="{root}">Console</a></nav>
 <main>
 {body}
@@ -58,8 +59,12 @@ async def help_page(path: str) -> Response:
 
 @lru_cache(maxsize=64)
 def rendered(file: Path, _changed: int, root: str) -> str:
-    """A Markdown file as a page; `root` leads to the console."""
-    text = file.read_text(encoding="utf-8")
+    """A Markdown file as a page."""
+    return as_page(file.read_text(encoding="utf-8"), root)
+
+
+def as_page(text: str, root: str) -> str:
+    """Markdown → a page of the documentation; `root` leads to the console."""
     title = next((line[2:] for line in text.splitlines() if line.startswith("# ")), "Documentation")
     body = MarkdownIt("commonmark").enable("table").render(text)
     return PAGE.format(title=html.escape(title), root=root, body=body)

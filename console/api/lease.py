@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
-
-import msgspec
+from typing import Literal
 
 from console.access.roles import needs
 from console.api import Behind, RequestBody, Who, router
+from console.messages import LeaseState
 from console.state_view import lease as lease_state
 
 lease = router("lease")
@@ -21,14 +20,14 @@ class LeaseRequest(RequestBody):
 
 @lease.get("/lease")
 @needs("viewer")
-async def held(behind: Behind) -> dict[str, Any]:
+async def held(behind: Behind) -> LeaseState:
     """The operator who drives now."""
-    return msgspec.to_builtins(lease_state(behind.lease))
+    return lease_state(behind.lease)
 
 
 @lease.post("/lease")
 @needs("operator")
-async def wish(asked: LeaseRequest, behind: Behind, who: Who) -> dict[str, Any]:
+async def wish(asked: LeaseRequest, behind: Behind, who: Who) -> LeaseState:
     """Ask for control. A take-over goes through zero.
 
     The lease lapses, and what is under way is cancelled, after 5 s without a sign of life of its holder: a message of
@@ -37,4 +36,4 @@ async def wish(asked: LeaseRequest, behind: Behind, who: Who) -> dict[str, Any]:
     keeps the lease until it has ended. Who does not drive renews nothing: 409.
     """
     behind.door.wish(asked.do, who)
-    return msgspec.to_builtins(lease_state(behind.lease))
+    return lease_state(behind.lease)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 import time
 import unicodedata
-from typing import Any
 
+import msgspec
 from fastapi import Request, Response
 from pydantic import Field
 
@@ -26,12 +26,26 @@ class LoginRequest(RequestBody):
     name: str = Field(default="", max_length=4 * LONGEST)
 
 
+class PersonRow(msgspec.Struct, frozen=True):
+    """Whom the console knows behind a request."""
+
+    id: str
+    name: str
+    role: str
+
+
+class SignedOut(msgspec.Struct, frozen=True):
+    """The login is over."""
+
+    signed_out: bool = True
+
+
 OURS = re.compile(r"(operator|viewer|admin|local|console)[\s\d()]*")  # what those are called who say no name
 
 
 @login.post("/login")
 @needs("public", body=KEY)
-async def sign_in(shown: LoginRequest, behind: Behind, request: Request, response: Response) -> dict[str, Any]:
+async def sign_in(shown: LoginRequest, behind: Behind, request: Request, response: Response) -> PersonRow:
     """A token → a cookie."""
     access, now = behind.access, time.monotonic()
     if access.no_auth:
@@ -62,7 +76,7 @@ async def sign_in(shown: LoginRequest, behind: Behind, request: Request, respons
 
 @login.post("/logout")
 @needs("viewer")
-async def sign_out(behind: Behind, who: Who, request: Request, response: Response) -> dict[str, Any]:
+async def sign_out(behind: Behind, who: Who, request: Request, response: Response) -> SignedOut:
     """Ends the login, its sockets and its lease. A key that is shown with every request has no login to end."""
     if who.id.startswith(BY_KEY):
         raise Problem(
@@ -73,12 +87,12 @@ async def sign_out(behind: Behind, who: Who, request: Request, response: Respons
     behind.sockets.close_of(who, 1008, "Signed out.")
     behind.history.add("logout", who)
     response.delete_cookie(behind.access.cookie, path=request.scope.get("root_path") or "/", samesite="strict")
-    return {"signed_out": True}
+    return SignedOut()
 
 
 @login.get("/me")
 @needs("viewer")
-async def me(who: Who) -> dict[str, Any]:
+async def me(who: Who) -> PersonRow:
     """The person of this login."""
     return person_row(who)
 
@@ -93,6 +107,6 @@ def called(name: str) -> str:
     return tidy
 
 
-def person_row(person: Person) -> dict[str, Any]:
+def person_row(person: Person) -> PersonRow:
     """A person, without anything secret."""
-    return {"id": person.id, "name": person.name, "role": person.role}
+    return PersonRow(person.id, person.name, person.role)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import io
 import zipfile
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import cv2
 import msgspec
@@ -14,6 +14,7 @@ from pydantic import Field
 
 from console.access.roles import needs
 from console.api import Behind, RequestBody, Who, router
+from console.api.typed_route import Responses
 from console.http.downloads import file_named, zip_named
 from console.maps.export import known_part, png
 from console.maps.store import LONGEST, MapInfo
@@ -35,7 +36,36 @@ class SaveMapRequest(RequestBody):
     replace: bool = False
 
 
-def answers(kind: str) -> dict[int | str, dict[str, Any]]:
+class SavedMapRow(msgspec.Struct, frozen=True, kw_only=True):
+    """A saved map; `verified`: it bears checksums, which are compared when it is loaded or packed."""
+
+    name: str
+    saved_s: float  # Unix time
+    by: str  # who saved it
+    robot: str  # whose it is
+    resolution_m: float
+    width_m: float
+    height_m: float
+    submaps: int
+    landmarks: int
+    closures: int
+    verified: bool
+
+
+class SavedMapList(msgspec.Struct, frozen=True):
+    """All saved maps, the newest first, and the name of the one that the robot goes on in."""
+
+    current: str | None  # None: a new map
+    maps: list[SavedMapRow]
+
+
+class LoadingMap(msgspec.Struct, frozen=True):
+    """The name of the map that is being loaded."""
+
+    loads: str | None
+
+
+def answers(kind: str) -> Responses:
     """The responses, for the description."""
     return {200: {"content": {kind: {}}}}
 
@@ -81,24 +111,24 @@ async def trajectory(behind: Behind) -> Response:
 
 @maps.get("/maps")
 @needs("viewer")
-async def saved(behind: Behind) -> dict[str, Any]:
+async def saved(behind: Behind) -> SavedMapList:
     """Every saved map, the newest first, and the name of the one that the robot goes on in."""
-    return {"current": behind.maps.shown.name, "maps": [map_row(card) for card in await behind.maps.all()]}
+    return SavedMapList(behind.maps.shown.name, [map_row(card) for card in await behind.maps.all()])
 
 
 @maps.post("/maps", status_code=201)
 @needs("operator")
-async def save(asked: SaveMapRequest, behind: Behind, who: Who) -> dict[str, Any]:
+async def save(asked: SaveMapRequest, behind: Behind, who: Who) -> SavedMapRow:
     """Keep the map in use under a name."""
     return map_row(await behind.maps.save(asked.name, who, replace=asked.replace))
 
 
 @maps.post("/maps/{name}/load", status_code=202)
 @needs("operator")
-async def load(name: Name, behind: Behind, who: Who) -> dict[str, Any]:
+async def load(name: Name, behind: Behind, who: Who) -> LoadingMap:
     """Go on in a saved map; the robot finds its place in it. Unsaved parts of the present map are lost."""
     await behind.maps.load(name, who)
-    return {"loads": behind.maps.shown.name}
+    return LoadingMap(behind.maps.shown.name)
 
 
 @maps.delete("/maps/{name}", status_code=204)
@@ -139,7 +169,18 @@ def drawn(grid: OccupancyGrid, style: str) -> bytes:
     return png(paint(grid)) if style == "page" else cv2.imencode(".png", map_pixels(grid))[1].tobytes()
 
 
-def map_row(card: MapInfo) -> dict[str, Any]:
-    """A saved map; `verified`: it bears checksums, which are compared when it is loaded or packed."""
-    shown = {key: value for key, value in msgspec.to_builtins(card).items() if key not in ("version", "files")}
-    return shown | {"verified": bool(card.files)}
+def map_row(card: MapInfo) -> SavedMapRow:
+    """A saved map, without its files."""
+    return SavedMapRow(
+        name=card.name,
+        saved_s=card.saved_s,
+        by=card.by,
+        robot=card.robot,
+        resolution_m=card.resolution_m,
+        width_m=card.width_m,
+        height_m=card.height_m,
+        submaps=card.submaps,
+        landmarks=card.landmarks,
+        closures=card.closures,
+        verified=bool(card.files),
+    )

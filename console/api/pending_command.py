@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+import msgspec
 from pydantic import Field
 
 from console.access.roles import needs
@@ -18,17 +17,32 @@ class PendingCommandRequest(RequestBody):
     id: int = Field(ge=1, le=2**53)
 
 
+class BegunCommand(msgspec.Struct, frozen=True):
+    """The order that waited, and its number in the history."""
+
+    id: int
+    entry: int
+    heard_as: str
+
+
+class DroppedCommand(msgspec.Struct, frozen=True):
+    """The order that does not begin."""
+
+    id: int
+    dropped: bool = True
+
+
 @pending_command.post("/pending-command/begin", status_code=202)
 @needs("operator")
-async def begin(order: PendingCommandRequest, behind: Behind, who: Who) -> dict[str, Any]:
+async def begin(order: PendingCommandRequest, behind: Behind, who: Who) -> BegunCommand:
     """Begin the waiting order at once; the driver only. `entry` is its number in the history."""
     entry = behind.pending_commands.begin(order.id, who)
-    return {"id": order.id, "entry": entry.id, "heard_as": entry.heard_as}
+    return BegunCommand(order.id, entry.id, entry.heard_as)
 
 
 @pending_command.post("/pending-command/drop")
 @needs("viewer")
-async def drop(order: PendingCommandRequest, behind: Behind, who: Who) -> dict[str, Any]:
+async def drop(order: PendingCommandRequest, behind: Behind, who: Who) -> DroppedCommand:
     """Drop the pending command: it does not begin. Anyone who may stop the robot may do this."""
     behind.pending_commands.drop(order.id, who)
-    return {"id": order.id, "dropped": True}
+    return DroppedCommand(order.id)

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
+import msgspec
 from fastapi import Path, Request, Response
 from pydantic import Field
 
 from console.access.roles import PICTURE, needs
 from console.api import Behind, Driver, RequestBody, Who, router
+from console.api.typed_route import OpenApi
 from console.http.problems import Problem
+from console.people.enrollment import EnrollmentState
+from console.people.service import PeopleState
 from console.people.store import LONGEST
 from console.workers.pictures import UploadedPicture
 
 people = router("people")
 
-PICTURES: dict[str, Any] = {
+PICTURES: OpenApi = {
     "requestBody": {
         "required": True,
         "content": {kind: {"schema": {"type": "string", "format": "binary"}} for kind in ("image/jpeg", "image/png")},
@@ -50,27 +54,35 @@ class EnrollmentDemoRequest(RequestBody):
     on: bool
 
 
+class NamedPerson(msgspec.Struct, frozen=True):
+    """A person whom the robot knows."""
+
+    id: str
+    name: str
+    pictures: int  # from how many it was learnt
+
+
 @people.get("/people")
 @needs("viewer")
-async def known(behind: Behind) -> dict[str, Any]:
+async def known(behind: Behind) -> PeopleState:
     """The known people, the `chosen` one, and the enrollment: what to do next, the result of each picture."""
-    return behind.people.to_dict()
+    return behind.people.shown
 
 
 @people.post("/people", status_code=201)
 @needs("operator")
-async def begin(behind: Behind, who: Who) -> dict[str, Any]:
+async def begin(behind: Behind, who: Who) -> EnrollmentState:
     """Begin an enrollment. Pictures are kept in memory until it is over, and never written."""
-    return behind.people.begin(who).to_dict()
+    return behind.people.begin(who).shown
 
 
 @people.put("/people/chosen")
 @needs("operator")
-async def choose(asked: ChoiceRequest, behind: Behind, who: Driver) -> dict[str, Any]:
+async def choose(asked: ChoiceRequest, behind: Behind, who: Driver) -> PeopleState:
     """Come to and follow only this person, or anybody; it outlasts a restart. Other commands are obeyed as before."""
     await behind.people.choose(asked.id)
     behind.history.add("people", who, words="anybody" if asked.id is None else "choose")
-    return behind.people.to_dict()
+    return behind.people.shown
 
 
 @people.delete("/people/assistant", status_code=204)
@@ -83,29 +95,29 @@ async def send_away(behind: Behind) -> Response:
 
 @people.post("/people/{id}/background", openapi_extra=PICTURES)
 @needs("operator", body=PICTURE)
-async def background(id: Id, request: Request, behind: Behind) -> dict[str, Any]:
+async def background(id: Id, request: Request, behind: Behind) -> EnrollmentState:
     """A picture without anybody, as JPEG or PNG; restarts the pictures that were taken with another background."""
     enrollment = behind.people.find(id)
     await behind.people.background(enrollment, UploadedPicture(await request.body()))
-    return enrollment.to_dict()
+    return enrollment.shown
 
 
 @people.post("/people/{id}/pictures", openapi_extra=PICTURES)
 @needs("operator", body=PICTURE)
-async def picture(id: Id, request: Request, behind: Behind) -> dict[str, Any]:
+async def picture(id: Id, request: Request, behind: Behind) -> EnrollmentState:
     """A picture of the whole person by the same camera; `newest` says whether it is good, or what to do better."""
     enrollment = behind.people.find(id)
     await behind.people.take(enrollment, UploadedPicture(await request.body()))
-    return enrollment.to_dict()
+    return enrollment.shown
 
 
 @people.post("/people/{id}/capture")
 @needs("operator")
-async def capture(id: Id, asked: CaptureRequest, behind: Behind) -> dict[str, Any]:
+async def capture(id: Id, asked: CaptureRequest, behind: Behind) -> EnrollmentState:
     """The same with the newest picture of the robot's own camera."""
     enrollment = behind.people.find(id)
     await behind.people.capture(enrollment, asked.what)
-    return enrollment.to_dict()
+    return enrollment.shown
 
 
 @people.get(
@@ -122,40 +134,40 @@ async def shown(id: Id, number: Number, behind: Behind) -> Response:
 
 @people.post("/people/{id}/pictures/{number}/drop")
 @needs("operator")
-async def drop(id: Id, number: Number, behind: Behind) -> dict[str, Any]:
+async def drop(id: Id, number: Number, behind: Behind) -> EnrollmentState:
     """Leave a picture out."""
     enrollment = behind.people.find(id)
     if not enrollment.drop(number):
         raise Problem(404, "There is no such picture any more.")
-    return enrollment.to_dict()
+    return enrollment.shown
 
 
 @people.post("/people/{id}/demo", status_code=202)
 @needs("operator")
-async def show_demo(id: Id, asked: EnrollmentDemoRequest, behind: Behind) -> dict[str, Any]:
+async def show_demo(id: Id, asked: EnrollmentDemoRequest, behind: Behind) -> EnrollmentState:
     """In the simulated room a person steps before the camera and takes every gesture, or leaves."""
     enrollment = behind.people.find(id)
     await behind.people.show_demo(enrollment, on=asked.on)
-    return enrollment.to_dict()
+    return enrollment.shown
 
 
 @people.post("/people/{id}/finish", status_code=201)
 @needs("operator")
-async def finish(id: Id, asked: NameRequest, behind: Behind, who: Who) -> dict[str, Any]:
+async def finish(id: Id, asked: NameRequest, behind: Behind, who: Who) -> NamedPerson:
     """Save the enrolled person under a name; the pictures are gone."""
     enrollment = behind.people.find(id)
     card = await behind.people.finish(enrollment, asked.name)
     behind.history.add("people", who, words="learn")
-    return {"id": card.id, "name": card.name, "pictures": card.pictures}
+    return NamedPerson(card.id, card.name, card.pictures)
 
 
 @people.post("/people/{id}/rename")
 @needs("operator")
-async def rename(id: Id, asked: NameRequest, behind: Behind, who: Who) -> dict[str, Any]:
+async def rename(id: Id, asked: NameRequest, behind: Behind, who: Who) -> NamedPerson:
     """Rename a person."""
     card = await behind.people.rename(id, asked.name)
     behind.history.add("people", who, words="rename")
-    return {"id": card.id, "name": card.name, "pictures": card.pictures}
+    return NamedPerson(card.id, card.name, card.pictures)
 
 
 @people.delete("/people/{id}", status_code=204)
@@ -165,7 +177,7 @@ async def forget(id: Id, behind: Behind, who: Who) -> Response:
     if behind.people.enrollment is not None and behind.people.enrollment.id == id:
         await behind.people.cancel(behind.people.enrollment)
     else:
-        if id == behind.people.to_dict()["chosen"]:
+        if id == behind.people.shown.chosen:
             behind.lease.check_not_anothers(who)
         await behind.people.forget(id)
         behind.history.add("people", who, words="forget")

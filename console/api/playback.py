@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+import msgspec
 
 from console.access.roles import needs
 from console.api import Behind, RequestBody, Who, router
+from console.control.playback import PlaybackAction
 
 playback = router("playback")
 
@@ -13,13 +14,19 @@ playback = router("playback")
 class PlaybackRequest(RequestBody):
     """`value`: the speed in times real time, or the place to seek from 0 to 1."""
 
-    do: Literal["play", "pause", "speed", "seek"]
+    do: PlaybackAction
     value: float | None = None
+
+
+class SteeredPlayback(msgspec.Struct, frozen=True):
+    """What was done."""
+
+    done: PlaybackAction
 
 
 @playback.post("/playback")
 @needs("operator")
-async def steer(asked: PlaybackRequest, behind: Behind, who: Who) -> dict[str, Any]:
+async def steer(asked: PlaybackRequest, behind: Behind, who: Who) -> SteeredPlayback:
     """Play, pause, change the speed, seek. A recording that was just opened waits at its first scan to be played."""
     await behind.player.steer(asked.do, asked.value, who)
-    return {"done": asked.do}
+    return SteeredPlayback(asked.do)

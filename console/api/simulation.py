@@ -4,19 +4,36 @@ from __future__ import annotations
 
 import asyncio
 import base64
-from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
+import msgspec
+from msgspec.structs import replace
 from pydantic import Field
 
 from console.access.roles import SOUND, needs
 from console.api import Behind, RequestBody, Who, router
 from console.http.problems import Problem
 from console.runtime import Runtime
+from core.errors import BadInput
+from core.robots.requests import (
+    CarryRobot,
+    FloorPlan,
+    GroundTruth,
+    PlaceBoard,
+    PlacedBoard,
+    PlacedThing,
+    PlaceThing,
+    ReadPlan,
+    ReadTruth,
+    RemovedThing,
+    RemoveThing,
+    Speak,
+    SpokenSound,
+)
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, pcm, speak
 
 PCM = 900_000  # characters of base64, 21 s at 16 kHz
-PIECE = 100_000  # of them that go through the driver's pipe at once; a multiple of 4
+PIECE = 75_000  # [bytes] of samples that go through the driver's pipe at once; an even number
 
 simulation = router("simulation")
 
@@ -42,6 +59,12 @@ class PlaceRequest(RequestBody):
     path_m: list[Place] | None = Field(default=None, min_length=1, max_length=100)
     speed_m_s: float | None = Field(default=None, ge=0, le=10)
     again: bool | None = None
+
+    def request(self) -> PlaceThing | CarryRobot:
+        """What the driver is asked for."""
+        if self.what == "robot":
+            return CarryRobot(x_m=self.x_m, y_m=self.y_m, heading_rad=self.heading_rad)
+        return msgspec.convert(self.model_dump(), PlaceThing)
 
 
 Number = Annotated[float, Field(ge=-1000, le=1000)]  # [m] or a part of a rotation
@@ -73,6 +96,10 @@ class PlaceBoardRequest(RequestBody):
     seconds: float = Field(default=0.0, ge=0, le=10)
     holder: bool = False
 
+    def request(self) -> PlaceBoard:
+        """What the driver is asked for."""
+        return msgspec.convert(self.model_dump(exclude={"what"}), PlaceBoard)
+
 
 class SayRequest(RequestBody):
     """Speech at a place in the simulated room: as `text`, or `pcm`, 16-bit samples of one channel in base64.
@@ -91,6 +118,19 @@ class SayRequest(RequestBody):
     speed: int = Field(default=150, ge=80, le=400)  # words a minute
     more: bool = False
 
+    def request(self) -> Speak:
+        """What the driver is asked for, apart from the text. Raises BadInput for samples that are not in base64."""
+        samples = None if self.pcm is None else samples_in(self.pcm)
+        return Speak(
+            id=self.id,
+            x_m=self.x_m,
+            y_m=self.y_m,
+            z_m=self.z_m,
+            pcm=samples,
+            rate_hz=self.rate_hz,
+            more=self.more,
+        )
+
 
 class RemoveRequest(RequestBody):
     """Which of the placed things goes."""
@@ -100,67 +140,82 @@ class RemoveRequest(RequestBody):
 
 @simulation.get("/sim/truth")
 @needs("viewer")
-async def truth(behind: Behind) -> dict[str, Any]:
+async def truth(behind: Behind) -> GroundTruth:
     """The true pose in the world frame. For scoring; no estimator sees it."""
-    return await simulated(behind).ask({"do": "truth"})
+    return await simulated(behind).ask(ReadTruth())
 
 
 @simulation.get("/sim/plan")
 @needs("viewer")
-async def plan(behind: Behind) -> dict[str, Any]:
+async def plan(behind: Behind) -> FloorPlan:
     """The true floor plan: walls as segments, and the things in the room."""
-    return await simulated(behind).ask({"do": "plan"})
+    return await simulated(behind).ask(ReadPlan())
 
 
 @simulation.post("/sim/place", status_code=201)
 @needs("operator")
 async def place(
     asked: Annotated[PlaceRequest | PlaceBoardRequest, Field(discriminator="what")], behind: Behind, who: Who
-) -> dict[str, Any]:
+) -> PlacedThing | PlacedBoard | GroundTruth:
     """Put a person or a box into the room, hold up a chessboard, or carry the robot."""
     if asked.what == "robot":
         behind.lease.check_not_anothers(who)
-    wanted = {key: value for key, value in asked.model_dump().items() if value is not None}
-    answer = await simulated(behind).ask({"do": "place", **wanted})
+    answer = await simulated(behind).ask(asked.request())
     behind.history.add("place", who, words=asked.what)
     return answer
 
 
 @simulation.post("/sim/say", status_code=202)
 @needs("operator", body=SOUND)
-async def say(asked: SayRequest, behind: Behind, who: Who) -> dict[str, Any]:
+async def say(asked: SayRequest, behind: Behind, who: Who) -> SpokenSound:
     """A voice in the room: through its acoustics to the robot's microphones, and on as any voice."""
-    wanted = {key: value for key, value in asked.model_dump().items() if value is not None}
     simulated(behind)
-    if asked.text is not None and asked.pcm is None:
+    request = asked.request()
+    if asked.text is not None and request.pcm is None:
         chosen = VoiceSettings(voice=asked.voice, speed=asked.speed)
         sound = await asyncio.to_thread(speak, asked.text, chosen)  # not in the driver
-        wanted |= {"pcm": base64.b64encode(pcm(sound)).decode(), "rate_hz": sound.rate}
-    answer: dict[str, Any] = {}
-    for piece in pieces(wanted):
-        answer = await behind.ask({"do": "say", **piece, **({"id": answer["id"]} if answer else {})})
+        request = replace(request, pcm=pcm(sound), rate_hz=sound.rate)
+    answer = await speak_in_pieces(behind, request)
     behind.history.add("say", who, words=asked.text or "")
     return answer
 
 
-def pieces(wanted: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """A wish to say something, in pieces that go through the driver's pipe."""
-    if "pcm" not in wanted:
-        yield wanted
-        return
-    samples = str(wanted["pcm"])
-    for begin in range(0, max(len(samples), 1), PIECE):
-        more = wanted.get("more", False) or begin + PIECE < len(samples)
-        yield wanted | {"pcm": samples[begin : begin + PIECE], "more": more}
+async def speak_in_pieces(behind: Runtime, request: Speak) -> SpokenSound:
+    """Let it sound, in pieces that go through the driver's pipe. Raises BadInput, Refused, Unavailable."""
+    first, *rest = pieces(request)
+    answer = await behind.ask(first)
+    for piece in rest:
+        answer = await behind.ask(replace(piece, id=answer.id))
+    return answer
+
+
+def pieces(request: Speak) -> list[Speak]:
+    """What is to be said, in pieces of samples; as it is where it has none."""
+    samples = request.pcm
+    if samples is None:
+        return [request]
+    begins = range(0, max(len(samples), 1), PIECE)
+    return [
+        replace(request, pcm=samples[begin : begin + PIECE], more=request.more or begin + PIECE < len(samples))
+        for begin in begins
+    ]
 
 
 @simulation.post("/sim/remove")
 @needs("operator")
-async def remove(asked: RemoveRequest, behind: Behind, who: Who) -> dict[str, Any]:
+async def remove(asked: RemoveRequest, behind: Behind, who: Who) -> RemovedThing:
     """Take it away again."""
-    answer = await simulated(behind).ask({"do": "remove", "id": asked.id})
+    answer = await simulated(behind).ask(RemoveThing(id=asked.id))
     behind.history.add("place", who, words="remove")
     return answer
+
+
+def samples_in(text: str) -> bytes:
+    """Base64 → samples. Raises BadInput."""
+    try:
+        return base64.b64decode(text, validate=True)
+    except ValueError:
+        raise BadInput("pcm must be 16-bit samples in base64.") from None
 
 
 def simulated(behind: Runtime) -> Runtime:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Literal
 
 import msgspec
 import numpy as np
@@ -11,7 +11,7 @@ from pydantic import Field
 
 from console.access.roles import needs
 from console.api import Behind, RequestBody, Who, router
-from console.messages.map import closure
+from console.messages.map import ClosureRow, closure
 from core.message import Array
 
 slam = router("slam")
@@ -31,41 +31,69 @@ class RelocalizeRequest(RequestBody):
     force: bool = False
 
 
+class ClosureList(msgspec.Struct, frozen=True):
+    """Every place that was recognised, the oldest first."""
+
+    closures: list[ClosureRow]
+
+
+class ClosureChange(msgspec.Struct, frozen=True):
+    """What becomes of a closure."""
+
+    closure: int
+    becomes: Literal["undone", "accepted"]
+
+
+class ClaimedPlace(msgspec.Struct, frozen=True):
+    """Where the operator says that the robot is."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float | None
+
+
+class LaserPoints(msgspec.Struct, frozen=True):
+    """A scan, seen from the robot."""
+
+    stamp_s: float
+    points_m: list[tuple[float, float]]  # x forward, y left
+
+
 @slam.get("/slam/closures")
 @needs("viewer")
-async def closures(behind: Behind) -> dict[str, Any]:
+async def closures(behind: Behind) -> ClosureList:
     """Every place that was recognised, the oldest first."""
-    return {"closures": [msgspec.to_builtins(closure(row)) for row in behind.maps.snapshot.floor.closures]}
+    return ClosureList([closure(row) for row in behind.maps.snapshot.floor.closures])
 
 
 @slam.post("/slam/closures/{number}/undo", status_code=202)
 @needs("operator")
-async def undo(number: Number, behind: Behind, who: Who) -> dict[str, Any]:
+async def undo(number: Number, behind: Behind, who: Who) -> ClosureChange:
     """A closure does not hold: the rooms go back to where they would be without it."""
     behind.maps.undo(number, who)
-    return {"closure": number, "becomes": "undone"}
+    return ClosureChange(number, "undone")
 
 
 @slam.post("/slam/closures/{number}/redo", status_code=202)
 @needs("operator")
-async def redo(number: Number, behind: Behind, who: Who) -> dict[str, Any]:
+async def redo(number: Number, behind: Behind, who: Who) -> ClosureChange:
     """It holds after all."""
     behind.maps.redo(number, who)
-    return {"closure": number, "becomes": "accepted"}
+    return ClosureChange(number, "accepted")
 
 
 @slam.post("/slam/here", status_code=202)
 @needs("operator")
-async def here(asked: RelocalizeRequest, behind: Behind, who: Who) -> dict[str, Any]:
+async def here(asked: RelocalizeRequest, behind: Behind, who: Who) -> ClaimedPlace:
     """The robot is here. It looks around this place, and goes on when its scan agrees."""
     behind.maps.here(asked.x_m, asked.y_m, asked.heading_rad, who, force=asked.force)
-    return {"x_m": asked.x_m, "y_m": asked.y_m, "heading_rad": asked.heading_rad}
+    return ClaimedPlace(asked.x_m, asked.y_m, asked.heading_rad)
 
 
 @slam.get("/scan")
 @needs("viewer")
-async def scan(behind: Behind) -> dict[str, Any]:
+async def scan(behind: Behind) -> LaserPoints:
     """The points that the newest scan of the laser hit, seen from the robot: x forward, y left."""
     snapshot = behind.maps.snapshot
     points: Array = snapshot.estimate.pose.inverse().apply(snapshot.scan_points)
-    return {"stamp_s": snapshot.stamp, "points_m": np.round(points, 3).tolist()}
+    return LaserPoints(snapshot.stamp, [(x, y) for x, y in np.round(points, 3).tolist()])

@@ -5,15 +5,19 @@ from __future__ import annotations
 import base64
 import hashlib
 import math
-from typing import Annotated, Any
+from typing import Annotated
 
+import msgspec
 from fastapi import Path, Response
 from pydantic import Field
 
 from console.access.roles import needs
 from console.api import Behind, RequestBody, Who, router
 from console.api.simulation import simulated
+from console.api.typed_route import Responses
 from console.http.problems import Problem
+from console.speech.quality_runs import QualityRunState, QualityWish
+from core.robots.requests import ReadPlan, ReadTruth
 from core.speech.quality.report import STYLE
 
 speech_quality = router("speech quality")
@@ -28,7 +32,7 @@ ONLY_SIMULATED = (
     "hears, and compare them: beckon speech-quality --orig-wav ORIG.wav --rev-wav REV.wav"
 )
 DISTANCES = (1.0, 2.0, 3.0)  # [m] when nobody says anything else
-PAGE: dict[int | str, dict[str, Any]] = {200: {"content": {"text/html": {}}}}
+PAGE: Responses = {200: {"content": {"text/html": {}}}}
 
 
 class QualityRequest(RequestBody):
@@ -46,53 +50,62 @@ class QualityRequest(RequestBody):
     y_m: float | None = Field(default=None, ge=-1000, le=1000)
 
 
+class QualityRunList(msgspec.Struct, frozen=True):
+    """All runs, and why another one cannot begin."""
+
+    runs: list[QualityRunState]  # newest first
+    why_not: str
+
+
 @speech_quality.get("/speech-quality")
 @needs("viewer")
-async def runs(behind: Behind) -> dict[str, Any]:
+async def runs(behind: Behind) -> QualityRunList:
     """All runs, newest first; `why_not` says why another one cannot begin."""
     why_not = "" if behind.robot.profile.kind == "SIM" else ONLY_SIMULATED
-    return {"runs": [run.to_dict() for run in reversed(behind.quality.runs.values())], "why_not": why_not}
+    return QualityRunList([run.shown for run in reversed(behind.quality.runs.values())], why_not)
 
 
 @speech_quality.post("/speech-quality", status_code=202)
 @needs("operator")
-async def begin(asked: QualityRequest, behind: Behind, who: Who) -> dict[str, Any]:
+async def begin(asked: QualityRequest, behind: Behind, who: Who) -> QualityRunState:
     """Measure in the simulated room, from where the robot is now; how it goes stands in the run."""
     if behind.robot.profile.kind != "SIM":
         raise Problem(409, ONLY_SIMULATED)
-    robot = await simulated(behind).ask({"do": "truth"})
-    world = (await behind.ask({"do": "plan"}))["name"]
-    towards, distances = robot["heading_rad"] + asked.azimuth_rad, list(DISTANCES)
+    robot = await simulated(behind).ask(ReadTruth())
+    world = (await behind.ask(ReadPlan())).name
+    towards, distances = robot.heading_rad + asked.azimuth_rad, list(DISTANCES)
     if asked.x_m is not None and asked.y_m is not None:
-        x, y = asked.x_m - robot["x_m"], asked.y_m - robot["y_m"]
+        x, y = asked.x_m - robot.x_m, asked.y_m - robot.y_m
         towards, distances = math.atan2(y, x), [round(math.hypot(x, y), 2)]
-    wish = {
-        "world": world,
-        **{name: float(robot[name]) for name in ("x_m", "y_m", "heading_rad")},
-        "towards_rad": towards,
-        "distances_m": asked.distances_m or distances,
-        "snr_db": asked.snr_db,
-        "phrases": asked.phrases,
-    }
+    wish = QualityWish(
+        world=world,
+        x_m=robot.x_m,
+        y_m=robot.y_m,
+        heading_rad=robot.heading_rad,
+        towards_rad=towards,
+        distances_m=asked.distances_m or distances,
+        snr_db=asked.snr_db,
+        phrases=asked.phrases,
+    )
     run = behind.quality.begin(wish, who)
     behind.history.add("speech quality", who, words="begin")
-    return run.to_dict()
+    return run.shown
 
 
 @speech_quality.get("/speech-quality/{id}")
 @needs("viewer")
-async def one(id: Id, behind: Behind) -> dict[str, Any]:
+async def one(id: Id, behind: Behind) -> QualityRunState:
     """One run: how far it is, and a row of figures for every place."""
-    return behind.quality.find(id).to_dict()
+    return behind.quality.find(id).shown
 
 
 @speech_quality.post("/speech-quality/{id}/cancel")
 @needs("operator")
-async def cancel(id: Id, behind: Behind) -> dict[str, Any]:
+async def cancel(id: Id, behind: Behind) -> QualityRunState:
     """Give it up; the results so far stay."""
     run = behind.quality.find(id)
     await behind.quality.cancel(run)
-    return run.to_dict()
+    return run.shown
 
 
 @speech_quality.delete("/speech-quality/{id}", status_code=204)

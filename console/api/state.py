@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import msgspec
 from fastapi import Response
 
@@ -15,6 +13,23 @@ from console.http.problems import Problem
 from console.runtime import Runtime
 
 state = router("state")
+
+
+class Percentiles(msgspec.Struct, frozen=True):
+    """How long something takes, usually and at worst [ms]."""
+
+    p50: float | None
+    p99: float | None
+
+
+class HealthReport(msgspec.Struct, frozen=True, kw_only=True):
+    """Whether all is well, and if not why."""
+
+    ok: bool
+    reasons: list[str]
+    scene: str  # "ok", or why there is none
+    pilot_late_ms: Percentiles
+    pilot_step_ms: Percentiles
 
 
 @state.get("/state", response_class=Response, responses={200: {"content": {"application/json": {}}}})
@@ -29,18 +44,18 @@ async def newest(behind: Behind) -> Response:
 
 @state.get("/health")
 @needs("public")
-async def health(behind: Behind) -> Response:
+async def health(behind: Behind, response: Response) -> HealthReport:
     """200 when all is well, 503 with the reasons when it is not."""
     reasons = troubles(behind)
     pace = behind.pace
-    report: dict[str, Any] = {
-        "ok": not reasons,
-        "reasons": reasons,
-        "scene": behind.scene.why_not or "ok",
-        "pilot_late_ms": {"p50": pace.late_ms(0.5), "p99": pace.late_ms(0.99)},
-        "pilot_step_ms": {"p50": pace.step_ms(0.5), "p99": pace.step_ms(0.99)},
-    }
-    return Response(msgspec.json.encode(report), 503 if reasons else 200, media_type="application/json")
+    response.status_code = 503 if reasons else 200
+    return HealthReport(
+        ok=not reasons,
+        reasons=reasons,
+        scene=behind.scene.why_not or "ok",
+        pilot_late_ms=Percentiles(pace.late_ms(0.5), pace.late_ms(0.99)),
+        pilot_step_ms=Percentiles(pace.step_ms(0.5), pace.step_ms(0.99)),
+    )
 
 
 def troubles(behind: Runtime) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+import msgspec
 
 from console.access.roles import needs
 from console.api import Behind, Who, router
@@ -11,36 +11,56 @@ from console.control.stop import latched
 stop = router("stop")
 
 
+class Stopped(msgspec.Struct, frozen=True):
+    """The robot stands."""
+
+    stopped: bool = True
+
+
+class Halted(msgspec.Struct, frozen=True, kw_only=True):
+    """The robot is halted."""
+
+    halted: bool = True
+    latched: bool  # it is on disk
+    why: str | msgspec.UnsetType = msgspec.UNSET  # what is wrong where it is not
+
+
+class ResetHalt(msgspec.Struct, frozen=True):
+    """The halt is lifted."""
+
+    halted: bool = False
+
+
 @stop.post("/stop")
 @needs("viewer", reads_body=False)
-async def stop_now(behind: Behind, who: Who, press: str = "") -> dict[str, Any]:
+async def stop_now(behind: Behind, who: Who, press: str = "") -> Stopped:
     """Everything cancelled, zero speed; anyone signed in. Not latched.
 
     `press`: a number drawn with every press of STOP. The stop always acts; one that comes again with the number of
     the last two seconds, as when a press goes by two ways, is not recorded again.
     """
     behind.door.stop(who, "rest", number(press))
-    return {"stopped": True}
+    return Stopped()
 
 
 @stop.post("/halt")
 @needs("viewer", reads_body=False)
-async def halt(behind: Behind, who: Who, press: str = "") -> dict[str, Any]:
+async def halt(behind: Behind, who: Who, press: str = "") -> Halted:
     """A stop that stays until it is reset, over a restart too. `press` as of a stop.
 
     It answers when the halt is on disk: `latched` true. Where that fails it is false, and `why` says what is wrong.
     """
     behind.door.halt(who, "rest", number(press))
     why_not = await latched(behind.robot, behind.board)
-    return {"halted": True, "latched": not why_not, **({"why": why_not} if why_not else {})}
+    return Halted(latched=not why_not, why=why_not or msgspec.UNSET)
 
 
 @stop.post("/halt/reset")
 @needs("operator", reads_body=False)
-async def reset(behind: Behind, who: Who) -> dict[str, Any]:
+async def reset(behind: Behind, who: Who) -> ResetHalt:
     """Undo the halt; the lease holder only. Never moves."""
     behind.door.reset(who, "rest")
-    return {"halted": False}
+    return ResetHalt()
 
 
 def number(press: str) -> int:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import base64
 import contextlib
-from typing import Any
 
+import msgspec
+from msgspec.structs import replace
 from pydantic import Field
 
 from console.access.roles import needs
 from console.api import Behind, Driver, RequestBody, router
-from console.api.simulation import pieces
+from console.api.simulation import speak_in_pieces
 from console.runtime import Runtime
 from console.speech.robot_voice import MOST, MOST_MOVING
 from core.errors import BeckonError
+from core.robots.requests import ReadTruth, Speak
 from core.sensors.microphones import Sound
 from core.speech.synthesis import pcm
 
@@ -37,9 +38,24 @@ class PlayedRequest(RequestBody):
     id: int = Field(ge=0, le=2**53)
 
 
+class SpokenAnswer(msgspec.Struct, frozen=True):
+    """The sound of a text."""
+
+    id: int
+    seconds: float
+    rate_hz: int
+    pcm: bytes  # 16-bit samples of one channel
+
+
+class VoiceState(msgspec.Struct, frozen=True):
+    """Whether nobody is listened to because the robot speaks."""
+
+    muted: bool
+
+
 @voice.post("/voice")
 @needs("operator")
-async def say(asked: SpeechRequest, behind: Behind, _: Driver) -> dict[str, Any]:
+async def say(asked: SpeechRequest, behind: Behind, _: Driver) -> SpokenAnswer:
     """A text → 16-bit samples of one channel in base64, to be played at once; meanwhile nobody is listened to.
 
     While somebody drives, only the driver makes the robot speak: it hears no STOP meanwhile.
@@ -47,16 +63,15 @@ async def say(asked: SpeechRequest, behind: Behind, _: Driver) -> dict[str, Any]
     moves = behind.snapshot is not None and behind.snapshot.active_command is not None
     number, sound = await behind.voice.say(asked.text, MOST_MOVING if moves else MOST)
     await in_room(behind, sound)
-    samples = base64.b64encode(pcm(sound)).decode()
-    return {"id": number, "seconds": round(sound.duration, 3), "rate_hz": sound.rate, "pcm": samples}
+    return SpokenAnswer(number, round(sound.duration, 3), sound.rate, pcm(sound))
 
 
 @voice.post("/voice/hush")
 @needs("operator")
-async def hush(asked: PlayedRequest, behind: Behind) -> dict[str, Any]:
+async def hush(asked: PlayedRequest, behind: Behind) -> VoiceState:
     """It was said: listening goes on in a moment."""
     behind.voice.hush(asked.id)
-    return {"muted": behind.voice.muted}
+    return VoiceState(behind.voice.muted)
 
 
 async def in_room(behind: Runtime, sound: Sound) -> None:
@@ -73,8 +88,6 @@ async def in_room(behind: Runtime, sound: Sound) -> None:
         return
     behind.voice.in_room(snapshot.stamp + LAG + sound.duration)
     with contextlib.suppress(BeckonError):  # no room for a loudspeaker, or too many talk: only the browser is heard
-        here = await behind.ask({"do": "truth"})
-        wish = {"x_m": here["x_m"], "y_m": here["y_m"], "z_m": array.height + ABOVE, "id": NAME}
-        wish |= {"pcm": base64.b64encode(pcm(sound)).decode(), "rate_hz": sound.rate}
-        for piece in pieces(wish):
-            await behind.ask({"do": "say", **piece})
+        here = await behind.ask(ReadTruth())
+        place = Speak(id=NAME, x_m=here.x_m, y_m=here.y_m, z_m=array.height + ABOVE)
+        await speak_in_pieces(behind, replace(place, pcm=pcm(sound), rate_hz=sound.rate))

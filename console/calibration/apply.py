@@ -56,7 +56,7 @@ def calibrated(profile: Profile, active: ActiveCalibration) -> tuple[Profile, Re
             reasons["laser"] = wrong
         else:
             camera = mounted
-    return replace(profile, camera=camera), reasons
+    return profile.with_camera(camera), reasons
 
 
 def not_level(camera: Camera) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -13,11 +13,11 @@ from scipy.spatial.transform import Rotation
 from console.calibration.codec import board_of
 from console.calibration.jobs import SkipAdvice
 from console.calibration.session import CalibrationSession
-from console.http.problems import Problem
-from console.robot.link import Ask
+from console.workers.demo_runner import Demo
 from core.calibration.board.board import Board
 from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Transform
+from core.robots.requests import Ask, BoardInCamera, PlaceBoard, RemoveThing
 
 Suggest = Callable[[bool], Awaitable[Transform | None]]
 Phase = Literal["beside", "holding", "done"]
@@ -117,7 +117,7 @@ class BoardDemo:
         if self._shown:
             self._shown, self._phase = False, "beside"
             try:
-                await self._ask({"do": "remove", "id": "board"})
+                await self._ask(RemoveThing(id="board"))
             except BeckonError:
                 return  # another viewer was quicker, or there is no room any more
 
@@ -182,19 +182,17 @@ class BoardDemo:
         middle = advised.apply(self._board.centre[None])[0] + shift
         return Transform(rotation=rotation, translation=middle - rotation @ self._board.centre)
 
-    def _request(self, pose: Transform) -> dict[str, Any]:
+    def _request(self, pose: Transform) -> PlaceBoard:
         board = self._board
-        return {
-            "do": "place",
-            "what": "board",
-            "columns": board.columns,
-            "rows": board.rows,
-            "square_m": board.square,
-            "panel_m": None if board.panel is None else list(board.panel),
-            "in_camera": {"rotation": pose.rotation.tolist(), "translation_m": pose.translation.tolist()},
-            "seconds": self._settings.moving,
-            "holder": True,
-        }
+        return PlaceBoard(
+            columns=board.columns,
+            rows=board.rows,
+            square_m=board.square,
+            panel_m=board.panel,
+            in_camera=BoardInCamera(tuple(map(tuple, pose.rotation.tolist())), tuple(pose.translation.tolist())),
+            seconds=self._settings.moving,
+            holder=True,
+        )
 
 
 STEP = 0.1  # [s]
@@ -202,23 +200,32 @@ PANEL = 0.02  # [m] of rim around the print that the assistant's board has, when
 PATIENCE = 600.0  # [s] after which the assistant gives up
 
 
-async def show(session: CalibrationSession, ask: Ask, seed: int) -> None:
-    """Until the session is ready, or this task is cancelled; then the board is taken away."""
-
+def demo_of(session: CalibrationSession, ask: Ask, seed: int) -> Demo:
+    """The demonstration that holds the session's board until the session is ready, then takes the board away."""
     board = board_of(session.card.board)
-    loop = asyncio.get_running_loop()
     board_demo = BoardDemo(ask, lambda skip: advised(session, skip), board, seed=seed)
-    began, heard = loop.time(), session.last_counted
-    try:
+
+    async def run() -> None:
+        loop = asyncio.get_running_loop()
+        began, heard = loop.time(), session.last_counted
         while not board_demo.done and loop.time() - began < PATIENCE:
             counted = session.last_counted != heard
             heard = session.last_counted
             await board_demo.step(loop.time(), sight_of(session, counted))
             await asyncio.sleep(STEP)
-    except (BeckonError, Problem) as wrong:
-        session.trouble(f"The assistant gave up: {wrong}")
-    finally:
-        await asyncio.shield(board_demo.leave())
+
+    def show(*, on: bool) -> None:
+        session.shown.demo = on
+        session.show(urgent=True)
+
+    return Demo(
+        session=session.card.id,
+        run=run,
+        leave=board_demo.leave,
+        began=lambda: show(on=True),
+        ended=lambda: show(on=False),
+        trouble=session.trouble,
+    )
 
 
 async def advised(session: CalibrationSession, skip: bool) -> Transform | None:

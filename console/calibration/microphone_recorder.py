@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-import base64
 import math
 
 import numpy as np
 from scipy.signal import resample_poly
 
-from console.robot.link import Ask
 from core.errors import BadInput, BeckonError, Refused, Unavailable
+from core.robots.requests import Ask, ReadTruth, SetListening, Speak
 from core.sensors.microphones import Sound, joined
 from core.speech.practice_voice import practice_voice
 from core.speech.synthesis import VoiceSettings, speak
@@ -47,7 +46,7 @@ class MicrophoneRecorder:
             raise Refused("A recording is being made already; wait a moment.")
         self._sound, self._seconds = None, seconds
         try:
-            await self._ask({"do": "listen", "on": True})
+            await self._ask(SetListening(on=True))
             if say_from is not None:
                 await self._say(say_from)
             async with asyncio.timeout(PATIENCE + seconds):
@@ -60,30 +59,30 @@ class MicrophoneRecorder:
         finally:
             self._seconds = 0.0
             if not listening:
-                await self._ask({"do": "listen", "on": False})
+                await self._ask(SetListening(on=False))
 
     async def _say(self, azimuth: float) -> None:
         """Let a person speak from there, as far away as the room allows."""
-        robot = await self._ask({"do": "truth"})
+        robot = await self._ask(ReadTruth())
         samples = await asyncio.to_thread(words)
-        angle = robot["heading_rad"] + azimuth
+        angle = robot.heading_rad + azimuth
         trouble: BeckonError = BadInput("Nobody can speak from there: the robot stands too close to the walls.")
         for distance in DISTANCES:
-            x, y = robot["x_m"] + distance * math.cos(angle), robot["y_m"] + distance * math.sin(angle)
+            x, y = robot.x_m + distance * math.cos(angle), robot.y_m + distance * math.sin(angle)
             try:
-                await self._ask({"do": "say", "pcm": samples, "x_m": x, "y_m": y})
+                await self._ask(Speak(pcm=samples, x_m=x, y_m=y))
                 return
             except BadInput as blocked:
                 trouble = blocked
         raise trouble
 
 
-def words() -> str:
-    """Return a word of the assistant: 16-bit samples at RATE in base64; without text to speech a made-up voice."""
+def words() -> bytes:
+    """Return a word of the assistant: 16-bit samples at RATE; without text to speech a made-up voice."""
     try:
         sound = speak(WORDS, VoiceSettings())
         samples = resample_poly(sound.samples[:, 0], RATE, sound.rate)
     except Unavailable:
         samples = practice_voice(np.random.default_rng(0), 1.5, RATE)
     level = np.clip(0.3 * samples / np.abs(samples).max(), -1, 1)
-    return base64.b64encode(np.round(32767 * level).astype("<i2").tobytes()).decode()
+    return np.round(32767 * level).astype("<i2").tobytes()

@@ -8,8 +8,7 @@ import logging
 import math
 import time
 from collections.abc import Callable, Coroutine
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +27,7 @@ from core.files import SEAL, is_intact, saving, sealed, sync_folder, write_atomi
 from core.perception.sound.array_diagnostics import ArrayFault
 from core.perception.sound.array_orientation import Clap, Orientation, OrientationWizard, oriented
 from core.robots import Profile
+from core.robots.requests import AnswerT, RobotRequest
 from core.sensors.microphones import MicrophoneArray, Sound
 from core.snapshot import Snapshot
 
@@ -139,7 +139,7 @@ class MicrophoneCalibration:
         self.moves = False  # the robot does, so that nothing can be measured
         self._path = home / "calibration" / FILE
         self._robot, self._changed = robot, changed
-        self._recorder = MicrophoneRecorder(partial(asyncio.to_thread, robot.ask))
+        self._recorder = MicrophoneRecorder(self._ask)
         self._worker = Worker("array")
         self._listening = False
         self._task: asyncio.Task[None] | None = None
@@ -169,7 +169,7 @@ class MicrophoneCalibration:
         """The robot with its microphones as they were found to be mounted."""
         if profile.microphones is None or self.active is None or self.left_out:
             return profile
-        return replace(profile, microphones=oriented(profile.microphones, self.active.orientation))
+        return profile.with_microphones(oriented(profile.microphones, self.active.orientation))
 
     def leave_out(self, why: str) -> list[str]:
         """Use the accepted orientation no more in this run → its file, if it was in use until now."""
@@ -278,6 +278,9 @@ class MicrophoneCalibration:
         array = self._array
         assert array is not None
         return ArrayMessage.of(array)
+
+    async def _ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
+        return await asyncio.to_thread(self._robot.ask, request)
 
     def _start(self, work: Coroutine[Any, Any, None], *, show: bool) -> None:
         """Work that takes some seconds. Raises Problem."""

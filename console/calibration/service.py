@@ -7,14 +7,13 @@ import secrets
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 from console.broadcast import Broadcaster
 from console.calibration.active import NAMES, ActiveCalibration
 from console.calibration.apply import calibrated, laser_start
 from console.calibration.codec import board_of
-from console.calibration.demo import show
+from console.calibration.demo import demo_of
 from console.calibration.jobs import (
     CameraParameters,
     Document,
@@ -36,11 +35,13 @@ from console.calibration.updates import SessionUpdates
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationBoard, CalibrationKind, CalibrationSessionState, CalibrationSource
 from console.robot.link import RobotLink
+from console.workers.demo_runner import DemoRunner
 from console.workers.queue_limit import QueueLimit
 from console.workers.tasks import end
 from console.workers.worker import Worker
 from core.calibration.reports import CameraReport, LaserReport
 from core.robots import Profile
+from core.robots.requests import AnswerT, RobotRequest
 from core.sensors import Image, SensorFrame
 from core.snapshot import Level
 
@@ -73,7 +74,7 @@ class CalibrationService:
         self._robot, self._tell, self._used = robot, tell, used
         self._news = SessionUpdates(broadcaster)
         self._live: dict[str, LiveCapture] = {}
-        self._shows: dict[str, asyncio.Task[None]] = {}
+        self._demo = DemoRunner()
 
     # life
 
@@ -90,7 +91,8 @@ class CalibrationService:
 
     async def close(self) -> None:
         """End every worker and wait until it is gone; the sessions stay on disk."""
-        await end(*self._shows.values(), *(live.task for live in self._live.values()))
+        await self._demo.stop()
+        await end(*(live.task for live in self._live.values()))
         for session in self.sessions.values():
             session.close()
         self.solver.kill()
@@ -100,7 +102,7 @@ class CalibrationService:
         """Now and then: workers that nobody has needed for a while are ended, and looking that nobody looks at."""
         for name in list(self._live):
             session = self.sessions[name]
-            if self._news.watched(name) or name in self._shows:
+            if self._news.watched(name) or self._demo.shows(name):
                 session.looked_at = now
             elif now - session.looked_at > FORGOTTEN:
                 self.live(session, on=False)
@@ -149,8 +151,8 @@ class CalibrationService:
 
     def rest(self, session: CalibrationSession) -> None:
         """Look no more, and let its worker go."""
-        if (task := self._shows.get(session.card.id)) is not None:
-            task.cancel()
+        if self._demo.shows(session.card.id):
+            self._demo.cancel()
         self.live(session, on=False)
         session.close()
 
@@ -267,23 +269,14 @@ class CalibrationService:
 
     async def show_demo(self, session: CalibrationSession, *, on: bool) -> None:
         """The simulated assistant holds the board for this session, or stops. Raises Problem 409."""
-        await end(self._shows.pop(session.card.id, None))
         if on:
-            for other in list(self._shows):
-                await self.show_demo(self.sessions[other], on=False)
             self.live(session, on=True)
-            task = asyncio.get_running_loop().create_task(self._show(session))
-            self._shows[session.card.id] = task
+            await self._demo.start(demo_of(session, self._ask, seed=len(self.sessions)))
+        elif self._demo.shows(session.card.id):
+            await self._demo.stop()
 
-    async def _show(self, session: CalibrationSession) -> None:
-        session.shown.demo = True
-        session.show(urgent=True)
-        try:
-            await show(session, partial(asyncio.to_thread, self._robot.ask), seed=len(self.sessions))
-        finally:
-            session.shown.demo = False
-            session.show(urgent=True)
-            self._shows.pop(session.card.id, None)
+    async def _ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
+        return await asyncio.to_thread(self._robot.ask, request)
 
     # updates
 

@@ -2,6 +2,46 @@
 
 from __future__ import annotations
 
-from console.cli import calibrate, correct, doctor, experiment, hear, run, settings, slam, speech_quality, understand
+import argparse
 
-SUBCOMMANDS = (run, calibrate, correct, slam, hear, understand, speech_quality, experiment, settings, doctor)
+from console import beckon_version
+from console.cli import (
+    calibrate,
+    completion,
+    correct,
+    doctor,
+    experiment,
+    hear,
+    run,
+    settings,
+    slam,
+    speech_quality,
+    understand,
+)
+
+SUBCOMMANDS = (
+    run,
+    calibrate,
+    correct,
+    slam,
+    hear,
+    understand,
+    speech_quality,
+    experiment,
+    settings,
+    doctor,
+    completion,
+)
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The whole command line."""
+    parser = argparse.ArgumentParser(
+        prog="beckon",
+        description="A console for a mobile robot that sees, hears and obeys. Without a command: run.",
+    )
+    parser.add_argument("--version", action="version", version=f"beckon {beckon_version()}")
+    places = parser.add_subparsers(dest="subcommand", metavar="COMMAND")
+    for subcommand in SUBCOMMANDS:
+        subcommand.add(places)
+    return parser

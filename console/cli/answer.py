@@ -47,7 +47,7 @@ def plain(value: Any) -> Any:
     return value
 
 
-def write_json(value: Mapping[str, Any]) -> None:
+def write_json(value: Mapping[str, object]) -> None:
     """Print one JSON object."""
     sys.stdout.write(json.dumps(plain(value), ensure_ascii=False, allow_nan=False) + "\n")
 

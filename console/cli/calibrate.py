@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +35,7 @@ def run_camera(chosen: argparse.Namespace) -> int:
     board = board_from(chosen)
     with progress() as say:
         report = calibrate_camera(chosen.images, board, chosen.out, say)
-    return _answer(chosen, report, camera_lines(report, board))
+    return _answer(chosen, report, report["warnings"], camera_lines(report, board))
 
 
 def run_laser(chosen: argparse.Namespace) -> int:
@@ -57,7 +57,7 @@ def run_laser(chosen: argparse.Namespace) -> int:
             with_offset=chosen.offset,
             say=say,
         )
-    return _answer(chosen, report, laser_lines(report, board))
+    return _answer(chosen, report, report["warnings"], laser_lines(report, board))
 
 
 def run_board_page(chosen: argparse.Namespace) -> int:
@@ -81,9 +81,11 @@ def run_board_page(chosen: argparse.Namespace) -> int:
     return 0
 
 
-def _answer(chosen: argparse.Namespace, report: Mapping[str, Any], lines: list[str]) -> int:
+def _answer(
+    chosen: argparse.Namespace, report: Mapping[str, object], warnings: Sequence[str], lines: list[str]
+) -> int:
     if chosen.json:
-        for warning in report["warnings"]:
+        for warning in warnings:
             tell(warning)
         write_json(report)
     else:

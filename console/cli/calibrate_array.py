@@ -5,9 +5,12 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from console.cli.answer import add_json, add_out, progress, tell, write, write_json
+
+if TYPE_CHECKING:
+    from core.pipelines.calibrate_microphones import OrientationFigures
 
 SIDES = (0.0, 90.0, 180.0, -90.0)  # [deg]
 
@@ -50,13 +53,13 @@ def run(chosen: argparse.Namespace) -> int:
     return 0
 
 
-def lines(report: dict[str, Any]) -> list[str]:
+def lines(report: OrientationFigures) -> list[str]:
     """For people."""
     yaw, doubt = math.degrees(report["yaw_rad"]), math.degrees(2 * report["sd_yaw_rad"])
     down = ", and hangs upside down" if report["mirrored"] else ""
     found = [f"The array is turned by {yaw:.1f}° ± {doubt:.1f}° (95 %){down}."]
     for one in report["claps"]:
-        asked, heard, gap = (math.degrees(one[name]) for name in ("asked_rad", "heard_rad", "gap_rad"))
+        asked, heard, gap = map(math.degrees, (one["asked_rad"], one["heard_rad"], one["gap_rad"]))
         found.append(
             f"  {one['sound']}: from {asked:.0f}°, heard at {heard:.1f}° of the array, misses by {gap:+.1f}°"
         )

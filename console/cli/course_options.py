@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
-from typing import Any
 
 TAKES = {
     "dead-reckoning-vs-slam": ("data", "noise", "field", "still", "ids", "through", "settings", "workers"),
@@ -40,17 +39,17 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(wrong=parser.error)
 
 
-def wishes(chosen: argparse.Namespace) -> dict[str, Any]:
+def wishes(chosen: argparse.Namespace) -> dict[str, object]:
     """Return the options beyond the usual; exit with wrong usage where the experiment does not know them."""
     every = sorted({name for names in TAKES.values() for name in names})
-    asked = {name: getattr(chosen, name) for name in every if getattr(chosen, name) is not None}
+    asked: dict[str, object] = {name: getattr(chosen, name) for name in every if getattr(chosen, name) is not None}
     strange = [f"--{name}" for name in asked if name not in TAKES.get(chosen.name, ())]
     if strange:
         chosen.wrong(f"{chosen.name} does not take {', '.join(strange)}")
     if "settings" in asked:
         from core.settings import load  # scipy and OpenCV take a moment: only where they are needed
 
-        asked["settings"] = load(asked["settings"])
+        asked["settings"] = load(chosen.settings)
     return asked
 
 

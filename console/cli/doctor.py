@@ -100,7 +100,18 @@ def run(chosen: argparse.Namespace) -> int:
 
 def examine() -> list[CheckResult]:
     """Look at everything once."""
-    return [python(), *map(package, needed()), words(), voice(), pipe(), precedence(), port(), home(), browser()]
+    return [
+        python(),
+        *map(package, needed()),
+        words(),
+        voice(),
+        figures(),
+        pipe(),
+        precedence(),
+        port(),
+        home(),
+        browser(),
+    ]
 
 
 def declared() -> list[str]:
@@ -162,6 +173,20 @@ def voice() -> CheckResult:
         found="speaks" if there else "not installed: text is not spoken",
         remedy="pip install 'beckon[voice]' · Debian: apt install espeak-ng",
     )
+
+
+def figures() -> CheckResult:
+    """Check the library that draws the figures of experiments."""
+    try:
+        return CheckResult(name="figures (matplotlib)", good=True, needed=False, found=version("matplotlib"))
+    except PackageNotFoundError:
+        return CheckResult(
+            name="figures (matplotlib)",
+            good=False,
+            needed=False,
+            found="not installed: experiments write their numbers, but no figures",
+            remedy="pip install 'beckon[figures]'",
+        )
 
 
 def pipe() -> CheckResult:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from console.cli import course_options
 from console.cli.answer import add_json, add_out, tell, write, write_json
 from core.experiments import EXPERIMENTS
+from core.experiments.result import BoardPoseFigures
 
 SET_OUT = ("text", "table", "boards")  # a result's own layout, and what it lays out
 MOST_RUNS = 100_000
@@ -43,7 +45,7 @@ def run(chosen: argparse.Namespace) -> int:
     return 0
 
 
-def board_scene(boards: list[dict[str, Any]], out: Path) -> str:
+def board_scene(boards: list[BoardPoseFigures], out: Path) -> str:
     """Figure 15 as a scene to be turned, in one file → its path. Raises Unavailable."""
     from console.scene.calibration_boards import boards_html  # viser takes a moment: only where it is needed
     from core.calibration.files.written import write as write_file
@@ -69,7 +71,7 @@ def seed(text: str) -> int:
     return int(text)
 
 
-def sentences(result: dict[str, Any], indent: str = "") -> list[str]:
+def sentences(result: Mapping[str, object], indent: str = "") -> list[str]:
     """A result as lines `name  value`, nested ones indented."""
     lines: list[str] = []
     for name, value in result.items():

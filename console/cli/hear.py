@@ -5,9 +5,12 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from console.cli.answer import add_json, tell, write, write_json
+
+if TYPE_CHECKING:
+    from core.pipelines.hear import HeardRecording, HeardUtterance, UnreadRecording
 
 
 def add(places: Any) -> None:
@@ -40,10 +43,10 @@ def run(chosen: argparse.Namespace) -> int:
     settings = load(chosen.settings)
     array = None if chosen.array is None else load_array(chosen.array)
     report = hear(chosen.sounds, settings, array, chosen.channel)
-    files: dict[str, Any] = report.get("files") or {chosen.sounds[0].name: report}
+    files = report["files"] if "files" in report else {chosen.sounds[0].name: report}
     if chosen.json:
         for name, one in files.items():
-            for warning in one.get("warnings", [one.get("error")]):
+            for warning in [one["error"]] if "error" in one else one["warnings"]:
                 tell(f"{name}: {warning}")
         write_json(report)
     else:
@@ -53,7 +56,7 @@ def run(chosen: argparse.Namespace) -> int:
     return 1 if all("error" in one for one in files.values()) else 0
 
 
-def sentences(name: str, report: dict[str, Any]) -> list[str]:
+def sentences(name: str, report: HeardRecording | UnreadRecording) -> list[str]:
     """One file for people."""
     if "error" in report:
         return [f"{name}: {report['error']}"]
@@ -64,11 +67,20 @@ def sentences(name: str, report: dict[str, Any]) -> list[str]:
     ]
     for one in report["directions"]:
         azimuth, sd = math.degrees(one["azimuth_rad"]), math.degrees(one["sd_rad"])
-        doubt = "" if one["sure"] else " (unsure)"
-        where = f"{abs(azimuth):5.1f}° to the {side(one['azimuth_rad'])}, ± {sd:.1f}°{doubt}."
+        weak = "" if one["sure"] else " (unsure)"
+        where = f"{abs(azimuth):5.1f}° to the {side(one['azimuth_rad'])}, ± {sd:.1f}°{weak}."
         lines.append(f"  {one['t_s']:7.2f} s  {where} {one['ambiguity']}".rstrip())
     for one in report["utterances"]:
         words = f"“{one['words']}”" if one["words"] else "no words"
-        verdict = one["command"]["name"] if one["accepted"] else one["reason"]
-        lines.append(f"  {one['t0_s']:7.2f} s  {words}: {verdict}")
+        lines.append(f"  {one['t0_s']:7.2f} s  {words}: {in_words(one)}")
     return lines + [f"  note: {warning}" for warning in report["warnings"]]
+
+
+def in_words(utterance: HeardUtterance) -> str:
+    """What was decided about an utterance, and what else may have been said."""
+    meant = utterance["suggestions"] if utterance["verdict"] == "reject" else utterance["alternatives"]
+    asked = f" Did you mean {' or '.join(f'“{words}”' for words in meant)}?" if meant else ""
+    if utterance["command"] is None:
+        return f"{utterance['reason']}{asked}"
+    name = str(utterance["command"]["name"])
+    return f"{name}, to be confirmed.{asked}" if utterance["verdict"] == "confirm" else name

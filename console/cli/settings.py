@@ -1,69 +1,134 @@
-"""`beckon settings`: every number that a settings file can change."""
+"""`beckon settings`: every setting that a file can change, and the schema of that file for editors."""
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
 import inspect
-import re
-from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from console.cli.answer import add_json, write, write_json
 from core.errors import BadInput
-from core.settings import Settings
+from core.setting import DeclaredSetting, Section, declared_settings
+from core.settings import FORMER, Settings
 
-FIELD = re.compile(r"^    (\w+): .*?# (?:\[(?P<unit>[^\]]*)\] ?)?(?P<meaning>.*)$")
+TYPES = {bool: "boolean", int: "integer", float: "number", str: "string"}  # as JSON Schema calls them
 
 
 def add(places: Any) -> None:
     """Add the subcommand."""
-    parser: argparse.ArgumentParser = places.add_parser("settings", help="all settings with their units and defaults")
+    parser: argparse.ArgumentParser = places.add_parser(
+        "settings", help="all settings with units, bounds and defaults"
+    )
     parser.add_argument("section", nargs="?", default="", metavar="SECTION", help="one section only")
+    parser.add_argument("--schema", action="store_true", help="the JSON Schema of a settings file, for editors")
     add_json(parser)
     parser.set_defaults(run=run)
 
 
 def run(chosen: argparse.Namespace) -> int:
-    """Print one section or all. Raises BadInput for a section that does not exist."""
-    sections = {one.name: getattr(Settings(), one.name) for one in dataclasses.fields(Settings)}
+    """Print one section or all, or the schema. Raises BadInput for a section that does not exist."""
+    sections = section_kinds()
     if chosen.section and chosen.section not in sections:
         raise BadInput(f"There is no section {chosen.section[:40]!r}; there are {', '.join(sections)}.")
-    names = [chosen.section] if chosen.section else list(sections)
-    if chosen.json:
-        write_json({name: [row._asdict() for row in settings_of(sections[name])] for name in names})
-        return 0
-    for name in names:
-        write(f"[{name}]")
-        for row in settings_of(sections[name]):
-            unit = f"[{row.unit}] " if row.unit else ""
-            write(f"{row.name} = {row.default:<12}  # {unit}{row.meaning}".rstrip(" #"))
-        write("")
+    if chosen.section:
+        sections = {chosen.section: sections[chosen.section]}
+    if chosen.schema:
+        write_json(schema(sections))
+    elif chosen.json:
+        write_json({name: [row._asdict() for row in rows(kind)] for name, kind in sections.items()})
+    else:
+        for name, kind in sections.items():
+            write(f"[{name}]")
+            for row in rows(kind):
+                write(line(row))
+            write("")
     return 0
+
+
+def section_kinds() -> dict[str, type[Section]]:
+    """Name of a section → its class."""
+    return {one.name: type(getattr(Settings(), one.name)) for one in dataclasses.fields(Settings)}
 
 
 class Row(NamedTuple):
     """One setting."""
 
     name: str
-    default: str  # as TOML writes it
+    default: str  # as TOML writes it; "" where there is none
     unit: str
+    low: float | None  # None: not a number
+    high: float | None
+    choices: tuple[str, ...]  # () of a setting that is none of few words
     meaning: str
 
+    @property
+    def values(self) -> str:
+        """What is accepted, for people: "0.05 to 1" or "encoder, paper"."""
+        return ", ".join(self.choices) if self.low is None else f"{self.low:g} to {self.high:g}"
 
-def settings_of(section: Any) -> Iterator[Row]:
-    """Each setting of a section, with the unit and the meaning that its class declares."""
-    declared: dict[str, tuple[str, str]] = {}
-    for kind in reversed(type(section).__mro__[:-1]):
-        for line in inspect.getsource(kind).splitlines():
-            if found := FIELD.match(line):
-                declared[found[1]] = (found["unit"] or "", found["meaning"])
-    for one in dataclasses.fields(section):
-        yield Row(one.name, shown(getattr(section, one.name)), *declared.get(one.name, ("", "")))
+
+def rows(section: type[Section]) -> list[Row]:
+    """The settings of a section."""
+    return [row_of(setting) for setting in declared_settings(section)]
+
+
+def row_of(setting: DeclaredSetting) -> Row:
+    """One setting, as it is declared."""
+    meta, number = setting.meta, setting.kind in (int, float)
+    bounds = (meta.low, meta.high) if number else (None, None)
+    return Row(setting.name, shown(setting.default), meta.unit, *bounds, setting.choices, meta.meaning)
+
+
+def line(row: Row) -> str:
+    """A setting as a line of a settings file; one without a default is commented out."""
+    unit = f" {row.unit}" if row.unit else ""
+    remark = "; ".join(part for part in (f"{row.values}{unit}".strip(), row.meaning) if part)
+    assignment = f"{row.name} = {row.default}" if row.default else f"# {row.name} ="
+    return f"{assignment:<32}  # {remark}"
 
 
 def shown(value: Any) -> str:
-    """A value as TOML writes it."""
+    """A default as TOML writes it; "" for None."""
+    if value is None:
+        return ""
     if isinstance(value, bool):
         return str(value).lower()
     return f"{value:.6g}" if isinstance(value, float) else f'"{value}"' if isinstance(value, str) else str(value)
+
+
+def schema(sections: dict[str, type[Section]]) -> dict[str, Any]:
+    """JSON Schema (draft 4, which editors of TOML read) of a settings file with these sections."""
+    former = {old: {"$ref": f"#/definitions/{new}"} for old, new in FORMER.items() if new in sections}
+    return {
+        "$schema": "http://json-schema.org/draft-04/schema#",
+        "title": "Beckon settings",
+        "type": "object",
+        "additionalProperties": False,
+        "properties": {**{name: {"$ref": f"#/definitions/{name}"} for name in sections}, **former},
+        "definitions": {name: section_schema(kind) for name, kind in sections.items()},
+    }
+
+
+def section_schema(section: type[Section]) -> dict[str, Any]:
+    """JSON Schema of one section."""
+    return {
+        "type": "object",
+        "description": (inspect.getdoc(section) or "").splitlines()[0],
+        "additionalProperties": False,
+        "properties": {setting.name: setting_schema(setting) for setting in declared_settings(section)},
+    }
+
+
+def setting_schema(setting: DeclaredSetting) -> dict[str, Any]:
+    """JSON Schema of one setting."""
+    row = row_of(setting)
+    unit = f"[{row.unit}] " if row.unit else ""
+    found: dict[str, Any] = {"type": TYPES[setting.kind], "description": f"{unit}{row.meaning}"}
+    if setting.default is not None:
+        found["default"] = setting.default
+    if row.choices:
+        found["enum"] = list(row.choices)
+    if row.low is not None:
+        found |= {"minimum": row.low, "maximum": row.high}
+    return found

@@ -38,16 +38,14 @@ def run(chosen: argparse.Namespace) -> int:
 
     began = time.perf_counter()
     result = slam_log(chosen.log, load(chosen.settings), chosen.ids, chosen.still, chosen.out)
-    report: dict[str, Any] = result.json() | {"processing_s": round(time.perf_counter() - began, 3)}
+    report, took = result.json(), round(time.perf_counter() - began, 3)
+    report["processing_s"] = took
     if chosen.json:
         for warning in report["warnings"]:
             tell(warning)
         write_json(report)
         return 0
-    write(
-        f"{report['form']}: {report['frames']} readings over {report['duration_s']:.1f} s "
-        f"in {report['processing_s']:.1f} s"
-    )
+    write(f"{report['form']}: {report['frames']} readings over {report['duration_s']:.1f} s in {took:.1f} s")
     write(f"path {report['path_m']:.2f} m, {len(report['landmarks'])} landmarks, {report['skipped']} records skipped")
     for warning in report["warnings"]:
         write(f"note: {warning}")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,10 +13,24 @@ from console.cli.answer import add_json, add_out, plain, write, write_json
 from core.errors import BadInput
 
 if TYPE_CHECKING:
-    from core.speech.quality.audio_similarity import AudioSimilarity
-    from core.speech.quality.osqe import SpeechQuality
+    from core.speech.quality.audio_similarity import AudioSimilarity, SimilarityFigures
+    from core.speech.quality.marked_text import MarkedFigures
+    from core.speech.quality.osqe import QualityFigures, SpeechQuality
 
 LARGEST = 4_000_000  # [bytes] of a text
+
+
+@dataclass(frozen=True)
+class SpeechReport:
+    """What came of the comparison."""
+
+    texts: MarkedFigures | QualityFigures | None
+    audio: SimilarityFigures | None = None
+    files: Mapping[str, str] = field(default_factory=dict[str, str])
+
+    def to_dict(self) -> dict[str, object]:
+        """As JSON, without the files."""
+        return {**(self.texts or {}), **({} if self.audio is None else {"audio": self.audio})}
 
 
 def add(places: Any) -> None:
@@ -37,24 +53,24 @@ def run(chosen: argparse.Namespace) -> int:
     """Compare, save, report."""
     report = marked(chosen) if chosen.marked else compared(chosen)
     if chosen.json:
-        write_json(report)
+        write_json({**report.to_dict(), "files": report.files})
         return 0
     for line in sentences(report):
         write(line)
     return 0
 
 
-def marked(chosen: argparse.Namespace) -> dict[str, Any]:
+def marked(chosen: argparse.Namespace) -> SpeechReport:
     """Texts in which a person has marked the erroneous words."""
     from core.speech.quality.marked_text import as_json
 
     if chosen.person is None or chosen.robot is None:
         raise BadInput("Give both marked texts: --person and --robot.")
-    report = as_json(read_text(chosen.person), read_text(chosen.robot))
-    return report | {"files": save(chosen.out, report, None)}
+    report = SpeechReport(as_json(read_text(chosen.person), read_text(chosen.robot)))
+    return replace(report, files=save(chosen.out, report, None))
 
 
-def compared(chosen: argparse.Namespace) -> dict[str, Any]:
+def compared(chosen: argparse.Namespace) -> SpeechReport:
     """The texts word by word, the recordings by their measures, or both."""
     from core.speech.quality import audio_similarity as sounds  # scipy takes a moment
     from core.speech.quality import osqe as texts
@@ -65,10 +81,11 @@ def compared(chosen: argparse.Namespace) -> dict[str, Any]:
         raise BadInput(
             "Give the three texts (--original, --person, --robot), two recordings (--orig-wav, --rev-wav)."
         )
-    report: dict[str, Any] = {} if quality is None else texts.as_json(quality)
-    if similarity is not None:
-        report["audio"] = sounds.as_json(similarity)
-    return report | {"files": save(chosen.out, report, page(quality, similarity))}
+    report = SpeechReport(
+        None if quality is None else texts.as_json(quality),
+        None if similarity is None else sounds.as_json(similarity),
+    )
+    return replace(report, files=save(chosen.out, report, page(quality, similarity)))
 
 
 def of_texts(chosen: argparse.Namespace) -> SpeechQuality | None:
@@ -108,35 +125,39 @@ def read_text(path: Path) -> str:
         raise BadInput(f"The text {path.name} cannot be read: {trouble.strerror or trouble}.") from None
 
 
-def save(out: Path | None, report: dict[str, Any], html: str | None) -> dict[str, str]:
+def save(out: Path | None, report: SpeechReport, html: str | None) -> dict[str, str]:
     """Figures and page into a folder → what lies where."""
     if out is None:
         return {}
     from core.calibration.files.written import write_all
 
-    texts = {"json": ("speech_quality.json", json.dumps(plain(report), indent=1, ensure_ascii=False))}
+    texts = {"json": ("speech_quality.json", json.dumps(plain(report.to_dict()), indent=1, ensure_ascii=False))}
     return write_all(out, texts if html is None else texts | {"page": ("speech_quality.html", html)})
 
 
-def sentences(report: dict[str, Any]) -> list[str]:
+def sentences(report: SpeechReport) -> list[str]:
     """For people."""
     lines: list[str] = []
-    if "osqe_d" in report:
-        ratio = "undefined" if report["osqe_r"] is None else f"{report['osqe_r']:.3g}"
+    if (texts := report.texts) is not None:
+        ratio = "undefined" if texts["osqe_r"] is None else f"{texts['osqe_r']:.3g}"
         lines += [
-            f"Erroneous words: person {report['erroneous_words_person']}, robot {report['erroneous_words_robot']}",
-            f"OSQE_D {report['osqe_d']:+d}, OSQE_R {ratio}" + (f" ({report['reason']})" if report["reason"] else ""),
+            f"Erroneous words: person {texts['erroneous_words_person']}, robot {texts['erroneous_words_robot']}",
+            f"OSQE_D {texts['osqe_d']:+d}, OSQE_R {ratio}" + (f" ({texts['reason']})" if texts["reason"] else ""),
         ]
-    if "verdict" in report:
-        low, high = report["osqe_d_interval_95"]
-        lines += [f"95 % of OSQE_D: {low:g} to {high:g} ({report['words']} words)", report["verdict"]]
-    if audio := report.get("audio"):
-        shown = {"STOI": "stoi", "ESTOI": "estoi", "SI-SDR [dB]": "si_sdr_db", "PESQ": "pesq_wb"}
-        found = [f"{name} {audio[key]:.3g}" for name, key in shown.items() if audio[key] is not None]
+        if "verdict" in texts:
+            low, high = texts["osqe_d_interval_95"]
+            lines += [f"95 % of OSQE_D: {low:g} to {high:g} ({texts['words']} words)", texts["verdict"]]
+    if (audio := report.audio) is not None:
+        shown = {
+            "STOI": audio["stoi"],
+            "ESTOI": audio["estoi"],
+            "SI-SDR [dB]": audio["si_sdr_db"],
+            "PESQ": audio["pesq_wb"],
+        }
         lines += [
-            ", ".join(found),
+            ", ".join(f"{name} {figure:.3g}" for name, figure in shown.items() if figure is not None),
             f"delay {1000 * audio['delay_s']:.1f} ms, level {audio['level_change_db']:+.1f} dB",
         ]
         if audio["pesq_reason"]:
             lines.append(audio["pesq_reason"])
-    return lines + [f"{name}: {path}" for name, path in report["files"].items()]
+    return lines + [f"{name}: {path}" for name, path in report.files.items()]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from typing import Any, NotRequired, TypedDict
 
 from console.cli.answer import add_json, write, write_json
 from core.commands import particulars
@@ -37,7 +37,17 @@ def run(chosen: argparse.Namespace) -> int:
     return 0
 
 
-def as_json(heard: Command | Refusal) -> dict[str, Any]:
+class Understanding(TypedDict):
+    """What a sentence means, as JSON."""
+
+    accepted: bool
+    command: dict[str, object] | None  # name, and its numbers with their units
+    heard_as: NotRequired[str]
+    reason: str
+    suggestions: list[str]
+
+
+def as_json(heard: Command | Refusal) -> Understanding:
     """The keys of the contract: accepted, command, reason, suggestions."""
     if isinstance(heard, Command):
         return {

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import TypedDict, Unpack
 
 from console.access.allowance import EntryAllowance
 from console.access.logins import Person
@@ -27,6 +27,22 @@ PEOPLE = 1000  # whose rows are counted
 COUNTED = 600.0  # [s] after which another row counts
 MOST_BEYOND = 64  # entries without a row that are known while they last
 PATIENCE = 5.0  # [s] that an answer waits for the disk
+
+
+class CommandFields(TypedDict, total=False):
+    """The fields of an entry that describe a command."""
+
+    source: str
+    words: str  # as they arrived
+    heard_as: str  # as they were understood
+    name: str
+    numbers: dict[str, float]
+
+
+class EntryFields(CommandFields, total=False):
+    """The fields of an entry that not every event has."""
+
+    remark: str
 
 
 @dataclass
@@ -69,7 +85,7 @@ class History:
                 async with asyncio.timeout(PATIENCE):
                     await asyncio.wrap_future(settling)
 
-    def add(self, what: str, who: Person, *, state: str = "done", **more: Any) -> HistoryEntry:
+    def add(self, what: str, who: Person, *, state: str = "done", **more: Unpack[EntryFields]) -> HistoryEntry:
         """Record an entry; its id is new."""
         self._newest += 1
         now = time.time()
@@ -141,7 +157,7 @@ class History:
         self._store.keep(entry)
 
 
-def row_of(heard: Command, words: str, source: str) -> dict[str, Any]:
+def row_of(heard: Command, words: str, source: str) -> CommandFields:
     """The fields of a history entry that describe a command."""
     numbers = dict(heard.numbers)
-    return {"source": source, "words": words, "heard_as": heard.heard_as, "name": heard.name, "numbers": numbers}
+    return CommandFields(source=source, words=words, heard_as=heard.heard_as, name=heard.name, numbers=numbers)

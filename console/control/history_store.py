@@ -81,7 +81,7 @@ class HistoryStore:
         """Start the writer; return the stored entries, oldest first. An unreadable file is reported, not raised."""
         try:
             remembered = self._read()
-        except (OSError, sqlite3.Error, ValueError, TypeError) as trouble:
+        except (OSError, sqlite3.Error, ValueError, msgspec.MsgspecError) as trouble:
             self._failed(trouble, UNREADABLE)
             remembered = []
         self._writer.start()
@@ -194,9 +194,9 @@ def row_of(entry: HistoryEntry, run: float) -> tuple[Any, ...]:
 
 def entry_of(row: tuple[Any, ...]) -> HistoryEntry:
     """A row → its entry; a command that was under way when the console ended has failed."""
-    columns: dict[str, Any] = dict(zip(COLUMNS[1:], row[1:], strict=True))
-    columns["numbers"] = msgspec.json.decode(columns["numbers"], type=dict[str, float])
-    entry = HistoryEntry(**columns)
+    columns: dict[str, object] = dict(zip(COLUMNS[1:], row[1:], strict=True))
+    columns["numbers"] = msgspec.json.decode(str(columns["numbers"]))
+    entry = msgspec.convert(columns, HistoryEntry)
     if entry.state == "running":
         return replace(entry, state="failed", remark="The console ended before this did.")
     return entry

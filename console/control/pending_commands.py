@@ -20,10 +20,10 @@ from console.control.history_store import HistoryEntry
 from console.control.lease import Lease
 from console.control.notices import Notifications
 from console.http.problems import Problem
-from core.commands import needs_confirmation
 from core.commands.command import Command
 from core.commands.confirmation_delay import MOMENT, ConfirmationDelay
 from core.snapshot import Ending, Snapshot
+from core.speech.recognition.decision import Decision
 
 
 @dataclass(frozen=True)
@@ -33,12 +33,16 @@ class PendingCommand:
     id: int
     person: Person  # in whose name it begins
     source: str
-    words: str
     command: Command
+    decision: Decision  # by which it waits
     moment: float  # [s] that it waits in all
     when: ConfirmationDelay  # it begins, on the monotonic clock
     said: Spoken  # its words
-    uncertain: bool = False  # a number in it may have been another
+
+    @property
+    def words(self) -> str:
+        """The command in its own words."""
+        return self.command.heard_as
 
 
 GONE = "No such order waits: it has begun, or it was dropped."
@@ -63,13 +67,14 @@ class PendingCommands:
         """The command that waits; from any thread."""
         return None if self.waiting is None else self.waiting.command
 
-    def take(
-        self, command: Command, source: str, who: Person, said: Spoken, *, uncertain: bool = False
-    ) -> HistoryEntry | PendingCommand:
-        """Take a spoken command → the active command's entry, or the pending command; `said`: when it was spoken;
-        `uncertain`: a number may have been another. Raises Problem 403 to 503.
+    def take(self, decision: Decision, source: str, who: Person, said: Spoken) -> HistoryEntry | PendingCommand:
+        """Take what was decided about spoken words → the active command's entry, or the pending command; `said`: when
+        it was spoken. Raises Problem 403 to 503, 422 for rejected words.
         """
-        if not (uncertain or needs_confirmation(command)):
+        command = decision.command
+        if command is None:
+            raise Problem(422, decision.reason)
+        if not decision.waits:
             return self._door.dispatch(command, source, who, said)
         words = command.heard_as
         self._door.admit(command, words, source, who, said)
@@ -79,7 +84,7 @@ class PendingCommands:
         self._newest += 1
         moment = ConfirmationDelay.from_now(now, self.moment)
         taken = replace(said, taken=now)
-        self._wait(PendingCommand(self._newest, who, source, words, command, self.moment, moment, taken, uncertain))
+        self._wait(PendingCommand(self._newest, who, source, command, decision, self.moment, moment, taken))
         assert self.waiting is not None
         return self.waiting
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+from typing import Literal
 
 from console.access.logins import Person
 from console.control.history import History
 from console.control.notices import Notifications
 from console.http.problems import Problem
 from console.robot.link import RobotLink
+from core.robots.requests import Pause, Play, PlaybackState, RobotRequest, Seek, SetSpeed
+
+PlaybackAction = Literal["play", "pause", "speed", "seek"]
 
 NEARLY = 0.95  # of the speed that was asked for, from which on it counts as reached
 
@@ -22,17 +26,31 @@ class PlaybackController:
         self._history = history
         self._board = board
 
-    async def steer(self, do: str, value: float | None, who: Person) -> None:
+    async def steer(self, do: PlaybackAction, value: float | None, who: Person) -> None:
         """Play, pause, speed (times real time), seek (0..1). Raises Problem 403, 409, 422."""
         if not who.may("operator"):
             raise Problem(403, "Only an operator can steer the playback.")
         if self._robot.profile.kind != "LOG":
             raise Problem(409, "Only a recording can be played, paused and sought.")
-        if do in ("speed", "seek") and value is None:
-            raise Problem(422, f"To {do} needs a value." if do == "seek" else "A speed needs a value.")
-        request = {"do": do} if value is None else {"do": do, "value": value}
-        answer = await asyncio.to_thread(self._robot.ask, request)
-        self.speed = answer["speed"]
+        answer = await asyncio.to_thread(self._robot.ask, request_of(do, value))
+        self.speed = answer.speed
         if do == "speed" and value is not None and self.speed < NEARLY * value:
             self._board.tell("info", f"It plays {self.speed:.2g} times as fast: beyond, scans would be left out.")
         self._history.add("playback", who, words=do)
+
+
+def request_of(do: PlaybackAction, value: float | None) -> RobotRequest[PlaybackState]:
+    """What the recording's driver is asked for. Raises Problem 422 where a value is missing."""
+    match do:
+        case "play":
+            return Play()
+        case "pause":
+            return Pause()
+        case "speed":
+            if value is None:
+                raise Problem(422, "A speed needs a value.")
+            return SetSpeed(value=value)
+        case "seek":
+            if value is None:
+                raise Problem(422, "To seek needs a value.")
+            return Seek(value=value)

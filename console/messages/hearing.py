@@ -40,9 +40,7 @@ class HearingState(Struct):
     muted: bool  # the robot itself speaks, so that nothing is listened to
     voice_control: bool  # what voices in the room say is done: the driver has taken their words on
     starting: bool  # words are not read yet: what reads them is started first
-    suggested_command: (
-        str  # the command that the newest words may have been, heard with a doubt and refused; "": none
-    )
+    suggested_command: str  # the command that the newest words most likely were, which were rejected; "": none
     speaking: bool
     level_dbfs: float | None
     voices: list[VoiceHeard]  # most recently heard first

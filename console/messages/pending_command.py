@@ -26,7 +26,8 @@ class PendingCommandState(CommandPayload):
     begins_in_s: float
     delay_s: float  # that it waits in all
     target: Target
-    uncertain: bool  # a number in it may have been another
+    uncertain: bool  # a number in it may have been another: the decision was to confirm it
+    alternatives: list[str]  # the commands that it may have been, the likeliest first
     way: list[tuple[float, float]]  # in the world frame; a straight line or an arc, not a plan
     goal: tuple[float, float] | None  # in the world frame
     heading_rad: float | None  # to which it would turn; world

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import logging
 import math
 import time
 from collections.abc import Awaitable, Callable
 from itertools import product
-from typing import Any
 
 from console.http.problems import Problem
 from console.people.enrollment import EnrollmentSession, Gesture
 from console.robot.link import RobotLink
-from console.workers.tasks import end
+from console.workers.demo_runner import Demo, DemoRunner
 from core.errors import BadInput, BeckonError, Refused
 from core.geometry import Pose
+from core.robots.requests import AnswerT, Ask, PlaceThing, ReadTruth, RemoveThing, RobotRequest
 from core.sensors import Camera, Image
 
-Ask = Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]
 Capture = Callable[[EnrollmentSession, str], Awaitable[None]]
 
 ID = "show me"
@@ -42,8 +40,8 @@ class DemoPerson:
         """Show every gesture of the enrollment; then the person stays, to be come to. Raises Refused, BadInput."""
         await self.leave()
         await capture(enrollment, "background")
-        robot = await self._ask({"do": "truth"})
-        here = Pose(robot["x_m"], robot["y_m"], robot["heading_rad"])
+        robot = await self._ask(ReadTruth())
+        here = Pose(robot.x_m, robot.y_m, robot.heading_rad)
         places = [here @ Pose(far * math.cos(angle), far * math.sin(angle), 0.0) for far, angle in self._towards()]
         standing: Pose | None = None
         for place in places:
@@ -63,7 +61,7 @@ class DemoPerson:
         if self._stays:
             return
         try:
-            await self._ask({"do": "remove", "id": ID})
+            await self._ask(RemoveThing(id=ID))
         except BeckonError:
             return  # was not there
 
@@ -85,22 +83,26 @@ class DemoPerson:
 
     async def _stand(self, place: Pose, gesture: Gesture | None) -> None:
         """Face the robot, or turn aside."""
-        robot = await self._ask({"do": "truth"})
-        facing = math.atan2(robot["y_m"] - place.y, robot["x_m"] - place.x)
+        robot = await self._ask(ReadTruth())
+        facing = math.atan2(robot.y_m - place.y, robot.x_m - place.x)
         turned = math.pi / 2 if gesture is not None and gesture.name == "side" else 0.0
-        wish = {"id": ID, "x_m": place.x, "y_m": place.y, "heading_rad": facing + turned, "clothes": self._look}
-        arms = ARMS[gesture.name] if gesture is not None else ""
-        await self._ask({"do": "place", "what": "person", **wish, "gesture": arms})
+        person = PlaceThing(
+            what="person",
+            id=ID,
+            x_m=place.x,
+            y_m=place.y,
+            heading_rad=facing + turned,
+            clothes=self._look,
+            gesture=ARMS[gesture.name] if gesture is not None else "",
+        )
+        await self._ask(person)
 
-
-log = logging.getLogger(__name__)
 
 PATIENCE = 20.0  # [s] for a picture: the machine may be busy
 ANSWERING = 10.0  # [s] that the driver may take to answer
 GAP = 0.03  # [s] between two looks whether the picture is there
 WAITS = "I wait for a picture from the robot's camera."
 SILENT = "No picture comes from the robot's camera; press Show me again when one does."
-BROKE_OFF = "Showing it broke off; nothing was lost. Press Show me again; the log says more."
 
 Take = Callable[[EnrollmentSession, str, Image], Awaitable[None]]
 
@@ -112,52 +114,44 @@ class EnrollmentDemo:
         """`newest` picture of the robot; `take(enrollment, what, picture)` has it judged."""
         self.stands = False  # who showed everything is in the simulated room still
         self._robot, self._newest, self._take = robot, newest, take
-        self._task: asyncio.Task[None] | None = None
-        self._turn = asyncio.Lock()
+        self._runner = DemoRunner()
 
     async def begin(self, enrollment: EnrollmentSession, look: int) -> None:
         """Let a person step before the camera, in the clothes of that number; a former one leaves."""
-        async with self._turn:
-            await end(self._task)
+        person = DemoPerson(self._ask, self._robot.profile.camera, look=look)
+
+        async def run() -> None:
+            await person.sit(enrollment, self._capture)
+            self.stands = True
+
+        def began() -> None:
             self.stands = False
             enrollment.demo, enrollment.trouble = True, ""
-            self._task = asyncio.get_running_loop().create_task(self._shown(enrollment, look))
-            self._task.add_done_callback(lambda _: enrollment.rest())  # also where it was cancelled before it began
+
+        def trouble(words: str) -> None:
+            enrollment.trouble = words
+
+        await self._runner.start(Demo(enrollment.id, run, person.leave, began, enrollment.rest, trouble))
 
     async def stop(self) -> None:
         """Enough is shown: the person leaves."""
-        async with self._turn:
-            await end(self._task)
+        await self._runner.stop()
 
     def drop(self) -> None:
         """The same without waiting for it."""
-        if self._task is not None:
-            self._task.cancel()
+        self._runner.cancel()
 
     async def send_away(self) -> None:
         """Nobody who showed something is in the room any more. Raises Unavailable."""
         await self.stop()
         with contextlib.suppress(BadInput):  # nobody is there
-            await self._ask({"do": "remove", "id": ID})
+            await self._ask(RemoveThing(id=ID))
         self.stands = False
-
-    async def _shown(self, enrollment: EnrollmentSession, look: int) -> None:
-        demo_person = DemoPerson(self._ask, self._robot.profile.camera, look=look)
-        try:
-            await demo_person.sit(enrollment, self._capture)
-            self.stands = True
-        except (BeckonError, Problem) as wrong:
-            enrollment.trouble = str(wrong)
-        except Exception:
-            log.exception("Showing broke off")
-            enrollment.trouble = BROKE_OFF
-        finally:
-            await asyncio.shield(demo_person.leave())
 
     async def _capture(self, enrollment: EnrollmentSession, what: str) -> None:
         """Take a picture of how the room is now: none that was on its way already. Raises Problem, BeckonError."""
         enrollment.waits = WAITS
-        now = (await self._ask({"do": "truth"}))["stamp_s"]
+        now = (await self._ask(ReadTruth())).stamp_s
         until = time.monotonic() + PATIENCE
         while (image := self._newest()) is None or image.stamp <= now:
             if time.monotonic() > until:
@@ -165,5 +159,5 @@ class EnrollmentDemo:
             await asyncio.sleep(GAP)
         await self._take(enrollment, what, image)
 
-    async def _ask(self, request: dict[str, Any]) -> dict[str, Any]:
+    async def _ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
         return await asyncio.to_thread(self._robot.ask, request, ANSWERING)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import time
 from collections import deque
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
+
+import msgspec
 
 from console.people.jobs import PersonImageMessage, SeenBackground, SeenPerson
 from console.workers.pictures import PixelPicture
 from core.geometry import Pose
 from core.perception.people.enrollment import FEWEST
-
-Fields = dict[str, Any]
 
 MOST_PICTURES = 12
 FORGOTTEN = 900.0  # [s] without anybody at it, after which an enrollment is over
@@ -37,6 +37,44 @@ STEP_OUT = "First the empty room: leave the picture, and take it without anybody
 ENOUGH = "That is enough. Say who you are."
 
 
+class PersonPart(msgspec.Struct, frozen=True):
+    """A part of a person in a picture."""
+
+    name: str
+    box_px: tuple[float, float, float, float]  # left, top, right, bottom
+
+
+class JudgedPictureState(msgspec.Struct, frozen=True, kw_only=True):
+    """A picture and what came of it, as the page gets it."""
+
+    number: int
+    gesture: str  # that was asked for; "" for the background
+    good: bool
+    words: str  # what to do better, where it is not
+    size: list[int]  # width, height [pixel]
+    outline: list[list[float]]  # x, y [pixel]
+    parts: list[PersonPart]
+
+
+class EnrollmentState(msgspec.Struct, frozen=True, kw_only=True):
+    """An enrollment, as the page gets it."""
+
+    id: str
+    who: str  # at the console
+    owner: str
+    background: bool  # the empty picture is there
+    next: str  # the gesture that is asked for
+    advice: str
+    gestures: list[str]
+    pictures: list[JudgedPictureState]
+    newest: JudgedPictureState | None
+    fewest: int
+    ready: bool
+    demo: bool
+    trouble: str
+    waits: str
+
+
 @dataclass
 class JudgedPicture:
     """A picture and what came of it."""
@@ -49,19 +87,20 @@ class JudgedPicture:
     outline: list[list[float]] = field(default_factory=list[list[float]])
     person_image: PersonImageMessage | None = None
 
-    def to_dict(self) -> Fields:
+    @property
+    def shown(self) -> JudgedPictureState:
         """As the page gets it."""
         words = self.wrong or ("Good." if self.gesture else "Good; now come into the picture.")
         boxes = [] if self.person_image is None else self.person_image.boxes
-        return {
-            "number": self.number,
-            "gesture": self.gesture,
-            "good": not self.wrong,
-            "words": words,
-            "size": self.size,
-            "outline": self.outline,
-            "parts": [{"name": name, "box_px": box} for name, box in zip(PARTS, boxes, strict=False)],
-        }
+        return JudgedPictureState(
+            number=self.number,
+            gesture=self.gesture,
+            good=not self.wrong,
+            words=words,
+            size=self.size,
+            outline=self.outline,
+            parts=[PersonPart(name, box) for name, box in zip(PARTS, boxes, strict=False)],
+        )
 
 
 @dataclass
@@ -132,25 +171,26 @@ class EnrollmentSession:
         """A picture that is still in memory."""
         return next((one.picture for one in (*self.taken, *self._recent) if one.number == number), None)
 
-    def to_dict(self) -> Fields:
+    @property
+    def shown(self) -> EnrollmentState:
         """As the page gets it."""
         gesture = self.next
-        return {
-            "id": self.id,
-            "who": self.who,
-            "owner": self.owner,
-            "background": self.background is not None,
-            "next": gesture.name if gesture else "",
-            "advice": STEP_OUT if self.background is None else gesture.words if gesture else ENOUGH,
-            "gestures": [one.name for one in GESTURES],
-            "pictures": [one.to_dict() for one in self.taken],
-            "newest": None if self.newest is None else self.newest.to_dict(),
-            "fewest": FEWEST,
-            "ready": len(self.taken) >= FEWEST,
-            "demo": self.demo,
-            "trouble": self.trouble,
-            "waits": self.waits,
-        }
+        return EnrollmentState(
+            id=self.id,
+            who=self.who,
+            owner=self.owner,
+            background=self.background is not None,
+            next=gesture.name if gesture else "",
+            advice=STEP_OUT if self.background is None else gesture.words if gesture else ENOUGH,
+            gestures=[one.name for one in GESTURES],
+            pictures=[one.shown for one in self.taken],
+            newest=None if self.newest is None else self.newest.shown,
+            fewest=FEWEST,
+            ready=len(self.taken) >= FEWEST,
+            demo=self.demo,
+            trouble=self.trouble,
+            waits=self.waits,
+        )
 
     def _judged(self, gesture: str, size: list[int], picture: bytes) -> JudgedPicture:
         self.used = time.monotonic()

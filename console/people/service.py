@@ -9,14 +9,15 @@ import secrets
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+
+import msgspec
 
 from console.access.logins import Person
 from console.calibration.live_capture import moved
 from console.control.dispatcher import CommandDispatcher
 from console.http.problems import Problem
 from console.people.demo import EnrollmentDemo
-from console.people.enrollment import MOST_PICTURES, EnrollmentSession
+from console.people.enrollment import MOST_PICTURES, EnrollmentSession, EnrollmentState
 from console.people.jobs import JudgePicture, LearnPerson, PersonPicture, ReadBackground
 from console.people.store import MOST_PEOPLE, VERSION, PersonFile, PersonStore, name_of
 from console.robot.link import RobotLink
@@ -41,7 +42,26 @@ OVER = "That enrollment is over; begin again."
 ONLY = "When called I come only to {}; that is chosen under People."
 ANYBODY = "When called I come to anybody."
 
-Fields = dict[str, Any]
+
+class KnownPerson(msgspec.Struct, frozen=True, kw_only=True):
+    """A person whom the robot knows, without how they look."""
+
+    id: str
+    name: str
+    learnt_s: float  # Unix time
+    by: str  # who was at the console
+    pictures: int
+
+
+class PeopleState(msgspec.Struct, frozen=True, kw_only=True):
+    """The people and the enrollment under way, as the page gets them."""
+
+    people: list[KnownPerson]
+    chosen: str | None  # id
+    enrollment: EnrollmentState | None
+    camera: bool  # the robot has one
+    stands: bool  # the person who showed the gestures is still in the simulated room
+    simulated: bool
 
 
 class EnrollmentService:
@@ -96,21 +116,22 @@ class EnrollmentService:
         card = self.people.get(self._chosen or "")
         return None if card is None else card.who
 
-    def to_dict(self) -> Fields:
+    @property
+    def shown(self) -> PeopleState:
         """Everything that the page shows."""
         rows = [
-            {"id": one.id, "name": one.name, "learnt_s": one.learnt_s, "by": one.by, "pictures": one.pictures}
+            KnownPerson(id=one.id, name=one.name, learnt_s=one.learnt_s, by=one.by, pictures=one.pictures)
             for one in sorted(self.people.values(), key=lambda card: card.name.casefold())
         ]
         profile = self._robot.profile
-        return {
-            "people": rows,
-            "chosen": self._chosen,
-            "enrollment": None if self.enrollment is None else self.enrollment.to_dict(),
-            "camera": profile.camera is not None,
-            "stands": self._demo.stands,
-            "simulated": profile.kind == "SIM" and profile.drives,
-        }
+        return PeopleState(
+            people=rows,
+            chosen=self._chosen,
+            enrollment=None if self.enrollment is None else self.enrollment.shown,
+            camera=profile.camera is not None,
+            stands=self._demo.stands,
+            simulated=profile.kind == "SIM" and profile.drives,
+        )
 
     # learning
 

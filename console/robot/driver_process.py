@@ -11,12 +11,23 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import msgspec
+
 from console.workers.child_process import ChildProcess
 from core.errors import Unavailable
-from core.gate.packets import packet_pair, send_packet
+from core.gate.packets import packet_pair
 from core.robots import Profile
 from core.robots.frame_sender import FrameReceiver
-from core.robots.ipc_messages import DriverHello, DriverTrouble, OpenRequest
+from core.robots.ipc_messages import (
+    AskPacket,
+    DriverHello,
+    DriverTrouble,
+    GatePacket,
+    LeavePacket,
+    OpenRequest,
+    send_control,
+)
+from core.robots.requests import RobotRequest
 
 log = logging.getLogger(__name__)
 
@@ -79,16 +90,16 @@ class DriverProcess:
         if self._gate_end.fileno() < 0:
             self._gate_end, their_end = packet_pair()
             with their_end, contextlib.suppress(OSError):
-                socket.send_fds(self._control, [b'{"kind":"gate"}'], [their_end.fileno()])
+                socket.send_fds(self._control, [msgspec.json.encode(GatePacket())], [their_end.fileno()])
         return self._gate_end
 
-    def ask(self, ref: int, request: dict[str, Any]) -> bool:
+    def ask(self, ref: int, request: RobotRequest[Any]) -> bool:
         """Send a request → whether it is on its way; the answer comes with `read`."""
-        return send_packet(self._control, {"kind": "ask", "ref": ref, "request": request})
+        return send_control(self._control, AskPacket(ref, msgspec.Raw(msgspec.json.encode(request))))
 
     def end(self, patience: float) -> None:
         """Let it go, by force after `patience` [s]."""
-        send_packet(self._control, {"kind": "leave"})
+        send_control(self._control, LeavePacket())
         self.child.end(patience)
         for end in (self.stream, self._control, self._gate_end):
             end.close()

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import itertools
 import threading
-from typing import Any
 
 from core.robots.frame_sender import merged
 from core.robots.ipc_messages import DriverTrouble, RobotAnswer
 from core.sensors import SensorFrame
 
-AnswerContent = dict[str, Any] | DriverTrouble
+AnswerContent = bytes | DriverTrouble  # JSON of an answer
 
 
 class FrameBuffer:

@@ -7,11 +7,10 @@ import time
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
 
 from console.robot.driver_process import DriverProcess
 from console.workers.child_process import ChildProcess
-from core.errors import Unavailable
+from core.errors import BadInput, Unavailable
 from core.gate import GateStatus, Limits
 from core.gate.packets import packet_pair, send_packet, take_packets
 from core.robots import Profile
@@ -46,7 +45,7 @@ class GateProcess:
         self.heard = time.monotonic()  # when it spoke last, or was started
         self.started = False  # whether it has spoken
 
-    def send(self, packet: Mapping[str, Any]) -> bool:
+    def send(self, packet: Mapping[str, object]) -> bool:
         """Without waiting → whether it is on its way."""
         return send_packet(self.orders, packet)
 
@@ -55,7 +54,7 @@ class GateProcess:
         packets, there = take_packets(self.orders)
         if packets:
             self.heard, self.started = time.monotonic(), True
-        return [GateStatus.of_json(packet) for packet in packets[-1:]], there
+        return [GateStatus.of_packet(packet) for packet in packets[-1:]], there
 
     def end(self, patience: float) -> None:
         """Through zero and away, by force after `patience` [s]."""
@@ -74,5 +73,5 @@ def limits_of(profile: Profile, limits: Limits) -> Limits:
             radius=profile.radius,
             guard=limits.guard and profile.laser is not None,
         )
-    except ValueError as trouble:
+    except BadInput as trouble:
         raise Unavailable(f"This robot does not fit the gate: {trouble}") from None

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable
-from typing import Any, Protocol
+from collections.abc import Callable
+from typing import Protocol
 
 from console.messages import Link
 from core.gate.setpoint import Setpoint
 from core.gate.status import GateStatus
 from core.robots import Profile
+from core.robots.requests import AnswerT, RobotRequest
 from core.sensors import SensorFrame
-
-Ask = Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]  # `RobotLink.ask` in a thread
 
 
 class RobotLink(Protocol):
@@ -76,7 +75,7 @@ class RobotLink(Protocol):
         """The gate's newest status."""
         ...
 
-    def ask(self, request: dict[str, Any], timeout: float = 2.0) -> dict[str, Any]:
+    def ask(self, request: RobotRequest[AnswerT], timeout: float = 2.0) -> AnswerT:
         """A request to the driver → its answer. Raises BadInput, Refused or Unavailable with a sentence."""
         ...
 

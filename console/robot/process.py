@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import time
 from dataclasses import asdict
-from typing import Any, Literal
+from typing import Literal
 
 from console.robot.supervisor import RobotSupervisor
 from core.errors import Unavailable
 from core.gate import GateStatus, Setpoint
 from core.gate.limits import is_number
 from core.robots.ipc_messages import DriverTrouble
+from core.robots.requests import AnswerT, RobotRequest, read_answer
 from core.sensors import SensorFrame
 
 STALE, LOST = 0.5, 3.0  # [s], age of the newest frame
@@ -85,7 +86,7 @@ class RobotProcess(RobotSupervisor):
             return "lost", age
         return ("live" if age <= STALE else "stale"), age
 
-    def ask(self, request: dict[str, Any], timeout: float = 2.0) -> dict[str, Any]:
+    def ask(self, request: RobotRequest[AnswerT], timeout: float = 2.0) -> AnswerT:
         """A request to the driver → its answer. Raises BadInput, Refused or Unavailable with a sentence."""
         ref, driver = self._mail.open_question(), self._driver
         if driver is None or not driver.ask(ref, request):
@@ -96,4 +97,4 @@ class RobotProcess(RobotSupervisor):
             raise Unavailable(f"The robot did not answer within {timeout:g} s.")
         if isinstance(answer, DriverTrouble):
             raise answer.error
-        return answer
+        return read_answer(answer, request)

@@ -12,9 +12,8 @@ import math
 import select
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 from console.robot.driver_process import DriverProcess
 from console.robot.frame_buffer import FrameBuffer
@@ -115,7 +114,7 @@ class RobotSupervisor:
         running = {"driver": self._driver, "gate": self._gate}
         return {name: one.child.pid for name, one in running.items() if one is not None}
 
-    def _send(self, packet: dict[str, Any]) -> bool:
+    def _send(self, packet: Mapping[str, object]) -> bool:
         gate = self._gate
         return gate is not None and gate.send(packet)
 

@@ -14,11 +14,11 @@ import numpy as np
 
 from console.messages.audio import AUDIO_RATE, ListenMode
 from console.speech.transcription_client import TranscriptionClient
-from console.speech.utterance import UtteranceMessage
 from console.workers.tasks import end
 from console.workers.worker import WorkerLost
 from core.errors import BeckonError, Refused
 from core.message import Array
+from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.settings import SpeechSettings
 
 log = logging.getLogger(__name__)
@@ -37,7 +37,7 @@ class TalkTurn:
     def __init__(
         self,
         mode: ListenMode,
-        hear: Callable[[UtteranceMessage, float], None],
+        hear: Callable[[RecognizedUtterance, float], None],
         say: Callable[[str, bool], None],
         page: int = 0,
         rank: Callable[[], int] = lambda: 0,
@@ -141,7 +141,7 @@ class BrowserMicrophone:
         task.add_done_callback(self._reading.discard)
 
     def reject(self, words: str, page: int) -> None:
-        """An order that was spoken at this page waited and was held back."""
+        """A command that was spoken at this page waited and was rejected."""
         if page == self._page:
             self._worker.reject(words)
 
@@ -191,6 +191,6 @@ class BrowserMicrophone:
             if self._turn is turn:
                 self._turn = None
 
-    def _tell(self, turn: TalkTurn, heard: list[UtteranceMessage]) -> None:
+    def _tell(self, turn: TalkTurn, heard: list[RecognizedUtterance]) -> None:
         for utterance in heard:
             turn.hear(utterance, turn.late(utterance.end))

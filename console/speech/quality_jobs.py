@@ -22,42 +22,37 @@ class QualityWish(msgspec.Struct, frozen=True):
     phrases: int
 
 
-class QualityPlace(msgspec.Struct, frozen=True):
-    """A place of the speaker, and why nobody can speak from there or ""."""
+class QualityRow(msgspec.Struct, frozen=True, kw_only=True):
+    """The figures of one place; those that are unset were not measured."""
 
     distance_m: float
     snr_db: float
-    refused: str
+    refused: str  # why nobody can speak from there
+    stoi: float | msgspec.UnsetType | None = msgspec.UNSET
+    estoi: float | msgspec.UnsetType | None = msgspec.UNSET
+    si_sdr_db: float | msgspec.UnsetType | None = msgspec.UNSET
+    words: int | msgspec.UnsetType = msgspec.UNSET
+    erroneous_words_person: int | msgspec.UnsetType = msgspec.UNSET
+    erroneous_words_robot: int | msgspec.UnsetType = msgspec.UNSET
+    osqe_d: float | msgspec.UnsetType | None = msgspec.UNSET
+    osqe_r: float | msgspec.UnsetType | None = msgspec.UNSET
+    reason: str | msgspec.UnsetType | None = msgspec.UNSET  # why a figure is undefined
+    verdict: str | msgspec.UnsetType | None = msgspec.UNSET
+    commands: int | msgspec.UnsetType = msgspec.UNSET
+    commands_exact: int | msgspec.UnsetType = msgspec.UNSET
 
 
 class BegunQuality(msgspec.Struct, frozen=True):
     """A run that is prepared."""
 
-    places: list[QualityPlace]
+    places: list[QualityRow]  # nothing is measured there yet
     voice: str
-
-
-class QualityFigures(QualityPlace, frozen=True):
-    """The figures of a place."""
-
-    stoi: float | None
-    estoi: float | None
-    si_sdr_db: float | None
-    words: int
-    erroneous_words_person: int
-    erroneous_words_robot: int
-    osqe_d: int
-    osqe_r: float | None
-    reason: str
-    verdict: str
-    commands: int
-    commands_exact: int
 
 
 class MeasuredQuality(msgspec.Struct, frozen=True):
     """A place that was measured."""
 
-    row: QualityFigures
+    row: QualityRow
     page: str  # HTML
 
 

@@ -7,15 +7,16 @@ import logging
 import re
 import secrets
 import time
+from collections.abc import Iterable
 from dataclasses import fields
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import msgspec
 
 from console.access.logins import Person
 from console.http.problems import Problem
-from console.speech.quality_jobs import BeginQuality, ListenClose, MeasureQuality, QualityWish
+from console.speech.quality_jobs import BeginQuality, ListenClose, MeasureQuality, QualityRow, QualityWish
 from console.workers.tasks import end, to_the_end
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BeckonError, Unwritable
@@ -33,26 +34,55 @@ GIVEN_UP = "Given up before it was done."
 RunState = Literal["running", "done", "cancelled", "failed"]
 
 
-class QualityRun(msgspec.Struct):
-    """One run, as the page shows it and as it is kept."""
+class QualityRunState(msgspec.Struct, frozen=True, kw_only=True):
+    """A run as the page shows it."""
 
     id: str
     who: str
     at_s: float  # Unix time
-    wish: dict[str, Any]
+    wish: QualityWish
+    state: RunState
+    doing: str
+    reason: str
+    progress: float  # 0..1
+    voice: str
+    rows: list[QualityRow]
+    reports: list[bool]  # whether a row has a page
+    summary: str
+
+
+class QualityRun(msgspec.Struct):
+    """One run, as it is kept."""
+
+    id: str
+    who: str
+    at_s: float  # Unix time
+    wish: QualityWish
     state: RunState = "running"
     doing: str = "Making ready…"
     reason: str = ""  # why it failed
     progress: float = 0.0  # 0..1
     voice: str = ""
-    rows: list[dict[str, Any]] = []
+    rows: list[QualityRow] = []
     pages: list[str] = []  # of each row; "" where nobody could speak
 
-    def to_dict(self) -> dict[str, Any]:
+    @property
+    def shown(self) -> QualityRunState:
         """Everything but the pages."""
-        plain: dict[str, Any] = msgspec.to_builtins(self)
-        plain["reports"] = [bool(page) for page in plain.pop("pages")]
-        return plain | {"summary": summary(self.rows)}
+        return QualityRunState(
+            id=self.id,
+            who=self.who,
+            at_s=self.at_s,
+            wish=self.wish,
+            state=self.state,
+            doing=self.doing,
+            reason=self.reason,
+            progress=self.progress,
+            voice=self.voice,
+            rows=list(self.rows),
+            reports=[bool(page) for page in self.pages],
+            summary=summary(self.rows),
+        )
 
 
 class QualityRuns:
@@ -83,7 +113,7 @@ class QualityRuns:
             raise Problem(404, "There is no such run; it may have been deleted.")
         return self.runs[number]
 
-    def begin(self, wish: dict[str, Any], who: Person) -> QualityRun:
+    def begin(self, wish: QualityWish, who: Person) -> QualityRun:
         """Start a run. Raises Problem 409 while another one is under way."""
         if self._task is not None and not self._task.done():
             raise Problem(409, "Hearing is being measured already; wait until that is done, or cancel it.")
@@ -127,20 +157,20 @@ class QualityRuns:
 
     async def _steps(self, run: QualityRun) -> None:
         ears = MicrophoneSettings(**{one.name: getattr(self.ears, one.name) for one in fields(MicrophoneSettings)})
-        job = BeginQuality(msgspec.convert(run.wish, QualityWish), ears, self.speech)
+        job = BeginQuality(run.wish, ears, self.speech)
         answer = await self._worker.ask(job, budget=BUDGET)
         run.voice = answer.voice
-        run.rows = msgspec.to_builtins(answer.places)
+        run.rows = answer.places
         run.pages = [""] * len(run.rows)
         steps = len(run.rows) + 1
         run.doing = "The text, close to the mouth…"
         await self._worker.ask(ListenClose(), budget=BUDGET)
         for number, row in enumerate(run.rows):
             run.progress = (number + 1) / steps
-            run.doing = f"{row['distance_m']:g} m away, {row['snr_db']:g} dB over the noise…"
-            if not row["refused"]:
+            run.doing = f"{row.distance_m:g} m away, {row.snr_db:g} dB over the noise…"
+            if not row.refused:
                 measured = await self._worker.ask(MeasureQuality(number), budget=BUDGET)
-                run.rows[number], run.pages[number] = msgspec.to_builtins(measured.row), measured.page
+                run.rows[number], run.pages[number] = measured.row, measured.page
                 await self._keep(run)
         run.progress = 1.0
 
@@ -167,19 +197,22 @@ class QualityRuns:
                 run.reason = run.reason or str(trouble)
 
 
-def summary(rows: list[dict[str, Any]]) -> str:
+def summary(rows: list[QualityRow]) -> str:
     """The score in a line: the recognition at each end of the measured range; "" before anything was measured."""
-    measured = [row for row in rows if row.get("commands")]
-    if not measured:
+    commands = total(row.commands for row in rows)
+    if not commands:
         return ""
-    exact, all_of_them = (sum(row[name] for row in measured) for name in ("commands_exact", "commands"))
-    worse = sum(row["erroneous_words_robot"] for row in measured) - sum(
-        row["erroneous_words_person"] for row in measured
-    )
-    words = sum(row["words"] for row in measured)
-    return f"{round(100 * exact / all_of_them)} % of commands whole; OSQE_D {-worse:+d} over {words} words".replace(
+    exact = total(row.commands_exact for row in rows)
+    worse = total(row.erroneous_words_robot for row in rows) - total(row.erroneous_words_person for row in rows)
+    words = total(row.words for row in rows)
+    return f"{round(100 * exact / commands)} % of commands whole; OSQE_D {-worse:+d} over {words} words".replace(
         "+0", "0"
     ).replace("-", "−")
+
+
+def total(counts: Iterable[int | msgspec.UnsetType]) -> int:
+    """The sum of what was counted."""
+    return sum(count for count in counts if count is not msgspec.UNSET)
 
 
 def _kept(folder: Path) -> list[QualityRun]:

@@ -10,8 +10,7 @@ from console.speech.quality_jobs import (
     ListenClose,
     MeasuredQuality,
     MeasureQuality,
-    QualityFigures,
-    QualityPlace,
+    QualityRow,
 )
 from console.workers.job import Handler
 from core.experiments.speech_quality_here import SpeechQualityHere
@@ -46,7 +45,9 @@ class QualityWorker:
             ears=job.ears,
             speech=job.speech,
         )
-        places = [QualityPlace(one.distance, one.ratio, one.refused) for one in self._run.places]
+        places = [
+            QualityRow(distance_m=one.distance, snr_db=one.ratio, refused=one.refused) for one in self._run.places
+        ]
         return BegunQuality(places, self._run.voice)
 
     def listen_close(self, _: ListenClose) -> str:
@@ -58,4 +59,4 @@ class QualityWorker:
         """Measure one place."""
         assert self._run is not None
         row, report = self._run.measure(self._run.places[job.number])
-        return MeasuredQuality(msgspec.convert(row, QualityFigures), report)
+        return MeasuredQuality(msgspec.convert(row, QualityRow), report)

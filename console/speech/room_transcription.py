@@ -12,7 +12,6 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -26,7 +25,6 @@ from console.control.pending_commands import PendingCommand
 from console.messages.hearing import TranscriptionStatus
 from console.speech.spoken_stops import SpokenStops, stopped
 from console.speech.transcription_client import TranscriptionClient
-from console.speech.utterance import UtteranceMessage
 from console.workers.tasks import end
 from console.workers.worker import WorkerLost
 from core.errors import BeckonError
@@ -35,6 +33,7 @@ from core.perception.people.voice_bearing import VoiceBearing
 from core.sensors import Sound
 from core.sensors.microphones import MicrophoneArray, joined, usable
 from core.snapshot import Snapshot, VoiceDirection
+from core.speech.recognition.decision import Decision, RecognizedUtterance, Verdict
 from core.speech.settings import MOST_WAITING, PIECE, SpeechSettings
 
 
@@ -45,12 +44,12 @@ class UnrecognizedSpeechLog:
         self._history = history
         self._newest_id = 0  # of the entry in the history
 
-    def tell(self, who: Person, **more: Any) -> HistoryEntry | None:
+    def tell(self, who: Person, *, source: str, remark: str) -> HistoryEntry | None:
         """Into the history, unless it is the newest there already."""
         newest = self._history.newest_first(commands_only=True, limit=1)
         if newest and newest[0].id == self._newest_id:
             return None
-        entry = self._history.add("command", who, state="refused", words="", **more)
+        entry = self._history.add("command", who, state="refused", source=source, words="", remark=remark)
         self._newest_id = entry.id
         return entry
 
@@ -59,7 +58,7 @@ log = logging.getLogger(__name__)
 
 MOST_LOSSES = 3  # of the worker, one after the other
 REMEMBERED = 50  # utterances
-OFFERED = 15.0  # [s] that a command is offered whose words were heard with a doubt
+OFFERED = 15.0  # [s] that a command is offered that rejected words most likely were
 CREEPS = 0.01  # [m/s], [rad/s] up to which the robot's own motors are not heard
 KNOWN = 30.0  # [s] for which the robot's clock is known in ours
 FRESH = 1.5  # [s] by which a direction may be older than the end of the words that it belongs to
@@ -80,8 +79,9 @@ class RoomUtterance:
     reason: str
     azimuth_rad: float | None  # robot frame, as the robot stood when it heard it
     sd_rad: float | None
-    suggested_command: str = ""  # the command that the words would be, had they been heard without a doubt
-    uncertain: bool = False  # a number in it may have been another
+    verdict: Verdict
+    confidence: float  # 0 to 1
+    suggested_command: str = ""  # the command that rejected words most likely were
 
 
 class RoomTranscriber:
@@ -92,7 +92,7 @@ class RoomTranscriber:
         self.stamp = 0.0  # [s] robot clock of the newest snapshot
         self.trouble = ""  # why words are not read
         self.utterances: deque[RoomUtterance] = deque(maxlen=REMEMBERED)
-        self.obey: Callable[[UtteranceMessage, RoomUtterance, VoiceBearing | None], str] | None = (
+        self.obey: Callable[[Decision, RoomUtterance, VoiceBearing | None], str] | None = (
             None  # takes words on, or tells why not
         )
         self._door, self._history, self._board = door, history, board
@@ -142,7 +142,7 @@ class RoomTranscriber:
             self._task = asyncio.get_running_loop().create_task(self._read())
 
     def reject(self, pending_command: PendingCommand) -> None:
-        """An order from here waited and was held back."""
+        """A command from here waited and was rejected."""
         if pending_command.source == "ears":
             self._worker.reject(pending_command.words)
 
@@ -166,6 +166,15 @@ class RoomTranscriber:
         offered = newest.suggested_command if newest is not None and fresh else ""
         return TranscriptionStatus(starting=not self.trouble and not self._worker.ready, suggested_command=offered)
 
+    @property
+    def engine(self) -> str:
+        """Which engine reads the words, and why, in a sentence; "": none has begun."""
+        return self._worker.engine
+
+    def shown(self) -> list[RoomUtterance]:
+        """The newest utterances, newest first."""
+        return list(reversed(self.utterances))
+
     async def _read(self) -> None:
         try:
             while self._waiting is not None and self._waiting.duration >= PIECE:
@@ -187,13 +196,14 @@ class RoomTranscriber:
         self.trouble = why
         self._board.tell("warning", f"The robot's ears hear no words: {why}")
 
-    async def _words(self, sound: Sound) -> list[UtteranceMessage]:
+    async def _words(self, sound: Sound) -> list[RecognizedUtterance]:
         """Send one piece to the worker; a worker that was started again first learns how to listen."""
         if not await self._worker.begun():
             await self._worker.begin(self.settings, array=self._array)
+            log.info("%s", self._worker.engine)
         return await self._worker.feed(sound.samples, sound.rate, sound.stamp)
 
-    def _hear(self, utterance: UtteranceMessage) -> None:
+    def _hear(self, utterance: RecognizedUtterance) -> None:
         """One utterance, or a STOP within one that is not over."""
         heard = self._stops.hear(utterance)
         if heard == "stop":
@@ -212,7 +222,7 @@ class RoomTranscriber:
             return
         reason = NOT_OBEYED if one.accepted else one.reason
         if one.accepted and self.obey is not None:
-            reason = self.obey(utterance, one, None if voice is None else voice.call)
+            reason = self.obey(utterance.decision, one, None if voice is None else voice.call)
             if not reason:
                 return
         self._history.add(
@@ -221,7 +231,7 @@ class RoomTranscriber:
             state="refused",
             source="ears",
             words=one.words,
-            heard_as=utterance.heard_as,
+            heard_as=one.command or "",
             remark=reason,
         )
 
@@ -230,23 +240,25 @@ class RoomTranscriber:
         since, until = self._drove
         return unrecognized.t0_s <= until and unrecognized.t1_s >= since
 
-    def _voice(self, utterance: UtteranceMessage) -> VoiceDirection | None:
+    def _voice(self, utterance: RecognizedUtterance) -> VoiceDirection | None:
         """Return the strongest voice that was heard while these words were spoken."""
         near = [one for one in self._voices if utterance.begin - PIECE <= one.stamp <= utterance.end + FRESH]
         return max(near, key=lambda one: one.strength, default=None)
 
-    def _utterance(self, utterance: UtteranceMessage, best: VoiceDirection | None) -> RoomUtterance:
+    def _utterance(self, utterance: RecognizedUtterance, best: VoiceDirection | None) -> RoomUtterance:
+        decision, command = utterance.decision, utterance.decision.command
         self._newest += 1
         return RoomUtterance(
             id=self._newest,
             t0_s=round(utterance.begin, 3),
             t1_s=round(utterance.end, 3),
-            words=utterance.words,
-            accepted=utterance.name is not None,
-            command=utterance.heard_as or None,
-            reason=utterance.reason,
+            words=decision.words,
+            accepted=command is not None,
+            command=None if command is None else command.heard_as,
+            reason=decision.reason,
             azimuth_rad=None if best is None else round(wrap(best.azimuth), 4),
             sd_rad=None if best is None else round(best.sd_heard, 4),
-            suggested_command=utterance.suggested_command,
-            uncertain=utterance.uncertain,
+            verdict=decision.verdict,
+            confidence=round(decision.confidence, 3),
+            suggested_command=decision.offered,
         )

@@ -6,29 +6,17 @@ import math
 from dataclasses import replace
 from typing import Literal
 
-import msgspec
-
 from console.control.command_freshness import CommandFreshness, Spoken
-from console.speech.utterance import UtteranceMessage
 from core.commands.stop_at import STOP_AT
-from core.commands.stop_moving import STOP_MOVING
+from core.speech.recognition.decision import RecognizedUtterance, stop
 from core.speech.settings import PIECE
 
 SAME = 1.0  # [s] by which the whole sentence may place the STOP later than it was first heard
 
 
-def stopped(utterance: UtteranceMessage) -> UtteranceMessage:
-    """Return the utterance as one whose STOP was obeyed, whatever the recognizer made of the rest."""
-    return msgspec.structs.replace(
-        utterance,
-        name=STOP_MOVING.name,
-        numbers={},
-        heard_as=STOP_MOVING.words[0],
-        reason="",
-        suggestions=(),
-        suggested_command="",
-        uncertain=False,
-    )
+def stopped(utterance: RecognizedUtterance) -> RecognizedUtterance:
+    """Return the utterance as one whose STOP was obeyed, whatever was decided about the rest."""
+    return replace(utterance, decision=stop(utterance.decision.words))
 
 
 class SpokenStops:
@@ -42,20 +30,22 @@ class SpokenStops:
         """The sound that comes from now on has other times."""
         self._end = -math.inf
 
-    def hear(self, utterance: UtteranceMessage) -> Literal["words", "stop", "stopped"]:
+    def hear(self, utterance: RecognizedUtterance) -> Literal["words", "stop", "stopped"]:
         """Words without a STOP, a STOP that is to be obeyed, or the rest of an utterance whose STOP was obeyed.
 
         The whole sentence "stop at x and y" is a command, although the robot stops as soon as it hears its beginning.
         """
         same = utterance.begin <= self._end
-        if utterance.name == STOP_MOVING.name:
+        if utterance.decision.stops:
             if utterance.end <= self._end + (SAME if utterance.final and same else PIECE):
                 return "stopped"
             if not same:
                 self._utterance = object()
             self._end = utterance.end
             return "stop"
-        return "stopped" if same and utterance.name != STOP_AT.name else "words"
+        command = utterance.decision.command
+        at_place = command is not None and command.name == STOP_AT.name
+        return "stopped" if same and not at_place else "words"
 
     def obeyed(self, words: CommandFreshness) -> None:
         """The newest stop of all is the one that was heard here."""

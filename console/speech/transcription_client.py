@@ -8,21 +8,23 @@ from collections import deque
 import numpy as np
 
 from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound
-from console.speech.utterance import UtteranceMessage
+from console.speech.utterance import received
 from console.workers.array_jobs import ArrayMessage
 from console.workers.worker import Worker
 from core.message import Array
 from core.sensors.microphones import MicrophoneArray
+from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.settings import SpeechSettings
 
 BUDGET = 20.0  # [s] of processor time for a piece of sound
-FEW = 8  # orders held back while nobody listens: of more than these only the newest count
+FEW = 8  # commands rejected while nobody listens: of more than these only the newest count
 
 
 class TranscriptionClient:
     """The worker of one listener. Lives on the event loop; raises Lost when the process is lost, and its errors."""
 
     def __init__(self) -> None:
+        self.engine = ""  # a sentence: which engine reads the words, and why; "": none has begun
         self._worker = Worker("words")
         self._rejected: deque[tuple[str, float]] = deque(maxlen=FEW)  # sent with the next sound
         self._speaker = 0
@@ -53,16 +55,16 @@ class TranscriptionClient:
     ) -> None:
         """Listen again; `held`: everything up to `finish` is one utterance; `array`: to the beam towards the voice.
 
-        Another `speaker` has another clock, and what was held back before was not theirs.
+        Another `speaker` has another clock, and what was rejected before was not theirs.
         """
         if speaker != self._speaker:
             self._rejected.clear()
         self._speaker = speaker
         job = BeginListening(settings, held, None if array is None else ArrayMessage.of(array), speaker)
-        await self._worker.ask(job, budget=BUDGET)
+        self.engine = await self._worker.ask(job, budget=BUDGET)
         self._begun = self._worker.starts
 
-    async def feed(self, samples: Array, rate: int, stamp: float) -> list[UtteranceMessage]:
+    async def feed(self, samples: Array, rate: int, stamp: float) -> list[RecognizedUtterance]:
         """Samples (N,) of full scale ±1, or (N, M) of the array's microphones in their order, first at `stamp` [s] →
         what became known with them.
         """
@@ -71,15 +73,16 @@ class TranscriptionClient:
         rejected = [(words, now - then) for words, then in self._rejected]
         self._rejected.clear()
         channels = samples[0].size if len(samples) else 1
-        return await self._worker.ask(HearSound(raw, rate, stamp, channels, rejected), budget=BUDGET)
+        job = HearSound(raw, rate, stamp, channels, rejected)
+        return received(await self._worker.ask(job, budget=BUDGET))
 
     def reject(self, words: str) -> None:
-        """These words, as an order, were held back: said again, they most likely are others."""
+        """These words, as a command, were rejected: said again, they most likely are others."""
         self._rejected.append((words, time.monotonic()))
 
-    async def finish(self) -> list[UtteranceMessage]:
+    async def finish(self) -> list[RecognizedUtterance]:
         """End the sound → the utterances that became known with that."""
-        return await self._worker.ask(FinishListening(), budget=BUDGET)
+        return received(await self._worker.ask(FinishListening(), budget=BUDGET))
 
     def kill(self) -> None:
         """End the process now."""

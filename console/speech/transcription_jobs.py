@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from console.speech.utterance import UtteranceMessage
 from console.workers.array_jobs import ArrayMessage
 from console.workers.job import Job
+from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.settings import SpeechSettings
 
 
-class BeginListening(Job[None], frozen=True):
-    """Listen again with the engine that the settings name. Raises Unavailable and BadInput with a sentence.
+class BeginListening(Job[str], frozen=True):
+    """Listen again with the engine that the settings name → which engine reads the words, and why, in a sentence.
 
     `held`: everything up to `FinishListening` is one utterance. With an array the sound has a channel for each of its
     microphones, and the beam towards the voice is read; it listens all the time, so `held` says nothing there. What
-    was held back is forgotten when another `speaker` begins.
+    was rejected is forgotten when another `speaker` begins. Raises Unavailable and BadInput with a sentence.
     """
 
     settings: SpeechSettings
@@ -22,15 +22,15 @@ class BeginListening(Job[None], frozen=True):
     speaker: int = 0
 
 
-class HearSound(Job[list[UtteranceMessage]], frozen=True):
+class HearSound(Job[list[RecognizedUtterance]], frozen=True):
     """The next sound → the utterances known with it. Pieces come in the order in which they were heard."""
 
     samples: bytes  # 32-bit numbers, channel by channel of each moment
     rate: int  # [Hz]
     stamp: float  # [s] of the first
     channels: int = 1
-    rejected: list[tuple[str, float]] = []  # words understood and then held back, and how long [s] before the end
+    rejected: list[tuple[str, float]] = []  # commands understood and then rejected; how long [s] before the end
 
 
-class FinishListening(Job[list[UtteranceMessage]], frozen=True):
+class FinishListening(Job[list[RecognizedUtterance]], frozen=True):
     """The sound has ended → the utterances that became known with that."""

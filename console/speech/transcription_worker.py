@@ -6,12 +6,11 @@ import msgspec
 import numpy as np
 
 from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound
-from console.speech.utterance import UtteranceMessage, utterance_message
 from console.workers.job import Handler
 from core.sensors.microphones import Sound
-from core.speech.recognition.acceptance import judge
-from core.speech.recognition.engines import open_engine
-from core.speech.recognition.recognizer import Engine, at_16_khz
+from core.speech.recognition.decision import RecognizedUtterance
+from core.speech.recognition.engines import ActiveEngine, open_engine
+from core.speech.recognition.recognizer import at_16_khz
 from core.speech.recognition.rejected_commands import RejectedCommands
 from core.speech.settings import SpeechSettings
 from core.speech.transcription.array_transcriber import ArrayTranscriber
@@ -23,7 +22,7 @@ class TranscriptionWorker:
 
     def __init__(self) -> None:
         self._transcriber: Transcriber | ArrayTranscriber | None = None
-        self._engine: tuple[SpeechSettings, Engine] | None = None
+        self._engine: tuple[SpeechSettings, ActiveEngine] | None = None
         self._speaker = 0
         self._rejected = RejectedCommands()  # of this speaker's, by whichever transcriber heard it
 
@@ -36,7 +35,7 @@ class TranscriptionWorker:
             FinishListening.handled_by(self.finish),
         )
 
-    def begin(self, job: BeginListening) -> None:
+    def begin(self, job: BeginListening) -> str:
         """Listen again."""
         if job.speaker != self._speaker:
             self._speaker, self._rejected = job.speaker, RejectedCommands()
@@ -44,22 +43,27 @@ class TranscriptionWorker:
             self._engine = job.settings, open_engine(job.settings)
         engine = self._engine[1]
         if job.array is None:
-            self._transcriber = Transcriber(job.settings, held=job.held, engine=engine, rejected=self._rejected)
+            self._transcriber = Transcriber(
+                job.settings, held=job.held, recognizer=engine.recognizer, rejected=self._rejected
+            )
         else:
             channels = tuple(range(len(job.array.positions)))
             in_order = msgspec.structs.replace(job.array, channels=channels, rate=None).array
-            self._transcriber = ArrayTranscriber(in_order, job.settings, engine=engine, rejected=self._rejected)
+            self._transcriber = ArrayTranscriber(
+                in_order, job.settings, recognizer=engine.recognizer, rejected=self._rejected
+            )
+        return engine.why
 
-    def hear(self, job: HearSound) -> list[UtteranceMessage]:
+    def hear(self, job: HearSound) -> list[RecognizedUtterance]:
         """Read the words of a piece of sound."""
         assert self._transcriber is not None
         numbers = np.frombuffer(job.samples, np.float32).astype(float).reshape(-1, job.channels)
         sound = at_16_khz(Sound(stamp=job.stamp, rate=job.rate, samples=numbers))
         for words, ago in job.rejected:
             self._rejected.reject(words, job.stamp + sound.duration - ago)
-        return [utterance_message(judge(heard)) for heard in self._transcriber.feed(sound)]
+        return list(self._transcriber.feed(sound))
 
-    def finish(self, _: FinishListening) -> list[UtteranceMessage]:
+    def finish(self, _: FinishListening) -> list[RecognizedUtterance]:
         """Read what is left of the sound."""
         assert self._transcriber is not None
-        return [utterance_message(judge(heard)) for heard in self._transcriber.finish()]
+        return list(self._transcriber.finish())

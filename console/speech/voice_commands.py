@@ -17,10 +17,9 @@ from console.control.notices import Notifications
 from console.control.pending_commands import PendingCommands
 from console.http.problems import Problem
 from console.speech.room_transcription import RoomTranscriber, RoomUtterance
-from console.speech.utterance import UtteranceMessage
 from core.errors import Refused
 from core.perception.people.voice_bearing import VoiceBearing
-from core.speech.understanding.grammar import Refusal
+from core.speech.recognition.decision import Decision
 
 SOURCE = "ears"
 NOT_YOURS = "The person who accepted voice commands no longer drives; voices in the room are only shown again."
@@ -65,23 +64,20 @@ class VoiceCommands:
         self.driver = self._ears.obey = None
         self._pending_commands.forget(SOURCE, "Voices in the room are obeyed no more.")
 
-    def _obey(self, utterance: UtteranceMessage, said: RoomUtterance, call: VoiceBearing | None) -> str:
+    def _obey(self, decision: Decision, said: RoomUtterance, call: VoiceBearing | None) -> str:
         """Begin, or wait a moment and begin → "", or why not."""
-        who = self.driver
+        who, command = self.driver, decision.command
         if who is None or not self._lease.held_by(who):
             self.let_go()
             return NOT_YOURS
         when = self._ears.said(said)
         late = self._door.words.why_not(when, SOURCE, who)
-        if late:
-            return late
-        command = utterance.command
-        if isinstance(command, Refusal):
-            return command.reason
+        if late or command is None:
+            return late or decision.reason
         if self._door.busy_above(SPOKEN):
             return HIGHER
         try:
-            self._pending_commands.take(replace(command, call=call), SOURCE, who, when, uncertain=said.uncertain)
+            self._pending_commands.take(replace(decision, command=replace(command, call=call)), SOURCE, who, when)
         except Problem as problem:
             self._board.tell("warning", problem.detail)
         return ""

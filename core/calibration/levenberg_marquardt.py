@@ -1,4 +1,4 @@
-"""Levenberg-Marquardt for small dense problems."""
+"""Levenberg-Marquardt: the damped descent that every solver here shares, and small dense problems solved with it."""
 
 from __future__ import annotations
 
@@ -10,6 +10,18 @@ import numpy as np
 from core.message import Array
 
 State = TypeVar("State")
+Linear = TypeVar("Linear")
+Place = TypeVar("Place")
+
+FIRST_DAMPING, LEAST_DAMPING = 1e-3, 1e-9
+
+
+class Linearisation(NamedTuple, Generic[State, Linear]):
+    """M independent problems at one state, M = 1 for a problem that is solved as a whole."""
+
+    state: State
+    linear: Linear  # what the next step is computed from
+    costs: Array  # (M,); not finite where the state is not admissible
 
 
 class LeastSquaresFit(NamedTuple, Generic[State]):
@@ -36,6 +48,40 @@ def soft_costs(lengths: Array, scale: float) -> Array:
     return 2 * scale**2 * (np.sqrt(1 + (lengths / scale) ** 2) - 1)
 
 
+def whole(better: Array, there: Place, here: Place) -> Place:
+    """Choose for a problem that is solved as a whole: `there` if it improved."""
+    return there if better.all() else here
+
+
+def descend(
+    linearise: Callable[[State], Linearisation[State, Linear]],
+    advance: Callable[[State, Linear, Array], State],
+    start: State,
+    *,
+    iterations: int,
+    close: float,
+    hopeless: float = 1e9,
+    choose: Callable[
+        [Array, Linearisation[State, Linear], Linearisation[State, Linear]], Linearisation[State, Linear]
+    ] = whole,
+) -> Linearisation[State, Linear]:
+    """Descend until no problem gains more than the share `close` of its cost, or its damping exceeds `hopeless`.
+
+    `advance(state, linear, damping (M,))` takes a step whose information has its diagonal raised by the factor
+    1 + damping; `choose(better (M,), there, here)` moves the problems that improved.
+    """
+    here = linearise(start)
+    damping = np.full(here.costs.shape, FIRST_DAMPING)
+    for _ in range(iterations):
+        there = linearise(advance(here.state, here.linear, damping))
+        better = np.isfinite(there.costs) & (there.costs <= here.costs)
+        before, here = here.costs, choose(better, there, here)
+        damping = np.maximum(np.where(better, damping / 10, damping * 10), LEAST_DAMPING)
+        if ((before - here.costs <= close * here.costs) & (better | (damping > hopeless))).all():
+            break
+    return here
+
+
 def minimise(
     model: Callable[[State], tuple[Array, Array]],
     start: State,
@@ -48,29 +94,21 @@ def minimise(
 
     `model(state)` gives residuals (K,) and their Jacobian (K, P) by the step that `move(state, step)` takes.
     """
-    state, damping = start, 1e-3
-    residuals, jacobian = model(state)
-    cost = _cost(residuals, soft)
-    for _ in range(iterations):
+
+    def linearise(state: State) -> Linearisation[State, tuple[Array, Array]]:
+        residuals, jacobian = model(state)
+        return Linearisation(state, (residuals, jacobian), np.array([_cost(residuals, soft)]))
+
+    def advance(state: State, linear: tuple[Array, Array], damping: Array) -> State:
+        residuals, jacobian = linear
         weights = np.ones_like(residuals) if soft is None else soft_weights(residuals, soft)
         information = (jacobian.T * weights) @ jacobian
         gradient = jacobian.T @ (weights * residuals)
         diagonal = np.maximum(np.diag(information), 1e-12 * max(1e-12, float(np.trace(information))))
-        step = np.linalg.lstsq(information + np.diag(damping * diagonal), -gradient, rcond=1e-15)[0]
-        moved = move(state, step)
-        new_residuals, new_jacobian = model(moved)
-        new_cost = _cost(new_residuals, soft)
-        if np.isfinite(new_cost) and new_cost <= cost:
-            settled = cost - new_cost < 1e-12 * cost + 1e-300
-            state, residuals, jacobian, cost = moved, new_residuals, new_jacobian, new_cost
-            damping = max(damping / 10, 1e-9)
-            if settled:
-                break
-        else:
-            damping *= 10
-            if damping > 1e9:
-                break
-    return LeastSquaresFit(state, residuals, jacobian, cost)
+        return move(state, np.linalg.lstsq(information + np.diag(damping * diagonal), -gradient, rcond=1e-15)[0])
+
+    found = descend(linearise, advance, start, iterations=iterations, close=1e-12)
+    return LeastSquaresFit(found.state, *found.linear, float(found.costs[0]))
 
 
 def _cost(residuals: Array, soft: float | None) -> float:

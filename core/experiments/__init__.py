@@ -6,16 +6,17 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
+from core.experiments.result import ExperimentResult
 from core.files import check_folder
 
-Experiment = Callable[..., dict[str, Any]]
+Experiment = Callable[..., ExperimentResult]
 """`run(runs=, seed=, out=, tell=)` → what came out, ready for JSON. Raises Unwritable for `out` beforehand."""
 
 
 def _in(module: str) -> Experiment:
     """The experiment of that module, imported when it is run."""
 
-    def run(**wishes: Any) -> dict[str, Any]:
+    def run(**wishes: Any) -> ExperimentResult:
         if wishes.get("out") is not None:
             check_folder(wishes["out"])
         return import_module(f"core.experiments.{module}").run(**wishes)

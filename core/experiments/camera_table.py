@@ -8,19 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypedDict
 
-import cv2
 import numpy as np
 
 from core.calibration.board.board import Board
 from core.calibration.board.chessboard import find_board
 from core.calibration.board.quality import judge
 from core.calibration.camera.intrinsics import Calibration, ViewCorners, calibrate
-from core.calibration.files.written import folder_at, write
+from core.calibration.files.written import write_all
 from core.calibration.practice import held, picture
 from core.calibration.projection import PARAMETERS
-from core.experiments.figures.figure_15 import camera_centred
+from core.errors import Unavailable
+from core.experiments.figures.figure_15 import figure_15
+from core.experiments.figures.figures_13_14 import figure_13, figure_14
+from core.experiments.result import BoardPoseFigures, ExperimentResult
 from core.experiments.run_log import RunLog
 from core.message import Array
 from core.optics import TABLE_3
@@ -28,7 +30,6 @@ from core.optics import TABLE_3
 BOARD = Board(columns=9, rows=6, square=0.03)  # the paper's squares are 30 mm; it does not count them
 VIEWS = 20
 RUNS = 40
-GAP = 2  # [pixel] of white around every picture of a sheet
 SYMBOLS = ("f_u (pixels)", "f_v (pixels)", "u_0 (pixels)", "v_0 (pixels)", "k1(r)", "k2(r)", "k1(t)", "k2(t)")
 PRINTED = (1.71848, 1.57392, 1.18310, 1.82011, 0.00763, 0.01870, 0.00195, 0.00052)
 """The paper's column "standard dev.": three standard deviations."""
@@ -42,9 +43,34 @@ class Captured(NamedTuple):
     shown: int  # boards that were shown until enough had been found
 
 
+class Table3Row(TypedDict):
+    """A row of Table 3, as JSON."""
+
+    parameter: str
+    value: float
+    standard_dev: float  # three standard deviations, as the paper's
+    paper_value: float
+    paper_standard_dev: float
+
+
+class CameraTable(ExperimentResult):
+    """The result, as JSON."""
+
+    runs: int
+    views: int
+    boards_found_share: float
+    rms_px: float
+    table: list[Table3Row]
+    within_two_sds: dict[str, float]
+    within_two_sds_pooled: float
+    mean_three_sds: dict[str, float]
+    scatter: dict[str, float]
+    f_u_within_printed_share: float
+
+
 def run(
     *, runs: int | None = None, seed: int = 0, out: Path | None = None, tell: Callable[[str], None] | None = None
-) -> dict[str, Any]:
+) -> CameraTable:
     """Calibrate `runs` times from 20 rendered pictures each → the table of the first run and figures over all."""
     wanted, shown, errors, sds = runs or RUNS, 0, [], []
     first: tuple[Calibration, Captured] | None = None
@@ -61,7 +87,7 @@ def run(
             log.add({"errors": dict(zip(PARAMETERS, errors[-1], strict=False)), "boards_shown": captured.shown})
     assert first is not None
     off, stated = np.array(errors), np.array(sds)
-    return {
+    result: CameraTable = {
         "runs": wanted,
         "seed": seed,
         "views": VIEWS,
@@ -75,8 +101,11 @@ def run(
         "f_u_within_printed_share": float(np.mean(np.abs(off[:, 0]) <= PRINTED[0])),
         "text": "\n".join(layout(first[0])),
         "boards": boards(first[0]),
-        "files": {} if out is None else figures(*first, out) | log.files,
+        "files": {},
     }
+    if out is not None:
+        result["files"] = save(out, result, *first) | log.files
+    return result
 
 
 def capture(rng: np.random.Generator) -> Captured:
@@ -94,7 +123,7 @@ def capture(rng: np.random.Generator) -> Captured:
     return Captured(pictures, views, shown)
 
 
-def table(calibration: Calibration) -> list[dict[str, Any]]:
+def table(calibration: Calibration) -> list[Table3Row]:
     """The rows of Table 3, ours next to the paper's."""
     return [
         {
@@ -117,7 +146,7 @@ def layout(calibration: Calibration) -> list[str]:
     return lines
 
 
-def boards(calibration: Calibration) -> list[dict[str, Any]]:
+def boards(calibration: Calibration) -> list[BoardPoseFigures]:
     """Poses of the boards in the camera's frame: `rotation` 3x3 and `translation_m` [3]."""
     poses = calibration.poses.take(calibration.used)
     return [
@@ -126,46 +155,31 @@ def boards(calibration: Calibration) -> list[dict[str, Any]]:
     ]
 
 
-def figures(calibration: Calibration, captured: Captured, out: Path) -> dict[str, str]:
-    """Figures 13 (captures), 14 (extracted corners) and 15 (boards about the camera) as files. Raises Unavailable."""
-    folder = folder_at(out)
-    drawn = {
-        "figure_13": _sheet(captured.pictures),
-        "figure_14": _sheet([_with_corners(calibration, captured, number) for number in (0, 1)], columns=2, shrink=1),
-        "figure_15": camera_centred(calibration.poses.take(calibration.used), BOARD, TABLE_3),
-    }
-    return {
-        name: write(folder / f"{name}.png", cv2.imencode(".png", image)[1].tobytes()) for name, image in drawn.items()
-    }
+def save(out: Path, result: CameraTable, calibration: Calibration, captured: Captured) -> dict[str, str]:
+    """Figures 13 (pictures), 14 (corners) and 15 (boards about the camera) → what lies where. Raises Unwritable.
+
+    Without matplotlib there are none, and the result says so under `not_drawn`.
+    """
+    conditions = (
+        f"rendered chessboard {BOARD.name} of {BOARD.square:g} m squares  ·  camera of Table 3  ·  "
+        f"{VIEWS} pictures of {TABLE_3.width}×{TABLE_3.height} px  ·  calibrated to {calibration.rms:.3f} px rms  ·  "
+        f"seed {result['seed']}, run 0"
+    )
+    found = [view.corners for view in captured.views[:2]]
+    model = [corners + calibration.residuals[number] for number, corners in enumerate(found)]
+    poses = calibration.poses.take(calibration.used)
+    try:
+        figures = {
+            "figure_13": ("figure_13.png", figure_13(captured.pictures, conditions)),
+            "figure_14": ("figure_14.png", figure_14(captured.pictures[:2], found, model, conditions)),
+            "figure_15": ("figure_15.png", figure_15(poses, BOARD, TABLE_3, conditions)),
+        }
+    except Unavailable as missing:
+        result["not_drawn"] = str(missing)
+        return {}
+    return write_all(out, figures)
 
 
 def _within(off: Array, sds: Array) -> Array:
     """Errors and standard deviations (R, 8) → share of runs (8,) within two standard deviations."""
     return np.mean(np.abs(off) < 2 * sds, axis=0)
-
-
-def _with_corners(calibration: Calibration, captured: Captured, number: int) -> Array:
-    """A capture, enlarged, with the corners found (red) and where the camera's model puts them (green)."""
-    large = cv2.resize(captured.pictures[number], None, fx=3, fy=3, interpolation=cv2.INTER_LINEAR)
-    image = cv2.cvtColor(large, cv2.COLOR_GRAY2BGR)
-    found = captured.views[number].corners
-    model = found + calibration.residuals[number]
-    for places, colour, mark in ((found, (40, 40, 230), cv2.MARKER_CROSS), (model, (40, 170, 40), cv2.MARKER_SQUARE)):
-        for place in (places + 0.5) * 3 - 0.5:
-            cv2.drawMarker(image, np.rint(place).astype(int).tolist(), colour, mark, 11, 1, cv2.LINE_AA)
-    return image
-
-
-def _sheet(pictures: list[Array], columns: int = 5, shrink: int = 2) -> Array:
-    """Pictures of one size side by side, each `shrink` times smaller, with white lines between them."""
-    small = [
-        cv2.copyMakeBorder(
-            cv2.resize(each, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA),
-            *(GAP, GAP, GAP, GAP),
-            cv2.BORDER_CONSTANT,
-            value=(255, 255, 255),
-        )
-        for each in pictures
-    ]
-    rows = [np.hstack(small[start : start + columns]) for start in range(0, len(small), columns)]
-    return np.vstack(rows)

@@ -10,20 +10,21 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal, NotRequired, TypedDict
 
 import numpy as np
 
 from core.calibration.files.written import write_all
-from core.errors import BadInput
+from core.errors import BadInput, Unavailable
 from core.experiments.course_draws import Field, frozen
 from core.experiments.drawn_drives import drawn_drives
-from core.experiments.drives import Drives
+from core.experiments.drives import Drives, DriveSetup
 from core.experiments.figures.figure_16 import Panel, figure_16
 from core.experiments.lab_drives import lab_drives
+from core.experiments.result import ExperimentResult
 from core.experiments.run_log import RunLog
 from core.experiments.side_by_side import side_by_side
 from core.message import Array, message
@@ -60,6 +61,28 @@ class DriveOutcome:
         }
 
 
+class EstimatorFigures(TypedDict):
+    """The figures of one estimator over all runs, as JSON."""
+
+    worst_average_error_m: float
+    mean_average_error_m: float
+    worst_run: int
+    path_m: float  # of the worst run
+    nees_mean: float
+    worst_share_of_path: float
+    mean_final_error_m: float
+    paper_worst_average_error_m: NotRequired[float]
+    paper_share_of_path: NotRequired[float]
+
+
+class DriveComparison(ExperimentResult):
+    """The result, as JSON."""
+
+    runs: int
+    setup: DriveSetup
+    estimators: dict[str, EstimatorFigures]
+
+
 def outcome(drives: Drives, number: int) -> DriveOutcome:
     """One run."""
     traces = drives.traces(number)
@@ -88,7 +111,7 @@ def run(
     ids: Ids | None = None,
     through: Through = "drawn",
     workers: int | None = None,
-) -> dict[str, Any]:
+) -> DriveComparison:
     """`runs` drives (40) → the worst and mean average error of each estimator; `out` receives figure and tables.
 
     `through`: sightings drawn about the true corners, or made out by the whole robot in `sim:lab`. Of drawn ones:
@@ -110,7 +133,7 @@ def run(
     with RunLog(out, "dead-reckoning-vs-slam", count, seed, tell) as log:
         done = side_by_side(partial(outcome, drives), count, workers, tell, lambda one: log.add(one.figures))
     rows = {name: _row(name, done) for name in drives.rows}
-    result: dict[str, Any] = {
+    result: DriveComparison = {
         "runs": count,
         "seed": seed,
         "setup": drives.setup,
@@ -123,7 +146,7 @@ def run(
     return result
 
 
-def layout(rows: dict[str, dict[str, Any]], count: int) -> list[str]:
+def layout(rows: Mapping[str, EstimatorFigures], count: int) -> list[str]:
     """The table next to the paper's figures."""
     worst = f"worst of {count}"
     lines = [f"{'Average error':24}{worst:>14}{'mean':>10}{'of the path':>13}{'NEES':>8}{'paper':>10}"]
@@ -145,8 +168,11 @@ TITLES = {
 }
 
 
-def save(out: Path, result: dict[str, Any], done: list[DriveOutcome], drives: Drives) -> dict[str, str]:
-    """Figure 16, every run's errors, and the result itself → what lies where. Raises Unavailable."""
+def save(out: Path, result: DriveComparison, done: list[DriveOutcome], drives: Drives) -> dict[str, str]:
+    """Figure 16, every run's errors, and the result itself → what lies where. Raises Unwritable.
+
+    Without matplotlib there is no figure, and the result says so under `not_drawn`.
+    """
     worst = {name: drives.traces(row["worst_run"])[name] for name, row in result["estimators"].items()}
     panels = [
         Panel(
@@ -159,21 +185,24 @@ def save(out: Path, result: dict[str, Any], done: list[DriveOutcome], drives: Dr
         )
         for name, title in (("dead_reckoning", "Dead reckoning"), ("ekf_slam", "EKF-SLAM"))
     ]
-    drawing = figure_16(panels, drives.room, drives.words)
-    files = {
-        "figure_16": ("figure_16.svg", drawing),
+    files: dict[str, tuple[str, str | bytes]] = {}
+    try:
+        files["figure_16"] = ("figure_16.svg", figure_16(panels, drives.room, drives.words))
+    except Unavailable as missing:
+        result["not_drawn"] = str(missing)
+    files |= {
         "csv": ("dead_reckoning_vs_slam.csv", _table(done)),
         "json": ("dead_reckoning_vs_slam.json", json.dumps(_plain(result), indent=1)),
     }
     return write_all(out, files)
 
 
-def _row(name: str, done: list[DriveOutcome]) -> dict[str, Any]:
+def _row(name: str, done: list[DriveOutcome]) -> EstimatorFigures:
     """The figures of one estimator over all runs."""
     averages = np.array([one.average[name] for one in done])
     worst = int(averages.argmax())
     path = done[worst].path[name]
-    row: dict[str, Any] = {
+    row: EstimatorFigures = {
         "worst_average_error_m": float(averages.max()),
         "mean_average_error_m": float(averages.mean()),
         "worst_run": worst,
@@ -199,6 +228,6 @@ def _table(done: list[DriveOutcome]) -> str:
     return text.getvalue()
 
 
-def _plain(result: dict[str, Any]) -> dict[str, Any]:
+def _plain(result: DriveComparison) -> dict[str, object]:
     """The result without its layout."""
     return {name: value for name, value in result.items() if name not in ("text", "files")}

@@ -9,11 +9,12 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import NotRequired, TypedDict
 
 import numpy as np
 
 from core.calibration.files.written import write_all
+from core.experiments.result import ExperimentResult
 from core.experiments.run_log import RunLog
 from core.experiments.talk_in_rooms import PRE_ROLL, RATE, AcousticScene, make_scene
 from core.geometry import wrap
@@ -112,10 +113,47 @@ def trials(
     return done
 
 
-def figures(some: Sequence[DirectionTrial]) -> dict[str, Any]:
+class DirectionFigures(TypedDict):
+    """The figures of some trials, as JSON; those of declared ones only where there are any."""
+
+    utterances: int
+    median_deg: float
+    p95_deg: float
+    beyond_10_deg: float  # share
+    real_time_factor: float
+    declared: NotRequired[float]  # share
+    declared_beyond_10_deg: NotRequired[float]
+    within_1_sd: NotRequired[float]
+    within_2_sd: NotRequired[float]
+    median_sd_deg: NotRequired[float]
+
+
+class EstimatorTotals(TypedDict):
+    """The figures of one estimator, as JSON."""
+
+    all: DirectionFigures
+    arrays: dict[str, DirectionFigures]
+    noises: dict[str, DirectionFigures]
+
+
+class EstimatorSummary(EstimatorTotals):
+    """The same with every cell of the grid."""
+
+    cells: dict[str, DirectionFigures]
+
+
+class DirectionResult(ExperimentResult):
+    """The result, as JSON."""
+
+    utterances: int
+    voice: str
+    estimators: dict[str, EstimatorTotals]
+
+
+def figures(some: Sequence[DirectionTrial]) -> DirectionFigures:
     """Errors [deg] of some trials, and how many declared ones lie within two standard deviations."""
     errors = np.degrees([one.error for one in some])
-    result: dict[str, Any] = {
+    result: DirectionFigures = {
         "utterances": len(some),
         "median_deg": float(np.median(errors)),
         "p95_deg": float(np.percentile(errors, 95)),
@@ -126,13 +164,15 @@ def figures(some: Sequence[DirectionTrial]) -> dict[str, Any]:
     if declared:
         ratio = np.array([error / sd for error, sd in declared])
         wrong = np.mean([error > WRONG for error, _ in declared])
-        result |= {
-            "declared": len(declared) / len(some),
-            "declared_beyond_10_deg": float(wrong),
-            "within_1_sd": float(np.mean(ratio < 1)),
-            "within_2_sd": float(np.mean(ratio < 2)),
-            "median_sd_deg": math.degrees(float(np.median([sd for _, sd in declared]))),
-        }
+        result.update(
+            {
+                "declared": len(declared) / len(some),
+                "declared_beyond_10_deg": float(wrong),
+                "within_1_sd": float(np.mean(ratio < 1)),
+                "within_2_sd": float(np.mean(ratio < 2)),
+                "median_sd_deg": math.degrees(float(np.median([sd for _, sd in declared]))),
+            }
+        )
     return result
 
 
@@ -171,9 +211,9 @@ def campaign(
     return done
 
 
-def summary(done: Sequence[DirectionTrial]) -> dict[str, Any]:
+def summary(done: Sequence[DirectionTrial]) -> dict[str, EstimatorSummary]:
     """Figures of every estimator: all, per array, and per cell of the grid."""
-    result: dict[str, Any] = {}
+    result: dict[str, EstimatorSummary] = {}
     for estimator in dict.fromkeys(one.estimator for one in done):
         own = [one for one in done if one.estimator == estimator]
         cells = {
@@ -202,7 +242,7 @@ def run(
     seed: int = 0,
     out: Path | None = None,
     tell: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
+) -> DirectionResult:
     """`runs` utterances (240) in made-up rooms; `out` receives direction.json and direction.csv."""
     utterances = runs or UTTERANCES
     with RunLog(out, "direction-of-arrival", scenes_for(utterances), seed, tell) as log:
@@ -212,20 +252,23 @@ def run(
 
         done = campaign(utterances, seed, ESTIMATORS, tell=tell, kept=keep)
     totals = summary(done)
-    result: dict[str, Any] = {
+    result: DirectionResult = {
         "utterances": totals["beckon"]["all"]["utterances"],
         "seed": seed,
         "voice": "made up: pulses and hiss through resonances",
-        "estimators": {name: {key: one[key] for key in ("all", "arrays", "noises")} for name, one in totals.items()},
+        "estimators": {
+            name: {"all": one["all"], "arrays": one["arrays"], "noises": one["noises"]}
+            for name, one in totals.items()
+        },
         "files": {},
     }
     if out is not None:
         cells = {name: one["cells"] for name, one in totals.items()}
-        result["files"] = save(out, result | {"cells": cells}, done) | log.files
+        result["files"] = save(out, {**result, "cells": cells}, done) | log.files
     return result
 
 
-def save(out: Path, result: dict[str, Any], done: Sequence[DirectionTrial]) -> dict[str, str]:
+def save(out: Path, result: Mapping[str, object], done: Sequence[DirectionTrial]) -> dict[str, str]:
     """Write the figures and every single trial → what lies where."""
     table = io.StringIO(newline="")
     rows = csv.writer(table)

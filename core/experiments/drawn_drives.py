@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from core.errors import BadInput
 from core.experiments.course_draws import Draws, Field, frozen
 from core.experiments.course_traces import Trace, mapped, reckoned
-from core.experiments.drives import FIGURED, PLAIN, DriveSurroundings
+from core.experiments.drives import FIGURED, PLAIN, DriveSetup, DriveSurroundings
 from core.experiments.paper_course import EVERY
 from core.recording import Ids
 from core.settings import Settings
@@ -36,7 +35,7 @@ class DrawnDrives:
         return DriveSurroundings(corners=self.draws.run(0).landmarks)
 
     @property
-    def setup(self) -> dict[str, Any]:
+    def setup(self) -> DriveSetup:
         """The set-up, ready for JSON."""
         motion, (far, aside) = self.draws.motion, self.draws.sighting_noise
         return {

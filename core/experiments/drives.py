@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import NotRequired, Protocol, TypedDict
 
 import numpy as np
 
@@ -12,6 +12,25 @@ from core.message import Array
 
 PLAIN = "dead_reckoning"
 FIGURED = "ekf_slam"
+
+
+class DriveSetup(TypedDict):
+    """The set-up of drives, as JSON."""
+
+    through: str  # "drawn" | "sensors"
+    mode: str  # the filter's form
+    still_start: bool
+    ids: str
+    speed_m_s: float
+    wheelbase_m: float
+    speed_sd_m_s: float
+    steer_sd_deg: float
+    data: NotRequired[str | None]  # of drawn ones: the file of the draws …
+    field: NotRequired[str]  # … what is seen of the room …
+    range_sd_m: NotRequired[float]
+    bearing_sd_deg: NotRequired[float]
+    place: NotRequired[str]  # through the sensors: the simulated place …
+    laser_noise: NotRequired[str]  # … and its laser
 
 
 @dataclass(frozen=True)
@@ -36,7 +55,7 @@ class Drives(Protocol):
         ...
 
     @property
-    def setup(self) -> dict[str, Any]:
+    def setup(self) -> DriveSetup:
         """The set-up, ready for JSON."""
         ...
 

@@ -8,17 +8,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from core.errors import Unavailable
 from core.experiments.course_draws import FIRST, SEEDS
 from core.experiments.course_traces import Trace
-from core.experiments.drives import FIGURED, PLAIN, DriveSurroundings
+from core.experiments.drives import FIGURED, PLAIN, DriveSetup, DriveSurroundings
 from core.experiments.paper_course import GOALS
 from core.experiments.rehearsal import Rehearsal
 from core.message import Array
+from core.robots.requests import ReadPlan
 from core.settings import Settings
 from core.slam.consistency import nees
 from core.slam.estimate import Estimate
@@ -45,11 +45,11 @@ class LabDrives:
     @property
     def room(self) -> DriveSurroundings:
         """The walls at the laser's height."""
-        plan = Rehearsal(PLACE, settings=self.settings).robot.ask({"do": "plan"})
-        return DriveSurroundings(walls=np.array(plan["segments"], float).reshape(-1, 2, 2))
+        plan = Rehearsal(PLACE, settings=self.settings).robot.ask(ReadPlan())
+        return DriveSurroundings(walls=np.array(plan.segments, float).reshape(-1, 2, 2))
 
     @property
-    def setup(self) -> dict[str, Any]:
+    def setup(self) -> DriveSetup:
         """The set-up, ready for JSON."""
         simulation, motion = self.settings.simulation, self.settings.motion
         return {

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 
 from core.sensors import SensorFrame
 from core.sensors.microphones import Sound, joined
-from core.speech.recognition.acceptance import RecognizedUtterance, judge
-from core.speech.recognition.recognizer import Recognizer
+from core.speech.recognition.decision import RecognizedUtterance
+from core.speech.recognition.recognizer import StreamingRecognizer
 from core.speech.settings import MOST_WAITING, PIECE
 
 BEFORE = 1.0  # [s] of sound before listening starts that are read too: the noise before the words is known
@@ -20,7 +20,7 @@ BEFORE = 1.0  # [s] of sound before listening starts that are read too: the nois
 class TimedListening:
     """Neither the robot nor the room is known here: a room that is left goes at once, with all that it heard."""
 
-    def __init__(self, recognizer: Recognizer) -> None:
+    def __init__(self, recognizer: StreamingRecognizer) -> None:
         self._recognizer = recognizer
         self._waiting: Sound | None = None
         self._pending: Sequence[RecognizedUtterance] = ()  # what will be known at the end of the newest reading
@@ -46,7 +46,7 @@ class TimedListening:
         sound = self._waiting
         if sound is not None and sound.duration >= PIECE:
             self._waiting, begun = None, time.process_time()
-            self._pending = [judge(one) for one in self._recognizer.feed(sound)]
+            self._pending = self._recognizer.feed(sound)
             self._readings.append((now, now + time.process_time() - begun))
         return tuple(known)
 

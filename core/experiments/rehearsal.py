@@ -13,6 +13,7 @@ from core.geometry import Pose
 from core.pilot import Pilot
 from core.robots.connect import connect
 from core.robots.nearness import field_of, near_points
+from core.robots.requests import CarryRobot
 from core.sensors import SensorFrame
 from core.settings import Settings
 from core.snapshot import ActiveCommandStatus, Snapshot
@@ -31,8 +32,7 @@ class Rehearsal:
         self.settings = settings or Settings()
         self.robot = connect(url, seed=seed, settings=self.settings)
         if start is not None:
-            place = {"x_m": start.x, "y_m": start.y, "heading_rad": start.heading}
-            self.robot.ask({"do": "place", "what": "robot", **place})
+            self.robot.ask(CarryRobot(x_m=start.x, y_m=start.y, heading_rad=start.heading))
         self.pilot = Pilot(self.robot.profile, self.settings)
         self._writer = TraceWriter()
         self.gate = Gate(self.settings.limits, trace=self._writer)

@@ -33,7 +33,7 @@ class RunLog:
         """Paths of the files."""
         return {} if self._path is None else {"runs": str(self._path)}
 
-    def add(self, figures: Mapping[str, Any]) -> None:
+    def add(self, figures: Mapping[str, object]) -> None:
         """A run is done. Raises Unwritable."""
         self._done += 1
         self._write({"done": self._done, "of": self._runs, **figures})
@@ -58,7 +58,7 @@ class RunLog:
         if kind is not None and self._tell is not None:
             self._tell(f"Ended after {self._done} of {self._runs} runs; their figures are in {self._path}.")
 
-    def _write(self, line: Mapping[str, Any]) -> None:
+    def _write(self, line: Mapping[str, object]) -> None:
         if self._file is not None:
             with saving(f"{self._path} cannot be written"):
                 self._file.write(json.dumps(line, default=_plain) + "\n")

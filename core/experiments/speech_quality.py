@@ -13,27 +13,27 @@ import json
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import NotRequired, TypedDict
 
 import numpy as np
 from scipy.signal import resample_poly
 
 from core.calibration.files.written import write_all
 from core.errors import Unavailable
+from core.experiments.result import ExperimentResult
 from core.experiments.run_log import RunLog
 from core.message import Array, message
 from core.sensors.microphones import Sound
 from core.simulation.acoustics.shoebox import ShoeboxRoom, heard, impulse_responses, pink_noise
 from core.speech.practice_voice import practice_voice
 from core.speech.quality.audio_similarity import AudioSimilarity, liken
-from core.speech.quality.marked_text import FIGURE_17_PERSON, FIGURE_17_ROBOT
+from core.speech.quality.marked_text import FIGURE_17_PERSON, FIGURE_17_ROBOT, MarkedFigures
 from core.speech.quality.marked_text import as_json as marks_json
 from core.speech.quality.osqe import SpeechQuality, compare
-from core.speech.quality.osqe import as_json as quality_json
 from core.speech.quality.report import page
 from core.speech.quality.word_alignment import phrases_of
-from core.speech.recognition.engines import open_writer
-from core.speech.recognition.recognizer import Engine, Utterance
+from core.speech.recognition.engines import open_dictation
+from core.speech.recognition.recognizer import Dictation, Utterance
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, can_speak, speak
 
@@ -113,11 +113,11 @@ def received_at(rng: np.random.Generator, dry: Array, responses: Array, ratio: f
     return heard(dry, responses)[:, 0] + LEVEL * 10 ** (-ratio / 20) * noise
 
 
-def read(engine: Engine, samples: Array) -> str:
+def read(dictation: Dictation, samples: Array) -> str:
     """A phrase with silence around it → the words that are read in it."""
     sound = Sound(stamp=0.0, rate=RATE, samples=samples[:, None])
     end = sound.duration - TAIL
-    return engine.read(Utterance(sound=sound, begin=LEAD, end=end)).words
+    return dictation.transcribe(Utterance(sound=sound, begin=LEAD, end=end))
 
 
 def padded(one: SpokenPhrase) -> Array:
@@ -125,16 +125,16 @@ def padded(one: SpokenPhrase) -> Array:
     return np.concatenate((np.zeros(round(LEAD * RATE)), one.dry, np.zeros(round(TAIL * RATE))))
 
 
-def close_by(engine: Engine, said: Sequence[SpokenPhrase], seed: int) -> str:
+def close_by(dictation: Dictation, said: Sequence[SpokenPhrase], seed: int) -> str:
     """Recognize all phrases from the person's own microphone (stt.txt)."""
     rng = np.random.default_rng(seed)
     sounds = [padded(one) for one in said]
     noise = LEVEL * math.sqrt(PERSON_NOISE)
-    return "; ".join(read(engine, sound + noise * rng.normal(size=len(sound))) for sound in sounds)
+    return "; ".join(read(dictation, sound + noise * rng.normal(size=len(sound))) for sound in sounds)
 
 
 def measure(
-    engine: Engine | None, said: Sequence[SpokenPhrase], person: str, place: Setting, seed: int
+    dictation: Dictation | None, said: Sequence[SpokenPhrase], person: str, place: Setting, seed: int
 ) -> tuple[SpeechQuality | None, AudioSimilarity]:
     """All phrases at one place: the texts compared, where there is a recognizer, and the recordings."""
     rng = np.random.default_rng(seed)  # the same noise everywhere, so that only the place makes a difference
@@ -143,15 +143,44 @@ def measure(
     received = [received_at(rng, sound, responses, place.ratio) for sound in clean]
     whole = [Sound(stamp=0.0, rate=RATE, samples=np.concatenate(some)[:, None]) for some in (clean, received)]
     similarity = liken(*whole)
-    if engine is None:
+    if dictation is None:
         return None, similarity
-    robot = "; ".join(read(engine, sound) for sound in received)
+    robot = "; ".join(read(dictation, sound) for sound in received)
     return compare("; ".join(one.text for one in said), person, robot), similarity
 
 
-def row(place: Setting, quality: SpeechQuality | None, similarity: AudioSimilarity) -> dict[str, Any]:
+class PlaceFigures(TypedDict):
+    """The figures of one place, as JSON; those of the words only where there is a recognizer."""
+
+    sweep: str
+    snr_db: float
+    distance_m: float
+    stoi: float | None
+    estoi: float | None
+    si_sdr_db: float | None
+    erroneous_words_person: NotRequired[int]
+    erroneous_words_robot: NotRequired[int]
+    osqe_d: NotRequired[int]
+    osqe_r: NotRequired[float | None]
+    osqe_r_bounded: NotRequired[float]
+    commands_exact: NotRequired[int]  # by the robot
+
+
+class SpeechQualityResult(ExperimentResult):
+    """The result, as JSON."""
+
+    figure_17: MarkedFigures
+    figure_17_note: str
+    phrases: int
+    words: int
+    voice: str
+    words_missing: str  # why there are no words; "" when there are
+    sweep: list[PlaceFigures]
+
+
+def row(place: Setting, quality: SpeechQuality | None, similarity: AudioSimilarity) -> PlaceFigures:
     """The figures of one place."""
-    fields: dict[str, Any] = {
+    fields: PlaceFigures = {
         "sweep": place.sweep,
         "snr_db": place.ratio,
         "distance_m": place.distance,
@@ -161,9 +190,14 @@ def row(place: Setting, quality: SpeechQuality | None, similarity: AudioSimilari
     }
     if quality is None:
         return fields
-    figures = quality_json(quality)
-    names = ("erroneous_words_person", "erroneous_words_robot", "osqe_d", "osqe_r", "osqe_r_bounded")
-    return fields | {name: figures[name] for name in names} | {"commands_exact": figures["robot"]["commands_exact"]}
+    score = quality.score
+    fields["erroneous_words_person"] = score.person
+    fields["erroneous_words_robot"] = score.robot
+    fields["osqe_d"] = score.difference
+    fields["osqe_r"] = score.ratio
+    fields["osqe_r_bounded"] = score.bounded
+    fields["commands_exact"] = sum(quality.robot.exact)
+    return fields
 
 
 def run(
@@ -172,27 +206,27 @@ def run(
     seed: int = 0,
     out: Path | None = None,
     tell: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
+) -> SpeechQualityResult:
     """Fig. 17, then every place; `runs` phrases (36) are spoken. `out` receives JSON, CSV and one place's page."""
     say = tell or (lambda _: None)
     count = runs or len(TEXT) * len(SPEEDS)
     phrases = [TEXT[number % len(TEXT)] for number in range(count)]
     said, voice = spoken(np.random.default_rng(seed), phrases)
-    engine, why_not = _engine()
+    dictation, why_not = _dictation()
     if why_not:
         say(why_not)
-    person = "" if engine is None else close_by(engine, said, seed)
-    rows: list[dict[str, Any]] = []
+    person = "" if dictation is None else close_by(dictation, said, seed)
+    rows: list[PlaceFigures] = []
     shown: tuple[SpeechQuality | None, AudioSimilarity] | None = None
     with RunLog(out, "speech-quality", len(SETTINGS), seed, tell) as log:
         for number, place in enumerate(SETTINGS):
-            quality, similarity = measure(engine, said, person, place, seed)
+            quality, similarity = measure(dictation, said, person, place, seed)
             rows.append(row(place, quality, similarity))
             log.add(rows[-1])
             if place.distance == 2.0:
                 shown = quality, similarity
             say(f"{number + 1} of {len(SETTINGS)} places…")
-    result: dict[str, Any] = {
+    result: SpeechQualityResult = {
         "figure_17": marks_json(FIGURE_17_PERSON, FIGURE_17_ROBOT),
         "figure_17_note": "How many words are marked is the paper's; which ones is ours: the print lost its marks.",
         "phrases": count,
@@ -208,17 +242,19 @@ def run(
     return result
 
 
-def _engine() -> tuple[Engine | None, str]:
+def _dictation() -> tuple[Dictation | None, str]:
     """A recognizer and "", or None and why there are no words to compare."""
     if not can_speak():
         return None, "Nothing here speaks, so that only recordings are compared: pip install 'beckon[voice]'"
     try:
-        return open_writer(SpeechSettings()), ""
+        return open_dictation(SpeechSettings()), ""
     except Unavailable as absent:
         return None, str(absent)
 
 
-def save(out: Path, result: dict[str, Any], shown: tuple[SpeechQuality | None, AudioSimilarity]) -> dict[str, str]:
+def save(
+    out: Path, result: SpeechQualityResult, shown: tuple[SpeechQuality | None, AudioSimilarity]
+) -> dict[str, str]:
     """Figures, table and the page of the place at 2 m → what lies where."""
     table = io.StringIO(newline="")
     writer = csv.DictWriter(table, list(result["sweep"][0]))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import NotRequired, TypedDict
 
 import numpy as np
 
@@ -23,10 +23,9 @@ from core.simulation.microphones import RATE, MicrophoneSettings, SimulatedMicro
 from core.simulation.world import world_named
 from core.speech.quality.audio_similarity import AudioSimilarity, liken
 from core.speech.quality.osqe import SpeechQuality, compare
-from core.speech.quality.osqe import as_json as quality_json
 from core.speech.quality.report import page
-from core.speech.recognition.engines import open_writer
-from core.speech.recognition.recognizer import Engine
+from core.speech.recognition.engines import open_dictation
+from core.speech.recognition.recognizer import Dictation
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import NO_VOICE, can_speak
 
@@ -46,6 +45,26 @@ class SpeakingPlace:
     ratio: float  # [dB] a voice at 1 m over the room's noise
     mouth: Array  # (3,) [m] in the world
     refused: str = ""  # why no person can speak from there
+
+
+class MeasuredPlace(TypedDict):
+    """The figures of one place, as JSON; only the first three of one from which no person can speak."""
+
+    distance_m: float
+    snr_db: float
+    refused: str  # why no person can speak from there
+    stoi: NotRequired[float | None]
+    estoi: NotRequired[float | None]
+    si_sdr_db: NotRequired[float | None]
+    words: NotRequired[int]
+    erroneous_words_person: NotRequired[int]
+    erroneous_words_robot: NotRequired[int]
+    osqe_d: NotRequired[int]
+    osqe_r: NotRequired[float | None]
+    reason: NotRequired[str]
+    verdict: NotRequired[str]
+    commands: NotRequired[int]
+    commands_exact: NotRequired[int]  # by the robot
 
 
 class SpeechQualityHere:
@@ -76,7 +95,7 @@ class SpeechQualityHere:
             raise Unavailable("This simulated robot is deaf: it has no microphones.")
         self._world, self._pose, self._seed, self._rt60 = world_named(world), pose, seed, chosen.reverberation
         self._ear = SimulatedMicrophones(chosen.array, chosen, np.random.SeedSequence(seed)).ears(pose)[:1]
-        self._engine: Engine = open_writer(speech or SpeechSettings())
+        self._dictation: Dictation = open_dictation(speech or SpeechSettings())
         texts = [TEXT[number % len(TEXT)] for number in range(phrases)]
         self._said: list[SpokenPhrase]
         self._said, self.voice = spoken(np.random.default_rng(seed), texts)
@@ -85,20 +104,21 @@ class SpeechQualityHere:
 
     def listen_close(self) -> str:
         """The person's path: the text into a microphone at the mouth → what was read."""
-        self.person = close_by(self._engine, self._said, self._seed)
+        self.person = close_by(self._dictation, self._said, self._seed)
         return self.person
 
-    def measure(self, place: SpeakingPlace) -> tuple[dict[str, Any], str]:
+    def measure(self, place: SpeakingPlace) -> tuple[MeasuredPlace, str]:
         """One place → its figures, and the report page. The person's path comes first."""
-        row: dict[str, Any] = {"distance_m": place.distance, "snr_db": place.ratio, "refused": place.refused}
+        row: MeasuredPlace = {"distance_m": place.distance, "snr_db": place.ratio, "refused": place.refused}
         if place.refused:
             return row, ""
         quality, similarity = self._listen(place)
-        figures = quality_json(quality)
-        row |= {"stoi": similarity.stoi, "estoi": similarity.estoi, "si_sdr_db": similarity.si_sdr_db}
-        names = ("words", "erroneous_words_person", "erroneous_words_robot", "osqe_d", "osqe_r", "reason", "verdict")
-        row |= {name: figures[name] for name in names}
-        row |= {"commands": len(quality.phrases), "commands_exact": figures["robot"]["commands_exact"]}
+        score = quality.score
+        row.update({"stoi": similarity.stoi, "estoi": similarity.estoi, "si_sdr_db": similarity.si_sdr_db})
+        row.update({"words": quality.person.words, "erroneous_words_person": score.person})
+        row.update({"erroneous_words_robot": score.robot, "osqe_d": score.difference, "osqe_r": score.ratio})
+        row.update({"reason": score.reason, "verdict": quality.verdict})
+        row.update({"commands": len(quality.phrases), "commands_exact": sum(quality.robot.exact)})
         around = {
             "where": f"{self._world.name}, {place.distance:g} m from the robot, {MOUTH:g} m above the floor",
             "noise": f"{place.ratio:g} dB below a voice at 1 m",
@@ -125,7 +145,7 @@ class SpeechQualityHere:
         clean = [padded(one) for one in self._said]
         received = [received_at(rng, sound, responses, place.ratio) for sound in clean]
         whole = [Sound(stamp=0.0, rate=RATE, samples=np.concatenate(some)[:, None]) for some in (clean, received)]
-        robot = "; ".join(read(self._engine, sound) for sound in received)
+        robot = "; ".join(read(self._dictation, sound) for sound in received)
         return compare("; ".join(one.text for one in self._said), self.person, robot), liken(*whole)
 
 

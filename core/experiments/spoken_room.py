@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from core.commands import needs_confirmation, spec_of
+from core.commands import spec_of
 from core.commands.command import Command
 from core.commands.confirmation_delay import LONGEST, MOMENT, OBEYED_WITHIN, ConfirmationDelay
 from core.commands.stop_moving import STOP_MOVING
@@ -23,13 +23,14 @@ from core.experiments.rehearsal import Rehearsal
 from core.geometry import Pose, wrap
 from core.message import Array, message
 from core.perception.people.voice_bearing import VoiceBearing
+from core.robots.requests import PlaceThing, ReadPlan, SetListening, Speak
 from core.settings import Settings
 from core.simulation.world import World, world_named
 from core.snapshot import ActiveCommandStatus, Snapshot
 from core.speech.practice_voice import practice_voice
-from core.speech.recognition.acceptance import RecognizedUtterance
+from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.engines import open_engine
-from core.speech.recognition.recognizer import Engine
+from core.speech.recognition.recognizer import Recognizer
 from core.speech.settings import RATE
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
 from core.speech.synthesis import pcm as pcm_of
@@ -78,7 +79,7 @@ class SpokenRoom:
         words: bool = True,
         start: Pose | None = None,
         settings: Settings | None = None,
-        engine: Engine | None = None,
+        recognizer: Recognizer | None = None,
     ) -> None:
         """Raises Unavailable where words are to be read and nothing reads them."""
         self.chance = np.random.default_rng(seed)
@@ -89,12 +90,12 @@ class SpokenRoom:
         array = self.robot.robot.profile.microphones
         if words and array is not None:
             chosen = self.robot.settings
-            reads = engine or open_engine(chosen.speech)
+            reads = recognizer or open_engine(chosen.speech).recognizer
             self._ears = TimedListening(
-                ArrayTranscriber(array, chosen.speech, chosen.direction_finding, engine=reads)
+                ArrayTranscriber(array, chosen.speech, chosen.direction_finding, recognizer=reads)
             )
             self.robot.when_stepped.append(self._ears.keep)
-        self.robot.robot.ask({"do": "listen", "on": True})
+        self.robot.robot.ask(SetListening(on=True))
         self.robot.run(2.0)
 
     def place(
@@ -118,13 +119,13 @@ class SpokenRoom:
 
     def put(self, name: str, **fields: Any) -> None:
         """Put a person there, or move them. Raises BadInput."""
-        self.robot.robot.ask({"do": "place", "what": "person", "id": name, **fields})
+        self.robot.robot.ask(PlaceThing(what="person", id=name, **fields))
 
     def where(self, name: str) -> tuple[float, float]:
         """Position of a person now (x, y) [m]."""
-        things = self.robot.robot.ask({"do": "plan"})["things"]
-        one = next(thing for thing in things if thing["id"] == name)
-        return one["x_m"], one["y_m"]
+        things = self.robot.robot.ask(ReadPlan()).things
+        one = next(thing for thing in things if thing.id == name)
+        return one.x_m, one.y_m
 
     def hidden(self, here: Pose, x: float, y: float) -> bool:
         """Return whether walls or things hide a person there from the low camera: it comes only to visible people."""
@@ -158,26 +159,26 @@ class SpokenRoom:
         for attempt in range(1, tries + 1):
             ended = self._say(words) if pcm is None else self._utter(pcm)
             said, call = self._hear(READ, watch, early=intended.name == STOP_MOVING.name)
-            if said is None or said.command is None:
+            if said is None or said.decision.command is None:
                 why = "not understood"
                 continue
-            now = self.robot.snapshot.stamp
-            if said.command.name != STOP_MOVING.name and now - said.end > OBEYED_WITHIN:
+            decision, command, now = said.decision, said.decision.command, self.robot.snapshot.stamp
+            if not decision.stops and now - said.end > OBEYED_WITHIN:
                 why = f"understood {now - said.end:.1f} s after it was said"
                 continue
-            right = (said.command.name, said.command.numbers) == (intended.name, intended.numbers)
+            right = (command.name, command.numbers) == (intended.name, intended.numbers)
             read = self._ears.reading(ended, now)
             heard = SentenceOutcome(number=None, call=call, tries=attempt, ended=ended, understood=now, read=read)
             if not right:
-                why = f"heard “{said.echo}”"
-                if not spec_of(said.command.name).moves:
+                why = f"heard “{decision.echo}”"
+                if not spec_of(command.name).moves:
                     continue  # it stands: no wrong motion
-            if (said.uncertain or needs_confirmation(said.command)) and self._rejects(right, watch):
+            if decision.waits and self._rejects(right, watch):
                 continue
             if not right:
-                wrong.append(said.echo)
+                wrong.append(decision.echo)
                 break
-            return self._order(heard, said.command)
+            return self._order(heard, command)
         return SentenceOutcome(number=None, call=call, why=why, tries=tries, wrong=tuple(wrong))
 
     def _order(self, heard: SentenceOutcome, command: Command) -> SentenceOutcome:
@@ -197,7 +198,7 @@ class SpokenRoom:
             if not right and snapshot.stamp >= objects:
                 self._say(STOP_MOVING.words[0])
                 objects = math.inf
-            if any(one.command is not None and one.command.name == STOP_MOVING.name for one in spoken):
+            if any(one.decision.stops for one in spoken):
                 for _ in self.overheard(REST):
                     pass
                 return True
@@ -215,7 +216,7 @@ class SpokenRoom:
     def _utter(self, pcm: bytes, rate: int = RATE) -> float:
         """Sound out of Ann's mouth, 16-bit samples → when [s] the last of it that is not faint will have left it."""
         length = length_of_words(pcm, rate)
-        self.robot.robot.ask({"do": "say", "id": ANN, "pcm": pcm, "rate_hz": rate})
+        self.robot.robot.ask(Speak(id=ANN, pcm=pcm, rate_hz=rate))
         return self.robot.snapshot.stamp + length
 
     def _hear(
@@ -233,7 +234,7 @@ class SpokenRoom:
             for voice in snapshot.hearing.voices[:1] if snapshot.hearing else ():
                 call = voice.call
             for said in spoken:
-                if said.command is not None and (said.final or early):
+                if said.decision.command is not None and (said.final or early):
                     return said, call
         return None, call
 

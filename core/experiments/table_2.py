@@ -11,39 +11,110 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Literal, TypedDict
 
 import numpy as np
 
 from core.calibration.files.written import write_all
 from core.commands.stop_moving import STOP_MOVING
 from core.errors import Refused, Unavailable
+from core.experiments.result import ExperimentResult
 from core.experiments.run_log import RunLog
 from core.experiments.side_by_side import side_by_side
 from core.experiments.spoken_room import SENSES, SentenceOutcome, SpokenRoom
 from core.experiments.table_2_trials import TRIALS, TRIES, TrialOutcome
 from core.simulation.world import world_named
 from core.speech.recognition.engines import open_engine
-from core.speech.recognition.recognizer import Engine
+from core.speech.recognition.recognizer import Recognizer
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import NO_VOICE, can_speak
 
 RUNS = 50
-DELAYS = ("endpoint_s", "read_s", "delay_s", "wheels_s")  # from the end of the words to the wheels
+Delay = Literal["endpoint_s", "read_s", "delay_s", "wheels_s"]
+DELAYS: tuple[Delay, ...] = ("endpoint_s", "read_s", "delay_s", "wheels_s")  # from the end of the words to the wheels
 
 
-def trial(name: str, number: int, seed: int, *, words: bool = True) -> dict[str, Any]:
+class TrialRow(TypedDict):
+    """One run of one command, as JSON."""
+
+    command: str
+    run: int
+    world: str
+    words: str
+    understood: bool
+    tries: int
+    success: bool
+    figure: float | None  # in the command's unit
+    why: str
+    wrong: list[str]  # commands that were understood instead
+    contacts: int
+    faults: list[str]
+    endpoint_s: float | None  # None, also below: it was not understood
+    read_s: float | None
+    delay_s: float | None
+    wheels_s: float | None
+    errors: dict[str, list[float]]  # by sense
+
+
+class FailedTrial(TypedDict):
+    """A run that failed, as JSON."""
+
+    run: int
+    world: str
+    words: str
+    why: str
+    figure: float | None
+
+
+class CommandFigures(TypedDict):
+    """The table's row of one command, as JSON."""
+
+    definition: str  # of success
+    runs: int
+    success_rate: float
+    understood_rate: float
+    understood_at_once_rate: float
+    success_rate_of_understood: float | None
+    unit: str
+    median: float | None
+    worst: float | None
+    contacts: int
+    failures: list[FailedTrial]
+
+
+class SpreadFigures(TypedDict):
+    """The middle and the 95th percentile."""
+
+    p50: float
+    p95: float
+
+
+class Table2(ExperimentResult):
+    """The result, as JSON."""
+
+    runs: int
+    said_at_most: int
+    commands: dict[str, CommandFigures]
+    contacts: int
+    wrong_motions: int
+    wrong: list[str]
+    faults: list[str]
+    delays: dict[str, SpreadFigures | None]
+    errors: dict[str, SpreadFigures | None]
+
+
+def trial(name: str, number: int, seed: int, *, words: bool = True) -> TrialRow:
     """One run of one command → its row; without `words` the command is typed with a voice without words."""
     kind = TRIALS[name]
     place = kind.places[number % len(kind.places)]
     luck = np.random.SeedSequence((seed, number, tuple(TRIALS).index(name)))
     chance = np.random.default_rng(luck)
     start, said = kind.start(world_named(place), chance)
-    engine = _engine() if words else None
-    room = SpokenRoom(place, int(chance.integers(2**31)), words=words, start=start, engine=engine)
+    recognizer = _recognizer() if words else None
+    room = SpokenRoom(place, int(chance.integers(2**31)), words=words, start=start, recognizer=recognizer)
     try:
         heard, outcome = kind.obey(room, said)
     except Refused as refused:
@@ -82,16 +153,16 @@ def _first_motion(name: str, room: SpokenRoom, heard: SentenceOutcome) -> float 
 
 
 @cache
-def _engine() -> Engine:
+def _recognizer() -> Recognizer:
     """One for all runs of a process. Raises Unavailable."""
-    return open_engine(SpeechSettings())
+    return open_engine(SpeechSettings()).recognizer
 
 
-def _work(seed: int, runs: int, index: int) -> dict[str, Any]:
+def _work(seed: int, runs: int, index: int) -> TrialRow:
     return trial(tuple(TRIALS)[index // runs], index % runs, seed)
 
 
-def summary(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
+def summary(name: str, rows: Sequence[TrialRow]) -> CommandFigures:
     """The table's row of one command."""
     kind = TRIALS[name]
     figures = [row["figure"] for row in rows if row["understood"] and row["figure"] is not None]
@@ -108,7 +179,13 @@ def summary(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
         "worst": max(figures) if figures else None,
         "contacts": sum(row["contacts"] for row in rows),
         "failures": [
-            {key: row[key] for key in ("run", "world", "words", "why", "figure")}
+            {
+                "run": row["run"],
+                "world": row["world"],
+                "words": row["words"],
+                "why": row["why"],
+                "figure": row["figure"],
+            }
             for row in rows
             if not row["success"]
         ],
@@ -122,7 +199,7 @@ def run(
     out: Path | None = None,
     tell: Callable[[str], None] | None = None,
     workers: int | None = None,
-) -> dict[str, Any]:
+) -> Table2:
     """`runs` (50) of every command; `out` receives JSON, CSV, and every run's row at once. Raises Unavailable where
     nothing can speak, Unwritable.
     """
@@ -133,7 +210,7 @@ def run(
     with RunLog(out, "table-2", every, seed, tell) as log:
         rows = side_by_side(partial(_work, seed, count), every, workers, tell, log.add)
     commands = {name: summary(name, [row for row in rows if row["command"] == name]) for name in TRIALS}
-    result: dict[str, Any] = {
+    result: Table2 = {
         "runs": count,
         "seed": seed,
         "said_at_most": TRIES,
@@ -152,14 +229,14 @@ def run(
     return result
 
 
-def table(commands: dict[str, dict[str, Any]]) -> str:
+def table(commands: Mapping[str, CommandFigures]) -> str:
     """The outcome table."""
     lines = [
         f"{'command':12} {'runs':>4} {'success':>8} {'understood':>10} {'median':>10} {'worst':>10}  success means"
     ]
     for name, row in commands.items():
         median, worst = (
-            f"{row[key]:.3g} {row['unit']}" if row[key] is not None else "-" for key in ("median", "worst")
+            "-" if figure is None else f"{figure:.3g} {row['unit']}" for figure in (row["median"], row["worst"])
         )
         lines.append(
             f"{name:12} {row['runs']:4} {100 * row['success_rate']:6.0f} % {100 * row['understood_rate']:8.0f} % "
@@ -168,14 +245,14 @@ def table(commands: dict[str, dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def _spread(values: list[float | None]) -> dict[str, float] | None:
+def _spread(values: Sequence[float | None]) -> SpreadFigures | None:
     known = [value for value in values if value is not None]
     if not known:
         return None
     return {"p50": float(np.median(known)), "p95": float(np.quantile(known, 0.95))}
 
 
-def _save(out: Path, result: dict[str, Any], rows: list[dict[str, Any]]) -> dict[str, str]:
+def _save(out: Path, result: Table2, rows: Sequence[TrialRow]) -> dict[str, str]:
     """Everything, and a line for every run → what lies where."""
     table = io.StringIO(newline="")
     writer = csv.DictWriter(table, [key for key in rows[0] if key != "errors"], extrasaction="ignore")

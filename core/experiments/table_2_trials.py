@@ -16,6 +16,7 @@ from core.commands.follow_wall import AT_THE_WALL
 from core.experiments.spoken_room import ANN, SentenceOutcome, SpokenRoom
 from core.geometry import Pose, wrap
 from core.message import Array
+from core.robots.requests import RemoveThing
 from core.simulation.world import World, cast
 from core.snapshot import Snapshot
 
@@ -212,7 +213,7 @@ def _follow_wall(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOu
         error = aside(snapshot.truth, surfaces.faces, surfaces.posts)
         off.extend([] if error is None else [error])
 
-    room.robot.robot.ask({"do": "remove", "id": ANN})
+    room.robot.robot.ask(RemoveThing(id=ANN))
     ended = room.wait(heard.number, FOLLOWING, watch)
     straight = float(np.sqrt(np.mean(np.square(off)))) if off else None
     good = ended is None and (straight is None or straight < STRAIGHT)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import NotRequired, TypedDict
 
 import numpy as np
 
 from core.calibration.files.written import write
 from core.experiments.rehearsal import Rehearsal
+from core.experiments.result import ExperimentResult
 from core.experiments.run_log import RunLog
 from core.geometry import Pose, wrap
 from core.message import Array
@@ -39,8 +40,52 @@ ROUTE = (
 """Sentences that lead once around `sim:lab`; said again from the start until the time is up."""
 
 
-def tour(seed: int, minutes: float = MINUTES, settings: Settings | None = None) -> dict[str, Any]:
-    """One tour → its figures; `contacts` and `faults` (what the trace checker says) ought to be 0 and empty."""
+class TourErrors(TypedDict):
+    """The errors of one estimator, as JSON."""
+
+    mean_error_m: float
+    worst_error_m: float
+    nees_mean: NotRequired[float]  # 3 degrees of freedom: ideal 3
+
+
+class TourEstimators(TypedDict):
+    """Both estimators, as JSON."""
+
+    ekf_slam: TourErrors
+    dead_reckoning: TourErrors
+
+
+class ScoreFigures(TypedDict):
+    """What is measured against the truth, as JSON."""
+
+    path_m: float
+    estimators: TourEstimators
+
+
+class TourFigures(ScoreFigures):
+    """One tour, as JSON; `contacts` and `faults` (what the trace checker says) ought to be 0 and empty."""
+
+    seed: int
+    duration_s: float
+    commands: int
+    ends: dict[str, int]  # how many commands ended in which state
+    landmarks: int
+    contacts: int
+    faults: list[str]
+
+
+class TourResult(ExperimentResult):
+    """The result, as JSON."""
+
+    runs: int
+    estimators: TourEstimators
+    contacts: int
+    faults: list[str]
+    tours: list[TourFigures]
+
+
+def tour(seed: int, minutes: float = MINUTES, settings: Settings | None = None) -> TourFigures:
+    """One tour → its figures."""
     rehearsal = Rehearsal("sim:lab", seed=seed, settings=settings)
     score = TourScore()
     ends: dict[str, int] = {}
@@ -84,13 +129,13 @@ class TourScore:
             self._path += truth.distance_to(self._last.x, self._last.y)
         self._last = truth
 
-    def figures(self) -> dict[str, Any]:
-        """Errors [m] of both estimators, mean NEES (3 degrees of freedom: ideal 3), path [m]."""
+    def figures(self) -> ScoreFigures:
+        """Errors [m] of both estimators, mean NEES, path [m]."""
         errors = np.array(self._errors)
         return {
             "path_m": self._path,
             "estimators": {
-                "ekf_slam": _errors(errors[:, 0]) | {"nees_mean": float(np.mean(self._nees))},
+                "ekf_slam": {**_errors(errors[:, 0]), "nees_mean": float(np.mean(self._nees))},
                 "dead_reckoning": _errors(errors[:, 1]),
             },
         }
@@ -108,8 +153,19 @@ def _gap(estimate: Estimate, truth: Pose) -> float:
     return truth.distance_to(estimate.pose.x, estimate.pose.y)
 
 
-def _errors(gaps: Array) -> dict[str, float]:
+def _errors(gaps: Array) -> TourErrors:
     return {"mean_error_m": float(gaps.mean()), "worst_error_m": float(gaps.max())}
+
+
+def _over(tours: Sequence[TourErrors]) -> TourErrors:
+    """The errors of one estimator over several tours."""
+    both: TourErrors = {
+        "mean_error_m": float(np.mean([one["mean_error_m"] for one in tours])),
+        "worst_error_m": max(one["worst_error_m"] for one in tours),
+    }
+    if nees_means := [one["nees_mean"] for one in tours if "nees_mean" in one]:
+        both["nees_mean"] = float(np.mean(nees_means))
+    return both
 
 
 def run(
@@ -120,24 +176,20 @@ def run(
     tell: Callable[[str], None] | None = None,
     settings: Settings | None = None,
     minutes: float = MINUTES,
-) -> dict[str, Any]:
+) -> TourResult:
     """`runs` tours (1) with seeds from `seed` on; `tell` hears of the progress, `out` receives tour.json."""
-    tours: list[dict[str, Any]] = []
+    tours: list[TourFigures] = []
     with RunLog(out, "tour", runs or 1, seed, tell) as log:
         for number in range(seed, seed + (runs or 1)):
             if tell is not None:
                 tell(f"Tour of the laboratory with seed {number}: {minutes:g} minutes of the robot's time…")
             tours.append(tour(number, minutes, settings))
             log.add(tours[-1])
-    both = {
-        name: {
-            "mean_error_m": float(np.mean([one["estimators"][name]["mean_error_m"] for one in tours])),
-            "worst_error_m": max(one["estimators"][name]["worst_error_m"] for one in tours),
-        }
-        for name in ("ekf_slam", "dead_reckoning")
+    both: TourEstimators = {
+        "ekf_slam": _over([one["estimators"]["ekf_slam"] for one in tours]),
+        "dead_reckoning": _over([one["estimators"]["dead_reckoning"] for one in tours]),
     }
-    both["ekf_slam"]["nees_mean"] = float(np.mean([one["estimators"]["ekf_slam"]["nees_mean"] for one in tours]))
-    result: dict[str, Any] = {
+    result: TourResult = {
         "runs": len(tours),
         "seed": seed,
         "estimators": both,

@@ -64,7 +64,7 @@ class Gate:
         self._refused = self._judge(setpoint, now)
         return self._refused
 
-    def arm(self, epoch: int, owner: str, now: float) -> str:
+    def arm(self, epoch: object, owner: str, now: float) -> str:
         """Accept setpoints under this lease from now on, starting at zero → "" or why not."""
         if self._state == "halted":
             return "The robot is halted: reset the halt first."

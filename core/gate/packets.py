@@ -7,11 +7,16 @@ from __future__ import annotations
 
 import json
 import socket
-from collections.abc import Mapping
-from typing import Any, NoReturn
+from collections.abc import Callable, Mapping
+from typing import NoReturn, TypeVar
 
 LARGEST = 1 << 18  # bytes of a packet
 AT_ONCE = 512  # packets taken in one go, so that a flood cannot hold up a tick
+
+Packet = dict[str, object]
+"""A JSON object from another process, of which nothing is known yet."""
+
+Message = TypeVar("Message")
 
 
 def packet_pair() -> tuple[socket.socket, socket.socket]:
@@ -33,7 +38,7 @@ def packet_socket(descriptor: int) -> socket.socket:
     return end
 
 
-def send_packet(end: socket.socket, packet: Mapping[str, Any]) -> bool:
+def send_packet(end: socket.socket, packet: Mapping[str, object]) -> bool:
     """Send without waiting → whether it is on its way."""
     try:
         end.send(json.dumps(packet, separators=(",", ":")).encode())
@@ -42,9 +47,9 @@ def send_packet(end: socket.socket, packet: Mapping[str, Any]) -> bool:
     return True
 
 
-def take_packets(end: socket.socket) -> tuple[list[dict[str, Any]], bool]:
+def take_packets(end: socket.socket) -> tuple[list[Packet], bool]:
     """Return all valid packets that have come, without waiting, and whether the other end is there."""
-    packets: list[dict[str, Any]] = []
+    packets: list[Packet] = []
     for _ in range(AT_ONCE):
         try:
             raw = end.recv(LARGEST)
@@ -59,7 +64,7 @@ def take_packets(end: socket.socket) -> tuple[list[dict[str, Any]], bool]:
     return packets, True
 
 
-def parse_packet(raw: bytes) -> dict[str, Any] | None:
+def parse_packet(raw: bytes) -> Packet | None:
     """One JSON object; None for anything else: NaN, Infinity, a key said twice, or no object."""
     try:
         packet = json.loads(raw, parse_constant=_refuse_constant, object_pairs_hook=_refuse_twice)
@@ -68,11 +73,16 @@ def parse_packet(raw: bytes) -> dict[str, Any] | None:
     return packet if isinstance(packet, dict) else None
 
 
+def construct(kind: Callable[..., Message], fields: Packet) -> Message:
+    """The fields of a packet → the message. Raises TypeError where one is missing or unknown."""
+    return kind(**fields)
+
+
 def _refuse_constant(name: str) -> NoReturn:
     raise ValueError(name)
 
 
-def _refuse_twice(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _refuse_twice(pairs: list[tuple[str, object]]) -> Packet:
     packet = dict(pairs)
     if len(packet) != len(pairs):
         raise ValueError("a key was said twice")

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import os
 import secrets
 import selectors
@@ -16,14 +15,28 @@ import signal
 import socket
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
+from core.errors import BadInput
 from core.gate.gate import TICK, Gate
 from core.gate.latch import Latch
-from core.gate.limits import Limits, is_count, is_number
+from core.gate.limits import Limits, is_count
 from core.gate.packets import packet_socket, send_packet, take_packets
+from core.gate.requests import (
+    GateArm,
+    GateDisarm,
+    GateHalt,
+    GateHeartbeat,
+    GateLeave,
+    GateRequest,
+    GateReset,
+    GateStop,
+    TicketedTwist,
+    read_report,
+    read_request,
+)
 from core.gate.scheduling import GATE, come_first
 from core.gate.setpoint import Setpoint
 from core.gate.status import GateStatus
@@ -59,16 +72,6 @@ class GateLoop:
         self._selector = selectors.DefaultSelector()
         self._selector.register(console, selectors.EVENT_READ, self._hear_console)
         self._selector.register(driver, selectors.EVENT_READ, self._hear_driver)
-        self._requests: dict[str, Callable[[dict[str, Any], float], object]] = {
-            "set": self._set,
-            "beat": lambda _, now: gate.heartbeat(now),
-            "stop": lambda _, now: gate.stop(now),
-            "halt": self._halt,
-            "reset": self._reset,
-            "arm": lambda packet, now: gate.arm(packet["epoch"], str(packet["owner"])[:200], now),
-            "disarm": lambda _, now: gate.disarm(now),
-            "leave": self._leave,
-        }
 
     def run(self) -> None:
         """Run until the console is gone and zeros have been sent to the robot for a while."""
@@ -110,12 +113,8 @@ class GateLoop:
     def _hear_console(self) -> None:
         packets, there = take_packets(self._console)
         for packet in packets:
-            request = self._requests.get(str(packet.get("kind")))
-            try:
-                if request is not None:
-                    request(packet, time.monotonic())
-            except (KeyError, TypeError):
-                continue  # not of the form that the console sends
+            if (request := read_request(packet)) is not None:
+                self._answer(request, time.monotonic())
             if self._gate.twist != self._sent_twist and not self._gate.twist.moves:
                 self._tell_driver()
         if not there:
@@ -126,11 +125,10 @@ class GateLoop:
         packets, there = take_packets(self._driver)
         now = time.monotonic()
         for packet in packets:
-            points = packet.get("points")
-            if isinstance(points, list):
-                field = packet.get("field")
-                self._gate.see(points, now, float(field) if is_number(field) else math.pi)  # type: ignore[arg-type]
-            self._gate.touch(packet.get("contact") is True, now)
+            report = read_report(packet)
+            if report.points is not None:
+                self._gate.see(report.points, now, report.field)
+            self._gate.touch(report.contact, now)
         if not there:
             self._selector.unregister(self._driver)
             self._gate.disarm(now, "the robot's driver is gone")
@@ -139,11 +137,26 @@ class GateLoop:
             self._tell_driver()
         self._tell_console(always=False)
 
-    def _set(self, packet: dict[str, Any], now: float) -> None:
-        del packet["kind"]
-        self._gate.accept(Setpoint(**packet), now)
+    def _answer(self, request: GateRequest, now: float) -> None:
+        match request:
+            case Setpoint():
+                self._gate.accept(request, now)
+            case GateHeartbeat():
+                self._gate.heartbeat(now)
+            case GateStop():
+                self._gate.stop(now)
+            case GateHalt(number):
+                self._halt(number, now)
+            case GateReset():
+                self._reset(now)
+            case GateArm(epoch, owner):
+                self._gate.arm(epoch, owner, now)
+            case GateDisarm():
+                self._gate.disarm(now)
+            case GateLeave():
+                self._leave(now)
 
-    def _halt(self, packet: dict[str, Any], now: float) -> None:
+    def _halt(self, number: int, now: float) -> None:
         """Set zero first, then the latch on disk; only then tell the console that the robot is halted."""
         self._gate.halt(now)
         self._tell_driver()
@@ -154,10 +167,9 @@ class GateLoop:
             self._gate.remark(f"halted, but a restart may forget it: {trouble.strerror}")
             return
         self._kept = True
-        self._latched = packet["number"] if is_count(packet.get("number")) else 0
+        self._latched = number
 
-    def _reset(self, packet: dict[str, Any], now: float) -> None:
-        del packet
+    def _reset(self, now: float) -> None:
         self._kept, self._latched = False, 0
         try:
             self._latch.clear()
@@ -166,8 +178,7 @@ class GateLoop:
             return
         self._gate.reset(now)
 
-    def _leave(self, packet: dict[str, Any], now: float) -> None:
-        del packet
+    def _leave(self, now: float) -> None:
         self._gate.disarm(now, "the console ends")
         self._tell_driver()
         self._ends_at = now
@@ -182,15 +193,14 @@ class GateLoop:
 
     def _tell_driver(self) -> None:
         self._sent_twist = self._gate.twist
-        send_packet(
-            self._driver, {"v": self._sent_twist.v, "w": self._sent_twist.w, "nonce": self._gate.status().nonce}
-        )
+        sent = TicketedTwist(self._sent_twist.v, self._sent_twist.w, self._gate.status().nonce)
+        send_packet(self._driver, asdict(sent))
 
     def _tell_console(self, *, always: bool) -> None:
         status = replace(self._gate.status(), latched=self._latched)
         if always or self._sent_status is None or _without_ticket(status) != _without_ticket(self._sent_status):
             self._sent_status = status
-            send_packet(self._console, status.to_json())
+            send_packet(self._console, status.to_packet())
 
 
 def _without_ticket(status: GateStatus) -> GateStatus:
@@ -226,7 +236,7 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         limits = Limits.of(json.loads(given.limits))
         line_writer = open_trace(given.trace) if given.trace else None
-    except (ValueError, OSError) as trouble:
+    except (BadInput, ValueError, OSError) as trouble:
         raise SystemExit(f"The gate does not start: {trouble}") from None
     trace = TraceWriter(line_writer) if line_writer else None
     gate = Gate(

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import asdict, dataclass, replace
+from typing import Literal
+
+from core.gate.packets import Packet, construct
 
 State = Literal["disarmed", "armed", "halted"]
 
@@ -43,12 +45,16 @@ class GateStatus:
             return TOO_BUSY
         return f"The robot stopped by itself: {self.reason or 'the gate tripped'}."
 
-    def to_json(self) -> dict[str, Any]:
+    def to_packet(self) -> Packet:
         """Plain values by name."""
         return asdict(self)
 
     @staticmethod
-    def of_json(fields: dict[str, Any]) -> GateStatus:
-        """Read a status from the output of `to_json`."""
-        at = fields.pop("blocked_by")
-        return GateStatus(**fields, blocked_by=None if at is None else (float(at[0]), float(at[1])))
+    def of_packet(packet: Packet) -> GateStatus:
+        """Read a status from the output of `to_packet`. Raises TypeError."""
+        status = construct(GateStatus, packet)
+        return status if status.blocked_by is None else replace(status, blocked_by=_point(*status.blocked_by))
+
+
+def _point(x: float, y: float) -> tuple[float, float]:
+    return float(x), float(y)

@@ -3,47 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
-from core.errors import BadInput
+from core.setting import Meta, Section
 
 Mode = Literal["person", "voice"]
-MODES: tuple[Mode, ...] = ("person", "voice")
 
 
 @dataclass(frozen=True)
-class PersonFollowingSettings:
+class PersonFollowingSettings(Section):
     """COME HERE and FOLLOW ME."""
 
-    mode: Mode = "person"  # "voice": without the camera, to where several bearings cross
-    stop_short: float = 0.5  # [m] from the person's middle to the robot's (Table 2)
-    coming: float = 0.2  # [m/s] at most, on the way to a person
-    keep: float = 1.0  # [m] that is kept from a followed person
-    following: float = 0.27  # [m/s] at most, after a person
-    fresh: float = 8.0  # [s] that a voice may be old when a command is typed after it
-    spoken_fresh: float = 5.0  # [s] the same when the voice gave the command itself: it was read and confirmed since
-    sure: float = 0.26  # [rad] sd of a direction that is good enough
-    look_for: float = 2.0  # [s] that a person is looked for
-    listen_for: float = 12.0  # [s] that another word is waited for where a voice must be located
-    sidestep: float = 0.9  # [m] to hear the voice from elsewhere
-
-    def __post_init__(self) -> None:
-        if self.mode not in MODES:
-            raise BadInput(f"mode must be one of {', '.join(MODES)}.")
-        for name, (low, high) in BOUNDS.items():
-            if not low <= getattr(self, name) <= high:
-                raise BadInput(f"{name} must lie between {low:g} and {high:g}.")
-
-
-BOUNDS = {
-    "stop_short": (0.3, 3.0),
-    "keep": (0.6, 3.0),
-    "coming": (0.05, 1.0),
-    "following": (0.05, 1.0),
-    "fresh": (0.5, 60.0),
-    "spoken_fresh": (0.5, 30.0),
-    "sure": (0.02, 0.6),
-    "look_for": (0.3, 30.0),
-    "listen_for": (1.0, 120.0),
-    "sidestep": (0.3, 3.0),
-}
+    mode: Annotated[Mode, Meta(meaning="voice: without the camera, to where several bearings cross")] = "person"
+    stop_short: Annotated[
+        float, Meta("m", 0.3, 3, "distance between the person's middle and the robot's on arrival (Table 2)")
+    ] = 0.5
+    coming: Annotated[float, Meta("m/s", 0.05, 1, "speed on the way to a person, at most")] = 0.2
+    keep: Annotated[float, Meta("m", 0.6, 3, "distance kept from a followed person")] = 1.0
+    following: Annotated[float, Meta("m/s", 0.05, 1, "speed after a person, at most")] = 0.27
+    fresh: Annotated[float, Meta("s", 0.5, 60, "age of a voice, at most, when a command is typed after it")] = 8.0
+    spoken_fresh: Annotated[
+        float,
+        Meta("s", 0.5, 30, "the same when the voice gave the command itself, which was read and confirmed since"),
+    ] = 5.0
+    sure: Annotated[float, Meta("rad", 0.02, 0.6, "sd of a direction that is good enough")] = 0.26
+    look_for: Annotated[float, Meta("s", 0.3, 30, "time for which a person is looked for")] = 2.0
+    listen_for: Annotated[float, Meta("s", 1, 120, "time for another word where a voice must be located")] = 12.0
+    sidestep: Annotated[float, Meta("m", 0.3, 3, "way to hear the voice from elsewhere")] = 0.9

@@ -5,56 +5,46 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Annotated
 
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from core.errors import BadInput, Refused
+from core.errors import Refused
 from core.geometry import Pose
 from core.message import Array
 from core.navigation.costmap import Costmap, survey
+from core.setting import Meta, Section
 from core.slam.map.occupancy import OccupancyGrid
 
 
 @dataclass(frozen=True)
-class PlannerSettings:
+class PlannerSettings(Section):
     """Costs and clearances of a path."""
 
-    stride: float = 0.1  # [m] of the lattice that is searched; narrow gaps are looked for on the map's own
-    spacing: float = 0.05  # [m] between the points of a path
-    guard: float = 0.035  # [m] of free space below which nothing is planned: the gate's guard stops at 0.03
-    comfort: float = 0.06  # [m] of free space that is kept wherever possible
-    tight: float = 6.0  # times the cost where there is less
-    near: float = 3.0  # weight of exp(-falloff · d)
-    falloff: float = 4.0  # [1/m]
-    unknown: float = 2.0  # times the cost where nothing has been seen yet
-    occupied: float = 0.6  # log-odds from which a cell is a wall
-    margin: float = 3.0  # [m] searched beyond the straight line before the whole map is
-    escape: float = 0.3  # [m] around the robot in which it may leave a tight place
-    wider: float = 0.6  # [m] more than asked for at which it stands where nearer there is no room
-    reach: float = 10.0  # [m] to the farthest goal that is accepted outside the known map
-
-    def __post_init__(self) -> None:
-        for name, (low, high) in BOUNDS.items():
-            if not low <= getattr(self, name) <= high:
-                raise BadInput(f"{name} must lie between {low:g} and {high:g}.")
+    stride: Annotated[
+        float, Meta("m", 0.02, 1, "spacing of the searched lattice; narrow gaps are searched on the map's own")
+    ] = 0.1
+    spacing: Annotated[float, Meta("m", 0.01, 0.2, "distance between the points of a path")] = 0.05
+    guard: Annotated[
+        float, Meta("m", 0.03, 0.5, "free space below which nothing is planned: the gate's guard stops at 0.03")
+    ] = 0.035
+    comfort: Annotated[float, Meta("m", 0.03, 1, "free space that is kept wherever possible")] = 0.06
+    tight: Annotated[float, Meta("", 1, 100, "factor on the cost where there is less")] = 6.0
+    near: Annotated[float, Meta("", 0, 100, "weight of exp(-falloff · d) in the cost")] = 3.0
+    falloff: Annotated[float, Meta("1/m", 0.1, 50, "decay of that cost with the free space d")] = 4.0
+    unknown: Annotated[float, Meta("", 1, 100, "factor on the cost where nothing has been seen yet")] = 2.0
+    occupied: Annotated[float, Meta("", 0.05, 4, "log odds from which a cell is a wall")] = 0.6
+    margin: Annotated[float, Meta("m", 0.5, 20, "distance beyond the straight line that is searched first")] = 3.0
+    escape: Annotated[float, Meta("m", 0, 1, "distance around the robot in which it may leave a tight place")] = 0.3
+    wider: Annotated[
+        float, Meta("m", 0, 3, "further distance at which the robot stops where nearer there is no room")
+    ] = 0.6
+    reach: Annotated[float, Meta("m", 1, 20, "distance of a goal outside the known map, at most")] = 10.0
 
 
 SOMEBODY = 0.35  # [m] around a place that a person there may take up
-
-BOUNDS = {
-    "stride": (0.02, 1.0),
-    "spacing": (0.01, 0.2),
-    "guard": (0.03, 0.5),
-    "comfort": (0.03, 1.0),
-    "tight": (1.0, 100.0),
-    "unknown": (1.0, 100.0),
-    "margin": (0.5, 20.0),
-    "escape": (0.0, 1.0),
-    "wider": (0.0, 3.0),
-    "reach": (1.0, 20.0),
-}
 
 
 def plan(

@@ -4,64 +4,44 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from core.errors import BadInput
 from core.gate import Twist
 from core.geometry import Pose, wrap
 from core.message import Array
+from core.setting import Meta, Section
 
 
 @dataclass(frozen=True)
-class SteeringSettings:
+class SteeringSettings(Section):
     """Gains and tolerances of everything that steers."""
 
-    turn_gain: float = 3.0  # [1/s] turn rate per heading error; a third of what a delay of 0.1 s would bear
-    turn_lead: float = 0.1  # [s] by which a turn looks ahead, for what is on its way to the wheels
-    turn_floor: float = 0.04  # [rad/s] the least turn rate that is asked for, so that no turn starves near its end
-    turn_deceleration: float = 1.5  # [rad/s²]
-    approach_gain: float = 1.5  # [1/s] speed per distance left
-    approach_floor: float = 0.02  # [m/s]
-    side_gain: float = 2.5  # [rad/m] heading aimed back at the line per distance from it
-    lookahead: float = 0.22  # [m]
-    pivot_above: float = 0.9  # [rad] the path lies so far aside that the robot turns on the spot …
-    pivot_below: float = 0.12  # [rad] … until it lies so nearly ahead
-    slow_within: float = 0.25  # [m] free space around the body under which it slows
-    slowest: float = 0.4  # share of the cruising speed in the tightest place
-    heading_tolerance: float = 0.006  # [rad] at the end of a turn
-    distance_tolerance: float = 0.004  # [m] at the end of a straight line
-    goal_tolerance: float = 0.012  # [m] around a goal
-    again_beyond: float = 3.5  # times the tolerance, from which a robot that has arrived sets out once more
-    settle: float = 0.3  # [s] at rest within the tolerance before a command is done
-    stalled_after: float = 4.0  # [s] without headway until a command gives up
-
-    def __post_init__(self) -> None:
-        for name, (low, high) in BOUNDS.items():
-            if not low <= getattr(self, name) <= high:
-                raise BadInput(f"{name} must lie between {low:g} and {high:g}.")
-
-
-BOUNDS = {
-    "turn_gain": (0.2, 10.0),
-    "turn_floor": (0.01, 0.3),
-    "turn_lead": (0.0, 0.5),
-    "turn_deceleration": (0.1, 6.0),
-    "approach_gain": (0.2, 10.0),
-    "approach_floor": (0.005, 0.1),
-    "side_gain": (0.0, 10.0),
-    "lookahead": (0.05, 1.0),
-    "pivot_above": (0.2, 1.5),
-    "pivot_below": (0.01, 0.2),
-    "slow_within": (0.01, 2.0),
-    "slowest": (0.1, 1.0),
-    "heading_tolerance": (0.001, 0.2),
-    "distance_tolerance": (0.001, 0.1),
-    "goal_tolerance": (0.005, 0.2),
-    "again_beyond": (1.0, 10.0),
-    "settle": (0.0, 5.0),
-    "stalled_after": (1.0, 60.0),
-}
+    turn_gain: Annotated[
+        float, Meta("1/s", 0.2, 10, "turn rate per heading error; a third of what a delay of 0.1 s would bear")
+    ] = 3.0
+    turn_lead: Annotated[
+        float, Meta("s", 0, 0.5, "time by which a turn looks ahead, for what is on its way to the wheels")
+    ] = 0.1
+    turn_floor: Annotated[
+        float, Meta("rad/s", 0.01, 0.3, "least turn rate that is asked for, so that no turn starves near its end")
+    ] = 0.04
+    turn_deceleration: Annotated[float, Meta("rad/s²", 0.1, 6, "deceleration at the end of a turn")] = 1.5
+    approach_gain: Annotated[float, Meta("1/s", 0.2, 10, "speed per distance left")] = 1.5
+    approach_floor: Annotated[float, Meta("m/s", 0.005, 0.1, "least speed on approach")] = 0.02
+    side_gain: Annotated[float, Meta("rad/m", 0, 10, "heading aimed back at the line per distance from it")] = 2.5
+    lookahead: Annotated[float, Meta("m", 0.05, 1, "distance ahead on the path at which the robot aims")] = 0.22
+    pivot_above: Annotated[float, Meta("rad", 0.2, 1.5, "angle to the path above which it turns on the spot")] = 0.9
+    pivot_below: Annotated[float, Meta("rad", 0.01, 0.2, "angle to the path below which it drives on")] = 0.12
+    slow_within: Annotated[float, Meta("m", 0.01, 2, "free space around the body below which it slows")] = 0.25
+    slowest: Annotated[float, Meta("", 0.1, 1, "share of the cruising speed in the tightest place")] = 0.4
+    heading_tolerance: Annotated[float, Meta("rad", 0.001, 0.2, "error of the heading at a turn's end")] = 0.006
+    distance_tolerance: Annotated[float, Meta("m", 0.001, 0.1, "error of the distance at a line's end")] = 0.004
+    goal_tolerance: Annotated[float, Meta("m", 0.005, 0.2, "distance from a goal at which it is reached")] = 0.012
+    again_beyond: Annotated[float, Meta("", 1, 10, "error per tolerance at which it sets out again")] = 3.5
+    settle: Annotated[float, Meta("s", 0, 5, "rest within the tolerance before a command is done")] = 0.3
+    stalled_after: Annotated[float, Meta("s", 1, 60, "time without headway until a command gives up")] = 4.0
 
 
 def spin(error: float, fastest: float, settings: SteeringSettings) -> float:

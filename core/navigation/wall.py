@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-from core.errors import BadInput
 from core.geometry import Pose
 from core.message import Array, message
+from core.setting import Meta, Section
 
 
 def rolled(here: Array, contact: Array, wall: Array, radius: tuple[float, float], steps: tuple[float, int]) -> Array:
@@ -57,48 +58,32 @@ RIGHT = (math.radians(-170.0), math.radians(-5.0))  # bearings that count as the
 
 
 @dataclass(frozen=True)
-class WallSettings:
+class WallSettings(Section):
     """Criteria for a wall, and how far ahead it is followed."""
 
-    cell: float = 0.03  # [m] points nearer together than this are averaged
-    sight: float = 2.5  # [m] up to which points are looked at while following
-    link: float = 0.65  # [m] what stands nearer to the wall than this belongs to it: there is no way in between
-    gap: float = 1.1  # [m] openings up to this are passed by
-    aslant: float = 0.35  # [rad] by which the far side of an opening may lie to the side of the wall's direction
-    deep: float = 0.4  # [m] that an opening is seen to go in: less is a recess, or the shadow of something
-    smooth: float = 0.07  # [m] around a point, over which the wall is averaged
-    larger: float = 0.05  # [m] the ball is larger than the distance
-    horizon: float = 1.0  # [m] of line ahead
-    stride: float = 0.02  # [m] between its points
-    memory: float = 30.0  # [s] that counts what is out of sight
-    least: float = 0.5  # [m] of extent from which something is a wall to begin with: legs of a person are none
-    seek: float = 5.0  # [m] from which it drives to a wall
-    near: float = 0.3  # [m] beyond its distance within which it follows without driving there first
-    lost_after: float = 2.0  # [s] without a wall until it gives up
-
-    def __post_init__(self) -> None:
-        for name, (low, high) in BOUNDS.items():
-            if not low <= getattr(self, name) <= high:
-                raise BadInput(f"{name} must lie between {low:g} and {high:g}.")
-
-
-BOUNDS = {
-    "cell": (0.005, 0.1),
-    "sight": (1.0, 10.0),
-    "link": (0.3, 2.0),
-    "gap": (0.0, 3.0),
-    "aslant": (0.0, 1.5),
-    "deep": (0.1, 2.0),
-    "smooth": (0.0, 0.2),
-    "larger": (0.0, 0.5),
-    "horizon": (0.3, 3.0),
-    "stride": (0.005, 0.1),
-    "memory": (1.0, 300.0),
-    "least": (0.05, 2.0),
-    "seek": (0.5, 20.0),
-    "near": (0.05, 2.0),
-    "lost_after": (0.3, 30.0),
-}
+    cell: Annotated[float, Meta("m", 0.005, 0.1, "points nearer together than this are averaged")] = 0.03
+    sight: Annotated[float, Meta("m", 1, 10, "distance up to which points are used while following")] = 2.5
+    link: Annotated[
+        float, Meta("m", 0.3, 2, "what stands nearer to the wall than this belongs to it: no way leads in between")
+    ] = 0.65
+    gap: Annotated[float, Meta("m", 0, 3, "width of openings that are passed by, at most")] = 1.1
+    aslant: Annotated[
+        float, Meta("rad", 0, 1.5, "angle to the wall's direction at which the far side of an opening may lie")
+    ] = 0.35
+    deep: Annotated[
+        float, Meta("m", 0.1, 2, "depth of an opening, at least: less is a recess, or the shadow of something")
+    ] = 0.4
+    smooth: Annotated[float, Meta("m", 0, 0.2, "distance around a point over which the wall is averaged")] = 0.07
+    larger: Annotated[float, Meta("m", 0, 0.5, "excess of the ball's radius over the distance to keep")] = 0.05
+    horizon: Annotated[float, Meta("m", 0.3, 3, "length of the line ahead")] = 1.0
+    stride: Annotated[float, Meta("m", 0.005, 0.1, "distance between the points of the line")] = 0.02
+    memory: Annotated[float, Meta("s", 1, 300, "time for which what is out of sight counts")] = 30.0
+    least: Annotated[
+        float, Meta("m", 0.05, 2, "extent from which something is a wall at first: a person's legs are none")
+    ] = 0.5
+    seek: Annotated[float, Meta("m", 0.5, 20, "distance from which the robot drives to a wall")] = 5.0
+    near: Annotated[float, Meta("m", 0.05, 2, "excess over the distance to keep to follow at once")] = 0.3
+    lost_after: Annotated[float, Meta("s", 0.3, 30, "time without a wall until the command gives up")] = 2.0
 
 
 @message

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-from collections import deque
 from dataclasses import dataclass, replace
 
 from core.commands import spec_of
@@ -17,7 +15,7 @@ from core.snapshot import ActiveCommandStatus, Ending
 
 
 @dataclass(frozen=True)
-class _AcceptedCommand:
+class AcceptedCommand:
     """A command that came in."""
 
     id: int
@@ -26,21 +24,11 @@ class _AcceptedCommand:
     who: str
 
 
-@dataclass(frozen=True)
-class _Cancel:
-    """An end that came in."""
-
-    state: Ending
-    why: str
-
-
 class CommandExecutor:
-    """Owns the active command. Any thread may `tell` and `cancel`; the pilot's thread does the rest."""
+    """Owns the active command."""
 
     def __init__(self) -> None:
-        self._door = threading.Lock()
-        self._inbox: deque[_AcceptedCommand | _Cancel] = deque()
-        self._next: tuple[_AcceptedCommand, float] | None = (
+        self._next: tuple[AcceptedCommand, float] | None = (
             None  # came in while another is under way, at this stamp [s]
         )
         self._command: Command | None = None
@@ -52,34 +40,17 @@ class CommandExecutor:
         self.goal: Array | None = None  # (2,) [m], world
         self.person: TrackedPerson | None = None  # who is looked at
 
-    def tell(self, command_id: int, command: Command, source: str, who: str) -> None:
-        """Execute this command from the next frame on; the one under way then is pre-empted."""
-        with self._door:
-            self._inbox.append(_AcceptedCommand(command_id, command, source, who))
+    def accept(self, accepted: AcceptedCommand, stamp: float) -> None:
+        """Take in a command at `stamp` [s].
 
-    def cancel(self, state: Ending, why: str) -> None:
-        """End every command that came before this, in that state and for that reason."""
-        with self._door:
-            self._inbox.append(_Cancel(state, why))
-
-    def open_inbox(self, stamp: float) -> None:
-        """Take in the commands since the last frame, in their order.
-
-        A command that moves waits for `drive` while another one moves the robot: when it cannot begin, it is refused
-        and the other goes on.
+        One that moves waits for `drive` while another one moves the robot: when it cannot begin, it is refused and
+        the other goes on.
         """
-        with self._door:
-            messages = list(self._inbox)
-            self._inbox.clear()
-        for message in messages:
-            if isinstance(message, _Cancel):
-                self.end(message.state, message.why)
-                continue
-            self._end_next("pre-empted", _came_after(message))
-            if self._action is not None and spec_of(message.command.name).moves:
-                self._next = message, stamp
-            else:
-                self._adopt(message, stamp)
+        self._end_next("pre-empted", _came_after(accepted))
+        if self._action is not None and spec_of(accepted.command.name).moves:
+            self._next = accepted, stamp
+        else:
+            self._adopt(accepted, stamp)
 
     def drive(self, here: ControlContext, wait_for: str = "") -> Twist:
         """Execute one frame → the twist to ask of the gate. `wait_for`: why nothing may begin to move yet."""
@@ -135,13 +106,13 @@ class CommandExecutor:
             self._endings.append(replace(_active_command(*self._next), state=state, remark=why))
         self._next = None
 
-    def _adopt(self, accepted: _AcceptedCommand, stamp: float, action: Action | None = None) -> None:
+    def _adopt(self, accepted: AcceptedCommand, stamp: float, action: Action | None = None) -> None:
         """Make this the active command, in place of the other."""
         self._next = None
         self.end("pre-empted", _came_after(accepted))
         self._command, self._action, self.active_command = accepted.command, action, _active_command(accepted, stamp)
 
-    def _begin(self, accepted: _AcceptedCommand, stamp: float, here: ControlContext) -> None:
+    def _begin(self, accepted: AcceptedCommand, stamp: float, here: ControlContext) -> None:
         """Let the command that came in take the other's place if it can begin."""
         try:
             self._adopt(accepted, stamp, spec_of(accepted.command.name).begin(accepted.command, here))
@@ -154,7 +125,7 @@ class CommandExecutor:
         return endings
 
 
-def _active_command(accepted: _AcceptedCommand, stamp: float) -> ActiveCommandStatus:
+def _active_command(accepted: AcceptedCommand, stamp: float) -> ActiveCommandStatus:
     """A command that came in at `stamp` [s], as it is shown."""
     return ActiveCommandStatus(
         id=accepted.id,
@@ -167,5 +138,5 @@ def _active_command(accepted: _AcceptedCommand, stamp: float) -> ActiveCommandSt
     )
 
 
-def _came_after(accepted: _AcceptedCommand) -> str:
+def _came_after(accepted: AcceptedCommand) -> str:
     return f"“{accepted.command.heard_as}” came after it."

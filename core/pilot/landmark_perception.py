@@ -8,18 +8,20 @@ import numpy as np
 
 from core.errors import BadInput
 from core.geometry import Pose, arc
-from core.message import Array, message
+from core.message import Array
 from core.perception.image_quality.quality import PictureQuality, judge
 from core.perception.landmarks.corners import Corner, find_corners
 from core.perception.landmarks.deskew import beam_ends
 from core.perception.landmarks.edge_pairs import EdgePair, edge_pairs
 from core.perception.landmarks.edges import ImageEdge, find_edges
-from core.perception.landmarks.landmarks import Sighting, laser_in_picture, sight
+from core.perception.landmarks.frame_perception import Beams, FramePerception
+from core.perception.landmarks.landmarks import laser_in_picture, sight
 from core.perception.landmarks.preprocessing import NOTHING
-from core.pilot.motion_input import MotionBuffer
 from core.robots import Profile
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Wheels
 from core.settings import Settings
+from core.slam.motion import Motion
+from core.slam.motion_history import MotionHistory
 from core.snapshot import CameraView
 
 FRESH = 0.2  # [s] for which edges may confirm corners, and points may be drawn on a picture
@@ -28,23 +30,12 @@ REPEATS = 2  # equal pictures in a row, on the move, that mean the camera hangs
 RECALLED = 0.5  # [s] for which edges may confirm corners where the move between the two is remembered
 
 
-@message
-class FramePerception:
-    """The points, corners and sightings of one frame."""
-
-    sightings: tuple[Sighting, ...] | None = None  # None: no scan came with this frame
-    ends: Array | None = (
-        None  # (N, 2) [m], robot frame at the frame's stamp: beam ends, NaN where nothing was measured
-    )
-    hits: Array | None = None  # (N,) bool: ends that are something
-    pairs: tuple[EdgePair, ...] = ()  # corners and the edges near them: whether the camera's mount has moved
-
-
 class LandmarkPerception:
     """Remembers the newest picture's edges and the newest scan's points, to bring the two together."""
 
     def __init__(self, profile: Profile, settings: Settings) -> None:
-        self._laser = profile.laser or Laser()
+        self._lasers = {laser.name: laser for laser in profile.lasers}
+        self._laser = profile.laser or Laser()  # of scans that name none
         self.camera = profile.camera
         self._settings = settings
         self._edges: tuple[ImageEdge, ...] = ()
@@ -52,7 +43,7 @@ class LandmarkPerception:
         self._quality: PictureQuality | None = None
         self._points = np.zeros((0, 2))
         self._points_stamp = -np.inf
-        self._recall = MotionBuffer(settings.motion)
+        self._recall = MotionHistory()
         self.view: CameraView | None = None
         self.trouble = ""  # why the newest picture is of no use
         self.poor = ""  # what is wrong with the pictures, once they have been unusable for a while
@@ -60,34 +51,33 @@ class LandmarkPerception:
         self._last_picture: Array | None = None
         self._repeats = 0  # of the newest picture, on the move
 
-    def without_repeats(self, frame: SensorFrame) -> SensorFrame:
+    def without_repeats(self, frame: SensorFrame, wheels: Wheels | None) -> SensorFrame:
         """The frame, without its picture where that repeats itself although the robot moves: the camera hangs."""
         if frame.image is None:
             return frame
         last, self._last_picture = self._last_picture, frame.image.pixels
         if last is None or not np.array_equal(last, frame.image.pixels):
             self._repeats = 0
-        elif frame.wheels is not None and max(abs(frame.wheels.speed), abs(frame.wheels.turn_rate)) > MOVING:
+        elif wheels is not None and max(abs(wheels.speed), abs(wheels.turn_rate)) > MOVING:
             self._repeats += 1
         if self._repeats < REPEATS:
             return frame
         self.trouble = "The camera repeats one picture while the robot moves; it is not used until another one comes."
         return replace(frame, image=None)
 
-    def look(self, frame: SensorFrame) -> FramePerception:
+    def look(self, frame: SensorFrame, motion: Motion) -> FramePerception:
         """One frame → what is seen in it; `view` is renewed when a picture or new matches came."""
-        camera = self.camera  # another thread may replace it
-        self._recall.feel(frame)
-        if frame.image is not None and camera is not None:
+        self._recall.add(frame.stamp, motion.increment)
+        if frame.image is not None and self.camera is not None:
             try:
-                self._judge(frame.image, frame.wheels)
-                self._look_at_picture(frame.image, camera, frame.wheels)
+                self._judge(frame.image, motion.wheels)
+                self._look_at_picture(frame.image, self.camera, motion.wheels)
                 self.trouble = ""
             except BadInput as trouble:
                 self.trouble = str(trouble)
         if frame.scan is None:
             return FramePerception()
-        return self._look_at_scan(frame.scan, frame.stamp, frame.wheels)
+        return self._look_at_scan(frame.scan, frame.stamp, motion.wheels)
 
     def _judge(self, image: Image, wheels: Wheels | None) -> None:
         """Judge the picture's quality, and note since when none could be used."""
@@ -125,8 +115,9 @@ class LandmarkPerception:
         """Find points and corners in a scan; a late scan is seen from the pose at which it was taken."""
         then = self._recall.taken(scan, stamp)
         felt = self._recall.wheels(then, stamp, wheels)
-        ends, hits = beam_ends(scan, self._laser, felt, then)
-        corners = find_corners(scan, self._laser, ends[hits], np.flatnonzero(hits), self._settings.corners)
+        laser = self._lasers.get(scan.laser, self._laser)
+        ends, hits = beam_ends(scan, laser, felt, then)
+        corners = find_corners(scan, laser, ends[hits], np.flatnonzero(hits), self._settings.corners)
         since = self._recall.moved(then, self._edges_stamp)
         known = RECALLED if since is not None else FRESH
         fresh = self._edges if abs(then - self._edges_stamp) < known else ()
@@ -141,7 +132,8 @@ class LandmarkPerception:
             settings=self._settings.edges,
         )
         sightings, ends = self._recall.bring(then, stamp, sightings, ends)
-        self._points, self._points_stamp = ends[hits], stamp
+        beams = Beams(ends=ends, hits=hits, viewpoint=laser.mounting)
+        self._points, self._points_stamp = beams.points, stamp
         if fresh and self.view is not None:
             self.view = CameraView(
                 stamp=self.view.stamp,
@@ -151,9 +143,7 @@ class LandmarkPerception:
                 laser=self.view.laser,
                 quality=self.view.quality,
             )
-        return FramePerception(
-            sightings=sightings, ends=ends, hits=hits, pairs=self._pairs(corners, fresh, then, felt)
-        )
+        return FramePerception(beams=beams, sightings=sightings, pairs=self._pairs(corners, fresh, then, felt))
 
     def _pairs(
         self, corners: tuple[Corner, ...], edges: tuple[ImageEdge, ...], stamp: float, wheels: Wheels | None

@@ -1,11 +1,8 @@
-"""The pilot: for each frame of the robot, take commands, perceive, estimate, decide, publish."""
+"""The pilot: hear and see, estimate, decide, publish, for each frame of the robot."""
 
 from __future__ import annotations
 
 import math
-import threading
-from collections import deque
-from collections.abc import Callable
 from dataclasses import replace
 
 from core.calibration.laser.drift import MountWatch
@@ -16,9 +13,9 @@ from core.gate import ZERO, Twist
 from core.geometry import Pose
 from core.navigation.control_context import ControlContext, SteeredBody
 from core.perception.people.colours import PersonProfile
-from core.pilot.command_executor import CommandExecutor
+from core.pilot.command_executor import AcceptedCommand, CommandExecutor
+from core.pilot.inbox import Inbox
 from core.pilot.landmark_perception import LandmarkPerception
-from core.pilot.motion_input import OdometrySource
 from core.pilot.notices import Notices
 from core.pilot.sound_perception import SoundPerception
 from core.pilot.trail import NO_POINTS, MapTrail, Trail, frozen
@@ -30,27 +27,11 @@ from core.slam.estimate import Estimate, Landmark
 from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.mapper import AnchoredPose, Mapper
+from core.slam.motion import Motion
+from core.slam.odometry import Odometry
 from core.slam.relocalization.monitor import LocalizationSettings
 from core.slam.submap_manager import MapperSettings
 from core.snapshot import Ending, Hearing, Snapshot
-
-
-class DeferredCalls:
-    """`put` from any thread; the pilot's thread opens them between two frames."""
-
-    def __init__(self) -> None:
-        self.between_frames = threading.Lock()  # held while a frame is worked on
-        self._waiting: deque[Callable[[], object]] = deque()
-
-    def put(self, request: Callable[[], object]) -> None:
-        """Run this before the next frame."""
-        self._waiting.append(request)
-
-    def open(self) -> None:
-        """Run the requests, in their order."""
-        for _ in range(len(self._waiting)):
-            self._waiting.popleft()()
-
 
 LOOKING_AROUND = "Looking around before the first move…"
 NO_SCAN = "No scan comes from the laser."
@@ -77,123 +58,132 @@ class Pilot:
         self._planner = replace(planner, guard=max(planner.guard, limits.margin + 0.005))
         self._executor = CommandExecutor()
         self._notices = Notices()
-        self._doors = DeferredCalls()
+        self._inbox = Inbox()
         self._who: PersonProfile | None = None
-        self._wake(math.inf)
+        self._reset(math.inf)
 
-    def _wake(self, stamp: float) -> None:
+    def _reset(self, stamp: float) -> None:
         """Reset everything: before the first frame, and after a jump back in a recording."""
         settings = self._settings
         self._stamp = self._scan_stamp = stamp
-        self._feet = OdometrySource(self._profile.laser, settings.scan_odometry)
-        self._eyes = LandmarkPerception(self._profile, settings)
-        self._ears = SoundPerception(self._profile, settings.direction_finding)
+        self._odometry = Odometry(self._profile.laser, settings.motion, settings.scan_odometry)
+        self._vision = LandmarkPerception(self._profile, settings)
+        self._hearing = SoundPerception(self._profile, settings.direction_finding)
         self._mount = MountWatch(settings.drift)
-        self._floor = Mapper(parts_of(settings), self._profile.laser, watched=self._profile.drives)
-        self._dead_reckoning = DeadReckoning(settings.motion)
+        self._mapper = Mapper(parts_of(settings), self._profile.laser, watched=self._profile.drives)
+        self._dead_reckoning = DeadReckoning()
         self._trail, self._dead_reckoning_trail = MapTrail(), Trail()
         self._contact = self._lost = False
+
+    # from any thread
 
     def tell(self, command_id: int, command: Command, source: str, who: str) -> None:
         """Execute this command from the next frame on; the one under way is pre-empted. Raises Refused."""
         if not self._profile.drives:
             raise Refused("This is a recording; it cannot be commanded. Connect a robot or the simulator.")
-        lost = self._floor.lost
+        lost = self._mapper.lost
         if lost is not None and spec_of(command.name).moves and spec_of(command.name).needs_pose:
             raise Refused(f"Not now: {lost.words}")
-        self._executor.tell(command_id, command, source, who)
+        accepted = AcceptedCommand(command_id, command, source, who)
+        self._inbox.put(lambda stamp: self._executor.accept(accepted, stamp))
 
     def cancel(self, state: Ending, why: str) -> None:
-        """End the active command, in that state and for that reason."""
-        self._executor.cancel(state, why)
+        """End every command that came before this, in that state and for that reason."""
+        self._inbox.put(lambda _: self._executor.end(state, why))
 
     def look_through(self, profile: Profile) -> None:
-        """See and hear with this profile from the next frame on: it was calibrated. From any thread."""
-        self._profile = profile
-        self._eyes.camera = profile.camera
-        self._ears.hear_with(profile.microphones)
+        """See and hear with this profile from the next frame on: it was calibrated."""
+        self._inbox.put(lambda _: self._adopt(profile))
 
     def obey_only(self, who: PersonProfile | None) -> None:
-        """Come to and follow only this person from the next frame on; None: anybody. From any thread."""
-        self._doors.put(lambda: setattr(self, "_who", who))
+        """Come to and follow only this person from the next frame on; None: anybody."""
+        self._inbox.put(lambda _: setattr(self, "_who", who))
 
     def undo_closure(self, number: int) -> None:
-        """Take back a place that was recognised, from the next frame on. From any thread."""
-        self._doors.put(lambda: self._floor.undo(number))
+        """Take back a place that was recognised, from the next frame on."""
+        self._inbox.put(lambda _: self._mapper.undo(number))
 
     def redo_closure(self, number: int) -> None:
-        """Believe it again. From any thread."""
-        self._doors.put(lambda: self._floor.redo(number))
+        """Believe it again."""
+        self._inbox.put(lambda _: self._mapper.redo(number))
 
     def place_at(self, x: float, y: float, heading: float | None = None) -> None:
-        """The operator says "I am here": world [m], [rad]. From any thread."""
-        self._doors.put(lambda: self._floor.place_at(x, y, heading))
+        """The operator says "I am here": world [m], [rad]."""
+        self._inbox.put(lambda _: self._mapper.place_at(x, y, heading))
 
     def enter_map(self, saved: SavedMap) -> None:
-        """Go on in this map from the next frame on; the robot looks for its place in it. From any thread."""
-        self._doors.put(lambda: self._enter(saved))
+        """Go on in this map from the next frame on; the robot looks for its place in it."""
+        self._inbox.put(lambda _: self._enter(saved))
 
     def keep_map(self) -> SavedMap:
-        """The whole map as it is between two frames. From any thread. Raises Refused while there is none."""
-        with self._doors.between_frames:
-            saved = self._floor.saved()
+        """The whole map as it is between two frames. Raises Refused while there is none."""
+        with self._inbox.between_frames:
+            saved = self._mapper.saved()
         if saved is None:
             raise Refused(NOTHING_YET)
         return saved
 
+    # from the pilot's thread
+
     def finish(self) -> tuple[tuple[Landmark, ...], OccupancyGrid]:
         """The log is over: let the map settle → its landmarks and its grid."""
-        self._floor.finish()
-        return self._floor.landmarks, self._floor.grid
+        self._mapper.finish()
+        return self._mapper.landmarks, self._mapper.grid
 
     @property
     def stand(self) -> AnchoredPose:
         """The robot's pose, anchored so that `where` finds it on the map as it will be."""
-        return self._floor.stand
+        return self._mapper.stand
 
     def where(self, stand: AnchoredPose) -> Pose:
         """Return an earlier anchored pose on the present map."""
-        return self._floor.where(stand)
+        return self._mapper.where(stand)
 
     def step(self, frame: SensorFrame) -> Snapshot:
         """Take one frame → its snapshot."""
-        with self._doors.between_frames:
-            self._doors.open()
-            return self._step(frame)
+        with self._inbox.between_frames:
+            self._begin_again_after_a_seek(frame.stamp)
+            self._inbox.open(frame.stamp)
+            motion = self._odometry.update(frame)
+            frame = self._vision.without_repeats(frame, motion.wheels)
+            seen = self._vision.look(frame, motion)
+            self._mapper.may_turn = self._needs_a_place
+            estimate = self._mapper.update(frame, seen, motion)
+            dead_reckoning = self._dead_reckoning.update(motion.increment)
+            self._mount.watch(frame.stamp, estimate.pose, seen.pairs, self._vision.camera)
+            hearing = self._hearing.hear(frame.sound, frame.stamp, estimate)
+            self._report(frame)
+            twist = self._decide(frame, motion, estimate.pose)
+            self._stamp = frame.stamp
+            return self._publish(frame, motion, estimate, dead_reckoning, hearing, twist)
 
-    def _step(self, frame: SensorFrame) -> Snapshot:
-        if frame.stamp < self._stamp - 1e-6:
+    def _begin_again_after_a_seek(self, stamp: float) -> None:
+        """A recording that jumped back in time starts from the beginning."""
+        if stamp < self._stamp - 1e-6:
             self._executor.end("failed", "The robot's clock was reset.")
-            self._wake(frame.stamp)
-        self._executor.open_inbox(frame.stamp)
-        frame, move = self._feet.feel(frame)
-        frame = self._eyes.without_repeats(frame)
-        look = self._eyes.look(frame)
-        self._floor.may_turn = self._needs_a_place
-        estimate = self._floor.update(frame, look.sightings, look.ends, look.hits, move)
-        dead_reckoning = self._dead_reckoning.update(frame, look.sightings, move)
-        self._mount.watch(frame.stamp, estimate.pose, look.pairs, self._eyes.camera)
-        hearing = self._ears.hear(frame.sound, frame.stamp, estimate)
-        self._watch(frame)
-        twist = self._decide(frame, estimate.pose)
-        self._stamp = frame.stamp
-        return self._publish(frame, estimate, dead_reckoning, hearing, twist)
+            self._reset(stamp)
+
+    def _adopt(self, profile: Profile) -> None:
+        """See and hear with the sensors of this profile."""
+        self._profile = profile
+        self._vision.camera = profile.camera
+        self._hearing.hear_with(profile.microphones)
 
     def _enter(self, saved: SavedMap) -> None:
         """Forget the present map and take this one."""
         self._executor.end("failed", "Another map was loaded.")
         self._trail, self._dead_reckoning_trail = MapTrail(), Trail()
-        self._floor = Mapper(parts_of(self._settings), self._profile.laser, self._profile.drives, saved)
+        self._mapper = Mapper(parts_of(self._settings), self._profile.laser, self._profile.drives, saved)
 
-    def _decide(self, frame: SensorFrame, pose: Pose) -> Twist:
+    def _decide(self, frame: SensorFrame, motion: Motion, pose: Pose) -> Twist:
         """Return the twist to ask of the gate."""
         if self._executor.active_command is None:
             return ZERO
-        lost = self._floor.lost
+        lost = self._mapper.lost
         if lost is not None and self._needs_a_place:
-            return self._executor.only_turn(self._floor.turn, lost.words, frame.stamp - self._stamp)
-        wait_for = LOOKING_AROUND if self._floor.looking_around else ""
-        return self._executor.drive(self._surroundings(frame, pose), wait_for)
+            return self._executor.only_turn(self._mapper.turn, lost.words, frame.stamp - self._stamp)
+        wait_for = LOOKING_AROUND if self._mapper.looking_around else ""
+        return self._executor.drive(self._surroundings(frame, motion, pose), wait_for)
 
     @property
     def _needs_a_place(self) -> bool:
@@ -201,81 +191,93 @@ class Pilot:
         doing = self._executor.active_command
         return doing is not None and spec_of(doing.name).moves and spec_of(doing.name).needs_pose
 
-    def _surroundings(self, frame: SensorFrame, pose: Pose) -> ControlContext:
-        wheels = frame.wheels
+    def _surroundings(self, frame: SensorFrame, motion: Motion, pose: Pose) -> ControlContext:
+        wheels = motion.wheels
         return ControlContext(
             stamp=frame.stamp,
             pose=pose,
             speed=wheels.speed if wheels else 0.0,
             turn_rate=wheels.turn_rate if wheels else 0.0,
             body=self._body,
-            grid=self._floor.grid,
-            scan_points=frozen(pose.inverse().apply(self._floor.points)),
+            grid=self._mapper.grid,
+            scan_points=frozen(pose.inverse().apply(self._mapper.points)),
             planner=self._planner,
             steering=self._settings.steering,
             wall=self._settings.wall,
             image=frame.image,
-            camera=self._eyes.camera,
-            call=self._ears.call,
+            camera=self._vision.camera,
+            call=self._hearing.call,
             company=self._settings.person_following,
             people=self._settings.people,
             tracking=self._settings.tracking,
             who=self._who,
         )
 
-    def _watch(self, frame: SensorFrame) -> None:
+    def _report(self, frame: SensorFrame) -> None:
         """Tell the operator what goes wrong; a contact ends what is under way."""
         if frame.contact and not self._contact:
             self._executor.end("failed", "The robot touched something and stopped.")
             self._notices.add(frame.stamp, "warning", "The robot touches something.")
         self._contact = frame.contact
-        lost = self._floor.lost
-        if self._needs_a_place and lost is None and self._lost and self._floor.strayed:
+        if frame.trouble:
+            self._executor.end("failed", frame.trouble)
+        self._notices.watch(frame.stamp, "base", frame.trouble, "error", "The base answers again.")
+        lost = self._mapper.lost
+        if self._needs_a_place and lost is None and self._lost and self._mapper.strayed:
             self._executor.end("failed", AGAIN)
         elif self._needs_a_place and lost is not None and lost.phase == "asking":
             self._executor.end("failed", lost.words)
         self._lost = lost is not None
-        self._notices.watch(frame.stamp, "place", lost.words if lost else "", "warning", self._floor.found or FOUND)
+        self._notices.watch(frame.stamp, "place", lost.words if lost else "", "warning", self._mapper.found or FOUND)
         if frame.scan is not None:
             self._scan_stamp = frame.stamp
         overdue = frame.stamp - self._scan_stamp > SCAN_LOST_AFTER
         blind = overdue and self._profile.drives and self._profile.laser is not None
         self._notices.watch(frame.stamp, "laser", NO_SCAN if blind else "", "error", "The laser is back.")
-        self._notices.watch(frame.stamp, "camera", self._eyes.trouble, "warning", "The pictures can be used again.")
-        sound = self._ears.trouble
+        self._notices.watch(frame.stamp, "camera", self._vision.trouble, "warning", "The pictures can be used again.")
+        sound = self._hearing.trouble
         self._notices.watch(frame.stamp, "microphones", sound, "warning", "The sound can be used again.")
-        self._notices.watch(frame.stamp, "picture", self._eyes.poor, "warning", "The camera sees well enough again.")
+        self._notices.watch(
+            frame.stamp, "picture", self._vision.poor, "warning", "The camera sees well enough again."
+        )
         self._notices.watch(frame.stamp, "mount", self._mount.alarm, "warning", "The camera sits as calibrated.")
         self._notices.watch_pace(frame.stamp, frame.pace)
         if frame.note:
             self._notices.add(frame.stamp, "info", frame.note)
 
     def _publish(
-        self, frame: SensorFrame, estimate: Estimate, dead_reckoning: Estimate, hearing: Hearing | None, twist: Twist
+        self,
+        frame: SensorFrame,
+        motion: Motion,
+        estimate: Estimate,
+        dead_reckoning: Estimate,
+        hearing: Hearing | None,
+        twist: Twist,
     ) -> Snapshot:
         """All of it in one value."""
-        wheels, doing = frame.wheels, self._executor
+        wheels, doing = motion.wheels, self._executor
         return Snapshot(
             stamp=frame.stamp,
             estimate=estimate,
             dead_reckoning=dead_reckoning,
+            increment=motion.increment,
             velocity=Twist(wheels.speed, wheels.turn_rate) if wheels else ZERO,
             setpoint=twist,
             setpoint_press=doing.active_command.id if doing.active_command else 0,
             nonce=frame.nonce,
-            scan_points=frozen(self._floor.points),
-            landmarks=self._floor.landmarks,
-            associations=self._floor.associations,
-            slam=self._floor.slam,
-            floor=self._floor.health,
-            grid=self._floor.grid,
-            trail=self._trail.add(self._floor),
+            scan_points=frozen(self._mapper.points),
+            landmarks=self._mapper.landmarks,
+            associations=self._mapper.associations,
+            slam=self._mapper.slam,
+            floor=self._mapper.health,
+            grid=self._mapper.grid,
+            trail=self._trail.add(self._mapper),
             dead_reckoning_trail=self._dead_reckoning_trail.add(dead_reckoning.pose.x, dead_reckoning.pose.y),
             path=NO_POINTS if doing.path is None else doing.path,
             goal=doing.goal,
             active_command=doing.active_command,
             endings=doing.take_endings(),
-            view=self._eyes.view,
+            view=self._vision.view,
             hearing=hearing,
             person=doing.person,
             drift=self._mount.drift,

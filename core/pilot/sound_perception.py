@@ -41,19 +41,17 @@ class SoundPerception:
         self._surest: dict[int, float] = {}  # [rad] sd of each voice's azimuth then
         self._newest: dict[int, Direction] = {}
         self._power = 0.0
-        self._next = self._array  # heard with from the next frame on
         self.trouble = ""  # why the sound is of no use
         self.call: VoiceBearing | None = None  # the voice that was heard last, as it was heard
 
     def hear_with(self, array: MicrophoneArray | None) -> None:
-        """Hear with this array from the next frame on: its orientation was found. From any thread."""
-        self._next = array
+        """Hear with this array from now on: its orientation was found."""
+        if array is not self._array:
+            self._array = array
+            self._listener = None if array is None else DoaStream(array, self._settings)
 
     def hear(self, sound: Sound | None, stamp: float, estimate: Estimate) -> Hearing | None:
         """The sound up to `stamp` [s] → what is heard and where; None on a robot without microphones."""
-        if self._next is not self._array:
-            self._array = self._next
-            self._listener = None if self._array is None else DoaStream(self._array, self._settings)
         if self._array is None or self._listener is None:
             return None
         heading = estimate.pose.heading

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 from core.errors import BadInput, Refused
 from core.files import saving, write_atomic
@@ -20,6 +20,36 @@ from core.sensors.microphones import MicrophoneArray
 DIGITS = 6
 
 
+class ClapFigures(TypedDict):
+    """A recording that was used, as JSON."""
+
+    sound: str  # the file's name
+    asked_rad: float
+    heard_rad: float
+    sd_rad: float
+    gap_rad: float
+
+
+class RefusedClap(TypedDict):
+    """A recording that was not used, as JSON."""
+
+    sound: str  # the file's name
+    reason: str
+
+
+class OrientationFigures(TypedDict):
+    """An array's orientation on the robot, as JSON."""
+
+    yaw_rad: float
+    sd_yaw_rad: float
+    mirrored: bool
+    residual_rad: float
+    claps: list[ClapFigures]
+    claps_refused: list[RefusedClap]
+    warnings: list[str]
+    files: dict[str, str]
+
+
 def calibrate_array(
     paths: Sequence[Path],
     azimuths: Sequence[float],
@@ -27,7 +57,7 @@ def calibrate_array(
     out: Path | None = None,
     settings: DirectionFindingSettings | None = None,
     say: Callable[[str], None] | None = None,
-) -> dict[str, Any]:
+) -> OrientationFigures:
     """One recording for each azimuth [rad] of the robot, 0 ahead and counter-clockwise → the array's orientation.
 
     `out` receives the profile with its positions turned into the robot's frame. Raises BadInput, and Refused where
@@ -36,7 +66,7 @@ def calibrate_array(
     if len(paths) != len(azimuths):
         raise BadInput(f"There are {len(paths)} recordings but {len(azimuths)} azimuths; each needs the other.")
     chosen, wizard = settings or DirectionFindingSettings(), OrientationWizard()
-    refused: list[dict[str, str]] = []
+    refused: list[RefusedClap] = []
     warnings: list[str] = []
     used: list[str] = []
     for path, azimuth in zip(paths, azimuths, strict=True):
@@ -56,7 +86,7 @@ def calibrate_array(
     if isinstance(found, str):
         reasons = " ".join(f"{one['sound']}: {one['reason']}" for one in refused)
         raise Refused(f"{found} {reasons}".strip())
-    claps = [
+    claps: list[ClapFigures] = [
         {"sound": name, "asked_rad": one.asked, "heard_rad": one.heard, "sd_rad": one.sd, "gap_rad": one.gap(found)}
         for name, one in zip(used, wizard.claps, strict=True)
     ]

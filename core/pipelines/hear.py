@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TypedDict
 
 from core.errors import BadInput, Unavailable
 from core.geometry import wrap
@@ -17,9 +17,9 @@ from core.perception.sound.utterances import directions
 from core.recording.sound_file import read_sound
 from core.sensors.microphones import MicrophoneArray, Sound
 from core.settings import Settings
-from core.speech.recognition.acceptance import RecognizedUtterance, judge
-from core.speech.recognition.engines import open_engine
-from core.speech.recognition.recognizer import Engine, at_16_khz, for_words
+from core.speech.recognition.decision import RecognizedUtterance, Verdict
+from core.speech.recognition.engines import ActiveEngine, open_engine
+from core.speech.recognition.recognizer import at_16_khz, for_words
 from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.transcription.transcriber import Transcriber
 
@@ -28,13 +28,80 @@ AROUND = 0.3  # [s] by which a direction may lie outside the utterance that it b
 VAGUE = 0.5  # [rad] sd beyond which an elevation is not reported
 
 
+class HeardDirection(TypedDict):
+    """A direction, as JSON."""
+
+    t_s: float
+    azimuth_rad: float
+    elevation_rad: float | None
+    elevation_ambiguous: bool
+    ambiguity: str
+    sd_rad: float
+    strength: float
+    sure: bool
+
+
+class HeardUtterance(TypedDict):
+    """An utterance, as JSON."""
+
+    t0_s: float
+    t1_s: float
+    words: str
+    accepted: bool
+    verdict: Verdict
+    confidence: float
+    command: dict[str, str | float] | None  # name, and its numbers with their units
+    reason: str
+    alternatives: list[str]
+    suggestions: list[str]
+    azimuth_rad: float | None
+
+
+class HeardStop(TypedDict):
+    """A STOP that was heard before its sentence was over, as JSON."""
+
+    t0_s: float
+    t1_s: float
+
+
+class HeardRecording(TypedDict):
+    """All that was heard in one recording, as JSON."""
+
+    directions: list[HeardDirection]
+    utterances: list[HeardUtterance]
+    stops: list[HeardStop]
+    engine: str  # which recognizer read the words, and why that one
+    words_from: str
+    warnings: list[str]
+    channels: int
+    sample_rate_hz: int
+    audio_s: float
+    processing_s: float
+
+
+class UnreadRecording(TypedDict):
+    """A recording among several that cannot be read, as JSON."""
+
+    error: str
+    directions: list[HeardDirection]  # none
+    utterances: list[HeardUtterance]  # none
+    audio_s: None
+    processing_s: None
+
+
+class HeardRecordings(TypedDict):
+    """Several recordings by name, as JSON."""
+
+    files: dict[str, HeardRecording | UnreadRecording]
+
+
 class RecordingTranscriber:
     """Hears one recording after another with the same ears."""
 
     def __init__(self, settings: Settings, array: MicrophoneArray | None = None) -> None:
         """Without an array there are words only. Raises Unavailable when there is neither array nor recognizer."""
         self._settings, self._array = settings, array
-        self._engine: Engine | None = None
+        self._engine: ActiveEngine | None = None
         self.wordless = ""  # why there are no words
         try:
             self._engine = open_engine(settings.speech)
@@ -43,7 +110,7 @@ class RecordingTranscriber:
                 raise
             self.wordless = str(absent)
 
-    def hear(self, path: Path, channel: int | None = None) -> dict[str, Any]:
+    def hear(self, path: Path, channel: int | None = None) -> HeardRecording:
         """One file → directions and utterances. Words are read in `channel`; without one from the array's beam
         towards each voice, where the array is sound, else in its first microphone, else in channel 0.
 
@@ -67,6 +134,7 @@ class RecordingTranscriber:
             "directions": [_direction(one, self._array) for one in found],
             "utterances": [_utterance(one, found) for one in said],
             "stops": [{"t0_s": one.begin, "t1_s": one.end} for one in stops],
+            "engine": self.wordless or (self._engine.why if self._engine is not None else ""),
             "words_from": "beam" if beam else f"channel {words}",
             "warnings": warnings,
             "channels": sound.channels,
@@ -85,36 +153,36 @@ class RecordingTranscriber:
             array = replace(self._array, rate=None)
             one = at_16_khz(sound)
             given = (array, self._settings.speech, self._settings.direction_finding)
-            ears: Transcriber | ArrayTranscriber = ArrayTranscriber(*given, engine=self._engine)
+            ears: Transcriber | ArrayTranscriber = ArrayTranscriber(*given, recognizer=self._engine.recognizer)
         else:
             one = for_words(sound, channel or 0)
-            ears = Transcriber(self._settings.speech, engine=self._engine)
+            ears = Transcriber(self._settings.speech, recognizer=self._engine.recognizer)
         heard: list[RecognizedUtterance] = []
         for piece in one.pieces(PIECE):
-            heard += map(judge, ears.feed(piece))
-        heard += map(judge, ears.finish())
+            heard += ears.feed(piece)
+        heard += ears.finish()
         return [said for said in heard if said.final], [said for said in heard if not said.final]
 
 
 def hear(
     paths: Sequence[Path], settings: Settings, array: MicrophoneArray | None = None, channel: int | None = None
-) -> dict[str, Any]:
+) -> HeardRecording | HeardRecordings:
     """One file → its answer; several → one answer per name. Raises BadInput and Unavailable with a sentence."""
     hearer = RecordingTranscriber(settings, array)
     if len(paths) == 1:
         return hearer.hear(paths[0], channel)
     names = [path.name for path in paths]
-    files: dict[str, Any] = {}
+    files: dict[str, HeardRecording | UnreadRecording] = {}
     for path, name in zip(paths, names, strict=True):
         try:
             found = hearer.hear(path, channel)
         except BadInput as refusal:
-            found = {"error": str(refusal), "directions": [], "utterances": [], "audio_s": None, "processing_s": None}
+            found = UnreadRecording(error=str(refusal), directions=[], utterances=[], audio_s=None, processing_s=None)
         files[name if names.count(name) == 1 else str(path)] = found
     return {"files": files}
 
 
-def _direction(one: Direction, array: MicrophoneArray | None) -> dict[str, Any]:
+def _direction(one: Direction, array: MicrophoneArray | None) -> HeardDirection:
     return {
         "t_s": one.stamp,
         "azimuth_rad": wrap(one.azimuth),
@@ -127,17 +195,20 @@ def _direction(one: Direction, array: MicrophoneArray | None) -> dict[str, Any]:
     }
 
 
-def _utterance(said: RecognizedUtterance, found: Sequence[Direction]) -> dict[str, Any]:
+def _utterance(said: RecognizedUtterance, found: Sequence[Direction]) -> HeardUtterance:
     near = [one for one in found if said.begin - AROUND <= one.stamp <= said.end + AROUND]
     best = max(near, key=lambda one: one.strength, default=None)
-    command = said.command
+    decision, command = said.decision, said.decision.command
     return {
         "t0_s": said.begin,
         "t1_s": said.end,
-        "words": said.words,
-        "accepted": said.accepted,
+        "words": decision.words,
+        "accepted": command is not None,
+        "verdict": decision.verdict,
+        "confidence": decision.confidence,
         "command": None if command is None else {"name": command.name, **command.numbers},
-        "reason": said.reason,
-        "suggestions": list(said.suggestions),
+        "reason": decision.reason,
+        "alternatives": [one.heard_as for one in decision.alternatives],
+        "suggestions": list(decision.did_you_mean),
         "azimuth_rad": None if best is None else wrap(best.azimuth),
     }

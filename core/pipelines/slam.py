@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import NotRequired, TypedDict
 
 from core.geometry import Pose
 from core.pilot import Pilot
@@ -18,6 +18,37 @@ from core.slam.map.occupancy import OccupancyGrid
 from core.slam.mapper import AnchoredPose
 
 PACE = 0.02  # [m]: the path is measured from place to place this far apart, so that trembling at rest adds nothing
+
+
+class LandmarkFigures(TypedDict):
+    """A landmark, as JSON."""
+
+    id: int
+    x_m: float
+    y_m: float
+    cov_m2: list[list[float]]
+    hits: int
+    misses: int
+    kind: str
+    identity: NotRequired[int]  # its name in the log
+
+
+class SlamFigures(TypedDict):
+    """Everything of a result but the poses, as JSON."""
+
+    frames: int
+    duration_s: float
+    path_m: float
+    landmarks: list[LandmarkFigures]
+    files: dict[str, str | None]
+    form: str
+    topics: list[str]
+    odometry: bool
+    read: int
+    skipped: int
+    declared: int | None
+    warnings: list[str]
+    processing_s: NotRequired[float]  # as the caller measured it
 
 
 @dataclass(frozen=True)
@@ -46,7 +77,7 @@ class SlamResult:
                 total, last = total + way, pose
         return total
 
-    def json(self) -> dict[str, Any]:
+    def json(self) -> SlamFigures:
         """Everything but the poses, as plain values with their units in the keys."""
         report = self.recording.report
         return {
@@ -64,11 +95,20 @@ class SlamResult:
             "warnings": list(report.warnings),
         }
 
-    def _row(self, mark: Landmark) -> dict[str, Any]:
+    def _row(self, mark: Landmark) -> LandmarkFigures:
         x, y = mark.position.tolist()
-        row = {"id": mark.id, "x_m": x, "y_m": y, "cov_m2": mark.covariance.tolist()}
-        row |= {"hits": mark.hits, "misses": mark.misses, "kind": mark.kind}
-        return row | ({"identity": self.identities[mark.id]} if mark.id in self.identities else {})
+        row = LandmarkFigures(
+            id=mark.id,
+            x_m=x,
+            y_m=y,
+            cov_m2=mark.covariance.tolist(),
+            hits=mark.hits,
+            misses=mark.misses,
+            kind=mark.kind,
+        )
+        if mark.id in self.identities:
+            row["identity"] = self.identities[mark.id]
+        return row
 
 
 def slam_log(

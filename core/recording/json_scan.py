@@ -4,17 +4,72 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
-from typing import Any, cast
 
+import msgspec
 import numpy as np
+from msgspec import UNSET, UnsetType
 
-from core.message import Array
 from core.recording.read_report import BadRecord
 from core.recording.scans import make_scan, spread
 from core.sensors import Scan
 
 LONGEST = 4_000_000  # [bytes]
+
+
+class ClockTime(msgspec.Struct, frozen=True):
+    """A time in two parts as ROS writes it, or a header that has one."""
+
+    sec: float | None = None  # [s]
+    nsec: float | None = None  # [ns]
+    nanosec: float | None = None  # [ns], as ROS 2 calls it
+    stamp: ClockTime | float | str | None = None
+
+    @property
+    def seconds(self) -> float:
+        """Both parts together [s], or NaN."""
+        if isinstance(self.stamp, ClockTime):
+            return self.stamp.seconds
+        return _or(self.sec, math.nan) + 1e-9 * _or(self.nsec, _or(self.nanosec, 0.0))
+
+
+class JsonScan(msgspec.Struct, frozen=True):
+    """The keys of a scan that are read; others may be there. A null stands for a number that is not known."""
+
+    ranges: list[float | None]  # [m]; null: no measurement
+    t: float | ClockTime | str | None = None  # [s]
+    stamp: float | ClockTime | str | None = None
+    timestamp: float | ClockTime | str | None = None
+    header: float | ClockTime | str | None = None
+    angle_min: float | UnsetType | None = UNSET  # [rad]
+    angle_increment: float | UnsetType | None = UNSET
+    angle_step: float | None = None
+    start_angle: float | UnsetType | None = UNSET
+    end_angle: float | None = None
+    range_min: float | None = None  # [m]
+    range_max: float | None = None
+    time_increment: float | None = None  # [s] from beam to beam
+
+    @property
+    def seconds(self) -> float:
+        """The time [s], or NaN."""
+        for value in (self.t, self.stamp, self.timestamp, self.header):
+            if isinstance(value, ClockTime):
+                return value.seconds
+            if isinstance(value, float):
+                return value
+        return math.nan
+
+    @property
+    def angles(self) -> tuple[float, float]:
+        """The first beam's angle and the step to the next [rad]."""
+        if self.angle_min is not UNSET:
+            step = self.angle_step if self.angle_increment is UNSET else self.angle_increment
+            return _or(self.angle_min, math.nan), _or(step, math.nan)
+        beams = max(1, len(self.ranges))
+        if self.start_angle is not UNSET:
+            start, end = _or(self.start_angle, math.nan), _or(self.end_angle, math.nan)
+            return start, (end - start) / max(1, beams - 1)
+        return spread(beams)
 
 
 def read_json_scan(text: str | bytes, range_max: float) -> Scan | None:
@@ -27,75 +82,36 @@ def read_json_scan(text: str | bytes, range_max: float) -> Scan | None:
     if len(text) > LONGEST:
         raise BadRecord("it is too long")
     try:
-        record = json.loads(text)
+        record = json.loads(text)  # many programs write NaN and Infinity, which are no JSON; msgspec refuses them
     except (ValueError, RecursionError) as problem:
         raise BadRecord("it is no JSON, or cut" if text else "it is empty") from problem
     if not isinstance(record, dict):
         raise BadRecord("it is no JSON object")
-    fields = cast("dict[str, Any]", record)
-    if "ranges" not in fields:
+    if "ranges" not in record:
         return None
-    ranges = _ranges(fields["ranges"])
-    high = range_max or _number(fields, "range_max", math.nan)
-    low = _number(fields, "range_min", 0.0)
+    try:
+        read = msgspec.convert(record, JsonScan)
+    except msgspec.ValidationError as problem:
+        raise BadRecord(_fault(str(problem))) from problem
+    except (UnicodeEncodeError, RecursionError) as problem:
+        raise BadRecord("it is no JSON, or cut") from problem
+    high, low = range_max or _or(read.range_max, math.nan), _or(read.range_min, 0.0)
     limits = (low if math.isfinite(low) else 0.0, high if math.isfinite(high) else None)
-    scan = make_scan(
-        _stamp(fields), ranges, _angles(fields, len(ranges)), limits, _number(fields, "time_increment", 0.0)
-    )
+    ranges = np.array(read.ranges, np.float64)  # None becomes NaN
+    scan = make_scan(read.seconds, ranges, read.angles, limits, _or(read.time_increment, 0.0))
     if np.isnan(scan.ranges).all():
         raise BadRecord("none of its beams measured anything")
     return scan
 
 
-def _ranges(value: Any) -> Array:
-    """A JSON list of numbers and nulls → (N,) [m]."""
-    if not isinstance(value, list):
-        raise BadRecord("its ranges are no list")
-    numbers = cast("list[Any]", value)
-    if not all(
-        number is None or (isinstance(number, int | float) and not isinstance(number, bool)) for number in numbers
-    ):
-        raise BadRecord("its ranges are no numbers")
-    try:
-        return np.array([math.nan if number is None else number for number in numbers], np.float64)
-    except OverflowError as problem:
-        raise BadRecord("its ranges are no numbers") from problem
+def _fault(problem: str) -> str:
+    """Return what is wrong with a record, from the place that msgspec names."""
+    if "$.ranges[" in problem:
+        return "its ranges are no numbers"
+    if "$.ranges" in problem:
+        return "its ranges are no list"
+    return "a number is too large" if "out of range" in problem else "a number is missing"
 
 
-def _angles(fields: Mapping[str, Any], beams: int) -> tuple[float, float]:
-    """(angle_min, angle_step) [rad]."""
-    if "angle_min" in fields:
-        step = "angle_increment" if "angle_increment" in fields else "angle_step"
-        return _number(fields, "angle_min", math.nan), _number(fields, step, math.nan)
-    if "start_angle" in fields:
-        start, end = _number(fields, "start_angle", math.nan), _number(fields, "end_angle", math.nan)
-        return start, (end - start) / max(1, beams - 1)
-    return spread(max(1, beams))
-
-
-def _stamp(fields: Mapping[str, Any]) -> float:
-    """Seconds, or NaN."""
-    header = fields.get("header")
-    for value in (*(fields.get(name) for name in ("t", "stamp", "timestamp")), cast("Any", header)):
-        if isinstance(value, dict):
-            parts = cast("dict[str, Any]", value)
-            parts = parts["stamp"] if isinstance(parts.get("stamp"), dict) else parts
-            nanoseconds = next((name for name in ("nsec", "nanosec") if name in parts), "nsec")
-            return _number(parts, "sec", math.nan) + 1e-9 * _number(parts, nanoseconds, 0.0)
-        if value is not None and not isinstance(value, str):
-            return _float(value)
-    return math.nan
-
-
-def _number(fields: Mapping[str, Any], name: str, default: float) -> float:
-    value = fields.get(name)
-    return default if value is None else _float(value)
-
-
-def _float(value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise BadRecord("a number is missing")
-    try:
-        return float(value)
-    except OverflowError as problem:
-        raise BadRecord("a number is too large") from problem
+def _or(value: float | None, default: float) -> float:
+    return default if value is None else value

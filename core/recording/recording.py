@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -13,24 +14,31 @@ from core.message import message
 from core.perception.landmarks.landmarks import Sighting
 from core.recording.odometry_track import OdometryTrack
 from core.sensors import Laser, Scan, SensorFrame, Wheels
+from core.setting import Meta, Section
 from core.slam.motion import Increment
 
 
 @dataclass(frozen=True)
-class LogSettings:
+class LogSettings(Section):
     """Settings for reading a log; empty and zero mean: as the log itself says, or a sensible guess."""
 
-    scan_topic: str = ""  # "" = the LaserScan topic with the most readings
-    odometry_topic: str = ""  # "" = the Odometry topic with the most readings, else tf; "none" = scans only
-    odometry_frame: str = ""  # parent of the tf that is taken for odometry; "" = "odom"
-    base_frame: str = ""  # the robot's own frame; "" = "base_link" or "base_footprint"
-    mounting_x: float | None = None  # [m] robot_from_laser; None = as the log says, or 0
-    mounting_y: float | None = None  # [m]
-    mounting_heading: float | None = None  # [rad]
-    range_max: float = 0.0  # [m]; 0 = as the log says
-    largest_file_mb: float = 4000.0  # larger files are refused
-    largest_block_mb: float = 32.0  # what a compressed block may unpack to
-    most_readings_mb: float = 400.0  # that are held; later ones are left out, with a warning
+    scan_topic: Annotated[str, Meta(meaning="empty: the LaserScan topic with the most readings")] = ""
+    odometry_topic: Annotated[
+        str, Meta(meaning='empty: the Odometry topic with the most readings, else tf; "none": scans only')
+    ] = ""
+    odometry_frame: Annotated[str, Meta(meaning='parent of the tf that is taken for odometry; empty: "odom"')] = ""
+    base_frame: Annotated[str, Meta(meaning='the robot\'s own frame; empty: "base_link" or "base_footprint"')] = ""
+    mounting_x: Annotated[
+        float | None, Meta("m", -10, 10, "x of robot_from_laser; not given: as the log says, or 0")
+    ] = None
+    mounting_y: Annotated[float | None, Meta("m", -10, 10, "y of robot_from_laser")] = None
+    mounting_heading: Annotated[float | None, Meta("rad", -6.3, 6.3, "heading of robot_from_laser")] = None
+    range_max: Annotated[float, Meta("m", 0, 1000, "longest range of the laser; 0: as the log says")] = 0.0
+    largest_file_mb: Annotated[float, Meta("MB", 1e-5, 1e6, "larger files are refused")] = 4000.0
+    largest_block_mb: Annotated[float, Meta("MB", 1e-5, 2000, "size to which a compressed block may unpack")] = 32.0
+    most_readings_mb: Annotated[
+        float, Meta("MB", 0.001, 32000, "readings that are held; later ones are left out, with a warning")
+    ] = 400.0
 
     @property
     def largest_file(self) -> int:

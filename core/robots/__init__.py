@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Protocol
+from dataclasses import replace
+from typing import Literal, Protocol
 
 from core.gate import Twist
 from core.message import message
+from core.robots.requests import AnswerT, Requests, RobotRequest
 from core.sensors import Camera, Laser, SensorFrame
 from core.sensors.microphones import MicrophoneArray
 
@@ -25,11 +27,34 @@ class Profile:
     max_speed: float = 0.3  # [m/s]
     max_turn_rate: float = 1.5  # [rad/s]
     rate: float = 40.0  # [Hz] of frames (section 6: control updates)
-    laser: Laser | None = None
-    camera: Camera | None = None
-    microphones: MicrophoneArray | None = None
+    lasers: tuple[Laser, ...] = ()
+    cameras: tuple[Camera, ...] = ()  # landmarks and people are looked for with the first
+    arrays: tuple[MicrophoneArray, ...] = ()  # voices are located with the first
     drives: bool = True  # False: a recording, it cannot be commanded
     duration: float | None = None  # [s] of a recording
+
+    @property
+    def laser(self) -> Laser | None:
+        """The first laser."""
+        return self.lasers[0] if self.lasers else None
+
+    @property
+    def camera(self) -> Camera | None:
+        """The first camera."""
+        return self.cameras[0] if self.cameras else None
+
+    @property
+    def microphones(self) -> MicrophoneArray | None:
+        """The first microphone array."""
+        return self.arrays[0] if self.arrays else None
+
+    def with_camera(self, camera: Camera) -> Profile:
+        """The profile with another first camera."""
+        return replace(self, cameras=(camera, *self.cameras[1:]))
+
+    def with_microphones(self, array: MicrophoneArray) -> Profile:
+        """The profile with another first array."""
+        return replace(self, arrays=(array, *self.arrays[1:]))
 
 
 class Robot(Protocol):
@@ -52,11 +77,13 @@ class Robot(Protocol):
         """The next frame; its stamp never goes backwards but after a seek."""
         ...
 
-    def ask(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Driver's own requests: `{"do": "place" | "pause" | "play" | "speed" | "seek" | …}` → an answer.
+    @property
+    def requests(self) -> Requests:
+        """The requests that this robot takes; a driver's own may be declared beside it."""
+        ...
 
-        Raises BadInput or Refused with a sentence.
-        """
+    def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
+        """One of `requests` → its answer. Raises BadInput (also for any other request) or Refused with a sentence."""
         ...
 
     def close(self) -> None:

@@ -1,52 +1,184 @@
-"""From a URL to a robot. Each kind is imported only when it is asked for."""
+"""From a URL to a robot. Each kind is imported only when it is asked for.
+
+`sim:lab` and `log:FILE` are whole robots. Real ones are made of devices: `foxglove://robot:8765`, or several joined
+by a plus, `serial:///dev/ttyUSB0+lds:///dev/ttyUSB1?model=LD06`, of which the first with a base drives. A path that
+ends in .toml is a robot's file, which names the URL and describes the robot; `py:FILE.py:ARGUMENTS` is a driver of
+one's own.
+"""
 
 from __future__ import annotations
 
+import importlib.util
+import inspect
+import re
+import sys
+from collections.abc import Callable, Mapping
 from importlib import import_module
-from types import SimpleNamespace
-from typing import NamedTuple
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any, NamedTuple
+from urllib.parse import urlencode
 
 from core.errors import BadInput, Unavailable
 from core.robots import Robot
+from core.robots.device import Device
+from core.robots.live import LiveRobot
+from core.robots.robot_file import RobotFile, load_robot_file, profile_of
+
+GROUP = "beckon.robots"  # of the entry points by which packages bring robots
+OWN = "py"  # scheme of a driver in a file
 
 
 class Scheme(NamedTuple):
-    """The function that opens a kind of robot, and the section of the settings that it is given."""
+    """A kind of robot or device."""
 
-    opened_by: str  # module:function(rest, *, seed, settings)
-    section: str
+    module: str  # with `open_robot(rest, *, seed, settings)` or `open_device(rest)`
+    example: str
+    what: str  # a few words for the operator
+    has: str  # what it drives and senses
+    section: str = ""  # of the settings, for a whole robot
+    extra: str = ""  # that must be installed
 
 
 SCHEMES = {
-    "sim": Scheme("core.simulation.robot:open_robot", "simulation"),
-    "log": Scheme("core.robots.replayed:open_robot", "log"),
+    "sim": Scheme(
+        "core.simulation.robot",
+        "sim:lab",
+        "simulated robot",
+        "drives, odometry, laser, camera, microphones",
+        section="simulation",
+    ),
+    "log": Scheme("core.robots.replayed", "log:run.mcap", "recording", "what was recorded", section="log"),
 }
+
+Opener = Callable[[str], Device]
 
 
 def connect(url: str, *, seed: int = 0, settings: object | None = None) -> Robot:
-    """`sim:lab`, `log:FILE` → the robot. `settings` has sections as attributes; a missing one means the defaults.
+    """Open the robot. `settings` has sections as attributes; a missing one means the defaults.
 
     Raises BadInput or Unavailable with a sentence.
     """
+    if url.endswith(".toml"):
+        file = load_robot_file(Path(url))
+        if not file.url:
+            raise BadInput(f'{Path(url).name} needs a line url = "…": how the robot is reached (see beckon robots).')
+        return live(file.url, file, Path(url).parent)
     name, rest = split(url)
-    module, _, function = SCHEMES[name].opened_by.partition(":")
+    scheme = SCHEMES.get(name)
+    if scheme is not None and scheme.section and len(parts_of(url)) == 1:
+        open_robot = imported(scheme.module, name).open_robot
+        return open_robot(rest, seed=seed, settings=getattr(settings, scheme.section, None))
+    return live(url, RobotFile())
+
+
+def live(url: str, file: RobotFile, folder: Path = Path()) -> Robot:
+    """Open the devices that a URL joins, as one robot. Raises BadInput or Unavailable."""
+    devices: list[tuple[str, Device]] = []
+    for number, part in enumerate(parts_of(url)):
+        name, rest = split(part)
+        if name in SCHEMES and SCHEMES[name].section:
+            raise BadInput(f"{name}: is a whole robot, it cannot be joined with devices.")
+        options = file.robot if number == 0 else {}
+        opened = opener(name)(with_options(rest, options))
+        devices.append((f"{name}:{rest.partition('?')[0]}", opened))
+    return LiveRobot(devices, lambda equipment: profile_of(equipment, file, url, folder))
+
+
+def parts_of(url: str) -> list[str]:
+    """`a:…+b:…` → its parts. A plus that no scheme follows belongs to a part."""
+    return re.split(r"\+(?=[a-z][a-z0-9_]*:)", url)
+
+
+def with_options(rest: str, options: Mapping[str, Any]) -> str:
+    """A part of a URL with the entries of [robot] as its query; what the URL says itself counts more."""
+    address, _, query = rest.partition("?")
+    given = {pair.partition("=")[0] for pair in query.split("&")}
+    more = {key: _plain(value) for key, value in options.items() if key not in given}
+    return "?".join(filter(None, (address, "&".join(filter(None, (query, urlencode(more)))))))
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(int(value))
+    return ",".join(map(str, value)) if isinstance(value, list) else str(value)
+
+
+def opener(name: str) -> Opener:
+    """What opens a device of this scheme. Raises BadInput, Unavailable."""
+    if name == OWN:
+        return open_own
+    if name in SCHEMES:
+        return imported(SCHEMES[name].module, name).open_device
+    point = brought().get(name)
+    if point is None:
+        raise unknown(name)
     try:
-        open_robot = getattr(import_module(module), function)
+        return point.load()
+    except ImportError as trouble:
+        raise Unavailable(f"{name}: cannot be loaded from the package that brings it ({trouble}).") from None
+
+
+def imported(module: str, name: str) -> ModuleType:
+    """A driver's module. Raises Unavailable where a package is missing."""
+    try:
+        return import_module(module)
     except ModuleNotFoundError as missing:
         raise Unavailable(f"{name}: robots need the package {missing.name}, which is not installed.") from None
-    return open_robot(rest, seed=seed, settings=getattr(settings, SCHEMES[name].section, None))
+
+
+def open_own(rest: str) -> Device:
+    """`FILE.py:ARGUMENTS` → the Device that the file declares, made with the arguments. Raises BadInput."""
+    path, _, arguments = rest.partition(".py:") if ".py:" in rest else (rest.removesuffix(".py"), "", "")
+    file = Path(f"{path}.py")
+    spec = importlib.util.spec_from_file_location(file.stem, file)
+    if not file.is_file() or spec is None or spec.loader is None:
+        raise BadInput(f"There is no driver {file}; `beckon robot new NAME` writes one to begin with.")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[file.stem] = module
+    try:
+        spec.loader.exec_module(module)
+        if hasattr(module, "open_device"):
+            return module.open_device(arguments)
+        kinds = [
+            one
+            for one in vars(module).values()
+            if inspect.isclass(one) and issubclass(one, Device) and one.__module__ == module.__name__
+        ]
+        if len(kinds) == 1:
+            return kinds[0](arguments)
+    except (SyntaxError, ImportError, TypeError, AttributeError, NameError, ValueError) as fault:
+        raise BadInput(f"{file.name} cannot be used: {type(fault).__name__}: {fault}.") from None
+    raise BadInput(
+        f"{file.name} declares {len(kinds)} kinds of Device; one is expected, or a function open_device(arguments)."
+    )
+
+
+def brought() -> dict[str, EntryPoint]:
+    """Schemes that installed packages bring."""
+    return {point.name: point for point in entry_points(group=GROUP) if point.name not in {*SCHEMES, OWN}}
 
 
 def excerpt(url: str, settings: object | None) -> SimpleNamespace:
-    """Of all settings, the section that `connect` looks at for this URL. Raises BadInput."""
-    section = SCHEMES[split(url)[0]].section
-    return SimpleNamespace(**{section: getattr(settings, section, None)})
+    """Of all settings, the section that `connect` looks at for this URL. Raises BadInput for an unknown kind."""
+    if url.endswith(".toml"):
+        return SimpleNamespace()
+    sections = [SCHEMES[name].section for name, _ in map(split, parts_of(url)) if name in SCHEMES]
+    return SimpleNamespace(**{section: getattr(settings, section, None) for section in sections if section})
 
 
 def split(url: str) -> tuple[str, str]:
-    """A robot's URL → its scheme, which is one of SCHEMES, and the rest. Raises BadInput."""
+    """A robot's URL → its scheme and the rest. Raises BadInput for a scheme that nobody brings."""
     name, colon, rest = url.partition(":")
-    if not colon or name not in SCHEMES:
-        known = ", ".join(f"{scheme}:…" for scheme in SCHEMES)
-        raise BadInput(f"There is no robot of this kind; known are {known} (for example sim:lab).")
+    if not colon or (name not in SCHEMES and name != OWN and name not in brought()):
+        raise unknown(name)
     return name, rest
+
+
+def unknown(name: str) -> BadInput:
+    """Return the error for a scheme that there is not."""
+    known = ", ".join(f"{scheme}:…" for scheme in [*SCHEMES, OWN, *brought()])
+    return BadInput(
+        f"There is no robot of the kind {name[:30]!r}; known are {known} and files robot.toml (for example sim:lab)."
+    )

@@ -1,9 +1,14 @@
-"""Messages between the console and a driver, apart from frames and requests."""
+"""Messages between the console and a driver, apart from frames.
+
+To the driver go packets of JSON; what a request asks for stays unread until the robot's own types are known.
+"""
 
 from __future__ import annotations
 
+import socket
 from dataclasses import dataclass
-from typing import Any
+
+import msgspec
 
 from core import errors
 from core.errors import BeckonError, Unavailable
@@ -51,4 +56,43 @@ class RobotAnswer:
     """The robot's answer to a request."""
 
     ref: int
-    result: dict[str, Any] | DriverTrouble
+    result: bytes | DriverTrouble  # JSON of the struct that the request asks for
+
+
+class ControlPacket(msgspec.Struct, frozen=True, tag_field="kind"):
+    """Base of what the console says to a driver that runs."""
+
+
+class AskPacket(ControlPacket, frozen=True, tag="ask"):
+    """A request to the robot."""
+
+    ref: int
+    request: msgspec.Raw
+
+
+class GatePacket(ControlPacket, frozen=True, tag="gate"):
+    """Another gate: the pipe to it comes with this packet."""
+
+
+class LeavePacket(ControlPacket, frozen=True, tag="leave"):
+    """Stop the robot and end."""
+
+
+AnyControlPacket = AskPacket | GatePacket | LeavePacket
+
+
+def send_control(end: socket.socket, packet: ControlPacket) -> bool:
+    """Send without waiting → whether it is on its way."""
+    try:
+        end.send(msgspec.json.encode(packet))
+    except OSError:
+        return False
+    return True
+
+
+def read_control(raw: bytes) -> AnyControlPacket | None:
+    """Bytes → the packet; None for anything else."""
+    try:
+        return msgspec.json.decode(raw, type=AnyControlPacket)
+    except msgspec.DecodeError:
+        return None

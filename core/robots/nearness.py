@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from core.gate.guard import HORIZON
+from core.geometry import Pose
 from core.message import Array
 from core.perception.landmarks.deskew import deskew
 from core.sensors import Laser, Scan, SensorFrame
@@ -14,6 +15,7 @@ from core.sensors import Laser, Scan, SensorFrame
 SECTOR = math.radians(2.0)  # one point each
 READABLE = 0.1  # share of beams that must say something, even if it is "nothing there"
 REPEATS = 2  # equal scans in a row, on the move, that mean the laser hangs …
+RECENT = 0.2  # [s] for which what another laser saw counts
 RESTED = 20  # … until another one comes, or it has stood for so many: the gate has given up by then
 
 
@@ -28,13 +30,53 @@ def near_points(scan: Scan, laser: Laser, frame: SensorFrame) -> list[tuple[floa
     return [(round(float(x), 4), round(float(y), 4)) for x, y in points[order[first]]]
 
 
-def field_of(laser: Laser) -> float:
-    """Return the angle that the laser sees to either side of the robot's front, at least [rad]; π: all around."""
-    first = laser.mounting.heading + laser.angle_min
-    last = first + (laser.beams - 1) * laser.angle_step
-    if last - first > 2 * math.pi - 2 * SECTOR:
-        return math.pi
-    return max(0.0, min(-first, last, math.pi))
+def field_of(*lasers: Laser) -> float:
+    """Return the angle that the lasers see to either side of the robot's front, at least [rad]; π: all around."""
+    first = [laser.mounting.heading + laser.angle_min for laser in lasers]
+    seen = [(one, one + (laser.beams - 1) * laser.angle_step) for one, laser in zip(first, lasers, strict=True)]
+    return min(_reach(seen), _reach([(-last, -first) for first, last in seen]))
+
+
+def _reach(seen: list[tuple[float, float]]) -> float:
+    """Return how far, from straight ahead to the left, every direction lies in one of these intervals [rad]."""
+    turned = [(first + turn, last + turn) for first, last in seen for turn in (-math.tau, 0.0, math.tau)]
+    reach = 0.0
+    while (further := max((last for first, last in turned if first <= reach + SECTOR), default=0.0)) > reach:
+        reach = further
+    return min(reach, math.pi)
+
+
+class NearField:
+    """What the lasers of a robot show nearby, for the gate's guard."""
+
+    def __init__(self, lasers: tuple[Laser, ...]) -> None:
+        self._lasers = {laser.name: laser for laser in lasers}
+        self._first = lasers[0] if lasers else None
+        self._freshness = {laser.name: Freshness() for laser in lasers}
+        self._seen: dict[str, tuple[float, Pose, Array]] = {}  # stamp [s], odometry, points (N, 2) [m] of each laser
+
+    def see(self, frame: SensorFrame, *, moving: bool) -> tuple[list[tuple[float, float]], float] | None:
+        """One frame → nearest points (x, y) [m] in the robot's frame and the field [rad] in which they are known.
+
+        The newest scans of the other lasers count too, as far as they are recent. None: nothing new, or nothing that
+        can be believed.
+        """
+        scan = frame.scan
+        if scan is None or self._first is None:
+            return None
+        laser = self._lasers.get(scan.laser, self._first)
+        if not self._freshness[laser.name].shows(scan, moving=moving):
+            self._seen.pop(laser.name, None)
+            return None
+        here = frame.wheels.odometry if frame.wheels is not None else Pose()
+        points = near_points(scan, laser, frame)
+        self._seen[laser.name] = frame.stamp, here, np.array(points).reshape(-1, 2)
+        recent = {name: one for name, one in self._seen.items() if 0.0 <= frame.stamp - one[0] <= RECENT}
+        for name, (_, there, others) in recent.items():
+            if name != laser.name:
+                moved = (here.inverse() @ there).apply(others)
+                points += [(round(float(x), 4), round(float(y), 4)) for x, y in moved]
+        return points, field_of(*(self._lasers[name] for name in recent))
 
 
 class Freshness:

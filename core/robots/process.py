@@ -17,18 +17,28 @@ import socket
 import time
 import traceback
 from dataclasses import replace
-from typing import Any
 
-from core.errors import BadInput, BeckonError
+import msgspec
+
+from core.errors import BeckonError
 from core.gate import ZERO, Twist
 from core.gate.limits import is_number
-from core.gate.packets import LARGEST, packet_socket, parse_packet, send_packet, take_packets
+from core.gate.packets import LARGEST, packet_socket, send_packet, take_packets
 from core.gate.scheduling import stand_back
 from core.robots import Robot
 from core.robots.connect import connect
 from core.robots.frame_sender import FrameSender
-from core.robots.ipc_messages import DriverHello, DriverTrouble, OpenRequest, RobotAnswer
-from core.robots.nearness import Freshness, field_of, near_points
+from core.robots.ipc_messages import (
+    AskPacket,
+    DriverHello,
+    DriverTrouble,
+    LeavePacket,
+    OpenRequest,
+    RobotAnswer,
+    read_control,
+)
+from core.robots.nearness import NearField
+from core.robots.requests import read_request
 from core.sensors import SensorFrame
 
 TIMEOUT = 0.3  # [s] without a twist after which the base is stopped
@@ -46,7 +56,7 @@ class DriverLoop:
         self._control, self._gate = control, gate
         self._nonce = 0
         self._twist, self._twist_at = ZERO, 0.0
-        self._freshness = Freshness()
+        self._near_field = NearField(robot.profile.lasers)
         self._pace = DriverPace(1 / self._profile.rate)
         self._over = False
         self._parent = os.getppid()
@@ -81,14 +91,10 @@ class DriverLoop:
         self._over = self._over or not (self._has_gate or self._has_console)
 
     def _tell_gate(self, frame: SensorFrame) -> None:
-        packet: dict[str, Any] = {"contact": bool(frame.contact)}
-        laser = self._profile.laser
-        if (
-            frame.scan is not None
-            and laser is not None
-            and self._freshness.shows(frame.scan, moving=self._twist.moves)
-        ):
-            packet |= {"points": near_points(frame.scan, laser, frame), "field": field_of(laser)}
+        packet: dict[str, object] = {"contact": bool(frame.contact)}
+        near = self._near_field.see(frame, moving=self._twist.moves)
+        if near is not None:
+            packet |= {"points": near[0], "field": near[1]}
         if self._has_gate and frame.running:
             send_packet(self._gate, packet)
 
@@ -122,11 +128,13 @@ class DriverLoop:
             self._selector.unregister(self._control)
             self._has_console = False
             return
-        packet = parse_packet(raw) or {}
-        if packet.get("kind") == "leave":
-            self._over = True
-        if packet.get("kind") == "ask" and isinstance(ref := packet.get("ref"), int):
-            self._frame_sender.put(RobotAnswer(ref, self._answer(packet.get("request"))))
+        match read_control(raw):
+            case LeavePacket():
+                self._over = True
+            case AskPacket(ref, request):
+                self._frame_sender.put(RobotAnswer(ref, self._answer(bytes(request))))
+            case _:
+                pass
 
     def _take_gate(self, descriptor: int) -> None:
         """A new gate in place of the old one."""
@@ -138,11 +146,9 @@ class DriverLoop:
         self._selector.register(self._gate, selectors.EVENT_READ, self._hear_gate)
         self._has_gate = True
 
-    def _answer(self, request: Any) -> dict[str, Any] | DriverTrouble:
+    def _answer(self, raw: bytes) -> bytes | DriverTrouble:
         try:
-            if not isinstance(request, dict):
-                raise BadInput("A request is an object.")
-            return self._robot.ask(request)
+            return msgspec.json.encode(self._robot.ask(read_request(raw, self._robot.requests)))
         except BeckonError as refusal:
             return DriverTrouble.of(refusal)
         except Exception:

@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from core.errors import BadInput
 from core.gate import Twist
 from core.recording import LogSettings, ScanRecording, logged_stamp, open_log
 from core.robots import Profile
+from core.robots.requests import (
+    AnswerT,
+    Pause,
+    Play,
+    PlaybackState,
+    ReadPlayback,
+    Requests,
+    RobotRequest,
+    Seek,
+    SetSpeed,
+    finite,
+    not_taken,
+)
 from core.sensors import SensorFrame
 
 SLOWEST, FASTEST = 0.1, 10.0  # times the speed of life
@@ -22,7 +33,7 @@ def profile_of(recording: ScanRecording, url: str = "") -> Profile:
         name=recording.path.name,
         kind="LOG",
         url=url,
-        laser=recording.laser,
+        lasers=(recording.laser,) if recording.laser else (),
         drives=False,
         duration=recording.duration,
     )
@@ -76,30 +87,40 @@ class ReplayedRobot:
             progress=self._progress,
         )
 
-    def ask(self, request: dict[str, Any]) -> dict[str, Any]:
-        """`{"do": "play" | "pause"}`, `{"do": "speed", "value": 0.1 … 10}`, `{"do": "seek", "value": 0 … 1}`.
+    @property
+    def requests(self) -> Requests:
+        """What a recording can do."""
+        return (Play, Pause, SetSpeed, Seek, ReadPlayback)
 
-        The place to seek is a share of the whole. The answer gives the place of the playback and its speed, which is
-        `fastest` at most. Raises BadInput.
-        """
-        doing = request.get("do")
-        actions: dict[str, Callable[[], None]] = {
-            "play": self._play,
-            "pause": self._pause,
-            "speed": lambda: self._set_speed(_number(request)),
-            "seek": lambda: self._seek(_number(request)),
-            "state": lambda: None,
-        }
-        if not isinstance(doing, str) or doing not in actions:
-            raise BadInput("A recording can play, pause, change its speed and seek, nothing else.")
-        actions[doing]()
-        return {
-            "playing": self._playing,
-            "speed": min(self._speed, self.fastest),
-            "position_s": self._clock - self._recording.start,
-            "duration_s": self._recording.duration,
-            "progress": self._progress,
-        }
+    def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
+        """Play, pause, set the speed, seek → how it plays then. Raises BadInput."""
+        self._obey(request)
+        return cast(AnswerT, self._state)
+
+    def _obey(self, request: RobotRequest[Any]) -> None:
+        match request:
+            case Play():
+                self._play()
+            case Pause():
+                self._pause()
+            case SetSpeed(value=value):
+                self._set_speed(finite(value, "value"))
+            case Seek(value=value):
+                self._seek(finite(value, "value"))
+            case ReadPlayback():
+                pass
+            case _:
+                raise not_taken(self.requests)
+
+    @property
+    def _state(self) -> PlaybackState:
+        return PlaybackState(
+            playing=self._playing,
+            speed=min(self._speed, self.fastest),
+            position_s=self._clock - self._recording.start,
+            duration_s=self._recording.duration,
+            progress=self._progress,
+        )
 
     def close(self) -> None:
         """Close nothing: the recording was read whole."""
@@ -150,13 +171,6 @@ class ReplayedRobot:
         stamps = (logged_stamp(scan) for scan in self._recording.scans)
         self._next = sum(stamp < self._clock for stamp in stamps)
         self._next = min(self._next, len(self._recording.scans) - 1)
-
-
-def _number(request: dict[str, Any]) -> float:
-    value = request.get("value")
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise BadInput("A number is expected as value.")
-    return float(value)
 
 
 def open_robot(rest: str, *, seed: int, settings: LogSettings | None) -> ReplayedRobot:

@@ -25,6 +25,7 @@ class SensorFrame:
     sound: Sound | None = None  # since the last frame; None: no sound was recorded
     contact: bool = False  # the bumper is pressed
     truth: Pose | None = None  # simulator only: the true pose in the world frame. For scoring, never for an estimator
+    trouble: str = ""  # why the base cannot be driven now, a sentence; what is under way ends with it
     note: str = ""  # what the driver wants the operator to know: "the recording ends here"
     pace: float = 1.0  # share of real time at which the robot's clock runs; less: its computer is too slow for it
     running: bool = True  # False: the driver is paused or at its end; time does not advance

@@ -13,6 +13,7 @@ from core.optics import TABLE_3, CameraModel
 class Camera:
     """A camera and its mounting."""
 
+    name: str = "camera"
     model: CameraModel = TABLE_3
     mounting: Transform = Transform(rotation=OPTICAL, translation=np.array([0.04, 0.0, 0.16]))  # robot_from_camera
     rate: float = 10.0  # [Hz]
@@ -23,4 +24,5 @@ class Image:
     """One picture."""
 
     stamp: float  # [s]
+    camera: str = ""  # name of the camera that took it; "": of the only one
     pixels: Array  # (H, W, 3) uint8, blue-green-red

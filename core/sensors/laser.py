@@ -12,6 +12,7 @@ from core.message import Array, message
 class Laser:
     """A laser and its mounting."""
 
+    name: str = "laser"
     mounting: Pose = Pose()  # robot_from_laser
     height: float = 0.12  # [m] of the scanning plane above the floor
     beams: int = 682
@@ -28,6 +29,7 @@ class Scan:
     """One turn of the mirror, right to left."""
 
     stamp: float  # [s] of the first beam
+    laser: str = ""  # name of the laser that took it; "": of the only one
     ranges: Array  # (N,) [m]; NaN = no measurement (neither hit nor free), inf = nothing within range_max
     angle_min: float  # [rad] of the first beam, in the laser frame
     angle_step: float  # [rad]

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -19,6 +18,7 @@ KEYS = ("name", "positions_m", "channels", "sample_rate_hz", "speed_of_sound_m_s
 FEWEST, MOST = 2, 256  # microphones
 FARTHEST = 5.0  # [m] of a microphone from the frame's origin
 LOUDEST = 1e6  # times full scale: files of floats in whole-number units have 3e4; the square of more says nothing
+HUGE = 1e300  # beyond, a number of a profile counts as not finite
 FLAT = 0.02  # thickness of the array, of its width, below which it is held to be flat
 
 NO_NUMBERS = (
@@ -213,7 +213,7 @@ def load_array(path: str | Path) -> MicrophoneArray:
     return array_of(fields, file.stem)
 
 
-def array_of(fields: dict[str, Any], name: str = "microphones") -> MicrophoneArray:
+def array_of(fields: Mapping[str, object], name: str = "microphones") -> MicrophoneArray:
     """The keys of a profile (`positions_m`, `channels`, …) → the array. Raises BadInput."""
     unknown = [key for key in fields if key not in KEYS]
     if unknown:
@@ -230,32 +230,32 @@ def array_of(fields: dict[str, Any], name: str = "microphones") -> MicrophoneArr
     )
 
 
-def _positions(value: Any) -> Array:
-    rows: list[Any] = value if isinstance(value, list) else []
+def _positions(value: object) -> Array:
+    rows = value if isinstance(value, list) else []
     if not rows or any(not isinstance(row, list) or len(row) != 3 for row in rows):
         raise BadInput("positions_m needs rows of three numbers [x, y, z] in metres.")
     return np.array([[_number(number, "positions_m") for number in row] for row in rows])
 
 
-def _channels(value: Any) -> tuple[int, ...]:
+def _channels(value: object) -> tuple[int, ...]:
     if not isinstance(value, list):
         raise BadInput("channels must be a list of whole numbers, counted from 0.")
     return tuple(_whole(number) for number in value)
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     if not isinstance(value, str) or not value.isprintable() or len(value) > 200:
         raise BadInput("The array's name must be a short text.")
     return value
 
 
-def _whole(value: Any) -> int:
-    if type(value) is not int or abs(value) > 10**9:
+def _whole(value: object) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or abs(value) > 10**9:
         raise BadInput("channels and sample_rate_hz must be whole numbers.")
     return value
 
 
-def _number(value: Any, key: str) -> float:
-    if type(value) not in (int, float) or not math.isfinite(value):
+def _number(value: object, key: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not -HUGE < value < HUGE:
         raise BadInput(f"{key} must hold finite numbers only.")
     return float(value)

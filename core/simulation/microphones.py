@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zlib
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from core.errors import BadInput, Refused
 from core.geometry import Pose, rotation
 from core.message import Array
 from core.sensors.microphones import ARRAYS, MicrophoneArray, Sound
+from core.setting import Meta, Section
 from core.simulation.acoustics.noise import Motors, Murmur
 from core.simulation.acoustics.shoebox import pink_noise
 from core.simulation.acoustics.sound_source import SoundSource
@@ -30,26 +32,21 @@ NEAREST = 0.15  # [m] of a mouth to the microphones
 
 
 @dataclass(frozen=True)
-class MicrophoneSettings:
+class MicrophoneSettings(Section):
     """The simulated robot's ears and the room that they are in."""
 
-    microphones: str = "respeaker-odas"  # one of core.sensors.microphones.ARRAYS; "none": deaf
-    reverberation: float = 0.3  # [s] RT60 of every room
-    murmur: float = -30.0  # [dB] of the room's noise, against a voice at 1 m
-    motor_noise: float = -10.0  # [dB] of the robot's motors at 0.1 m/s at its own microphones; -60: none
-    fan_noise: float = SILENT  # [dB] of a fan in a corner at 1 m; -60: none
-    turned: float = 0.0  # [rad] by which the array really sits on the robot, which its profile does not know
-
-    def __post_init__(self) -> None:
-        if self.microphones != "none" and self.microphones not in ARRAYS:
-            raise BadInput(f"microphones must be one of none, {', '.join(ARRAYS)}.")
-        if not 0 <= self.reverberation <= 0.6:
-            raise BadInput("reverberation must lie between 0 and 0.6.")
-        if not -7 <= self.turned <= 7:
-            raise BadInput("turned must lie between -7 and 7 (radians).")
-        for name in ("murmur", "motor_noise", "fan_noise"):
-            if not SILENT <= getattr(self, name) <= 20:
-                raise BadInput(f"{name} must lie between {SILENT:g} and 20.")
+    microphones: Annotated[str, Meta(choices=("none", *ARRAYS), meaning='array on the robot; "none": deaf')] = (
+        "respeaker-odas"
+    )
+    reverberation: Annotated[float, Meta("s", 0, 0.6, "RT60 of every room")] = 0.3
+    murmur: Annotated[float, Meta("dB", SILENT, 20, "level of the room's noise, against a voice at 1 m")] = -30.0
+    motor_noise: Annotated[
+        float, Meta("dB", SILENT, 20, "level of the motors at 0.1 m/s at the microphones; -60: none")
+    ] = -10.0
+    fan_noise: Annotated[float, Meta("dB", SILENT, 20, "level of a fan in a corner at 1 m; -60: none")] = SILENT
+    turned: Annotated[
+        float, Meta("rad", -7, 7, "angle by which the array really sits on the robot, unknown to its profile")
+    ] = 0.0
 
     @property
     def array(self) -> MicrophoneArray | None:

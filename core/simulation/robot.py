@@ -5,18 +5,39 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, cast
 
+import msgspec
 import numpy as np
 
 from core.errors import BadInput
 from core.gate import Twist
 from core.geometry import Pose
 from core.robots import Profile
+from core.robots.requests import (
+    AnswerT,
+    CarryRobot,
+    FloorPlan,
+    GroundTruth,
+    PlaceBoard,
+    PlacedBoard,
+    PlacedThing,
+    PlaceThing,
+    ReadPlan,
+    ReadTruth,
+    RemovedThing,
+    RemoveThing,
+    Requests,
+    RobotRequest,
+    SetListening,
+    Speak,
+    not_taken,
+)
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame
+from core.setting import Meta
 from core.simulation.actors.board_motion import BoardMotion
 from core.simulation.actors.pedestrians import Pedestrians
-from core.simulation.actors.requests import BOARD, HOLDER, describe, number, thing_asked_for
+from core.simulation.actors.requests import BOARD, HOLDER, describe, pose_asked_for, thing_asked_for
 from core.simulation.actors.speakers import Speakers
 from core.simulation.camera import SimulatedCamera
 from core.simulation.differential_drive import DifferentialDrive
@@ -27,7 +48,6 @@ from core.simulation.world import World, world_named
 
 WheelNoise = Literal["encoder", "paper", "none"]
 LaserNoise = Literal["1%", "3%", "none"]
-WHEEL_NOISE: tuple[WheelNoise, ...] = ("encoder", "paper", "none")
 LASER_NOISE: dict[LaserNoise, tuple[float, float]] = {"1%": (0.010, 0.01), "3%": (0.030, 0.03), "none": (0.0, 0.0)}
 """Standard deviation of a range: at least the first [m], else the second times the range."""
 
@@ -38,51 +58,23 @@ SINCE = 0.3  # [s] for which poses are kept: longer than a turn of the mirror
 class SimulationSettings(MicrophoneSettings):
     """Noise and equipment of the simulated robot."""
 
-    wheel_noise: WheelNoise = "encoder"  # "paper": eq. 43
-    scale_error: float = 0.003  # of the size of both wheels together, relative, standard deviation
-    mismatch: float = 0.0002  # of one wheel against the other, relative
-    wheelbase_error: float = 0.003  # relative
-    slip: float = 0.0007  # [m/√m] per wheel
-    laser_noise: LaserNoise = "1%"
-    dropout: float = 0.004  # share of beams that fail at random
-    camera: bool = True
-    camera_rate: float = 10.0  # [Hz]
-    light: float = 1.0  # brightness of the pictures
-    picture_snr: float = 42.0  # [dB] of the sensor (section 6)
-    exposure: float = 0.0  # [s] of a picture: turning meanwhile smears it
-    defocus: float = 0.0  # [pixel] sd of the lens's blur
-    cruise: float = 0.1  # [m/s] (section 6.2)
-    max_speed: float = 0.3  # [m/s]
-    max_turn_rate: float = 1.5  # [rad/s]
-    response: float = 0.06  # [s] until the base has followed 63 % of a change of speed
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.wheel_noise not in WHEEL_NOISE:
-            raise BadInput(f"wheel_noise must be one of {', '.join(WHEEL_NOISE)}.")
-        if self.laser_noise not in LASER_NOISE:
-            raise BadInput(f"laser_noise must be one of {', '.join(LASER_NOISE)}.")
-        for name, (low, high) in BOUNDS.items():
-            if not low <= getattr(self, name) <= high:
-                raise BadInput(f"{name} must lie between {low:g} and {high:g}.")
-
-
-BOUNDS = {
-    "scale_error": (0.0, 0.1),
-    "mismatch": (0.0, 0.1),
-    "wheelbase_error": (0.0, 0.1),
-    "slip": (0.0, 0.1),
-    "dropout": (0.0, 1.0),
-    "camera_rate": (0.1, 40.0),
-    "light": (0.05, 3.0),
-    "picture_snr": (10.0, 100.0),
-    "exposure": (0.0, 0.1),
-    "defocus": (0.0, 5.0),
-    "cruise": (0.01, 1.0),
-    "max_speed": (0.01, 1.0),
-    "max_turn_rate": (0.01, 6.0),
-    "response": (0.0, 1.0),
-}
+    wheel_noise: Annotated[WheelNoise, Meta(meaning="encoder: sizes and slip of wheels; paper: eq. 43")] = "encoder"
+    scale_error: Annotated[float, Meta("", 0, 0.1, "relative sd of the size of both wheels together")] = 0.003
+    mismatch: Annotated[float, Meta("", 0, 0.1, "relative sd of one wheel against the other")] = 0.0002
+    wheelbase_error: Annotated[float, Meta("", 0, 0.1, "relative sd of the wheelbase")] = 0.003
+    slip: Annotated[float, Meta("m/√m", 0, 0.1, "slip of each wheel")] = 0.0007
+    laser_noise: Annotated[LaserNoise, Meta(meaning="sd of a range as a share of it")] = "1%"
+    dropout: Annotated[float, Meta("", 0, 1, "share of beams that fail at random")] = 0.004
+    camera: Annotated[bool, Meta(meaning="whether the robot has a camera")] = True
+    camera_rate: Annotated[float, Meta("Hz", 0.1, 40, "pictures per second")] = 10.0
+    light: Annotated[float, Meta("", 0.05, 3, "brightness of the pictures")] = 1.0
+    picture_snr: Annotated[float, Meta("dB", 10, 100, "signal to noise of the camera's sensor (section 6)")] = 42.0
+    exposure: Annotated[float, Meta("s", 0, 0.1, "exposure time of a picture: turning meanwhile smears it")] = 0.0
+    defocus: Annotated[float, Meta("pixel", 0, 5, "sd of the lens's blur")] = 0.0
+    cruise: Annotated[float, Meta("m/s", 0.01, 1, "speed of commands (section 6.2)")] = 0.1
+    max_speed: Annotated[float, Meta("m/s", 0.01, 1, "highest speed of the base")] = 0.3
+    max_turn_rate: Annotated[float, Meta("rad/s", 0.01, 6, "highest turn rate of the base")] = 1.5
+    response: Annotated[float, Meta("s", 0, 1, "time until the base has followed 63 % of a change of speed")] = 0.06
 
 
 class SimulatedRobot:
@@ -98,9 +90,9 @@ class SimulatedRobot:
             cruise=settings.cruise,
             max_speed=settings.max_speed,
             max_turn_rate=settings.max_turn_rate,
-            laser=Laser(),
-            camera=Camera(rate=settings.camera_rate) if settings.camera else None,
-            microphones=settings.array,
+            lasers=(Laser(),),
+            cameras=(Camera(rate=settings.camera_rate),) if settings.camera else (),
+            arrays=() if settings.array is None else (settings.array,),
         )
         seeds = np.random.SeedSequence(seed).spawn(4)
         chance = [np.random.default_rng(one) for one in seeds[:3]]
@@ -172,65 +164,71 @@ class SimulatedRobot:
             truth=pose,
         )
 
-    def ask(self, request: dict[str, Any]) -> dict[str, Any]:
-        """`{"do": "place" | "remove" | "truth" | "plan"}` → an answer; BadInput says what is wrong.
+    @property
+    def requests(self) -> Requests:
+        """What may be asked of the simulated room and its robot."""
+        return (PlaceThing, CarryRobot, PlaceBoard, RemoveThing, ReadTruth, ReadPlan, Speak, SetListening)
 
-        place: `what` person, box or robot (this one: it is carried, its wheels do not notice), `x_m`, `y_m`,
-        `heading_rad`?, `id`? (one that exists is moved), `size_m`? (a box's edge, a person's height). A person:
-        `clothes`? ("red/blue"), `gesture`?, and to walk `path_m`? [[x, y], …], `speed_m_s`?, `again`? (in a round).
-        A chessboard: see `core.simulation.actors.board_holder`; its id is board. say, listen: see
-        `core.simulation.actors.speakers`.
-        """
-        match request.get("do"):
-            case "place" if request.get("what") == "robot":
+    def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
+        """Change the room, or read what is true in it → an answer; BadInput says what is wrong."""
+        return cast(AnswerT, self._answer(request))
+
+    def _answer(self, request: RobotRequest[Any]) -> msgspec.Struct:
+        match request:
+            case CarryRobot():
                 return self._carry(request)
-            case "place" if request.get("what") == "board":
-                board = self._hands.hold(request, self._world, self._base.pose, self._stamp)
-                self._change(self._hands.in_world(self._world, self._stamp))
-                return {**board}
-            case "place":
-                thing = thing_asked_for(request, self._world, self._base.pose, self._profile.radius)
-                walks = self._walkers.send(request, thing, self._world)
-                self._change(self._world.with_thing(thing))
-                return describe(thing) | walks
-            case "remove":
-                name = str(request.get("id", ""))
-                if name in (BOARD, HOLDER):
-                    gone = self._hands.put_down(name)
-                    self._change(self._hands.in_world(self._world, self._stamp))
-                    return {**gone}
-                self._change(self._world.without(name))
-                self._walkers.forget(name)
-                return {"id": name}
-            case "truth":
+            case PlaceBoard():
+                return self._hold(request)
+            case PlaceThing():
+                return self._place(request)
+            case RemoveThing(id=name):
+                return self._remove(name)
+            case ReadTruth():
                 return self._truth()
-            case "plan":
-                seen = self._world.surfaces(self._laser.laser.height)
-                return {
-                    "name": self._world.name,
-                    "segments": seen.faces.tolist(),
-                    "circles": seen.posts.tolist(),
-                    "things": [
-                        *(describe(thing) for thing in self._world.things),
-                        *self._hands.described(self._stamp),
-                    ],
-                }
-            case "say" | "listen":
-                return self._voices.ask(request, self._world, self._base.pose, self._stamp)
+            case ReadPlan():
+                return self._plan()
+            case Speak():
+                return self._voices.say(request, self._world, self._base.pose, self._stamp)
+            case SetListening():
+                return self._voices.listen(request)
             case _:
-                raise BadInput(
-                    "The simulated robot understands the requests place, remove, truth, plan, say and listen."
-                )
+                raise not_taken(self.requests)
+
+    def _place(self, request: PlaceThing) -> PlacedThing:
+        thing = thing_asked_for(request, self._world, self._base.pose, self._profile.radius)
+        answer = self._walkers.send(request, thing, self._world)
+        self._change(self._world.with_thing(thing))
+        return answer
+
+    def _hold(self, request: PlaceBoard) -> PlacedBoard:
+        answer = self._hands.hold(request, self._world, self._base.pose, self._stamp)
+        self._change(self._hands.in_world(self._world, self._stamp))
+        return answer
+
+    def _remove(self, name: str) -> RemovedThing:
+        if name in (BOARD, HOLDER):
+            self._hands.put_down(name)
+            self._change(self._hands.in_world(self._world, self._stamp))
+        else:
+            self._change(self._world.without(name))
+            self._walkers.forget(name)
+        return RemovedThing(name)
+
+    def _plan(self) -> FloorPlan:
+        seen = self._world.surfaces(self._laser.laser.height)
+        things = (describe(thing) for thing in self._world.things)
+        return FloorPlan(
+            name=self._world.name,
+            segments=tuple(map(tuple, seen.faces.tolist())),
+            circles=tuple(map(tuple, seen.posts.tolist())),
+            things=(*things, *self._hands.described(self._stamp)),
+        )
 
     def close(self) -> None:
         """Close nothing: the simulator holds no resource."""
 
-    def _carry(self, request: dict[str, Any]) -> dict[str, Any]:
-        pose = Pose(
-            number(request, "x_m"),
-            number(request, "y_m"),
-            math.remainder(number(request, "heading_rad", 0.0), math.tau),
-        )
+    def _carry(self, request: CarryRobot) -> GroundTruth:
+        pose = pose_asked_for(request)
         if not self._world.free(pose.x, pose.y, self._profile.radius):
             raise BadInput(
                 "The robot does not fit there; choose a place on the free floor, away from walls and things."
@@ -245,16 +243,16 @@ class SimulatedRobot:
             self._world = world
             self._base.enter(world)
 
-    def _truth(self) -> dict[str, Any]:
+    def _truth(self) -> GroundTruth:
         pose = self._base.pose
-        return {
-            "x_m": pose.x,
-            "y_m": pose.y,
-            "heading_rad": pose.heading,
-            "stamp_s": self._stamp,
-            "clearance_m": self._world.clearance(pose.x, pose.y) - self._profile.radius,
-            "contact": self._base.contact,
-        }
+        return GroundTruth(
+            x_m=pose.x,
+            y_m=pose.y,
+            heading_rad=pose.heading,
+            stamp_s=self._stamp,
+            clearance_m=self._world.clearance(pose.x, pose.y) - self._profile.radius,
+            contact=self._base.contact,
+        )
 
     def _scan(self, stamp: float) -> Scan | None:
         """The newest scan whose last beam has come back, if it was not delivered yet."""

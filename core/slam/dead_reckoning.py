@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from core.geometry import Pose
-from core.perception.landmarks.landmarks import Sighting
-from core.sensors import SensorFrame
 from core.slam.estimate import Estimate
-from core.slam.motion import Increment, MotionSettings, WheelTrack
+from core.slam.motion import Increment
 
 
 class DeadReckoning:
     """Adds up the wheels' moves (eq. 20, 21). Its uncertainty only grows."""
 
-    def __init__(self, motion: MotionSettings | None = None) -> None:
-        self._track = WheelTrack(motion)
+    def __init__(self) -> None:
         self._way = Increment()
 
-    def update(
-        self, frame: SensorFrame, sightings: Sequence[Sighting] | None = None, increment: Increment | None = None
-    ) -> Estimate:
-        """Take one frame; sightings change nothing. `increment`: a move that does not come from the wheels."""
-        step = self._track.step(frame) if increment is None else increment
-        if not step.still:
-            self._way = self._way.then(step)
+    def update(self, increment: Increment) -> Estimate:
+        """Take the move since the frame before."""
+        if not increment.still:
+            self._way = self._way.then(increment)
         return self.estimate
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from core.geometry import Pose
 from core.message import Array
 from core.perception.landmarks.landmarks import Sighting
 from core.sensors import Laser, SensorFrame
+from core.setting import Meta
 from core.slam.association.associate import recognise
 from core.slam.association.landmark_table import LandmarkRecord, LandmarkSettings, LandmarkTable
 from core.slam.association.merge_duplicates import AssociationSettings, join_doubles
@@ -36,15 +37,25 @@ FADE = 0.98  # memory of the running NIS, per sighting
 class EkfSettings(LandmarkSettings, AssociationSettings, SlipSettings):
     """The estimator."""
 
-    mode: Literal["invariant", "paper"] = "invariant"
-    sighting_noise: Literal["corner", "paper"] = "corner"  # every corner's own covariance, or R of eq. 43
-    range_sd: float = 0.08  # [m] (eq. 43)
-    bearing_sd: float = math.radians(1)  # [rad] (eq. 43)
-    soft_gate: float = 2.0  # squared distance from which a sighting is trusted less; 0: never
-    soft_memory: int = 80  # latest sightings from which the usual distance is estimated
-    soft_slack: float = 2.0  # times what the filter promises that is still usual; beyond, the soft gate widens
-    still_scans: int = 10  # scans taken at rest before the first move
-    still_every: int = 5  # at rest, after those: one scan in so many; from one place errors repeat themselves
+    mode: Annotated[Literal["invariant", "paper"], Meta(meaning="form of the filter; paper: as printed")] = (
+        "invariant"
+    )
+    sighting_noise: Annotated[
+        Literal["corner", "paper"], Meta(meaning="every corner's own covariance, or R of eq. 43")
+    ] = "corner"
+    range_sd: Annotated[float, Meta("m", 0.001, 2, "sd of a sighting's range (eq. 43)")] = 0.08
+    bearing_sd: Annotated[float, Meta("rad", 5e-4, 0.8, "sd of a sighting's bearing (eq. 43)")] = math.radians(1)
+    soft_gate: Annotated[
+        float, Meta("χ²", 0, 100, "squared distance from which a sighting is trusted less; 0: never")
+    ] = 2.0
+    soft_memory: Annotated[int, Meta("", 1, 10000, "latest sightings that give the usual distance")] = 80
+    soft_slack: Annotated[
+        float, Meta("", 0.1, 100, "usual distance over the filter's own, beyond which the soft gate widens")
+    ] = 2.0
+    still_scans: Annotated[int, Meta("", 0, 1000, "scans taken at rest before the first move")] = 10
+    still_every: Annotated[
+        int, Meta("", 1, 1000, "at rest, after those, one scan in so many: from one place errors repeat")
+    ] = 5
 
 
 class EkfSlam:
@@ -77,10 +88,10 @@ class EkfSlam:
         `sightings` are in the robot frame of this frame's stamp; None: there was no scan. `increment`: a move that
         does not come from the wheels.
         """
-        self.advance(self._track.step(frame) if increment is None else increment)
+        self.advance(self._track.step(frame.stamp, frame.wheels) if increment is None else increment)
         if sightings is not None:
             view = (
-                VisibilityCheck(frame.scan, self._laser)
+                VisibilityCheck(frame.scan, self._laser.mounting)
                 if frame.scan is not None and self._laser is not None
                 else None
             )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,13 +10,12 @@ from core.errors import BadInput
 from core.geometry import Pose
 from core.message import Array
 from core.sensors import Laser
-from core.slam.association.landmark_table import LandmarkRecord
 from core.slam.ekf.covariance import Covariance
 from core.slam.ekf.filter import ROBOT
 from core.slam.ekf_slam import EkfSlam
 from core.slam.map.closure import Constraint, LoopClosure
 from core.slam.map.keyframe import Keyframe
-from core.slam.map.map_file import CLOSURES, FORM, SavedMap
+from core.slam.map.map_file import FORM, MapFacts, SavedClosure, SavedMap
 from core.slam.map.map_graph import MapGraph
 from core.slam.map.occupancy import OccupancyMap
 from core.slam.map.pose_graph import GraphEdge
@@ -52,24 +51,24 @@ def keep(graph: MapGraph, resolution: float) -> SavedMap:
     }
     for submap in graph.submaps:
         arrays |= _room(submap)
-    facts = {
-        "form": FORM,
-        "resolution_m": resolution,
-        "landmarks": [[dataclasses.asdict(row) for row in submap.slam.table.rows] for submap in graph.submaps],
-        CLOSURES: [_words(loop_closure) for loop_closure in graph.loop_closures],
-    }
+    facts = MapFacts(
+        form=FORM,
+        resolution_m=resolution,
+        landmarks=[[replace(row) for row in submap.slam.table.rows] for submap in graph.submaps],
+        closures=[_saved(loop_closure) for loop_closure in graph.loop_closures],
+    )
     return SavedMap(arrays=arrays, facts=facts)
 
 
 def restore(saved: SavedMap, graph: MapGraph, parts: MapperSettings, laser: Laser | None) -> None:
     """Fill an empty map graph with a saved map. Raises BadInput where it does not suit the present settings."""
     arrays, facts = saved.arrays, saved.facts
-    if abs(facts["resolution_m"] - parts.occupancy.resolution) > 1e-9:
-        raise BadInput(f"The map has cells of {facts['resolution_m']:g} m; set occupancy.resolution to that.")
-    for number, rows in enumerate(facts["landmarks"]):
+    if abs(facts.resolution_m - parts.occupancy.resolution) > 1e-9:
+        raise BadInput(f"The map has cells of {facts.resolution_m:g} m; set occupancy.resolution to that.")
+    for number, rows in enumerate(facts.landmarks):
         slam = EkfSlam(parts.ekf, parts.motion, laser)
         _refill(slam, arrays, number)
-        slam.resume([LandmarkRecord(**row) for row in rows])
+        slam.resume([replace(row) for row in rows])
         tile = OccupancyMap(parts.occupancy)
         try:
             tile.load(arrays[f"origin_{number}"], arrays[f"tile_{number}"])
@@ -99,7 +98,7 @@ def restore(saved: SavedMap, graph: MapGraph, parts: MapperSettings, laser: Lase
 def _restore_closures(saved: SavedMap, graph: MapGraph) -> None:
     """Restore the loop closures with their links."""
     arrays = saved.arrays
-    links: list[list[Constraint]] = [[] for _ in saved.facts[CLOSURES]]
+    links: list[list[Constraint]] = [[] for _ in saved.facts.closures]
     for (loop_closure, a, b), move, covariance, (score, stamp) in zip(
         arrays["link_ends"].tolist(),
         arrays["link_moves"],
@@ -108,32 +107,32 @@ def _restore_closures(saved: SavedMap, graph: MapGraph) -> None:
         strict=True,
     ):
         links[loop_closure].append(Constraint(a, b, _pose(move), covariance, score, stamp))
-    for row, own in zip(saved.facts[CLOSURES], links, strict=True):
+    for row, own in zip(saved.facts.closures, links, strict=True):
         graph.loop_closures.append(
             LoopClosure(
-                id=row["id"],
-                older=row["older"],
-                newer=row["newer"],
-                next_door=row["next_door"],
+                id=row.id,
+                older=row.older,
+                newer=row.newer,
+                next_door=row.next_door,
                 links=own,
-                accepted=[own[k] for k in row["accepted"]],
-                state=row["state"],
-                shown=None if row["shown"] is None else own[row["shown"]],
+                accepted=[own[k] for k in row.accepted],
+                state=row.state,
+                shown=None if row.shown is None else own[row.shown],
             )
         )
 
 
-def _words(loop_closure: LoopClosure) -> dict[str, object]:
+def _saved(loop_closure: LoopClosure) -> SavedClosure:
     order = {id(link): k for k, link in enumerate(loop_closure.links)}
-    return {
-        "id": loop_closure.id,
-        "older": loop_closure.older,
-        "newer": loop_closure.newer,
-        "next_door": loop_closure.next_door,
-        "state": loop_closure.state,
-        "accepted": [order[id(link)] for link in loop_closure.accepted],
-        "shown": None if loop_closure.shown is None else order[id(loop_closure.shown)],
-    }
+    return SavedClosure(
+        id=loop_closure.id,
+        older=loop_closure.older,
+        newer=loop_closure.newer,
+        next_door=loop_closure.next_door,
+        state=loop_closure.state,
+        accepted=[order[id(link)] for link in loop_closure.accepted],
+        shown=None if loop_closure.shown is None else order[id(loop_closure.shown)],
+    )
 
 
 def _room(submap: Submap) -> dict[str, Array]:

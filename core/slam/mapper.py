@@ -9,7 +9,7 @@ import numpy as np
 
 from core.geometry import Pose, wrap
 from core.message import Array
-from core.perception.landmarks.landmarks import Sighting
+from core.perception.landmarks.frame_perception import FramePerception
 from core.sensors import Laser, SensorFrame
 from core.slam.association.visibility import VisibilityCheck
 from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
@@ -21,7 +21,7 @@ from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import LostStatus, MapStatus
 from core.slam.map_io import keep, restore
 from core.slam.map_view import MapView
-from core.slam.motion import Increment, WheelTrack
+from core.slam.motion import Motion
 from core.slam.relocalization.monitor import LocalizationMonitor
 from core.slam.relocalization.recovery import Click
 from core.slam.scan_matching.scan_tracker import ScanTracker
@@ -58,66 +58,46 @@ class Mapper:
         self.graph = MapGraph()
         if saved is not None:
             restore(saved, self.graph, self.parts, laser)
-        self._laser = laser
-        self._track = WheelTrack(self.parts.motion)
         self._tracker = ScanTracker(self.parts.matching)
         self._loop_closer = LoopCloser(self.graph, self.parts.matching, self.parts.closures)
         self._global_grid = GlobalGrid(self.graph, self.parts.occupancy)
         self._map_view = MapView(self.graph)
-        self._watch = LocalizationMonitor(laser, self.parts.lost, watched)
-        self.rooms = SubmapManager(self.parts, laser, self.graph)
+        self._monitor = LocalizationMonitor(self.parts.lost, watched)
+        self.submaps = SubmapManager(self.parts, laser, self.graph)
         self._points = NO_POINTS  # (M, 2) [m] of the newest scan, in the active submap
         self._revision = 0  # of the map that the rest has taken in
         self._stamp: float | None = None
         self._owed = 0.0  # pieces of work
         self._enters = saved is not None
-        self._global_grid.finish(self.rooms.active.id)
+        self._global_grid.finish(self.submaps.active.id)
         self.strayed = False  # whether the place that was found last is another one than was believed
         self.may_turn = False  # whether the robot may turn on the spot by itself while its place is looked for
 
-    def update(
-        self,
-        frame: SensorFrame,
-        sightings: tuple[Sighting, ...] | None,
-        ends: Array | None = None,
-        hits: Array | None = None,
-        move: Increment | None = None,
-    ) -> Estimate:
-        """Take one frame.
-
-        With a scan: its sightings, and the ends of its beams (N, 2) [m] in the robot frame of the frame's stamp, NaN
-        where nothing was measured, and which are hits (N,). `move`: one that does not come from the wheels.
-        """
-        if self._enters:
-            self._enters = False
-            self._watch.begin(frame.stamp, "this map was just loaded", self.grid)
-        step = self._track.step(frame) if move is None else move
-        slam = self.rooms.active.slam
-        slam.advance(step)
-        if ends is not None and hits is not None:
-            self._follow(frame.stamp, ends[hits], by_scans=move is not None)
-        if sightings is not None and not self._watch.lost:
-            slam.see(sightings, self._view(frame))
-        if ends is not None and hits is not None:
-            self._map(frame.stamp, ends, hits)
-        self._find_back(frame.stamp, step, ends, hits)
-        self._work(frame.stamp, busy=ends is not None)
+    def update(self, frame: SensorFrame, seen: FramePerception, motion: Motion) -> Estimate:
+        """Take one frame: what is seen in it, and the robot's move since the frame before → the estimate."""
+        self._begin_in_loaded_map(frame.stamp)
+        self._predict(motion)
+        self._match_scan(frame.stamp, seen, motion)
+        self._correct_by_landmarks(frame, seen)
+        self._update_map(frame.stamp, seen)
+        self._relocalize(frame.stamp, seen, motion)
+        self._close_loops(frame.stamp, busy=seen.beams is not None)
         return self.estimate
 
     @property
     def estimate(self) -> Estimate:
         """The pose and its covariance in the world's axes."""
-        return self.rooms.estimate
+        return self.submaps.estimate
 
     @property
     def points(self) -> Array:
         """The newest scan's points (M, 2) [m], in the world."""
-        return self.rooms.base.apply(self._points)
+        return self.submaps.base.apply(self._points)
 
     @property
     def stand(self) -> AnchoredPose:
         """The robot's pose, anchored to a view so that it moves with the map."""
-        active = self.rooms.active
+        active = self.submaps.active
         local = active.slam.filter.pose
         if not active.views:
             return AnchoredPose(-1, local)
@@ -131,7 +111,7 @@ class Mapper:
     @property
     def grid(self) -> OccupancyGrid:
         """The occupancy map of the world."""
-        return self._global_grid.grid(self.rooms.active, self._stamp or 0.0)
+        return self._global_grid.grid(self.submaps.active, self._stamp or 0.0)
 
     @property
     def landmarks(self) -> tuple[Landmark, ...]:
@@ -141,28 +121,28 @@ class Mapper:
     @property
     def associations(self) -> tuple[Association, ...]:
         """The associations of the newest sightings, in the world."""
-        return self._map_view.associations(self.rooms.active)
+        return self._map_view.associations(self.submaps.active)
 
     @property
     def slam(self) -> SlamHealth:
         """The health of the filter in the active submap."""
-        return self.rooms.active.slam.health
+        return self.submaps.active.slam.health
 
     @property
     def lost(self) -> LostStatus | None:
         """The status of the search for the robot's place; None: it is known."""
-        return self._watch.status
+        return self._monitor.status
 
     @property
     def turn(self) -> float:
         """Turn rate [rad/s] at which the robot should turn on the spot for another look at its place."""
-        return self._watch.turn
+        return self._monitor.turn
 
     @property
     def health(self) -> MapStatus:
         """The health of the scan layer."""
         return MapStatus(
-            submaps=self._map_view.submaps(self.rooms.active),
+            submaps=self._map_view.submaps(self.submaps.active),
             closures=self._map_view.closures(),
             lost=self.lost,
             match_score=self._tracker.score,
@@ -173,7 +153,7 @@ class Mapper:
     @property
     def looking_around(self) -> bool:
         """The still start is not over: the first move had better wait."""
-        return len(self.graph.submaps) == 1 and self.rooms.active.slam.looking_around
+        return len(self.graph.submaps) == 1 and self.submaps.active.slam.looking_around
 
     def undo(self, closure: int) -> bool:
         """Take a closure back: the map no longer bends to it → whether there is one of that number."""
@@ -185,12 +165,12 @@ class Mapper:
 
     def place_at(self, x: float, y: float, heading: float | None) -> None:
         """Search at the place that the operator clicked: world [m], [rad]."""
-        self._watch.clicked(self._stamp or 0.0, Click(x, y, heading), self.grid, self.estimate.pose)
+        self._monitor.clicked(self._stamp or 0.0, Click(x, y, heading), self.grid, self.estimate.pose)
 
     @property
     def found(self) -> str:
         """A sentence on how the robot was found last; "" if it never was lost."""
-        return self._watch.words
+        return self._monitor.words
 
     def saved(self) -> SavedMap | None:
         """Return the whole map as it is now; None while there is none."""
@@ -199,53 +179,71 @@ class Mapper:
     def finish(self) -> None:
         """Do all the work that is left at the end of a log."""
         self._loop_closer.finish()
-        self._settle()
-        self._global_grid.finish(self.rooms.active.id)
+        self._apply_graph()
+        self._global_grid.finish(self.submaps.active.id)
 
-    def _view(self, frame: SensorFrame) -> VisibilityCheck | None:
-        return (
-            VisibilityCheck(frame.scan, self._laser) if frame.scan is not None and self._laser is not None else None
-        )
+    def _begin_in_loaded_map(self, stamp: float) -> None:
+        """With the first frame in a loaded map the search for the robot's place begins."""
+        if self._enters:
+            self._enters = False
+            self._monitor.begin(stamp, "this map was just loaded", self.grid)
 
-    def _follow(self, stamp: float, points: Array, by_scans: bool) -> None:
+    def _predict(self, motion: Motion) -> None:
+        self.submaps.active.slam.advance(motion.increment)
+
+    def _match_scan(self, stamp: float, seen: FramePerception, motion: Motion) -> None:
         """Let the scan correct the wheels' move since the sightings before, and see whether all is well."""
-        slam = self.rooms.active.slam
+        if seen.beams is None:
+            return
+        points = seen.beams.points
+        slam = self.submaps.active.slam
         wheels = moved = slam.filter.pending
-        if not by_scans and not self._watch.lost:
+        if not motion.by_scans and not self._monitor.lost:
             moved = self._tracker.track(slam.filter.pose @ wheels.pose.inverse(), wheels, points)
             slam.filter.amend(moved)
-        self.rooms.moved(moved)
-        if self._watch.needs(stamp):
+        self.submaps.moved(moved)
+        if self._monitor.needs(stamp):
             pose = self.estimate.pose
-            self._watch.observe(stamp, self._tracker, wheels.pose, slam.health, points, self.grid, pose)
+            self._monitor.observe(stamp, self._tracker, wheels.pose, slam.health, points, self.grid, pose)
 
-    def _map(self, stamp: float, ends: Array, hits: Array) -> None:
+    def _correct_by_landmarks(self, frame: SensorFrame, seen: FramePerception) -> None:
+        """EKF update; what the scan sees through is missing from the map."""
+        if seen.sightings is None or self._monitor.lost:
+            return
+        view = None
+        if frame.scan is not None and seen.beams is not None:
+            view = VisibilityCheck(frame.scan, seen.beams.viewpoint)
+        self.submaps.active.slam.see(seen.sightings, view)
+
+    def _update_map(self, stamp: float, seen: FramePerception) -> None:
         """Draw the scan, and keep it if it shows anything new; nothing is written while the place is in doubt."""
-        rooms = self.rooms
-        if not self._watch.doubtful:
-            rooms.mend(ends, hits)
-            rooms.draw(ends, hits)
+        beams, submaps = seen.beams, self.submaps
+        if beams is None:
+            return
+        if not self._monitor.doubtful:
+            submaps.mend(beams)
+            submaps.draw(beams)
             known = len(self.graph.views)
-            left = rooms.keep(stamp, ends, hits)
+            left = submaps.keep(stamp, beams)
             if left is not None:
                 self._global_grid.rest(left)
             if len(self.graph.views) > known:
                 self._loop_closer.look_at(known, stamp)
-                self._tracker.around(rooms.points_around())
-        self._points = rooms.active.slam.filter.pose.apply(ends[hits])
+                self._tracker.around(submaps.points_around())
+        self._points = submaps.active.slam.filter.pose.apply(beams.points)
 
-    def _find_back(self, stamp: float, step: Increment, ends: Array | None, hits: Array | None) -> None:
+    def _relocalize(self, stamp: float, seen: FramePerception, motion: Motion) -> None:
         """Take one step of the search for the robot's place, if it is lost."""
-        found = self._watch.search(stamp, step.pose, ends, hits, self.may_turn)
+        found = self._monitor.search(stamp, motion.increment.pose, seen.beams, self.may_turn)
         if found is not None:
             believed = self.estimate.pose
             turned = abs(wrap(found.pose.heading - believed.heading))
             self.strayed = believed.distance_to(found.pose.x, found.pose.y) > STRAYED or turned > STRAYED_TURN
-            self.rooms.reset_pose(found.pose, found.covariance)
-            self._tracker.around(self.rooms.points_around())
+            self.submaps.reset_pose(found.pose, found.covariance)
+            self._tracker.around(self.submaps.points_around())
 
-    def _work(self, stamp: float, busy: bool) -> None:
-        """Pieces of work for the time that has passed; after a `busy` frame they wait a little."""
+    def _close_loops(self, stamp: float, busy: bool) -> None:
+        """Pieces of background work for the time that has passed; after a `busy` frame they wait a little."""
         elapsed = 0.0 if self._stamp is None else max(0.0, stamp - self._stamp)
         self._stamp = stamp
         settings = self.parts.floor
@@ -253,13 +251,13 @@ class Mapper:
         pieces = 0 if busy and self._owed < LATER else int(self._owed)
         self._owed -= pieces
         if pieces:
-            self._global_grid.work(self.rooms.active.id, 1)
+            self._global_grid.work(self.submaps.active.id, 1)
             self._loop_closer.work(pieces)
-        self._settle()
+        self._apply_graph()
 
-    def _settle(self) -> None:
+    def _apply_graph(self) -> None:
         """Update everything that depends on the map's shape."""
         if self._revision != self.graph.revision:
             self._revision = self.graph.revision
-            self.rooms.respread()
-            self._tracker.around(self.rooms.points_around())
+            self.submaps.respread()
+            self._tracker.around(self.submaps.points_around())

@@ -4,34 +4,37 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
 from core.geometry import Pose, rotation
 from core.message import Array
-from core.sensors import SensorFrame, Wheels
+from core.sensors import Wheels
+from core.setting import Meta, Section
 
 STILL = 1e-7  # [m] and [rad]: below, the wheels stand
 
 
 @dataclass(frozen=True)
-class MotionSettings:
+class MotionSettings(Section):
     """Noise of the odometry.
 
     `encoder`: slip, and the sizes of wheels and wheelbase, which no data sheet gives exactly. `paper`: the control
     noise Q (eq. 43) of speed and steering angle, drawn again with every control step.
     """
 
-    model: Literal["encoder", "paper"] = "encoder"
-    wheelbase: float = 0.10  # [m] (section 6)
-    wheel_sd: float = 0.0015  # [m per root m] of either wheel
-    way_sd: float = 0.004  # [m per root m] of both wheels together
-    side_sd: float = 0.001  # [m per root m] sideways
-    speed_sd: float = 0.2  # [m/s] (eq. 43)
-    steer_sd: float = math.radians(1)  # [rad] (eq. 43)
-    cruise: float = 0.1  # [m/s] at which the steering angle's error bends the path (section 6)
-    step: float = 0.025  # [s] between control updates (section 6)
+    model: Annotated[Literal["encoder", "paper"], Meta(meaning="noise of real wheels, or Q of eq. 43")] = "encoder"
+    wheelbase: Annotated[float, Meta("m", 0.02, 5, "distance between the wheels (section 6)")] = 0.10
+    wheel_sd: Annotated[float, Meta("m/√m", 1e-5, 0.5, "error of either wheel for itself")] = 0.0015
+    way_sd: Annotated[float, Meta("m/√m", 0, 0.5, "error of both wheels together")] = 0.004
+    side_sd: Annotated[float, Meta("m/√m", 0, 0.5, "error sideways")] = 0.001
+    speed_sd: Annotated[float, Meta("m/s", 1e-4, 5, "error of the speed (eq. 43)")] = 0.2
+    steer_sd: Annotated[float, Meta("rad", 1e-5, 0.8, "error of the steering angle (eq. 43)")] = math.radians(1)
+    cruise: Annotated[
+        float, Meta("m/s", 0.01, 5, "speed at which the steering angle's error bends the path (section 6)")
+    ] = 0.1
+    step: Annotated[float, Meta("s", 0.001, 1, "time between control updates (section 6)")] = 0.025
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,15 @@ class Increment:
     def still(self) -> bool:
         """True if nothing has moved."""
         return math.hypot(self.pose.x, self.pose.y) + abs(self.pose.heading) < STILL
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The robot's move since the frame before, computed once for everything that needs it."""
+
+    increment: Increment = field(default_factory=Increment)
+    wheels: Wheels | None = None  # at the frame's stamp; without odometry the scans stand in for them
+    by_scans: bool = False  # the increment is a scan match, not the wheels' word
 
 
 def control_jacobian(forward: float, turn: float) -> Array:
@@ -123,12 +135,12 @@ class WheelTrack:
         self.settings = settings or MotionSettings()
         self._last: tuple[float, Wheels] | None = None
 
-    def step(self, frame: SensorFrame) -> Increment:
-        """The move since the frame before; none for the first one, or when time went backwards (a seek)."""
-        if frame.wheels is None:
+    def step(self, stamp: float, wheels: Wheels | None) -> Increment:
+        """The wheels at `stamp` [s] → the move since those before; none at first, or after a jump back in time."""
+        if wheels is None:
             return Increment()
-        last, self._last = self._last, (frame.stamp, frame.wheels)
-        if last is None or frame.stamp < last[0]:
+        last, self._last = self._last, (stamp, wheels)
+        if last is None or stamp < last[0]:
             return Increment()
-        moved = last[1].odometry.inverse() @ frame.wheels.odometry
-        return rolled(moved, frame.stamp - last[0], self.settings)
+        moved = last[1].odometry.inverse() @ wheels.odometry
+        return rolled(moved, stamp - last[0], self.settings)

@@ -10,9 +10,12 @@ import numpy as np
 from core.geometry import Pose, rotation, wrap
 from core.message import Array
 from core.perception.landmarks.landmarks import Sighting
+from core.sensors import Scan, Wheels
 from core.slam.motion import Increment
 
 SPAN = 2.0  # [s] that are kept
+LATE = 0.05  # [s] after its last beam from when a scan is late: until then the wheels' twist suffices
+AROUND = 0.1  # [s] over which the twist at some time is measured
 
 
 class MotionHistory:
@@ -42,6 +45,35 @@ class MotionHistory:
                 total = total.then(_part(move, (first - began) / (stamp - began), (last - began) / (stamp - began)))
             began = stamp
         return total
+
+    def taken(self, scan: Scan, now: float) -> float:
+        """Return the time [s] whose pose suits the scan best: `now`, or the last beam's time of a late scan."""
+        end = float(scan.times[-1])
+        return end if now - end > LATE and self.between(end, now) is not None else now
+
+    def wheels(self, then: float, now: float, wheels: Wheels | None) -> Wheels | None:
+        """The wheels at a time `then` [s]; `wheels` are those of `now`."""
+        move = self.between(then - AROUND, then) if then < now and wheels is not None else None
+        if wheels is None or move is None:
+            return wheels
+        forward = float(np.copysign(np.hypot(move.pose.x, move.pose.y), move.pose.x))
+        return Wheels(odometry=wheels.odometry, speed=forward / AROUND, turn_rate=move.pose.heading / AROUND)
+
+    def moved(self, then: float, now: float) -> Increment | None:
+        """The move from one time to another [s], either way round; None where it is not known."""
+        if now >= then:
+            return self.between(then, now)
+        move = self.between(now, then)
+        return None if move is None else Increment(move.pose.inverse())
+
+    def bring(
+        self, then: float, now: float, sightings: tuple[Sighting, ...], ends: Array
+    ) -> tuple[tuple[Sighting, ...], Array]:
+        """Sightings and points (N, 2) [m] in the robot frame of `then` → in that of `now`."""
+        move = self.moved(then, now)
+        if move is None or move.pose == Pose():
+            return sightings, ends
+        return tuple(carried(sighting, move, now) for sighting in sightings), move.pose.inverse().apply(ends)
 
 
 def _part(move: Increment, first: float, last: float) -> Increment:

@@ -9,6 +9,7 @@ import numpy as np
 
 from core.geometry import Pose, rotation, wrap
 from core.message import Array
+from core.perception.landmarks.frame_perception import Beams
 from core.sensors import Laser
 from core.slam.ekf_slam import EkfSettings, EkfSlam
 from core.slam.estimate import Estimate
@@ -49,7 +50,6 @@ class SubmapManager:
 
     def __init__(self, parts: MapperSettings, laser: Laser | None, graph: MapGraph) -> None:
         self._parts, self._laser, self._graph = parts, laser, graph
-        self._mounting = laser.mounting if laser else Pose()
         self._driven: Increment | None = Increment()  # since the newest view; None: the robot was carried
         self.spread = np.zeros((3, 3))  # of the active submap in the world
         if graph.submaps:
@@ -76,48 +76,48 @@ class SubmapManager:
         if self._driven is not None and not move.still:
             self._driven = self._driven.then(move)
 
-    def draw(self, ends: Array, hits: Array) -> None:
-        """Put a scan on the active submap's tile: ends (N, 2) [m] in the robot frame, hits (N,)."""
+    def draw(self, beams: Beams) -> None:
+        """Put a scan on the active submap's tile."""
         pose = self.active.slam.filter.pose
-        self.active.tile.insert(pose @ self._mounting, pose.apply(ends), hits)
+        self.active.tile.insert(pose @ beams.viewpoint, pose.apply(beams.ends), beams.hits)
 
-    def mend(self, ends: Array, hits: Array) -> None:
+    def mend(self, beams: Beams) -> None:
         """Correct the pose where a new scan and the view before look through each other's walls.
 
         The match was wrong then, or the motion was. A pose is searched at which the two agree. Without such a pose
         the way is in doubt.
         """
-        if not self._graph.views or self._driven is None or not self.is_new or int(hits.sum()) < 2:
+        if not self._graph.views or self._driven is None or not self.is_new or int(beams.hits.sum()) < 2:
             return
         slam, limit, last = self.active.slam, self._parts.floor.contradiction, self._graph.poses[-1]
-        seen = last.inverse() @ self.base @ slam.filter.pose
-        now = keyframe(-1, self.active.id, 0.0, seen, ends, hits, self._mounting)
-        if contradiction(self._graph.views[-1], now, seen) <= limit:
+        place = last.inverse() @ self.base @ slam.filter.pose
+        now = keyframe(-1, self.active.id, 0.0, place, beams)
+        if contradiction(self._graph.views[-1], now, place) <= limit:
             return
-        better = place_again(self._graph, now, seen)
+        better = place_again(self._graph, now, place)
         if better is not None and contradiction(self._graph.views[-1], now, better) <= limit:
-            slam.filter.predict(Increment(seen.inverse() @ better, MENDED))
+            slam.filter.predict(Increment(place.inverse() @ better, MENDED))
             self._driven = Increment(Pose(), MENDED)
         else:
             slam.filter.doubt(CONTRADICTED)
             self._driven = self._driven.then(Increment(Pose(), CONTRADICTED))
 
-    def keep(self, stamp: float, ends: Array, hits: Array) -> Submap | None:
+    def keep(self, stamp: float, beams: Beams) -> Submap | None:
         """Keep the scan as a view if it is a new one; change rooms where it is time to → the room that was left."""
-        if not self.is_new or int(hits.sum()) < 2:
+        if not self.is_new or int(beams.hits.sum()) < 2:
             return None
         if not self.active.views or not self._leaves():
-            self._add(stamp, ends, hits, self._tie() if self.active.views else None)
+            self._add(stamp, beams, self._tie() if self.active.views else None)
             return None
         left, tie, here = self.active, self._tie(), self.estimate
-        entered = self._known_here(thinned(ends[hits]))
+        entered = self._known_here(thinned(beams.points))
         if entered is None:
             self.active, self.spread = self._new(), here.covariance
-            self._add(stamp, ends, hits, tie)
-            self.draw(ends, hits)
+            self._add(stamp, beams, tie)
+            self.draw(beams)
         else:
             self._enter(*entered)
-            self._add(stamp, ends, hits, self._tie())
+            self._add(stamp, beams, self._tie())
         return left
 
     def reset_pose(self, pose: Pose, covariance: Array) -> None:
@@ -185,10 +185,10 @@ class SubmapManager:
         full = len(self.active.slam.table.rows) > settings.landmarks
         return far > settings.size or (full and far > settings.smallest)
 
-    def _add(self, stamp: float, ends: Array, hits: Array, tie: GraphEdge | None) -> None:
+    def _add(self, stamp: float, beams: Beams, tie: GraphEdge | None) -> None:
         """A new view of the active submap, tied to an anchor and to the view before."""
         local, graph = self.active.slam.filter.pose, self._graph
-        view = keyframe(len(graph.views), self.active.id, stamp, local, ends, hits, self._mounting)
+        view = keyframe(len(graph.views), self.active.id, stamp, local, beams)
         pose = graph.poses[tie.a] @ tie.move if tie is not None else self.base @ local
         driven = None
         if graph.views:

@@ -15,12 +15,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from core.errors import BadInput, Unavailable
 from core.sensors.microphones import Sound
+from core.setting import Meta, Section
 
 VOICES = ("en-us", "en-us+m3", "en-us+f2", "en-us+m7", "en-us+f4", "en-us+f5", "en-gb", "en-gb-scotland")
 PERSONS_VOICE = "en-us+f5"  # of simulated people: not the robot's own, and the one that is understood best
@@ -37,18 +38,12 @@ SPEED, PITCH = 1, 3  # of espeak_SetParameter
 
 
 @dataclass(frozen=True)
-class VoiceSettings:
+class VoiceSettings(Section):
     """Settings of the robot's voice."""
 
-    voice: str = "en-us"  # one of VOICES
-    speed: int = 150  # [words/min]
-    pitch: int = 50  # 0..99
-
-    def __post_init__(self) -> None:
-        if self.voice not in VOICES:
-            raise BadInput(f"voice must be one of {', '.join(VOICES)}.")
-        if not 80 <= self.speed <= 400 or not 0 <= self.pitch <= 99:
-            raise BadInput("speed must lie between 80 and 400 words a minute, pitch between 0 and 99.")
+    voice: Annotated[str, Meta(choices=VOICES, meaning="voice of espeak-ng")] = "en-us"
+    speed: Annotated[int, Meta("words/min", 80, 400, "rate of speaking")] = 150
+    pitch: Annotated[int, Meta("", 0, 99, "pitch of the voice")] = 50
 
 
 Speaker = Callable[[str, VoiceSettings], Sound]

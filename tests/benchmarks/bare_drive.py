@@ -12,6 +12,7 @@ from core.geometry import Pose
 from core.navigation.control_context import ControlContext, SteeredBody
 from core.perception.landmarks.deskew import deskew
 from core.robots.nearness import field_of, near_points
+from core.robots.requests import CarryRobot, ReadTruth
 from core.simulation.robot import SimulatedRobot, SimulationSettings
 from core.slam.map.occupancy import OccupancyGrid
 
@@ -38,7 +39,7 @@ class BareDrive:
         self.contacts, self._touching = 0, False
         self._seq, self._tick = 0, 0
         self._points = np.empty((0, 2))  # world, as the wheels have it
-        self.robot.ask({"do": "place", "what": "robot", "x_m": start.x, "y_m": start.y, "heading_rad": start.heading})
+        self.robot.ask(CarryRobot(x_m=start.x, y_m=start.y, heading_rad=start.heading))
         self.here = self._sense()
         while not len(self.here.scan_points):
             self.step(ZERO)
@@ -46,13 +47,13 @@ class BareDrive:
     @property
     def truth(self) -> Pose:
         """Where it is."""
-        told = self.robot.ask({"do": "truth"})
-        return Pose(told["x_m"], told["y_m"], told["heading_rad"])
+        told = self.robot.ask(ReadTruth())
+        return Pose(told.x_m, told.y_m, told.heading_rad)
 
     @property
     def clearance(self) -> float:
         """Room [m] around the body in truth."""
-        return float(self.robot.ask({"do": "truth"})["clearance_m"])
+        return float(self.robot.ask(ReadTruth()).clearance_m)
 
     def drive(self, action: Action) -> Progress:
         """One frame of an action."""

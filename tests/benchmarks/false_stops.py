@@ -12,7 +12,6 @@ import json
 import sys
 from typing import Any
 
-from core.commands.stop_moving import STOP_MOVING
 from core.experiments.side_by_side import side_by_side
 from core.experiments.spoken_room import SpokenRoom
 
@@ -37,11 +36,11 @@ def drive(number: int, seconds: float = PART) -> dict[str, Any]:
         before = snapshot.stamp
         for one in spoken:
             heard += 1
-            if one.command is None:
+            if one.decision.command is None:
                 continue
-            stop = one.command.name == STOP_MOVING.name
+            stop = one.decision.stops
             stops.extend([round(snapshot.stamp - begun, 2)] if stop else [])
-            others.extend([] if stop else [one.echo])
+            others.extend([] if stop else [one.decision.echo])
     told = {"world": world, "number": number, "drove_s": drove, "commands": given, "heard": heard}
     return told | {"stops": stops, "others": others}
 

@@ -27,6 +27,8 @@ from core.gate import Twist
 from core.geometry import Pose, wrap
 from core.message import Array
 from core.perception.landmarks.deskew import beam_ends
+from core.perception.landmarks.frame_perception import Beams
+from core.robots.requests import CarryRobot
 from core.sensors import SensorFrame
 from core.simulation.robot import SimulatedRobot, SimulationSettings
 from core.simulation.world import world_named
@@ -126,7 +128,7 @@ class Intel:
     def view(self, number: int) -> ScanView:
         ends = self.ends[number]
         stamp, odometry = float(self.stamps[number]), self.odometry[number]
-        return ScanView.of_beams(stamp, odometry, Pose(), ends, np.isfinite(ends[:, 0]))
+        return ScanView.of_beams(stamp, odometry, Beams(ends=ends, hits=np.isfinite(ends[:, 0])))
 
     def kidnap(self, first: int, chart: tuple[OccupancyGrid, Array], on_map: bool) -> Outcome:
         """Woken at scan `first`, with the scans that follow as further views."""
@@ -193,7 +195,7 @@ class Floor:
                 return Pose(x, y, float(self._rng.uniform(-math.pi, math.pi)))
 
     def carry(self, pose: Pose) -> None:
-        self.robot.ask({"do": "place", "what": "robot", "x_m": pose.x, "y_m": pose.y, "heading_rad": pose.heading})
+        self.robot.ask(CarryRobot(x_m=pose.x, y_m=pose.y, heading_rad=pose.heading))
 
     def beams(self, frame: SensorFrame) -> tuple[Array, Array] | None:
         if frame.scan is None or self._laser is None:
@@ -234,7 +236,7 @@ class Floor:
             here = frame.wheels.odometry if frame.wheels else Pose()
             beams, view = self.beams(frame), None
             if beams is not None:
-                view = ScanView.of_beams(frame.stamp, here, Pose(), *beams)
+                view = ScanView.of_beams(frame.stamp, here, Beams(ends=beams[0], hits=beams[1]))
                 outcome.views += finding is not None
             if finding is None:
                 if beams is not None:

@@ -147,7 +147,7 @@ def main() -> None:
     parser.add_argument("--block", type=int, default=1000, help="scans of one line")
     parser.add_argument("--seed", type=int, default=0)
     chosen = parser.parse_args()
-    pilot = Pilot(Profile(name="long log", kind="LOG", url="", laser=LASER, drives=False))
+    pilot = Pilot(Profile(name="long log", kind="LOG", url="", lasers=(LASER,), drives=False))
     sensed, blocks = frames(chosen.seed), list[tuple[float, float, float]]()
     for first in range(0, chosen.scans, chosen.block):
         spent, off = np.zeros(chosen.block), 0.0

@@ -29,6 +29,7 @@ from core.settings import Settings
 from core.simulation.camera import SimulatedCamera
 from core.simulation.laser import SimulatedLaser
 from core.simulation.world import World, world_named
+from core.slam.motion import Motion, WheelTrack
 
 STEP = 0.025  # [s]
 EVERY = 12  # steps between two looks: what lies between moves too little to be counted
@@ -71,21 +72,23 @@ def looks(world: World, seed: int, seconds: float, turn: float = 0.0, shift: flo
     )
     camera = SimulatedCamera(Camera(mounting=mounting), world, rng)
     sweep = SimulatedLaser(laser, rng, floor_sd=0.01, share_sd=0.01, dropout=0.004)
-    eyes = LandmarkPerception(Profile(name="", kind="SIM", url="", laser=laser, camera=believed), Settings())
+    eyes = LandmarkPerception(Profile(name="", kind="SIM", url="", lasers=(laser,), cameras=(believed,)), Settings())
     past: list[tuple[float, float, float, float]] = []
-    heading = 0.0
+    heading, track = 0.0, WheelTrack()
     for number, (pose, speed, turn_rate) in enumerate(wander(world, rng, seconds)):
         stamp = number * STEP
         heading += wrap(pose.heading - heading)
         past.append((stamp, pose.x, pose.y, heading))
         wheels = Wheels(odometry=Pose(), speed=speed, turn_rate=turn_rate)
         phase = number % EVERY
+        motion = Motion(track.step(stamp, wheels), wheels)
         if phase == 0 and number:
-            eyes.look(SensorFrame(stamp=stamp, wheels=wheels, image=camera.take(world, stamp, pose, turn_rate)))
+            image = camera.take(world, stamp, pose, turn_rate)
+            eyes.look(SensorFrame(stamp=stamp, wheels=wheels, image=image), motion)
         elif phase == DELAY + 4 and number > EVERY:
-            track = np.array(past[-20:])
-            scan = sweep.scan(world, stamp - 4 * STEP, track[:, 0], track[:, 1:])
-            yield stamp, pose, eyes.look(SensorFrame(stamp=stamp, wheels=wheels, scan=scan)).pairs
+            poses = np.array(past[-20:])
+            scan = sweep.scan(world, stamp - 4 * STEP, poses[:, 0], poses[:, 1:])
+            yield stamp, pose, eyes.look(SensorFrame(stamp=stamp, wheels=wheels, scan=scan), motion).pairs
 
 
 def watched(told: Iterator[Look]) -> tuple[float | None, Drift | None, int]:

@@ -21,6 +21,7 @@ import numpy as np
 from core.experiments.rehearsal import Rehearsal
 from core.gate import Twist
 from core.geometry import Pose, wrap
+from core.robots.requests import PlaceThing, RemoveThing
 from core.settings import Settings
 from core.simulation.robot import SimulationSettings
 from core.simulation.world import World, world_named
@@ -55,7 +56,7 @@ def placement(seed: int) -> dict[str, float | bool]:
     size = 0.4 if what == "person" else float(rng.uniform(*SIZES))
     ahead, side = 0.5 + RADIUS + size / 2, float(rng.uniform(-0.25, 0.25))
     spot = drive.truth @ Pose(ahead * math.cos(turn * 0.8), side + ahead * math.sin(turn * 0.8), 0.0)
-    request = {"do": "place", "what": what, "x_m": spot.x, "y_m": spot.y, "size_m": size}
+    request = PlaceThing(what=what, x_m=spot.x, y_m=spot.y, size_m=size)
     if what == "person":
         request.pop("size_m")
     drive.robot.ask(request)
@@ -97,12 +98,10 @@ def _goal(rehearsal: Rehearsal, world: World, rng: np.random.Generator, *, block
         if blocked and not box and way > 0.4 and now.distance_to(x, y) > 1.0:
             spot = now @ Pose(0.5 + RADIUS + 0.1, float(rng.uniform(-0.1, 0.1)), 0.0)
             if world.clearance(spot.x, spot.y) > 0.12:
-                told = rehearsal.robot.ask(
-                    {"do": "place", "what": "box", "x_m": spot.x, "y_m": spot.y, "size_m": 0.2}
-                )
-                box = str(told["id"])
+                told = rehearsal.robot.ask(PlaceThing(what="box", x_m=spot.x, y_m=spot.y, size_m=0.2))
+                box = told.id
     if box:
-        rehearsal.robot.ask({"do": "remove", "id": box})
+        rehearsal.robot.ask(RemoveThing(id=box))
     return {
         "goal": [x, y],
         "state": ended.state if ended else "too long",

@@ -206,7 +206,7 @@ def directions_live(chance: np.random.Generator) -> Listener:
     """The pilot's ears, frame by frame: what is wrong with the sound is told beside what was heard."""
     array = PROFILES[int(chance.integers(len(PROFILES)))]
     ears = SoundPerception(
-        Profile(name="ears", kind="SIM", url="sim:ears", microphones=array), DirectionFindingSettings()
+        Profile(name="ears", kind="SIM", url="sim:ears", arrays=(array,)), DirectionFindingSettings()
     )
 
     def hear() -> None:

@@ -28,7 +28,7 @@ from core.simulation.robot import SimulationSettings
 from core.simulation.world import world_named
 from core.snapshot import Snapshot
 from core.speech.recognition.engines import open_engine
-from core.speech.recognition.recognizer import Engine, at_16_khz
+from core.speech.recognition.recognizer import Recognizer, at_16_khz
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
 from tests.benchmarks.word_scenes import Clip, synthetic
@@ -56,7 +56,11 @@ def trial(case: tuple[str, Clip, str, int]) -> dict[str, Any]:
     start, _ = TRIALS["stop_moving"].start(world_named("lab"), chance)
     simulation = SimulationSettings(camera=False, murmur=MURMURS[noise])
     room = SpokenRoom(
-        "lab", number, start=start, settings=dataclasses.replace(Settings(), simulation=simulation), engine=engine()
+        "lab",
+        number,
+        start=start,
+        settings=dataclasses.replace(Settings(), simulation=simulation),
+        recognizer=recognizer(),
     )
     room.place(1.0, 3.0, off=along(start, 3.0))
     going = room.robot.tell("continue 3 meters")
@@ -84,9 +88,9 @@ def trial(case: tuple[str, Clip, str, int]) -> dict[str, Any]:
 
 
 @cache
-def engine() -> Engine:
+def recognizer() -> Recognizer:
     """One for all trials of a process."""
-    return open_engine(SpeechSettings())
+    return open_engine(SpeechSettings()).recognizer
 
 
 FIGURES = ("seconds", "way_m", "understood_s")

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from core.commands.command import Command
 from core.message import Array
 from core.sensors.microphones import Sound
-from core.speech.recognition.recognizer import Recognizer, WordHypothesis, for_words
+from core.speech.recognition.decision import RecognizedUtterance
+from core.speech.recognition.recognizer import StreamingRecognizer, for_words
 from core.speech.settings import RATE
 from core.speech.understanding.grammar import OTHER_WORDS, Refusal, understand
 from tests.benchmarks.word_scenes import LEAD, TAIL
@@ -20,25 +22,25 @@ PIECE = 320  # samples that are fed at a time
 class FirstOnly:
     """A recognizer that hears the first channel."""
 
-    def __init__(self, recognizer: Recognizer) -> None:
+    def __init__(self, recognizer: StreamingRecognizer) -> None:
         self._recognizer = recognizer
 
-    def feed(self, sound: Sound) -> tuple[WordHypothesis, ...]:
+    def feed(self, sound: Sound) -> tuple[RecognizedUtterance, ...]:
         return self._recognizer.feed(for_words(sound))
 
-    def finish(self) -> tuple[WordHypothesis, ...]:
+    def finish(self) -> tuple[RecognizedUtterance, ...]:
         return self._recognizer.finish()
 
 
 @dataclass(frozen=True)
 class Told:
-    """One hypothesis, and when it was there."""
+    """One utterance, and when its decision was there."""
 
-    hypothesis: WordHypothesis
+    heard: RecognizedUtterance
     ready: float  # [s] on the sound's clock: when it was told, had the sound come in as it is spoken
 
 
-def listened(transcriber: Recognizer, samples: Array, stamp: float) -> list[Told]:
+def listened(transcriber: StreamingRecognizer, samples: Array, stamp: float) -> list[Told]:
     """All that is told while samples (N,) or (N, C) come in; times count from their begin."""
     told: list[Told] = []
     ready = 0.0
@@ -67,20 +69,29 @@ def meaning(words: str) -> tuple[str, tuple[float, ...]] | None:
     return None if isinstance(read, Refusal) else (read.name, tuple(read.numbers.values()))
 
 
-def acted_on(hypothesis: WordHypothesis) -> bool:
+def uncertain(heard: RecognizedUtterance) -> bool:
+    """Whether the engine objected to its own words: they move nothing but stop the robot where STOP is among them."""
+    command = heard.decision.command
+    if command is None:
+        return heard.decision.reason.endswith("say it again.")
+    read = understand(heard.decision.words, spoken=True)
+    return command.remark not in ("", read.remark if isinstance(read, Command) else "")
+
+
+def acted_on(heard: RecognizedUtterance) -> bool:
     """Whether it passes for one of the phrases: as a command, or as one that is refused by its bounds or for now."""
-    return hypothesis.final and not hypothesis.doubt and meaning(hypothesis.words) is not None
+    return heard.final and not uncertain(heard) and meaning(heard.decision.words) is not None
 
 
 def outcome(told: list[Told], text: str) -> str:
     """Right, wrong (another phrase passes) or refused."""
-    passed = [one.hypothesis.words for one in told if acted_on(one.hypothesis)]
+    passed = [one.heard.decision.words for one in told if acted_on(one.heard)]
     if not passed:
         return "refused"
     return "right" if all(meaning(words) == meaning(text) for words in passed) else "wrong"
 
 
-def doubts(told: list[Told], text: str) -> list[str]:
-    """What the doubts did: words that were wrong and are refused, or right and lost."""
-    doubted = [one.hypothesis.words for one in told if one.hypothesis.doubt]
-    return ["right but doubted" if meaning(words) == meaning(text) else "wrong but doubted" for words in doubted]
+def rejections(told: list[Told], text: str) -> list[str]:
+    """What the rejections did: words that were wrong and are refused, or right and lost."""
+    rejected = [one.heard.decision.words for one in told if uncertain(one.heard)]
+    return ["right but rejected" if meaning(words) == meaning(text) else "wrong but rejected" for words in rejected]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 import time
 from collections import Counter
@@ -18,20 +19,31 @@ from typing import Any, Literal
 
 import numpy as np
 
-from core.speech.recognition.acceptance import judge
-from core.speech.recognition.recognizer import Engine, Recognizer, pcm
+from core.speech.recognition.decision import Decision, Scores, Thresholds, decide
+from core.speech.recognition.recognizer import Recognizer, StreamingRecognizer, Utterance, pcm
 from core.speech.settings import RATE, SpeechSettings
 from core.speech.sphinx.decoder import grammar_decoder
-from core.speech.sphinx.dictation import Dictation
+from core.speech.sphinx.dictation import SphinxDictation
 from core.speech.sphinx.jsgf import plain_grammar, written
 from core.speech.sphinx.recognizer import Sphinx
 from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.transcription.transcriber import Transcriber
-from tests.benchmarks.word_hearing import FirstOnly, acted_on, doubts, listened, outcome, padded
+from tests.benchmarks.word_hearing import FirstOnly, acted_on, listened, outcome, padded, rejections, uncertain
 from tests.benchmarks.word_scenes import ARRAY, CONDITIONS, LEAD, Clip, real, scene, synthetic
 
 Listener = Literal["one microphone", "delay-and-sum", "mvdr"]
 LISTENERS: tuple[Listener, ...] = ("one microphone", "delay-and-sum", "mvdr")
+
+
+class PlainGrammar:
+    """Whatever is said is the sentence of the grammar that fits best."""
+
+    def __init__(self, settings: SpeechSettings) -> None:
+        self._dictation = SphinxDictation(settings)
+
+    def decide(self, utterance: Utterance) -> Decision:
+        thresholds = Thresholds(reject=-math.inf, accept=-math.inf)
+        return decide(self._dictation.transcribe(utterance), Scores(sentence=0.0), thresholds)
 
 
 def share(count: int, of: int) -> str:
@@ -43,18 +55,18 @@ def talk(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> di
     clips = [clip for kind, clip in real(data) if kind != "real-digit"]
     sound = np.concatenate([padded(clip.samples, n, 0.6, 0.6) for n, clip in enumerate(clips)])
     figures: dict[str, Any] = {"seconds": round(len(sound) / RATE, 1)}
-    for name, engine in (("ours", Sphinx(settings)), ("plain grammar", Dictation(settings))):
+    for name, recognizer in (("ours", Sphinx(settings)), ("plain grammar", PlainGrammar(settings))):
         begun = time.process_time()
-        told = listened(Transcriber(settings, engine=engine), sound, 0.0)
-        final = [one.hypothesis for one in told if one.hypothesis.final]
-        passed = [one.words for one in final if acted_on(one)]
+        told = listened(Transcriber(settings, recognizer=recognizer), sound, 0.0)
+        final = [one.heard for one in told if one.heard.final]
+        passed = [one.decision.words for one in final if acted_on(one)]
         figures[name] = {
             "utterances": len(final),
             "accepted": len(passed),
             "accepted_words": passed,
             "per_hour": round(3600 * len(passed) / figures["seconds"]),
-            "false_stops": sum(not one.hypothesis.final for one in told),
-            "doubted": [f"{one.words}: {one.doubt}" for one in final if one.doubt],
+            "false_stops": sum(not one.heard.final for one in told),
+            "rejected": [f"{one.decision.words}: {one.decision.reason}" for one in final if uncertain(one)],
             "real_time_factor": round((time.process_time() - begun) / figures["seconds"], 3),
         }
         say(f"talk, {name}: {json.dumps(figures[name])}")
@@ -76,8 +88,10 @@ def near(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> di
         worked, audio = worked + time.process_time() - begun, audio + len(samples) / RATE
         kept[outcome(told, clip.text)] += 1
         if outcome(told, clip.text) != "right":
-            lost.append((clip.name, clip.text, *(f"{one.hypothesis.words} {one.hypothesis.doubt}" for one in told)))
-        delays += [one.ready - (one.hypothesis.end - 100.0 * n) for one in told if one.hypothesis.final]
+            lost.append(
+                (clip.name, clip.text, *(f"{one.heard.decision.words} {one.heard.decision.reason}" for one in told))
+            )
+        delays += [one.ready - (one.heard.end - 100.0 * n) for one in told if one.heard.final]
     figures["commands"] = dict(kept) | {"lost": lost}
     figures["word_end_to_result_s"] = {
         "median": round(float(np.median(delays)), 2),
@@ -89,9 +103,9 @@ def near(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> di
     clips = synthetic(data, "near")
     for n, clip in enumerate(clips):
         told = listened(transcriber, padded(clip.samples, n), 100.0 * n)
-        for one in (one.hypothesis for one in told if acted_on(one.hypothesis)):
-            passed.append((clip.text, one.words))
-            command = judge(one).command
+        for decision in (one.heard.decision for one in told if acted_on(one.heard)):
+            passed.append((clip.text, decision.words))
+            command = decision.command
             moving += command is not None and command.name not in ("stop_moving", "start")
     figures["near_misses"] = {"accepted": share(len(passed), len(clips)), "which": passed, "moving_today": moving}
     say(f"near misses: {json.dumps(figures['near_misses'])}")
@@ -114,7 +128,7 @@ def numbers(data: Path, settings: SpeechSettings, say: Callable[[str], None]) ->
         counted.setdefault("all", Counter())[result] += 1
         counted.setdefault(clip.text, Counter())[result] += 1
         if result == "wrong":
-            wrong.append((clip.name, *(one.hypothesis.words for one in told)))
+            wrong.append((clip.name, *(one.heard.decision.words for one in told)))
     figures = {name: dict(one) for name, one in counted.items()} | {"which_wrong": wrong}
     say(f"real digits within a synthetic sentence: {json.dumps(figures)}")
     return figures
@@ -134,7 +148,7 @@ def noise(
     data: Path, settings: SpeechSettings, say: Callable[[str], None], every: int, only: str = ""
 ) -> dict[str, Any]:
     """Commands in noise and in rooms: one microphone, and the array's beams towards the direction it finds itself."""
-    engine = Sphinx(settings)
+    recognizer = Sphinx(settings)
     babble = [clip.samples for kind, clip in real(data) if kind == "real-speech"]
     clips = synthetic(data, "command")[::every]
     figures: dict[str, Any] = {}
@@ -146,24 +160,24 @@ def noise(
         for n, clip in enumerate(clips):
             sound = scene(clip, condition, babble, n)
             for name in counted:
-                told = listened(heard_by(name, settings, engine), sound.samples, 0.0)
+                told = listened(heard_by(name, settings, recognizer), sound.samples, 0.0)
                 result = outcome(told, clip.text)
                 counted[name][result] += 1
-                counted[name].update(doubts(told, clip.text))
+                counted[name].update(rejections(told, clip.text))
                 if result == "wrong":
                     wrong.append(
-                        (name, clip.text, *(one.hypothesis.words for one in told if acted_on(one.hypothesis)))
+                        (name, clip.text, *(one.heard.decision.words for one in told if acted_on(one.heard)))
                     )
         figures[condition.name] = {name: dict(one) for name, one in counted.items()} | {"which_wrong": wrong}
         say(f"{condition.name}: {json.dumps(figures[condition.name])}")
     return figures
 
 
-def heard_by(name: Listener, settings: SpeechSettings, engine: Engine) -> Recognizer:
+def heard_by(name: Listener, settings: SpeechSettings, recognizer: Recognizer) -> StreamingRecognizer:
     """Who listens to all channels."""
     if name == "one microphone":
-        return FirstOnly(Transcriber(settings, engine=engine))
-    return ArrayTranscriber(ARRAY, settings, engine=engine, how=name)
+        return FirstOnly(Transcriber(settings, recognizer=recognizer))
+    return ArrayTranscriber(ARRAY, settings, recognizer=recognizer, how=name)
 
 
 def stop(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> dict[str, Any]:
@@ -176,10 +190,10 @@ def stop(data: Path, settings: SpeechSettings, say: Callable[[str], None]) -> di
     clips = [clip for clip in synthetic(data, "command") if clip.text.startswith("stop ")]
     for n, clip in enumerate(clips):
         told = listened(transcriber, padded(clip.samples, n), 100.0 * n)
-        early = [one for one in told if not one.hypothesis.final]
+        early = [one for one in told if not one.heard.final]
         missed += not early
         audio += len(clip.samples) / RATE
-        after_sentence += [one.ready - (one.hypothesis.end - 100.0 * n) for one in told if one.hypothesis.final]
+        after_sentence += [one.ready - (one.heard.end - 100.0 * n) for one in told if one.heard.final]
         if early:
             after_word.append(early[0].ready - (end_of_stop(clip) + LEAD))
     figures = {

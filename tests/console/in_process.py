@@ -22,6 +22,7 @@ from core.robots import Profile
 from core.robots.connect import connect
 from core.robots.frame_sender import merged
 from core.robots.nearness import field_of, near_points
+from core.robots.requests import AnswerT, RobotRequest
 from core.sensors import SensorFrame
 from core.settings import Settings
 
@@ -125,7 +126,7 @@ class InProcessRobot:
         with self._lock:
             return self.gate.status()
 
-    def ask(self, request: dict[str, Any], timeout: float = 2.0) -> dict[str, Any]:
+    def ask(self, request: RobotRequest[AnswerT], timeout: float = 2.0) -> AnswerT:
         with self._lock:
             return self.robot.ask(request)
 

@@ -58,6 +58,20 @@ def test_without_a_voice_all_is_well_and_the_remedy_is_told(
     assert re.search(r"^absent  voice \(espeak-ng\)", told, re.M) and "→ pip install 'beckon[voice]'" in told
 
 
+def test_without_matplotlib_all_is_well_and_the_extra_is_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def installed(name: str) -> str:
+        if name == "matplotlib":
+            raise PackageNotFoundError
+        return "1.0"
+
+    monkeypatch.setattr(doctor, "version", installed)
+    assert main(["doctor"]) == 0
+    told = capsys.readouterr().out
+    assert re.search(r"^absent  figures \(matplotlib\)", told, re.M) and "→ pip install 'beckon[figures]'" in told
+
+
 def test_what_is_missing_comes_with_an_arrow(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from console.__main__ import main
+from console.cli.hear import in_words
 from core.recording.sound_file import write_wav
 from core.sensors.microphones import RESPEAKER_ODAS, Sound
 from core.simulation.acoustics.shoebox import plane_waves
@@ -106,7 +107,34 @@ def test_a_mono_file_without_an_array_gives_words_only(tmp_path: Path, capsys: p
     assert hear(recorded(tmp_path / "a.wav", channels=1), "--json") == 0
     told = answer(capsys)
     assert told["directions"] == []
+    assert told["utterances"]
     assert all(not one["accepted"] and one["reason"] for one in told["utterances"])
+    assert {one["verdict"] for one in told["utterances"]} == {"reject"}
+    assert all(0 <= one["confidence"] < 0.5 and one["alternatives"] == [] for one in told["utterances"])
+    assert told["engine"].startswith("pocketsphinx reads the words: it is the default")
+
+
+@pytest.mark.parametrize(
+    ("verdict", "meant", "line"),
+    [
+        ("accept", (), "continue"),
+        ("accept", ("continue 3 meters",), "continue"),
+        ("confirm", ("continue 3 meters",), "continue, to be confirmed. Did you mean “continue 3 meters”?"),
+        ("confirm", (), "continue, to be confirmed."),
+        ("reject", ("turn left", "turn right"), "Not sure. Did you mean “turn left” or “turn right”?"),
+        ("reject", (), "Not sure."),
+    ],
+)
+def test_a_decision_is_written_as_a_sentence(verdict: str, meant: tuple[str, ...], line: str) -> None:
+    rejected = verdict == "reject"
+    utterance = {
+        "verdict": verdict,
+        "command": None if rejected else {"name": "continue", "distance_m": 2.0},
+        "reason": "Not sure." if rejected else "",
+        "alternatives": list(meant),
+        "suggestions": list(meant) if rejected else [],
+    }
+    assert in_words(utterance) == line
 
 
 def test_eight_kilohertz_are_enough(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

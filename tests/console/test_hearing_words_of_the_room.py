@@ -8,36 +8,36 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import msgspec
 import numpy as np
 import pytest
 
 from console.control.history import History
 from console.speech.room_transcription import ROOM, RoomTranscriber, RoomUtterance
-from console.speech.utterance import UtteranceMessage
 from core.gate import Twist
 from core.sensors.microphones import RESPEAKER_ODAS, Sound
+from core.speech.recognition.decision import RecognizedUtterance
+from tests.core.speech.ears import sure
 
-NOTHING = UtteranceMessage(0.0, 0.0, "", reason="Somebody spoke, but that was no command.")
-STOP = UtteranceMessage(0.0, 0.0, "stop", name="stop_moving", heard_as="stop moving")
-TURN = UtteranceMessage(0.0, 0.0, "turn left", name="turn_left", heard_as="turn left")
+NOTHING, STOP, TURN = (
+    RecognizedUtterance(begin=0.0, end=0.0, decision=sure(words)) for words in ("", "stop", "turn left")
+)
 
 
 class Reads:
     """A worker that hears what it is told to, one utterance with every piece of sound."""
 
     def __init__(self) -> None:
-        self.utterances: list[UtteranceMessage] = []
+        self.utterances: list[RecognizedUtterance] = []
 
     async def begun(self) -> bool:
         return True
 
-    async def feed(self, samples: Any, rate: int, stamp: float) -> list[UtteranceMessage]:
-        return [msgspec.structs.replace(self.utterances.pop(0), begin=stamp, end=stamp + 0.2)]
+    async def feed(self, samples: Any, rate: int, stamp: float) -> list[RecognizedUtterance]:
+        return [replace(self.utterances.pop(0), begin=stamp, end=stamp + 0.2)]
 
 
 def hear(
-    utterances: list[UtteranceMessage],
+    utterances: list[RecognizedUtterance],
     stamps: list[float],
     ears: RoomTranscriber,
     worker: Reads,
@@ -113,7 +113,7 @@ def test_words_are_as_old_as_their_sound_whenever_the_console_takes_it(tmp_path:
     for stamp in (4.0, 5.0, 6.0):
         snapshot: Any = SimpleNamespace(stamp=stamp, hearing=None, velocity=Twist(0.0, 0.0))
         ears.took(snapshot, None, None, 1000.0 + 1.5 * (stamp - 5.0))  # the robot's clock is slow
-    one = RoomUtterance(1, 4.2, 4.8, "turn left", True, "turn left", "", None, None)
+    one = RoomUtterance(1, 4.2, 4.8, "turn left", True, "turn left", "", None, None, "accept", 1.0)
     said = ears.said(one)
     assert (said.began, said.ended) == pytest.approx((999.2, 999.8))
     late = ears.said(replace(one, t0_s=7.0, t1_s=7.5))  # after all that is known of its clock

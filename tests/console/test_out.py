@@ -15,7 +15,8 @@ from typing import Any
 
 import pytest
 
-from console.__main__ import build_parser, main
+from console.__main__ import main
+from console.cli import build_parser
 from core.errors import Unwritable
 from core.experiments import EXPERIMENTS, table_2
 from core.experiments.run_log import RunLog

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import os
 import time
-from typing import Any
+from typing import Any, cast
 
+import msgspec
 import numpy as np
 
 from core.errors import Refused, Unavailable
@@ -18,15 +19,48 @@ from core.geometry import Pose
 from core.robots import Profile
 from core.robots.connect import SCHEMES, Scheme
 from core.robots.process import main
+from core.robots.requests import AnswerT, Requests, RobotRequest
 from core.sensors import Laser, Scan, SensorFrame, Wheels
 
 LASER = Laser(beams=100, angle_step=0.04, angle_min=-2.0)
 TINY = Scheme("tests.console.tiny_robot:open_robot", "none")
 
 
+class BaseState(msgspec.Struct, frozen=True):
+    """What the base does: its speeds, and how far it came."""
+
+    v: float
+    w: float
+    x: float
+
+
+class Acknowledged(msgspec.Struct, frozen=True):
+    """It was done."""
+
+
+class ReadTwist(RobotRequest[BaseState], frozen=True, tag="twist"): ...
+
+
+class Touch(RobotRequest[Acknowledged], frozen=True, tag="touch"):
+    value: bool
+
+
+class Sleep(RobotRequest[Acknowledged], frozen=True, tag="sleep"):
+    value: float
+
+
+class Break(RobotRequest[Acknowledged], frozen=True, tag="raise"): ...
+
+
+class Fly(RobotRequest[Acknowledged], frozen=True, tag="fly"):
+    """It says no."""
+
+    luggage: str = ""
+
+
 class TinyRobot:
     def __init__(self, wish: str) -> None:
-        self.profile = Profile(name="tiny", kind="SIM", url=f"tiny:{wish}", laser=LASER)
+        self.profile = Profile(name="tiny", kind="SIM", url=f"tiny:{wish}", lasers=(LASER,))
         self._wish, _, seconds = wish.partition("=")
         self._fate = float(seconds or "inf")
         self._frames = 0
@@ -52,17 +86,24 @@ class TinyRobot:
         wheels = Wheels(odometry=self._pose, speed=self._twist.v, turn_rate=self._twist.w)
         return SensorFrame(stamp=stamp, wheels=wheels, scan=scan, contact=self._contact, truth=self._pose)
 
-    def ask(self, request: dict[str, Any]) -> dict[str, Any]:
-        match request.get("do"):
-            case "twist":
-                return {"v": self._twist.v, "w": self._twist.w, "x": self._pose.x}
-            case "touch":
-                self._contact = bool(request.get("value"))
-                return {}
-            case "sleep":
-                time.sleep(float(request["value"]))
-                return {}
-            case "raise":
+    @property
+    def requests(self) -> Requests:
+        return (ReadTwist, Touch, Sleep, Break, Fly)
+
+    def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
+        return cast(AnswerT, self._answer(request))
+
+    def _answer(self, request: RobotRequest[Any]) -> msgspec.Struct:
+        match request:
+            case ReadTwist():
+                return BaseState(self._twist.v, self._twist.w, self._pose.x)
+            case Touch(value=value):
+                self._contact = value
+                return Acknowledged()
+            case Sleep(value=value):
+                time.sleep(value)
+                return Acknowledged()
+            case Break():
                 raise RuntimeError("a fault in the driver")
             case _:
                 raise Refused("The tiny robot does not do that.")

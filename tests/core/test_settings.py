@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,28 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.errors import BadInput
+from core.perception.landmarks.corners import CornerSettings
+from core.setting import DeclaredSetting, declared_settings
 from core.settings import FORMER, Settings, load, read
+from core.slam.ekf_slam import EkfSettings
+
+SECTIONS = {one.name: type(getattr(Settings(), one.name)) for one in dataclasses.fields(Settings)}
+NUMBERS = [
+    (section, setting)
+    for section, kind in SECTIONS.items()
+    for setting in declared_settings(kind)
+    if setting.kind in (int, float)
+]
+PARTNERS = {
+    ("edges", "canny_low"): "canny_high = 1000.0",
+    ("edges", "canny_high"): "canny_low = 1.0",
+    ("image_quality", "level"): "highest = 254.0",
+    ("image_quality", "highest"): "level = 20.0",
+    ("direction_finding", "lowest"): "highest = 20000.0",
+    ("direction_finding", "highest"): "lowest = 20.0",
+    ("people", "nearest"): "farthest = 12.0",
+}
+"""What a setting at its bound needs beside it."""
 
 
 def test_no_file_means_the_defaults() -> None:
@@ -34,20 +56,28 @@ def test_a_file_changes_what_it_names_and_nothing_else(tmp_path: Path) -> None:
         ("[zzz]", "no section [zzz]; known are corners"),
         ("steering = 3", "must be a section"),
         ("[steering]\nlookahed = 1.0", "no setting lookahed; did you mean lookahead?"),
-        ("[steering]\nlookahead = true", "lookahead must be a finite number"),
-        ("[steering]\nlookahead = '0.3'", "lookahead must be a finite number"),
-        ("[steering]\nlookahead = nan", "lookahead must be a finite number"),
-        ("[steering]\nlookahead = inf", "lookahead must be a finite number"),
-        ("[steering]\nlookahead = 40.0", "lookahead must lie between 0.05 and 1"),
-        ("[steering]\nlookahead = -1.0", "lookahead must lie between 0 and"),
-        ("[planner]\nstride = 0.0", "stride must lie between 0.02 and 1"),
-        ("[corners]\npoints = 6.5", "points must be a whole number"),
+        ("[steering]\nlookahead = true", "lookahead must be a number, not true"),
+        ("[steering]\nlookahead = '0.3'", "lookahead must be a number, not 0.3"),
+        ("[steering]\nlookahead = nan", "lookahead must lie between 0.05 and 1 m, not nan"),
+        ("[steering]\nlookahead = inf", "lookahead must lie between 0.05 and 1 m, not inf"),
+        ("[steering]\nlookahead = 40.0", "[steering] lookahead must lie between 0.05 and 1 m, not 40.0."),
+        ("[steering]\nlookahead = -1.0", "lookahead must lie between 0.05 and 1 m, not -1.0"),
+        ("[planner]\nstride = 0.0", "stride must lie between 0.02 and 1 m, not 0.0"),
+        ("[corners]\npoints = 6.5", "points must be a whole number, not 6.5"),
         ("[corners]\npoints = true", "points must be a whole number"),
-        ("[simulation]\nwheel_noise = 'loud'", "wheel_noise must be one of encoder, paper, none"),
+        ("[simulation]\nwheel_noise = 'loud'", "wheel_noise must be one of encoder, paper, none, not loud"),
         ("[simulation]\ncamera = 1", "camera must be true or false"),
-        ("[limits]\nmax_speed = 99.0", "max_speed must be a number between"),
+        ("[limits]\nmax_speed = 99.0", "max_speed must lie between 0.01 and 1 m/s, not 99.0"),
         ("[limits]\nguard = 'no'", "guard must be true or false"),
         ("[motion]\nmodel = 7", "model must be one of encoder, paper"),
+        ("[steering]\nlookahead = 0x" + "f" * 5000, "lookahead must lie between 0.05 and 1 m, not a huge number"),
+        ("[corners]\npoints = 1e400", "points must be a whole number, not inf"),
+        ("[voice]\nvoice = 'klingon\u202e'", "voice must be one of en-us, "),
+        ("[edges]\ncanny_low = 90.0", "canny_low must not exceed canny_high"),
+        ("[people]\nnearest = 3.0\nfarthest = 2.0", "nearest must lie below farthest: 3 and 2 m."),
+        ("[image_quality]\nlevel = 200.0\nhighest = 150.0", "level must lie below highest"),
+        ("[direction_finding]\nlowest = 900.0\nhighest = 800.0", "lowest must lie below highest"),
+        ("[occupancy]\nresolution = 0.02\nwidest = 200.0", "widest must not exceed 5000 cells: 100 m."),
         ("[steering", "is not valid TOML"),
         ("[steering]\nlookahead = ", "is not valid TOML"),
         ("a = " + "[" * 5000, "is not valid TOML"),
@@ -105,3 +135,41 @@ def test_a_former_section_is_read_with_a_sentence(
 def test_a_section_under_both_names_is_refused() -> None:
     with pytest.raises(BadInput, match=r"leave only \[submaps\]"):
         read("[floor]\n[submaps]\n")
+
+
+@pytest.mark.parametrize("name", SECTIONS)
+def test_every_setting_declares_its_bounds_and_its_meaning(name: str) -> None:
+    declared = declared_settings(SECTIONS[name])
+    assert [setting.name for setting in declared] == [one.name for one in dataclasses.fields(SECTIONS[name])]
+    for setting in declared:
+        assert setting.meta.meaning, setting.name
+        assert setting.fit(setting.default) == setting.default
+        if setting.kind in (int, float):
+            assert math.isfinite(setting.meta.low) and math.isfinite(setting.meta.high), setting.name
+            assert setting.meta.low < setting.meta.high, setting.name
+
+
+@pytest.mark.parametrize(("section", "setting"), NUMBERS, ids=lambda one: getattr(one, "name", one))
+def test_a_setting_is_accepted_at_its_bounds_and_refused_just_outside(section: str, setting: DeclaredSetting) -> None:
+    partner = PARTNERS.get((section, setting.name), "")
+    for bound, beyond in ((setting.meta.low, -math.inf), (setting.meta.high, math.inf)):
+        value = int(bound) if setting.kind is int else float(bound)
+        outside = value + (1 if beyond > 0 else -1) if isinstance(value, int) else math.nextafter(value, beyond)
+        accepted = read(f"[{section}]\n{setting.name} = {value!r}\n{partner}")
+        assert getattr(getattr(accepted, section), setting.name) == value
+        with pytest.raises(BadInput) as told:
+            read(f"[{section}]\n{setting.name} = {outside!r}\n{partner}", "my.toml")
+        sentence = (
+            f"my.toml: [{section}] {setting.name} must lie between {setting.meta.low:g} and {setting.meta.high:g}"
+        )
+        assert str(told.value).startswith(sentence)
+        assert str(told.value).endswith(f"{setting.meta.unit}, not {outside!r}.")
+
+
+def test_a_section_made_in_code_is_checked_like_one_from_a_file() -> None:
+    with pytest.raises(BadInput, match=r"lookahead must lie between 0\.05 and 1 m, not 1\.5\."):
+        dataclasses.replace(Settings().steering, lookahead=1.5)
+    with pytest.raises(BadInput, match="points must be a whole number"):
+        CornerSettings(points=6.5)  # type: ignore[arg-type]
+    with pytest.raises(BadInput, match="most must lie between"):
+        EkfSettings(most=1)  # declared in a base of the section

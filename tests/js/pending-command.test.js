@@ -27,6 +27,7 @@ const INTENT = {
   delay_s: 2,
   target: /** @type {const} */ ("none"),
   uncertain: false,
+  alternatives: [],
   way: [
     [0, 0],
     [2.5, 0],
@@ -67,6 +68,11 @@ test("a number that may be another is told first", () => {
     facts({ ...INTENT, uncertain: true }, STATE.pose),
     /^Heard with low confidence: check the numbers · Straight/,
   );
+  assert.match(
+    facts({ ...INTENT, uncertain: true, alternatives: ["continue 2.9 meters", "continue 2 meters"] }, STATE.pose),
+    /check the numbers\. Did you mean “continue 2\.9 meters”\? · Straight/,
+  );
+  assert.doesNotMatch(facts({ ...INTENT, alternatives: ["continue 2.9 meters"] }, STATE.pose), /Did you mean/);
 });
 
 test("its moment runs out", () => {

@@ -50,41 +50,34 @@ STILL = '''
 
 from __future__ import annotations
 
-from typing import Any
+import threading
 
-from core.errors import Refused
-from core.gate import Twist
 from core.geometry import Pose
-from core.robots import Profile
-from core.sensors import SensorFrame
-from core.sensors.wheels import Wheels
+from core.robots.device import Base, Device, Equipment
+from core.robots.readings import Readings
 
 
-class StillRobot:
+class StillRobot(Device):
     """Reads its wheels and never moves."""
 
     def __init__(self) -> None:
-        self.profile = Profile(name="Still", kind="LIVE", url="still:")
-        self._frames = 0
+        self._over = threading.Event()
 
-    def drive(self, twist: Twist) -> None:
-        """Nothing happens."""
+    def open(self) -> Equipment:
+        """There is nothing to connect to."""
+        return Equipment(name="Still", base=Base(wheelbase=0.2))
 
-    def read(self) -> SensorFrame:
-        """One frame on."""
-        self._frames += 1
-        wheels = Wheels(odometry=Pose(), speed=0.0, turn_rate=0.0)
-        return SensorFrame(stamp=self._frames / self.profile.rate, wheels=wheels)
-
-    def ask(self, request: dict[str, Any]) -> dict[str, Any]:
-        """It has no requests of its own."""
-        raise Refused("This robot takes no requests.")
+    def run(self, readings: Readings) -> None:
+        """The wheels, fifty times a second."""
+        while not self._over.wait(0.02):
+            readings.wheels(Pose(), 0.0, 0.0)
 
     def close(self) -> None:
-        """Nothing is open."""
+        """End `run`."""
+        self._over.set()
 
 
-def open_robot(rest: str, *, seed: int, settings: object | None) -> StillRobot:
+def open_device(rest: str) -> StillRobot:
     """`still:` → the robot."""
     return StillRobot()
 '''
@@ -132,7 +125,7 @@ ECHO = '''
 
 from __future__ import annotations
 
-from typing import Any
+import msgspec
 
 from console.access.roles import needs
 from console.api import router
@@ -140,11 +133,17 @@ from console.api import router
 parrot = router("parrot")
 
 
+class Echo(msgspec.Struct, frozen=True):
+    """What was said."""
+
+    word: str
+
+
 @parrot.get("/parrot/{word}")
 @needs("viewer")
-async def say(word: str) -> dict[str, Any]:
+async def say(word: str) -> Echo:
     """Say it again."""
-    return {"word": word}
+    return Echo(word)
 '''
 COUNT = '''
 """Counts its runs."""
@@ -215,23 +214,24 @@ def test_a_command_is_one_file_and_one_row(copy: Copy) -> None:
 
 def test_a_robot_is_one_file_and_one_row(copy: Copy) -> None:
     copy.write("core/robots/still.py", STILL)
-    copy.change(
-        "core/robots/connect.py",
-        ('    "log": Scheme(', '    "still": Scheme("core.robots.still:open_robot", "log"),\n    "log": Scheme('),
-    )
-    code = "from core.robots.connect import connect; robot = connect('still:'); print(robot.read().stamp)"
-    assert float(copy.python("-c", code)) == pytest.approx(1 / 40)
+    row = '"still": Scheme("core.robots.still", "still:", "robot that stands", "odometry")'
+    copy.change("core/robots/connect.py", ('    "log": Scheme(', f'    {row},\n    "log": Scheme('))
+    code = "from core.robots.connect import connect; robot = connect('still:'); print(robot.profile.wheelbase)"
+    assert float(copy.python("-c", code)) == 0.2
 
 
-def test_a_number_is_a_field_with_its_unit_and_meaning(copy: Copy) -> None:
+def test_a_number_is_a_field_with_its_unit_bounds_and_meaning(copy: Copy) -> None:
     copy.change(
         "core/navigation/steering.py",
-        ("class SteeringSettings:\n", "class SteeringSettings:\n"),
-        ("    turn_gain: float", "    swing: float = 0.25  # [m] of a curve's outside\n    turn_gain: float"),
+        (
+            "    turn_gain: Annotated",
+            '    swing: Annotated[float, Meta("m", 0.1, 1, "a curve\'s outside")] = 0.25\n    turn_gain: Annotated',
+        ),
     )
     rows = json.loads(copy.python("-m", "console", "settings", "steering", "--json"))["steering"]
     row = next(row for row in rows if row["name"] == "swing")
-    assert (row["default"], row["unit"], row["meaning"]) == ("0.25", "m", "of a curve's outside")
+    assert (row["default"], row["unit"], row["meaning"]) == ("0.25", "m", "a curve's outside")
+    assert (row["low"], row["high"]) == (0.1, 1)
     (copy.folder / "my.toml").write_text("[steering]\nswing = 0.5\n")
     assert copy.python("-c", "from core.settings import load; print(load('my.toml').steering.swing)").strip() == "0.5"
 

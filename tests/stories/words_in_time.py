@@ -36,7 +36,6 @@ from console.http.problems import Problem
 from console.messages.audio import AUDIO_HEADER, AUDIO_KIND, AUDIO_RATE
 from console.speech.browser_microphone import BrowserMicrophone
 from console.speech.room_transcription import RoomTranscriber
-from console.speech.utterance import UtteranceMessage
 from console.speech.voice_commands import VoiceCommands
 from core.commands.command import Command
 from core.commands.confirmation_delay import LONGEST, MOMENT, OBEYED_WITHIN
@@ -44,7 +43,9 @@ from core.errors import Refused
 from core.gate import Twist
 from core.gate.status import GateStatus
 from core.sensors import Sound
+from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.understanding.grammar import understand
+from tests.core.speech.ears import sure
 from tests.stories.virtual_time import WALL, Clock, virtual_time
 
 ANNA, BERT, GUEST = Person("a", "Anna", "operator"), Person("b", "Bert", "operator"), Person("v", "Vera", "viewer")
@@ -85,7 +86,7 @@ class Reader:
 
     def __init__(self, pace: Any) -> None:
         self._pace = pace
-        self._said: list[tuple[Uttered, UtteranceMessage]] = []
+        self._said: list[tuple[Uttered, RecognizedUtterance]] = []
         self.alive = self.ready = True
 
     def say(self, one: Uttered, ahead: float) -> None:
@@ -100,17 +101,17 @@ class Reader:
     async def begin(self, *_: Any, **__: Any) -> None:
         self._said = []
 
-    async def feed(self, samples: Any, rate: int, stamp: float) -> list[UtteranceMessage]:
+    async def feed(self, samples: Any, rate: int, stamp: float) -> list[RecognizedUtterance]:
         until = stamp + len(samples) / rate + 1e-6
         heard = [said for said in self._said if said[1].end <= until]
         self._said = [said for said in self._said if said[1].end > until]
         return await self._read(heard)
 
-    async def finish(self) -> list[UtteranceMessage]:
+    async def finish(self) -> list[RecognizedUtterance]:
         heard, self._said = self._said, []
         return await self._read(heard)
 
-    async def _read(self, heard: list[tuple[Uttered, UtteranceMessage]]) -> list[UtteranceMessage]:
+    async def _read(self, heard: list[tuple[Uttered, RecognizedUtterance]]) -> list[RecognizedUtterance]:
         await asyncio.sleep(self._pace())
         for one, known in heard:
             if not known.final:
@@ -120,13 +121,8 @@ class Reader:
     def reject(self, words: str) -> None: ...
 
 
-def told(words: str, begin: float, end: float, *, final: bool = True) -> UtteranceMessage:
-    read = understand(words, spoken=True)
-    if isinstance(read, Command):
-        return UtteranceMessage(
-            begin, end, words, final, name=read.name, numbers=dict(read.numbers), heard_as=read.heard_as
-        )
-    return UtteranceMessage(begin, end, words, final, reason="What?")
+def told(words: str, begin: float, end: float, *, final: bool = True) -> RecognizedUtterance:
+    return RecognizedUtterance(begin=begin, end=end, decision=sure(words), final=final)
 
 
 class Waiting(PendingCommands):
@@ -394,7 +390,7 @@ class Page:
         self.who, self.control, self.hung = who, control, False
         self._story, self.ahead = story, story.chance.uniform(0, 1e5)
         self._up: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
-        self.heard: list[UtteranceMessage] = []  # what came down
+        self.heard: list[RecognizedUtterance] = []  # what came down
         self.seen = 0  # number of the newest state
         if control:
             story.lease.connected(who, story.now)

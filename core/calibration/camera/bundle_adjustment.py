@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.calibration.levenberg_marquardt import soft_costs, soft_weights
+from core.calibration.levenberg_marquardt import Linearisation, descend, soft_costs, soft_weights
 from core.calibration.projection import Poses, exponential, linearise, project
 from core.message import Array
 
@@ -42,6 +42,13 @@ class BundleSolution(NamedTuple):
     poses: Poses
 
 
+class PoseGram(NamedTuple):
+    """Products of the Jacobians by the poses alone, view by view."""
+
+    information: Array  # (M, 6, 6)
+    gradient: Array  # (M, 6)
+
+
 class Gram(NamedTuple):
     """Products of the Jacobians, view by view: all that a step needs."""
 
@@ -67,48 +74,57 @@ def refine(
     corners: Corners, start: BundleSolution, free: tuple[int, ...], *, soft: float | None = None
 ) -> BundleSolution:
     """Levenberg-Marquardt on eq. 9 over the `free` parameters and all poses; `soft` [pixel]: soft-L1 loss."""
-    solution, damping = start, 1e-3
-    gram, cost = _gram(corners, solution, free, soft)
-    for _ in range(STEPS):
+
+    def at(solution: BundleSolution) -> Linearisation[BundleSolution, Gram]:
+        gram, cost = _gram(corners, solution, free, soft)
+        admissible = solution.camera[0] > 0 and solution.camera[1] > 0
+        return Linearisation(solution, gram, np.array([cost if admissible else np.inf]))
+
+    def advance(solution: BundleSolution, gram: Gram, damping: Array) -> BundleSolution:
         camera_step, pose_steps = _step(gram, damping)
         camera = solution.camera.copy()
         camera[list(free)] += camera_step
-        moved = BundleSolution(camera, solution.poses.moved(pose_steps))
-        new_gram, new_cost = _gram(corners, moved, free, soft)
-        if np.isfinite(new_cost) and new_cost <= cost and camera[0] > 0 and camera[1] > 0:
-            settled = cost - new_cost <= 1e-10 * cost
-            solution, gram, cost = moved, new_gram, new_cost
-            damping = max(damping / 10, 1e-9)
-            if settled:
-                break
-        else:
-            damping *= 10
-            if damping > 1e9:
-                break
-    return solution
+        return BundleSolution(camera, solution.poses.moved(pose_steps))
+
+    return descend(at, advance, start, iterations=STEPS, close=1e-10).state
 
 
 def refine_poses(
     corners: Corners, start: BundleSolution, *, soft: float | None = None, steps: int = 12, close: float = 1e-9
 ) -> Poses:
     """Refine every pose by itself with the camera held, until none gains more than the share `close` of its cost."""
-    poses, damping = start.poses, np.full(len(start.poses.rotations), 1e-3)
-    gram, costs = _pose_gram(corners, start.camera, poses, soft)
-    for _ in range(steps):
-        moved = poses.moved(-_solve(_damped(gram[0], damping), gram[1]))
-        new_gram, new_costs = _pose_gram(corners, start.camera, moved, soft)
-        better = new_costs <= costs
-        gain = np.where(better, costs - new_costs, 0.0)
-        keep = better[:, None, None]
-        poses = Poses(
-            np.where(keep, moved.rotations, poses.rotations), np.where(better[:, None], moved.translations, poses[1])
-        )
-        gram = (np.where(keep, new_gram[0], gram[0]), np.where(better[:, None], new_gram[1], gram[1]))
-        costs = np.where(better, new_costs, costs)
-        damping = np.where(better, np.maximum(damping / 10, 1e-9), damping * 10)
-        if np.all((gain <= close * costs) & (better | (damping > 1e6))):
-            break
-    return poses
+
+    def at(poses: Poses) -> Linearisation[Poses, PoseGram]:
+        gram, costs = _pose_gram(corners, start.camera, poses, soft)
+        return Linearisation(poses, gram, costs)
+
+    def advance(poses: Poses, gram: PoseGram, damping: Array) -> Poses:
+        return poses.moved(-_solve(_damped(gram.information, damping), gram.gradient))
+
+    found = descend(at, advance, start.poses, iterations=steps, close=close, hopeless=1e6, choose=_the_better_poses)
+    return found.state
+
+
+def _the_better_poses(
+    better: Array, there: Linearisation[Poses, PoseGram], here: Linearisation[Poses, PoseGram]
+) -> Linearisation[Poses, PoseGram]:
+    """Move the boards (M,) that improved."""
+    return Linearisation(
+        _chosen(better, there.state, here.state),
+        PoseGram(
+            np.where(better[:, None, None], there.linear.information, here.linear.information),
+            np.where(better[:, None], there.linear.gradient, here.linear.gradient),
+        ),
+        np.where(better, there.costs, here.costs),
+    )
+
+
+def _chosen(which: Array, poses: Poses, others: Poses) -> Poses:
+    """Take the `poses` where `which` (M,) is true, the `others` elsewhere."""
+    return Poses(
+        np.where(which[:, None, None], poses.rotations, others.rotations),
+        np.where(which[:, None], poses.translations, others.translations),
+    )
 
 
 def mirrored(poses: Poses, centre: Array) -> Poses:
@@ -132,11 +148,7 @@ def rescue(
     turned = _losses(corners, BundleSolution(solution.camera, other), soft) < ratio**2 * _losses(
         corners, solution, soft
     )
-    poses = Poses(
-        np.where(turned[:, None, None], other.rotations, solution.poses.rotations),
-        np.where(turned[:, None], other.translations, solution.poses.translations),
-    )
-    return BundleSolution(solution.camera, poses), turned
+    return BundleSolution(solution.camera, _chosen(turned, other, solution.poses)), turned
 
 
 def information(corners: Corners, solution: BundleSolution, free: tuple[int, ...]) -> Array:
@@ -189,13 +201,11 @@ def _gram(
     return gram, float(cost.sum())
 
 
-def _pose_gram(
-    corners: Corners, camera: Array, poses: Poses, soft: float | None
-) -> tuple[tuple[Array, Array], Array]:
+def _pose_gram(corners: Corners, camera: Array, poses: Poses, soft: float | None) -> tuple[PoseGram, Array]:
     linear = linearise(camera, poses, corners.points)
     error, weights, costs = _weighted(corners, linear.pixels, soft)
     weighted = np.swapaxes(linear.by_pose * weights[..., None], 1, 2)
-    return (weighted @ linear.by_pose, (weighted @ error[..., None])[..., 0]), costs
+    return PoseGram(weighted @ linear.by_pose, (weighted @ error[..., None])[..., 0]), costs
 
 
 def _weighted(corners: Corners, pixels: Array, soft: float | None) -> tuple[Array, Array, Array]:
@@ -214,9 +224,9 @@ def _losses(corners: Corners, solution: BundleSolution, soft: float | None) -> A
     return _weighted(corners, project(solution.camera, solution.poses, corners.points), soft)[2]
 
 
-def _step(gram: Gram, damping: float) -> tuple[Array, Array]:
-    """One damped step: the camera's (P,) and every pose's (M, 6)."""
-    pose = _damped(gram.pose, np.full(len(gram.pose), damping))
+def _step(gram: Gram, damping: Array) -> tuple[Array, Array]:
+    """One step, damped by one number (1,): the camera's (P,) and every pose's (M, 6)."""
+    pose = _damped(gram.pose, damping)
     right = np.concatenate((np.swapaxes(gram.mixed, 1, 2), gram.pose_gradient[..., None]), axis=2)
     solved = _solve(pose, right)
     camera = gram.camera.sum(axis=0)
@@ -229,7 +239,7 @@ def _step(gram: Gram, damping: float) -> tuple[Array, Array]:
 
 
 def _damped(matrices: Array, damping: Array) -> Array:
-    """Matrices (M, 6, 6) with their diagonals raised by the factor 1 + damping (M,)."""
+    """Matrices (M, 6, 6) with their diagonals raised by the factor 1 + damping, (M,) or (1,) for all alike."""
     raised = matrices.copy()
     index = np.arange(matrices.shape[-1])
     diagonal = raised[:, index, index]

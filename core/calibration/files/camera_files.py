@@ -11,7 +11,7 @@ from typing import Any, TypedDict
 import cv2
 import numpy as np
 
-from core.calibration.files.plain_yaml import read_yaml
+from core.calibration.files.yaml_reading import read_yaml
 from core.calibration.lens_check import check_lens
 from core.errors import BadInput
 from core.message import Array

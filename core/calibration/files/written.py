@@ -22,7 +22,7 @@ def write(path: Path, content: str | bytes) -> str:
     return str(path)
 
 
-def write_all(out: Path, texts: Mapping[str, tuple[str, str]]) -> dict[str, str]:
-    """Name and text of a file by its form → files in a folder; which is which, by form. Raises Unwritable."""
+def write_all(out: Path, contents: Mapping[str, tuple[str, str | bytes]]) -> dict[str, str]:
+    """Name and content of a file by its form → files in a folder; which is which, by form. Raises Unwritable."""
     folder = folder_at(out)
-    return {form: write(folder / name, text) for form, (name, text) in texts.items()}
+    return {form: write(folder / name, content) for form, (name, content) in contents.items()}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -13,24 +14,29 @@ from core.geometry import Pose
 from core.message import Array, message
 from core.perception.landmarks.edge_pairs import EdgePair
 from core.sensors import Camera
+from core.setting import Meta, Section
 
 
 @dataclass(frozen=True)
-class DriftSettings:
+class DriftSettings(Section):
     """Criteria of a moved mount."""
 
-    step: float = 0.04  # [m] the robot goes between two looks, or
-    turn: float = math.radians(3)  # [rad] turns: what stands still says the same again and again
-    looks: int = 200  # that are kept
-    half_life: float = 60.0  # looks after which one counts half
-    every: float = 1.0  # [s] between two estimates
-    apart: float = 0.4  # [m] corners closer than this are one corner
-    corners: int = 4  # different ones, at least, before anything is reported
-    sure: float = 3.0  # sd
-    turned: float = math.radians(0.3)  # [rad] below this a turn does not matter
-    shifted: float = 0.015  # [m] below this a shift does not matter
-    lasting: float = 3.0  # [s] that it must be seen before it is reported
-    calm: float = 0.5  # of the thresholds: below, an alarm is over
+    step: Annotated[float, Meta("m", 0.005, 1, "way between two looks: at rest they are all the same")] = 0.04
+    turn: Annotated[float, Meta("rad", 0.005, 1, "turn between two looks, where the way is shorter")] = math.radians(
+        3
+    )
+    looks: Annotated[int, Meta("", 10, 2000, "looks that are kept")] = 200
+    half_life: Annotated[float, Meta("looks", 1, 2000, "age at which a look counts half")] = 60.0
+    every: Annotated[float, Meta("s", 0.1, 60, "time between two estimates")] = 1.0
+    apart: Annotated[float, Meta("m", 0.05, 5, "corners closer together than this are one corner")] = 0.4
+    corners: Annotated[int, Meta("", 1, 50, "different corners, at least, before anything is reported")] = 4
+    sure: Annotated[float, Meta("sd", 1, 20, "significance of a reported change")] = 3.0
+    turned: Annotated[float, Meta("rad", 1e-4, 0.5, "a smaller turn of the mount does not matter")] = math.radians(
+        0.3
+    )
+    shifted: Annotated[float, Meta("m", 0.001, 0.5, "a smaller shift of the mount does not matter")] = 0.015
+    lasting: Annotated[float, Meta("s", 0, 60, "time that a change must be seen before it is reported")] = 3.0
+    calm: Annotated[float, Meta("", 0.05, 1, "share of the thresholds below which an alarm is over")] = 0.5
 
 
 @message

@@ -1,1 +1,1 @@
-"""The drawings of the paper's figures."""
+"""The figures of the paper, drawn by matplotlib."""

@@ -2,34 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from core.experiments.course_traces import Trace
 from core.experiments.drives import DriveSurroundings
-from core.experiments.figures.chart import SOFT, TEXT, Area, LegendEntry, SvgChart, legend, rounded_up, sheet
+from core.experiments.figures.drawing import SOFT, TEXT, render
 from core.message import Array
 
-WIDTH, HEIGHT = 1240, 1024
-LEFTS, ACROSS = (80, 690), 510  # [px] of the two columns
-TOPS, DOWNS = (148, 668), (430, 290)  # [px] of the two rows
-RIM = 0.5  # [m] around everything on the map
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SIZE = (1240, 1040)  # [px]
+MARGIN = 0.5  # [m] around everything on the map
 COLOURS = ("#c8671b", "#0b7fb0")  # dead reckoning, EKF-SLAM: as in the 3-D scene, darker for white paper
-TRUTH = TEXT
 START = np.zeros((1, 2))  # [m]: the world begins where the robot woke
-PROBABLE = 2.4477  # standard deviations that hold 95 % in the plane
-KEY_AT = (36, 98)  # [px]
-FAINT = 160  # points that a faint line is drawn through
-KEY = (
-    LegendEntry("true path", TRUTH, 1.6, dash="6 4"),
-    LegendEntry("worst run: path, error", COLOURS, 2.2),
-    LegendEntry("its average error so far", TEXT, 2.4),
-    LegendEntry("the paper’s average", SOFT, 1.4, dash="2 5"),
-    LegendEntry("the other runs", COLOURS, 0.8, opacity=0.5),
-    LegendEntry("corner or wall, true", SOFT, 1.4, form="cross"),
-    LegendEntry("95 % region it believes", COLOURS, 1.2, form="ellipse"),
-)
+CONFIDENCE = 2.4477  # standard deviations that hold 95 % in the plane
+MAX_FAINT_POINTS = 160  # of a faint line
+FAINT = 0.16  # opacity of a run that is not the worst
+TRUTH_STYLE: dict[str, Any] = {"color": TEXT, "linewidth": 1.6, "linestyle": (0, (6, 4))}
+AVERAGE_STYLE: dict[str, Any] = {"color": TEXT, "linewidth": 2.2}
+PAPER_STYLE: dict[str, Any] = {"color": SOFT, "linewidth": 1.4, "linestyle": (0, (2, 3))}
+MARK_STYLE: dict[str, Any] = {"color": SOFT, "linewidth": 0, "marker": "x", "markersize": 7, "markeredgewidth": 1.4}
 
 
 @dataclass(frozen=True)
@@ -44,67 +42,110 @@ class Panel:
     printed: float  # [m], the paper's average error
 
 
-def figure_16(panels: list[Panel], room: DriveSurroundings, subtitle: str) -> str:
-    """Both columns and the room around → an SVG file."""
-    parts = [legend(KEY_AT, KEY)]
-    for number, panel in enumerate(panels):
-        parts.append(_map(number, panel, room).svg(f"map{number}"))
-        parts.append(_errors(number, panel).svg(f"errors{number}"))
-    return sheet(WIDTH, HEIGHT, "Figure 16: dead reckoning and EKF-SLAM on the paper’s drive", subtitle, parts)
+def figure_16(panels: list[Panel], room: DriveSurroundings, conditions: str) -> bytes:
+    """Both columns and the room around → an SVG file. Raises Unavailable without matplotlib."""
+
+    def draw(figure: Figure) -> None:
+        grid = figure.add_gridspec(3, 2, height_ratios=(0.1, 1.45, 1))
+        _add_legend(figure.add_subplot(grid[0, :]), bool(len(room.walls)))
+        for column, (panel, colour) in enumerate(zip(panels, COLOURS, strict=True)):
+            paths, errors = (figure.add_subplot(grid[row, column]) for row in (1, 2))
+            _draw_paths(paths, panel, room, colour)
+            _draw_errors(errors, panel, colour)
+            _name(paths, "ab"[column], panel.title, f"worst of {panel.runs} runs: run {panel.run}")
+            summary = f"average {panel.trace.average:.3f} m, paper {panel.printed:g} m"
+            _name(errors, "cd"[column], "Absolute and average error", summary)
+
+    return render("svg", SIZE, "Figure 16: dead reckoning and EKF-SLAM on the paper’s drive", conditions, draw)
 
 
-def _map(number: int, panel: Panel, room: DriveSurroundings) -> SvgChart:
-    """Paths in the room."""
-    area = Area(LEFTS[number], TOPS[0], ACROSS, DOWNS[0])
-    chart = SvgChart(
-        area, *_extent(np.vstack((room.corners, room.walls.reshape(-1, 2), START, panel.trace.truth)), area)
-    )
-    chart.scales("x [m]", "y [m]")
-    colour, trace = COLOURS[number], panel.trace
+def _name(axes: Axes, letter: str, title: str, summary: str) -> None:
+    axes.set_title(f"({letter}) {title}", loc="left", fontweight="semibold")
+    axes.set_title(summary, loc="right", fontsize=9.5, color=SOFT)
+
+
+def _draw_paths(axes: Axes, panel: Panel, room: DriveSurroundings, colour: str) -> None:
+    """Paths in the room, to one scale."""
+    trace, pose = panel.trace, panel.trace.last.pose
     for ends in room.walls:
-        chart.line(ends, SOFT, 1.4)
+        axes.plot(*ends.T, color=SOFT, linewidth=1.4)
     for _, places in panel.others:
-        chart.line(places[:: max(1, len(places) // FAINT)], colour, 0.8, opacity=0.16)
-    for place in room.corners:
-        chart.cross(place.tolist(), SOFT)
+        axes.plot(*_thinned(places).T, color=colour, linewidth=0.8, alpha=FAINT)
+    axes.plot(*room.corners.T, **MARK_STYLE)
     for mark in trace.landmarks:
-        chart.ellipse(mark.position, mark.covariance, colour, PROBABLE)
-    chart.line(np.vstack((START, trace.truth)), TRUTH, 1.6, dash="6 4")
-    chart.line(np.vstack((START, trace.places)), colour, 2.2)
-    pose = trace.last.pose
-    chart.ellipse(np.array([pose.x, pose.y]), trace.last.covariance[:2, :2], colour, PROBABLE)
-    chart.dot(START[0].tolist(), TRUTH, hollow=True)
-    chart.dot(trace.truth[-1].tolist(), TRUTH)
-    chart.dot((pose.x, pose.y), colour)
-    chart.word("start", START[0].tolist(), TRUTH, shift=(-8, -8), anchor="end")
-    chart.title("ab"[number], panel.title, f"worst of {panel.runs} runs: run {panel.run}")
-    return chart
+        _add_ellipse(axes, mark.position, mark.covariance, colour)
+    axes.plot(*np.vstack((START, trace.places)).T, color=colour, linewidth=2.2)
+    axes.plot(*np.vstack((START, trace.truth)).T, **TRUTH_STYLE)
+    _add_ellipse(axes, np.array([pose.x, pose.y]), trace.last.covariance[:2, :2], colour)
+    axes.plot(*START.T, marker="o", color=TEXT, markerfacecolor="white")
+    axes.plot(*trace.truth[-1:].T, marker="o", color=TEXT)
+    axes.plot(pose.x, pose.y, marker="o", color=colour)
+    axes.annotate("start", START[0].tolist(), (-8, 8), textcoords="offset points", ha="right", fontweight="semibold")
+    shown = np.vstack((room.corners, room.walls.reshape(-1, 2), START, trace.truth))
+    low, high = shown.min(axis=0) - MARGIN, shown.max(axis=0) + MARGIN
+    axes.set(xlabel="x [m]", ylabel="y [m]", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    axes.set_aspect("equal", adjustable="box")
 
 
-def _errors(number: int, panel: Panel) -> SvgChart:
+def _draw_errors(axes: Axes, panel: Panel, colour: str) -> None:
     """Errors over time."""
-    trace, colour = panel.trace, COLOURS[number]
-    top = rounded_up(max(float(trace.errors.max()), panel.printed))
-    area = Area(LEFTS[number], TOPS[1], ACROSS, DOWNS[1])
-    chart = SvgChart(area, (0.0, float(trace.times[-1])), (0.0, top))
-    chart.scales("time [s]", "error of the place [m]")
+    trace = panel.trace
     for errors, _ in panel.others:
-        chart.line(errors.T[:: max(1, errors.shape[1] // FAINT)], colour, 0.8, opacity=0.16)
+        axes.plot(*_thinned(errors.T).T, color=colour, linewidth=0.8, alpha=FAINT)
     average = np.cumsum(trace.errors) / np.arange(1, len(trace.errors) + 1)
-    chart.line(np.column_stack((trace.times, trace.errors)), colour, 1.6)
-    chart.line(np.column_stack((trace.times, average)), TEXT, 2.4)
-    chart.line(np.array([[0.0, panel.printed], [trace.times[-1], panel.printed]]), SOFT, 1.4, dash="2 5")
-    chart.title(
-        "cd"[number], "Absolute and average error", f"average {trace.average:.3f} m, paper {panel.printed:g} m"
+    axes.plot(trace.times, trace.errors, color=colour, linewidth=1.6)
+    axes.plot(trace.times, average, **AVERAGE_STYLE)
+    axes.axhline(panel.printed, **PAPER_STYLE)
+    top = 1.05 * max(
+        panel.printed, *(float(each.max()) for each in (trace.errors, *(row[1] for row, _ in panel.others)))
     )
-    return chart
+    axes.set(xlabel="time [s]", ylabel="position error [m]", xlim=(0, float(trace.times[-1])), ylim=(0, top))
 
 
-def _extent(points: Array, area: Area) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Points (N, 2) → rims in x and y that hold all of them, to one scale."""
-    low, high = points.min(axis=0) - RIM, points.max(axis=0) + RIM
-    scale = max((high[0] - low[0]) / area.width, (high[1] - low[1]) / area.height)
-    middle = (low + high) / 2
-    half = 0.5 * scale * np.array([area.width, area.height])
-    (x0, y0), (x1, y1) = (middle - half).tolist(), (middle + half).tolist()
-    return (x0, x1), (y0, y1)
+def _add_ellipse(axes: Axes, middle: Array, covariance: Array, colour: str) -> None:
+    """Around a point (2,) [m]: the 95 % region of a covariance (2, 2) [m²]."""
+    from matplotlib.patches import Ellipse
+
+    values, vectors = np.linalg.eigh(covariance)
+    width, height = (2 * CONFIDENCE * np.sqrt(np.maximum(values, 0.0))).tolist()
+    angle = math.degrees(math.atan2(vectors[1, 0], vectors[0, 0]))
+    centre = (float(middle[0]), float(middle[1]))
+    axes.add_patch(
+        Ellipse(centre, width, height, angle=angle, edgecolor=colour, facecolor=f"{colour}20", linewidth=1.2)
+    )
+
+
+def _add_legend(axes: Axes, walls: bool) -> None:
+    from matplotlib.legend_handler import HandlerTuple
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    def both(width: float, opacity: float = 1.0) -> tuple[Line2D, ...]:
+        return tuple(Line2D([], [], color=colour, linewidth=width, alpha=opacity) for colour in COLOURS)
+
+    entries = {
+        "true path": Line2D([], [], **TRUTH_STYLE),
+        "worst run: path, error": both(2.2),
+        "its average error so far": Line2D([], [], **AVERAGE_STYLE),
+        "average error in the paper": Line2D([], [], **PAPER_STYLE),
+        "other runs": both(0.8, 3 * FAINT),
+        "true corner": Line2D([], [], **MARK_STYLE),
+        "95 % confidence region": tuple(Patch(edgecolor=colour, facecolor=f"{colour}20") for colour in COLOURS),
+    }
+    if walls:
+        entries["wall"] = Line2D([], [], color=SOFT, linewidth=1.4)
+    axes.set_axis_off()
+    axes.legend(
+        entries.values(),
+        entries.keys(),
+        loc="center",
+        ncols=4,
+        labelcolor=SOFT,
+        handler_map={tuple: HandlerTuple(ndivide=None)},
+        handlelength=3,
+    )
+
+
+def _thinned(points: Array) -> Array:
+    """Of points (N, 2) about `MAX_FAINT_POINTS`."""
+    return points[:: max(1, len(points) // MAX_FAINT_POINTS)]

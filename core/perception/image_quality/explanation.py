@@ -23,7 +23,7 @@ class PictureFault:
 
 
 @message
-class Motion:
+class MotionSmear:
     """Motion that may have smeared the picture."""
 
     sideways: bool  # upright edges are wider than level ones
@@ -31,7 +31,7 @@ class Motion:
 
 
 def faults(
-    light: ExposureMeasure, width: float, motion: Motion, done: Preprocessing, settings: PictureSettings
+    light: ExposureMeasure, width: float, motion: MotionSmear, done: Preprocessing, settings: PictureSettings
 ) -> tuple[PictureFault, ...]:
     """Light, blur [pixel] and what was done → what is wrong, the light first."""
     found: list[PictureFault] = []

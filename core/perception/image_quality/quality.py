@@ -8,7 +8,7 @@ from typing import Literal
 import cv2
 
 from core.message import message
-from core.perception.image_quality.explanation import GLARE, Motion, complaint, faults, label, verdict
+from core.perception.image_quality.explanation import GLARE, MotionSmear, complaint, faults, label, verdict
 from core.perception.image_quality.measures import Blur, ExposureMeasure, blur, exposure, noise_sd
 from core.perception.image_quality.remedy import PictureSettings, gradient_noise, prepare_for
 from core.perception.landmarks.edges import EdgeSettings
@@ -57,7 +57,7 @@ def judge(
     done = wanted if settings.prepare else NOTHING
     margin = _margin(light, noise, across, done, settings, edges)
     state = _state(light, margin, done, edges)
-    motion = Motion(sideways=smeared, turning=abs(turn_rate) > TURNING)
+    motion = MotionSmear(sideways=smeared, turning=abs(turn_rate) > TURNING)
     found = faults(light, across, motion, done, settings)
     return PictureQuality(
         light=light,

@@ -5,13 +5,14 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
 from core.message import Array, message
 from core.perception.landmarks.lines import Line, LineSettings, Sweep, find_lines
 from core.sensors import Laser, Scan
+from core.setting import Meta
 
 CornerKind = Literal["convex", "concave"]
 
@@ -31,12 +32,12 @@ class Corner:
 class CornerSettings(LineSettings):
     """Criteria of a corner."""
 
-    apart: int = 12  # beams between the two lines, at most
-    angle: float = math.radians(35)  # between the two lines, at least
-    reach: float = 0.25  # [m] from either line's end to the corner, at most
-    trim: int = 1  # samples left out on both sides of the corner
-    worst: float = 0.1  # [m] sd of a corner, at most
-    agree: float = 0.03  # [m] beyond 3 sd that the two fits of a corner may differ
+    apart: Annotated[int, Meta("beams", 0, 200, "gap between the two lines of a corner, at most")] = 12
+    angle: Annotated[float, Meta("rad", 0.05, 1.5, "angle between the two lines, at least")] = math.radians(35)
+    reach: Annotated[float, Meta("m", 0, 2, "distance from either line's end to the corner, at most")] = 0.25
+    trim: Annotated[int, Meta("", 0, 10, "samples left out on both sides of the corner")] = 1
+    worst: Annotated[float, Meta("m", 0.005, 2, "sd of a corner, at most")] = 0.1
+    agree: Annotated[float, Meta("m", 0, 1, "difference of the two fits of a corner, at most, beyond 3 sd")] = 0.03
 
 
 def find_corners(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import cv2
 import numpy as np
@@ -13,6 +14,7 @@ from core.message import Array, message
 from core.perception.landmarks.level_view import LevelView, level_view
 from core.perception.landmarks.preprocessing import NOTHING, Preprocessing
 from core.sensors import Camera, Image
+from core.setting import Meta, Section
 
 
 @message
@@ -26,23 +28,34 @@ class ImageEdge:
 
 
 @dataclass(frozen=True)
-class EdgeSettings:
+class EdgeSettings(Section):
     """Criteria of a vertical edge and of its match with a corner."""
 
-    blur: float = 1.0  # [pixel] sd of the smoothing against sensor noise
-    canny_low: float = 15.0  # gradient, as Canny's hysteresis takes it
-    canny_high: float = 35.0
-    tilt: float = math.radians(5)  # off the vertical, at most
-    length: float = 0.2  # of the picture's height, at least
-    gap: float = 6.0  # [pixel] that may be missing in an edge
-    together: float = 3.0  # [pixel] columns closer than this are one edge
-    bearing_sd: float = math.radians(0.25)  # of an edge, with the extrinsic calibration's share
-    shift_share: float = 0.1  # sd of the turn between picture and scan, as a share of it
-    gate: float = 3.0  # sd between an edge and the corner it confirms
-    inflation: float = 1.3  # of a corner's covariance in a sighting: a wall can hide steps within the laser's noise
-    range_floor: float = 0.004  # [m] sd of a sighting that no averaging takes away
-    bearing_floor: float = math.radians(0.08)  # [rad]
-    edge_required: bool = False  # the paper's rule: a corner without an edge is no landmark
+    blur: Annotated[float, Meta("pixel", 0.1, 10, "sd of the smoothing against sensor noise")] = 1.0
+    canny_low: Annotated[float, Meta("", 1, 500, "lower gradient threshold of Canny's hysteresis")] = 15.0
+    canny_high: Annotated[float, Meta("", 1, 1000, "upper gradient threshold of Canny's hysteresis")] = 35.0
+    tilt: Annotated[float, Meta("rad", 0.005, 0.5, "angle of an edge off the vertical, at most")] = math.radians(5)
+    length: Annotated[float, Meta("", 0.02, 1, "length of an edge per picture's height, at least")] = 0.2
+    gap: Annotated[float, Meta("pixel", 0, 200, "gap within an edge, at most")] = 6.0
+    together: Annotated[float, Meta("pixel", 0.5, 50, "columns closer together than this are one edge")] = 3.0
+    bearing_sd: Annotated[
+        float, Meta("rad", 1e-5, 0.2, "sd of an edge's bearing, extrinsic calibration included")
+    ] = math.radians(0.25)
+    shift_share: Annotated[float, Meta("", 0, 2, "sd of the turn between picture and scan, as a share of it")] = 0.1
+    gate: Annotated[float, Meta("sd", 0.5, 20, "distance between an edge and the corner it confirms, at most")] = 3.0
+    inflation: Annotated[
+        float, Meta("", 1, 10, "factor on a corner's covariance: a wall can hide steps within the laser's noise")
+    ] = 1.3
+    range_floor: Annotated[float, Meta("m", 0, 0.5, "sd of a sighting's range that no averaging takes away")] = 0.004
+    bearing_floor: Annotated[
+        float, Meta("rad", 0, 0.2, "sd of a sighting's bearing that no averaging takes away")
+    ] = math.radians(0.08)
+    edge_required: Annotated[bool, Meta(meaning="the paper's rule: a corner without an edge is no landmark")] = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.canny_low > self.canny_high:
+            raise BadInput(f"canny_low must not exceed canny_high: {self.canny_low:g} and {self.canny_high:g}.")
 
 
 def find_edges(

@@ -4,30 +4,34 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from core.message import Array
+from core.setting import Meta, Section
 
 TINY = 1e-12
 
 
 @dataclass(frozen=True)
-class LineSettings:
+class LineSettings(Section):
     """Criteria that separate lines from noise."""
 
-    noise_floor: float = 0.01  # [m] sd of a range, at least
-    noise_ratio: float = 0.01  # sd of a range as a share of it (the URG-04LX's 1 %)
-    beam_sd: float = 0.0005  # [rad] of a beam's direction
-    slant: float = math.radians(10)  # a wall seen flatter than this breaks into points
-    missing: int = 4  # beams that may be missing inside a line
-    jump: float = 3.0  # sd of the difference of two ranges that break a line
-    split: float = 3.0  # sd off the chord that split a line
-    merge_rms: float = 1.15  # sd: joint residual of neighbours that are one line
-    merge_max: float = 4.0  # sd: their worst point
-    fit: float = 1.3  # sd: residual of a wall's final fit, beyond what few samples excuse
-    points: int = 6  # of a line, at least
-    length: float = 0.25  # [m] of a line, at least
+    noise_floor: Annotated[float, Meta("m", 1e-4, 0.2, "least sd of a range")] = 0.01
+    noise_ratio: Annotated[float, Meta("", 0, 0.2, "sd of a range as a share of it: 1 % for the URG-04LX")] = 0.01
+    beam_sd: Annotated[float, Meta("rad", 0, 0.05, "sd of a beam's direction")] = 0.0005
+    slant: Annotated[float, Meta("rad", 0.01, 1.2, "angle below which a wall breaks into points")] = math.radians(10)
+    missing: Annotated[int, Meta("beams", 0, 100, "gap inside a line, at most")] = 4
+    jump: Annotated[float, Meta("sd", 0.5, 20, "difference of two neighbouring ranges that breaks a line")] = 3.0
+    split: Annotated[float, Meta("sd", 0.5, 20, "distance from the chord at which a line is split")] = 3.0
+    merge_rms: Annotated[float, Meta("sd", 0.5, 10, "joint residual up to which neighbours are merged")] = 1.15
+    merge_max: Annotated[float, Meta("sd", 0.5, 20, "worst residual up to which they are merged")] = 4.0
+    fit: Annotated[
+        float, Meta("sd", 0.5, 10, "residual of a wall's final fit, at most, beyond what few samples excuse")
+    ] = 1.3
+    points: Annotated[int, Meta("", 3, 200, "points of a line, at least")] = 6
+    length: Annotated[float, Meta("m", 0.02, 5, "length of a line, at least")] = 0.25
 
 
 @dataclass(frozen=True, slots=True)

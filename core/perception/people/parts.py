@@ -7,8 +7,10 @@ nothing else of a person nearer than two metres.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 from core.errors import BadInput
+from core.setting import Meta, Section
 
 SCALE = 64.0  # [pixel/m] at which bodies are compared; a person of 1.75 m is 112 pixels tall
 CELL = 4  # [pixel] side of a cell; 6.25 cm
@@ -40,41 +42,34 @@ LOWEST_SHIFT, HIGHEST_SHIFT = -4, 3  # [cell] of the crown: persons from 1.50 m 
 
 
 @dataclass(frozen=True)
-class PeopleSettings:
+class PeopleSettings(Section):
     """Criteria of a rectangle that is a person."""
 
-    threshold: float = 0.65  # of K (eq. 34)
-    threshold_of_feet: float = 0.8  # of K where nothing but the feet is in the picture
-    feet_with_legs: float = 0.4  # of K the same, where the laser separates two legs there
-    enough: float = 0.35  # of the parts' weight in the picture, from which the first threshold holds
-    alike: float = 0.5  # of the colours of torso and legs, below which it is not the one who was taught
-    nearest: float = 0.5  # [m] distances that are looked at
-    farthest: float = 6.0  # [m]
-    ratio: float = 1.08  # between neighbouring distances
-    wedge: float = 2.0  # standard deviations of the sound's direction that are looked through
-    head_half: float = 0.12  # [m] half the width of the part in which the sound must fall
-    overlap: float = 0.45  # [m] nearer rectangles are one person
-    near_laser: float = 0.15  # share of a distance by which the laser's and the picture's may differ, and …
-    near_floor: float = 0.15  # [m] … this
+    threshold: Annotated[float, Meta("", 0.05, 0.99, "K from which a rectangle is a person (eq. 34)")] = 0.65
+    threshold_of_feet: Annotated[float, Meta("", 0.05, 0.99, "the same where only the feet are in the picture")] = 0.8
+    feet_with_legs: Annotated[float, Meta("", 0.05, 0.99, "the same where the laser separates two legs there")] = 0.4
+    enough: Annotated[
+        float, Meta("", 0, 1, "share of the parts' weight in the picture from which `threshold` holds")
+    ] = 0.35
+    alike: Annotated[
+        float, Meta("", 0, 1, "similarity of the colours of torso and legs below which it is not the enrolled person")
+    ] = 0.5
+    nearest: Annotated[float, Meta("m", 0.3, 3, "nearest distance that is searched")] = 0.5
+    farthest: Annotated[float, Meta("m", 1, 12, "farthest distance that is searched")] = 6.0
+    ratio: Annotated[float, Meta("", 1.02, 1.5, "ratio of neighbouring distances")] = 1.08
+    wedge: Annotated[
+        float, Meta("sd", 0.5, 4, "half-width of the sector around the sound's direction that is searched")
+    ] = 2.0
+    head_half: Annotated[float, Meta("m", 0.05, 0.5, "half-width of the part in which the sound must fall")] = 0.12
+    overlap: Annotated[float, Meta("m", 0.1, 2, "rectangles nearer together are one person")] = 0.45
+    near_laser: Annotated[
+        float, Meta("", 0.02, 1, "difference of the laser's and the picture's distance, at most, as a share of it")
+    ] = 0.15
+    near_floor: Annotated[
+        float, Meta("m", 0.02, 1, "difference of the laser's and the picture's distance that is always allowed")
+    ] = 0.15
 
     def __post_init__(self) -> None:
-        for name, (low, high) in BOUNDS.items():
-            if not low <= getattr(self, name) <= high:
-                raise BadInput(f"{name} must lie between {low:g} and {high:g}.")
-
-
-BOUNDS = {
-    "threshold": (0.05, 0.99),
-    "threshold_of_feet": (0.05, 0.99),
-    "feet_with_legs": (0.05, 0.99),
-    "enough": (0.0, 1.0),
-    "alike": (0.0, 1.0),
-    "nearest": (0.3, 3.0),
-    "farthest": (1.0, 12.0),
-    "ratio": (1.02, 1.5),
-    "wedge": (0.5, 4.0),
-    "head_half": (0.05, 0.5),
-    "overlap": (0.1, 2.0),
-    "near_laser": (0.02, 1.0),
-    "near_floor": (0.02, 1.0),
-}
+        super().__post_init__()
+        if self.nearest >= self.farthest:
+            raise BadInput(f"nearest must lie below farthest: {self.nearest:g} and {self.farthest:g} m.")

@@ -4,45 +4,33 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
-from core.errors import BadInput
 from core.message import Array, message
 from core.perception.people.detector import Rectangle
 from core.perception.people.fusion import Ray, Sense
+from core.setting import Meta, Section
 
 
 @dataclass(frozen=True)
-class TrackSettings:
+class TrackSettings(Section):
     """Birth, gate and death of the one who is followed."""
 
-    births: int = 2  # pictures with the person in them until it is believed
-    acceleration: float = 0.7  # [m/s²] sd with which a person's speed changes
-    walking: float = 0.3  # [m/s] sd of a speed of which nothing is known
-    gate: float = 11.8  # chi-square, 2 degrees of freedom, 99.7 %
-    wide_gate: float = 0.6  # [m] farther from the prediction, a person is not the one lost a moment ago
-    patience: float = 2.5  # [s] that a person may be hidden
-    unseen: float = 8.0  # [s] that legs alone are believed while the camera should see the person
-    known: float = 0.5  # K that is enough for a person who is expected there
-    alike: float = 0.6  # share of the usual similarity of the colours, below which it is another person
-
-    def __post_init__(self) -> None:
-        for name, (low, high) in BOUNDS.items():
-            if not low <= getattr(self, name) <= high:
-                raise BadInput(f"{name} must lie between {low:g} and {high:g}.")
-
-
-BOUNDS = {
-    "births": (1, 20),
-    "acceleration": (0.05, 5.0),
-    "walking": (0.01, 3.0),
-    "gate": (1.0, 50.0),
-    "wide_gate": (0.1, 3.0),
-    "patience": (0.2, 20.0),
-    "unseen": (0.5, 60.0),
-    "known": (0.05, 0.99),
-    "alike": (0.0, 1.0),
-}
+    births: Annotated[int, Meta("", 1, 20, "pictures with the person in them until the person is confirmed")] = 2
+    acceleration: Annotated[float, Meta("m/s²", 0.05, 5, "sd with which a person's speed changes")] = 0.7
+    walking: Annotated[float, Meta("m/s", 0.01, 3, "sd of a speed of which nothing is known")] = 0.3
+    gate: Annotated[float, Meta("χ²", 1, 50, "squared distance of a measurement, at most; 99.7 % at 2 dof")] = 11.8
+    wide_gate: Annotated[
+        float, Meta("m", 0.1, 3, "farther from the prediction a person is not the one lost a moment ago")
+    ] = 0.6
+    patience: Annotated[float, Meta("s", 0.2, 20, "time that a person may be hidden")] = 2.5
+    unseen: Annotated[
+        float, Meta("s", 0.5, 60, "time that legs alone are believed while the camera should see the person")
+    ] = 8.0
+    known: Annotated[float, Meta("", 0.05, 0.99, "K that is enough for a person who is expected there")] = 0.5
+    alike: Annotated[
+        float, Meta("", 0, 1, "share of the usual similarity of the colours below which it is another person")
+    ] = 0.6
 
 
 @message

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, TypedDict
+from typing import Any
 
 import numpy as np
 
@@ -13,8 +12,9 @@ from core.calibration.board.board import Board
 from core.errors import BadInput
 from core.geometry import Pose, Transform
 from core.message import Array
+from core.robots.requests import PlaceBoard, PlacedBoard, finite
 from core.sensors import Camera
-from core.simulation.actors.requests import BOARD, HOLDER, number
+from core.simulation.actors.requests import BOARD, HOLDER
 from core.simulation.world import SIZES, HeldBoard, Thing, World
 
 LARGEST = 2.0  # [m] side of a panel
@@ -27,24 +27,6 @@ GAP = 0.01  # [m] between robot and board
 NEAREST = 0.12  # [m] between the camera and the panel
 ARM = (0.22, 0.32, 0.45)  # [m] from the farthest part of the board to the holder
 ASIDE = (0.2, -0.2, 0.0, 0.4, -0.4)  # [m] the holder stands to the left of the board's middle
-
-
-class HeldBoardAnswer(TypedDict):
-    """A board that is held, as the answers have it."""
-
-    id: str
-    what: Literal["board"]
-    x_m: float  # world: its middle
-    y_m: float
-    z_m: float
-    columns: int
-    rows: int
-    square_m: float
-    panel_m: list[float]  # width, height
-    rotation: list[list[float]]  # world from board
-    outline_m: list[list[float]]  # world: the corners of the panel
-    holder: str | None  # id of who holds it
-    fixed: bool
 
 
 @dataclass(frozen=True)
@@ -60,24 +42,22 @@ class HeldBoardRequest:
         return world if self.holder is None else world.with_thing(self.holder)
 
     @property
-    def described(self) -> HeldBoardAnswer:
+    def described(self) -> PlacedBoard:
         """As the answers have it."""
         x, y, z = self.board.place.tolist()
-        return {
-            "id": BOARD,
-            "what": "board",
-            "x_m": x,
-            "y_m": y,
-            "z_m": z,
-            "columns": self.board.columns,
-            "rows": self.board.rows,
-            "square_m": self.board.square,
-            "panel_m": list(self.board.panel),
-            "rotation": self.board.pose.rotation.tolist(),
-            "outline_m": self.board.outline.tolist(),
-            "holder": None if self.holder is None else HOLDER,
-            "fixed": False,
-        }
+        return PlacedBoard(
+            id=BOARD,
+            x_m=x,
+            y_m=y,
+            z_m=z,
+            columns=self.board.columns,
+            rows=self.board.rows,
+            square_m=self.board.square,
+            panel_m=self.board.panel,
+            rotation=tuple(map(tuple, self.board.pose.rotation.tolist())),
+            outline_m=tuple(map(tuple, self.board.outline.tolist())),
+            holder=None if self.holder is None else HOLDER,
+        )
 
 
 def world_without(world: World) -> World:
@@ -88,72 +68,54 @@ def world_without(world: World) -> World:
 
 
 def holding_asked_for(
-    request: Mapping[str, object], world: World, robot: Pose, radius: float, camera: Camera | None
+    request: PlaceBoard, world: World, robot: Pose, radius: float, camera: Camera | None
 ) -> HeldBoardRequest:
-    """The board of a `place` request where it can be held, and its holder; BadInput says why it cannot.
-
-    `what` board, `columns`, `rows`, `square_m`, `panel_m`? [width, height]; its middle at `x_m`, `y_m`, `z_m` with
-    `rotation`? (3 rows, world from board; none: upright, facing the robot), or both in the camera's frame:
-    `in_camera` {`rotation`, `translation_m` of the first corner}; `holder`? true: a person stands behind it;
-    `seconds`? of the way from where it is now.
-    """
-    if request.get("id", BOARD) != BOARD:
-        raise BadInput(f"There is one board, and its id is {BOARD}.")
+    """The board of a request where it can be held, and its holder; BadInput says why it cannot."""
     kind, panel = _kind(request)
     pose = _pose(request, kind, robot, camera)
     board = HeldBoard(columns=kind.columns, rows=kind.rows, square=kind.square, panel=panel, pose=pose)
     bare = world_without(world)
     _check_room(board, bare)
     _check_robot(board, robot, radius, camera)
-    if not _said(request, "holder"):
+    if not request.holder:
         return HeldBoardRequest(board, None)
     former = next((thing for thing in world.things if thing.id == HOLDER), None)
     return HeldBoardRequest(board, _holder(board, bare, robot, radius, former))
 
 
-def seconds_asked_for(request: Mapping[str, object]) -> float:
+def seconds_asked_for(request: PlaceBoard) -> float:
     """Return the duration of the way to the new place [s]. Raises BadInput for anything but such a time."""
-    seconds = number(request, "seconds", 0.0)
+    seconds = finite(request.seconds, "seconds")
     if not 0 <= seconds <= SLOWEST:
         raise BadInput(f"seconds must lie between 0 and {SLOWEST:g}.")
     return seconds
 
 
-def _kind(request: Mapping[str, object]) -> tuple[Board, tuple[float, float]]:
+def _kind(request: PlaceBoard) -> tuple[Board, tuple[float, float]]:
     """The kind of board, and its panel (width, height) [m]; without one half a square of blank paper is around it."""
-    columns, rows = _count(request, "columns", 9), _count(request, "rows", 6)
-    panel = request.get("panel_m")
-    if panel is not None:
-        panel = _numbers(panel, (2,), "panel_m must be the panel's width and height in metres.")
+    panel = None
+    if request.panel_m is not None:
+        panel = _numbers(request.panel_m, (2,), "panel_m must be the panel's width and height in metres.")
     given = None if panel is None else (float(panel[0]), float(panel[1]))
-    board = Board(columns=columns, rows=rows, square=number(request, "square_m", 0.03), panel=given)
+    square = finite(request.square_m, "square_m")
+    board = Board(columns=request.columns, rows=request.rows, square=square, panel=given)
     size = given or (board.width + 3 * board.square, board.height + 3 * board.square)
     if max(size) > LARGEST:
         raise BadInput(f"Nobody holds up a board larger than {LARGEST:g} m.")
     return board, size
 
 
-def _count(request: Mapping[str, object], key: str, usual: int) -> int:
-    count = request.get(key, usual)
-    if isinstance(count, bool) or not isinstance(count, int):
-        raise BadInput("columns and rows must be whole numbers of inner corners.")
-    return count
-
-
-def _pose(request: Mapping[str, object], board: Board, robot: Pose, camera: Camera | None) -> Transform:
+def _pose(request: PlaceBoard, board: Board, robot: Pose, camera: Camera | None) -> Transform:
     """World from board."""
-    in_camera = request.get("in_camera")
+    in_camera = request.in_camera
     if in_camera is None:
-        middle = np.array([number(request, key) for key in ("x_m", "y_m", "z_m")])
-        given = request.get("rotation")
-        rotation = _facing(robot, middle) if given is None else _rotation(given)
+        middle = np.array([finite(getattr(request, key), key) for key in ("x_m", "y_m", "z_m")])
+        rotation = _facing(robot, middle) if request.rotation is None else _rotation(request.rotation)
         return Transform(rotation=rotation, translation=middle - rotation @ board.centre)
     if camera is None:
         raise BadInput("This robot has no camera; say where in the room the board shall be, with x_m, y_m and z_m.")
-    if not isinstance(in_camera, dict):
-        raise BadInput("in_camera must be an object with rotation and translation_m.")
-    place = _numbers(in_camera.get("translation_m"), (3,), "translation_m must be three numbers, in metres.")  # pyright: ignore[reportUnknownMemberType]
-    seen = Transform(rotation=_rotation(in_camera.get("rotation")), translation=place)  # pyright: ignore[reportUnknownMemberType]
+    place = _numbers(in_camera.translation_m, (3,), "translation_m must be three numbers, in metres.")
+    seen = Transform(rotation=_rotation(in_camera.rotation), translation=place)
     return Transform.of_pose(robot) @ camera.mounting @ seen
 
 
@@ -164,7 +126,7 @@ def _facing(robot: Pose, middle: Array) -> Array:
     return np.array([[s, 0.0, c], [-c, 0.0, s], [0.0, -1.0, 0.0]])
 
 
-def _rotation(rows: Any) -> Array:
+def _rotation(rows: tuple[tuple[float, ...], ...]) -> Array:
     """Nine numbers → the nearest rotation (3, 3)."""
     matrix = _numbers(rows, (3, 3), "rotation must be 3 rows of 3 numbers.")
     if np.abs(matrix @ matrix.T - np.eye(3)).max() > SKEW or np.linalg.det(matrix) < 0:
@@ -173,23 +135,16 @@ def _rotation(rows: Any) -> Array:
     return left @ right
 
 
-def _numbers(given: Any, shape: tuple[int, ...], sentence: str) -> Array:
-    """A list (of lists) of finite numbers as an array of `shape`; BadInput(`sentence`) for anything else."""
-    flat = [given]
+def _numbers(given: tuple[Any, ...], shape: tuple[int, ...], sentence: str) -> Array:
+    """Numbers, or rows of them, as an array of `shape`; BadInput(`sentence`) where they are not finite or so many."""
+    flat: list[Any] = [given]
     for size in shape:
-        if not all(isinstance(part, list | tuple) and len(part) == size for part in flat):
+        if not all(len(part) == size for part in flat):
             raise BadInput(sentence)
         flat = [each for part in flat for each in part]
-    if any(isinstance(each, bool) or not isinstance(each, int | float) or not abs(each) < 1e6 for each in flat):
+    if any(not abs(each) < 1e6 for each in flat):
         raise BadInput(sentence)
     return np.array(flat, float).reshape(shape)
-
-
-def _said(request: Mapping[str, object], key: str) -> bool:
-    flag = request.get(key, False)
-    if not isinstance(flag, bool):
-        raise BadInput(f"{key} must be true or false.")
-    return flag
 
 
 def _check_room(board: HeldBoard, world: World) -> None:

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import msgspec
 
 from core.errors import BadInput
 from core.geometry import Pose
 from core.robots import Profile
-from core.simulation.actors.board_holder import HeldBoardAnswer, holding_asked_for, seconds_asked_for, world_without
+from core.robots.requests import PlaceBoard, PlacedBoard
+from core.simulation.actors.board_holder import holding_asked_for, seconds_asked_for, world_without
 from core.simulation.actors.board_trajectory import BoardTrajectory
 from core.simulation.actors.requests import BOARD, HOLDER
 from core.simulation.world import World
-
-
-class MovingBoardAnswer(HeldBoardAnswer):
-    """A board that was asked for, and how long its way takes."""
-
-    seconds: float
 
 
 class BoardMotion:
@@ -26,8 +21,8 @@ class BoardMotion:
         self._profile = profile
         self._trajectory: BoardTrajectory | None = None
 
-    def hold(self, request: Mapping[str, object], world: World, robot: Pose, now: float) -> MovingBoardAnswer:
-        """Begin a `place` request of a board at `now` [s] → what is held, and how long the way takes.
+    def hold(self, request: PlaceBoard, world: World, robot: Pose, now: float) -> PlacedBoard:
+        """Begin the request at `now` [s] → what is held, and how long the way takes.
 
         A board that was not there before is in its place at once. BadInput says what is wrong.
         """
@@ -35,16 +30,15 @@ class BoardMotion:
         wanted = holding_asked_for(request, world, robot, self._profile.radius, self._profile.camera)
         start = None if self._trajectory is None else self._trajectory.at(now)
         self._trajectory = BoardTrajectory(start or wanted, wanted, now, seconds if start else 0.0)
-        return {**wanted.described, "seconds": self._trajectory.seconds}
+        return msgspec.structs.replace(wanted.described, seconds=self._trajectory.seconds)
 
-    def put_down(self, name: str) -> dict[str, str]:
+    def put_down(self, name: str) -> None:
         """Take the board away. BadInput when there is none, or only its holder is named."""
         if self._trajectory is None:
             raise BadInput("There is no chessboard in the room.")
         if name == HOLDER:
             raise BadInput(f"The board's holder goes with it; remove the id {BOARD}.")
         self._trajectory = None
-        return {"id": name}
 
     def in_world(self, world: World, stamp: float) -> World:
         """The world as it is at `stamp` [s]: the same object while nothing moves."""
@@ -53,6 +47,6 @@ class BoardMotion:
         holding = self._trajectory.at(stamp)
         return world if world.board is holding.board else holding.put(world)
 
-    def described(self, stamp: float) -> list[HeldBoardAnswer]:
+    def described(self, stamp: float) -> list[PlacedBoard]:
         """The board as the list of things has it, if there is one."""
         return [] if self._trajectory is None else [self._trajectory.at(stamp).described]

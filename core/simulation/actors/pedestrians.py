@@ -5,16 +5,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
+import msgspec
 import numpy as np
 
 from core.errors import BadInput
 from core.geometry import Pose, wrap
 from core.message import Array
-from core.simulation.actors.requests import number
+from core.robots.requests import PlacedThing, PlaceThing, Point, finite
+from core.simulation.actors.requests import describe
 from core.simulation.world import SWING, Thing, World
 
+SPEED = 0.5  # [m/s] where a request names none
 SPEEDS = (0.05, 2.0)  # [m/s]
 MOST_POINTS = 100
 ROOM = 0.2  # [m] that a walker needs around
@@ -45,27 +47,24 @@ class Pedestrians:
         self._berth = radius + BERTH
         self._stamp = 0.0
 
-    def send(self, request: dict[str, Any], person: Thing, world: World) -> dict[str, Any]:
-        """Take in a `place` request of a person: with `path_m` they walk, without they stand.
+    def send(self, request: PlaceThing, person: Thing, world: World) -> PlacedThing:
+        """Take in the request for a person: with `path_m` they walk, without they stand.
 
-        → the walk's part of the answer. Raises BadInput that says what is wrong.
+        → the answer, with the walk if there is one. Raises BadInput that says what is wrong.
         """
         self._walks.pop(person.id, None)
-        waypoints = request.get("path_m")
-        if waypoints is None:
-            return {}
+        if request.path_m is None:
+            return describe(person)
         if person.what != "person":
             raise BadInput("Only a person can walk; leave path_m out.")
-        speed = number(request, "speed_m_s", 0.5)
+        speed = SPEED if request.speed_m_s is None else finite(request.speed_m_s, "speed_m_s")
         if not SPEEDS[0] <= speed <= SPEEDS[1]:
             raise BadInput(f"speed_m_s must lie between {SPEEDS[0]:g} and {SPEEDS[1]:g}.")
-        again = request.get("again", False)
-        if not isinstance(again, bool):
-            raise BadInput("again must be true or false.")
-        path = np.vstack(((person.pose.x, person.pose.y), _points(waypoints)))
+        again = request.again is True
+        path = np.vstack(((person.pose.x, person.pose.y), _points(request.path_m)))
         _check(np.vstack((path, path[:1])) if again else path, world, person.id)
         self._walks[person.id] = _WalkingPath(path, speed, again)
-        return {"path_m": path[1:].tolist(), "speed_m_s": speed, "again": again}
+        return msgspec.structs.replace(describe(person), path_m=request.path_m, speed_m_s=speed, again=again)
 
     def forget(self, name: str) -> None:
         """Stop the walk of the person with this name, if there is one."""
@@ -106,18 +105,11 @@ class Pedestrians:
         return replace(person, pose=Pose(x, y, heading), stride=stride)
 
 
-def _points(waypoints: Any) -> Array:
+def _points(waypoints: tuple[Point, ...]) -> Array:
     """A path of a request as (P, 2) [m]."""
-    complaint = f"path_m must be a list of 1 to {MOST_POINTS} places [x, y] in metres."
-    if not isinstance(waypoints, list) or not 1 <= len(waypoints) <= MOST_POINTS:  # pyright: ignore[reportUnknownArgumentType]
-        raise BadInput(complaint)
-    places: list[tuple[float, float]] = []
-    for place in waypoints:  # pyright: ignore[reportUnknownVariableType]
-        if not isinstance(place, list | tuple) or len(place) != 2:  # pyright: ignore[reportUnknownArgumentType]
-            raise BadInput(complaint)
-        x, y = place  # pyright: ignore[reportUnknownVariableType]
-        places.append((number({"path_m": x}, "path_m"), number({"path_m": y}, "path_m")))
-    return np.array(places)
+    if not 1 <= len(waypoints) <= MOST_POINTS:
+        raise BadInput(f"path_m must be a list of 1 to {MOST_POINTS} places [x, y] in metres.")
+    return np.array([[finite(value, "path_m") for value in place] for place in waypoints])
 
 
 def _check(path: Array, world: World, walker: str) -> None:

@@ -1,10 +1,6 @@
-"""Speakers in the simulated room: the requests `say` and `listen`, and the sound of every frame."""
+"""Speakers in the simulated room: who speaks where, and the sound of every frame."""
 
 from __future__ import annotations
-
-import base64
-import binascii
-from typing import Any
 
 import numpy as np
 from scipy.signal import resample_poly
@@ -12,8 +8,8 @@ from scipy.signal import resample_poly
 from core.errors import BadInput, Unavailable
 from core.geometry import Pose
 from core.message import Array
+from core.robots.requests import ListeningState, SetListening, Speak, SpokenSound, finite
 from core.sensors.microphones import Sound
-from core.simulation.actors.requests import number
 from core.simulation.microphones import RATE, MicrophoneSettings, SimulatedMicrophones
 from core.simulation.world import World
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
@@ -58,40 +54,40 @@ class Speakers:
             return None
         return ears.read(world, stamp, pose, speed, turn_rate, self._wheelbase)
 
-    def ask(self, request: dict[str, Any], world: World, pose: Pose, stamp: float) -> dict[str, Any]:
-        """`{"do": "listen", "on": bool}` or `{"do": "say", …}` → an answer; BadInput and Refused say what is wrong.
+    def listen(self, request: SetListening) -> ListeningState:
+        """Listen without a pause, or not. Raises Unavailable for a deaf robot."""
+        self._ears()
+        self._listen = request.on
+        return ListeningState(self._listen)
 
-        say: where, `x_m`, `y_m` and `z_m`? of a mouth, or the `id` of a person in the room; what, either `text` with
-        `voice`? and `speed`? (see core.speech.synthesis), or `pcm`: 16-bit samples, one channel, little endian, as
-        bytes or base64, at `rate_hz`? (16000). With `more` it goes on in the next request of the same `id`. → `id`,
-        `seconds`.
-        """
-        ears = self._microphones
-        if ears is None:
-            raise Unavailable("This simulated robot is deaf: it has no microphones.")
-        if request.get("do") == "listen":
-            self._listen = request.get("on") is True
-            return {"on": self._listen}
+    def say(self, request: Speak, world: World, pose: Pose, stamp: float) -> SpokenSound:
+        """Let it sound in the room. Raises BadInput, Refused or Unavailable that says what is wrong."""
+        ears = self._ears()
         mouth, name = self._speaker(request, world)
         dry = _spoken(request)
-        more = request.get("more") is True
         level = max(loudness(dry), FADING * self._levels.pop(name, 0.0))
         self._heard_until = stamp + LISTENING_ON
-        waiting = ears.say(name, mouth, dry / max(level, QUIETEST), pose, self._block, more=more)
-        if more:
+        waiting = ears.say(name, mouth, dry / max(level, QUIETEST), pose, self._block, more=request.more)
+        if request.more:
             self._levels[name] = level
-        return {"id": name, "seconds": round(waiting, 3), "x_m": float(mouth[0]), "y_m": float(mouth[1])}
+        return SpokenSound(id=name, seconds=round(waiting, 3), x_m=float(mouth[0]), y_m=float(mouth[1]))
 
-    def _speaker(self, request: dict[str, Any], world: World) -> tuple[Array, str]:
+    def _ears(self) -> SimulatedMicrophones:
+        if self._microphones is None:
+            raise Unavailable("This simulated robot is deaf: it has no microphones.")
+        return self._microphones
+
+    def _speaker(self, request: Speak, world: World) -> tuple[Array, str]:
         """Return the place of the mouth (3,) [m], and the name under which it speaks."""
-        name = request.get("id")
-        if name is not None and (not isinstance(name, str) or not 0 < len(name) <= 40):
+        name = request.id
+        if name is not None and not 0 < len(name) <= 40:
             raise BadInput("id must be a text of 1 to 40 characters.")
         person = next((one for one in world.things if one.id == name and one.what == "person"), None)
-        if person is not None and request.get("x_m") is None:
+        if person is not None and request.x_m is None:
             mouth = np.array([person.pose.x, person.pose.y, person.height - MOUTH_BELOW_CROWN])
         else:
-            mouth = np.array([number(request, "x_m"), number(request, "y_m"), number(request, "z_m", MOUTH)])
+            height = MOUTH if request.z_m is None else finite(request.z_m, "z_m")
+            mouth = np.array([finite(request.x_m, "x_m"), finite(request.y_m, "y_m"), height])
         if not HEIGHTS[0] <= mouth[2] <= HEIGHTS[1]:
             raise BadInput(f"z_m must lie between {HEIGHTS[0]:g} and {HEIGHTS[1]:g}.")
         if not world.open_air(mouth[None]):
@@ -102,30 +98,24 @@ class Speakers:
         return mouth, name
 
 
-def _spoken(request: dict[str, Any]) -> Array:
+def _spoken(request: Speak) -> Array:
     """The sound of a request (N,) at RATE."""
-    if (pcm := request.get("pcm")) is not None:
-        rate = number(request, "rate_hz", RATE)
-        if not RATES[0] <= rate <= RATES[1] or rate != int(rate):
+    if request.pcm is not None:
+        if not RATES[0] <= request.rate_hz <= RATES[1]:
             raise BadInput(f"rate_hz must be a whole number from {RATES[0]:,} to {RATES[1]:,}.")
-        return _at_rate(_samples(pcm), int(rate))
-    text = request.get("text")
-    if not isinstance(text, str):
+        return _at_rate(_samples(request.pcm), request.rate_hz)
+    if request.text is None:
         raise BadInput("Say what is to be said: text, or pcm.")
-    speed = round(number(request, "speed", VoiceSettings().speed))
-    sound = speak(text, VoiceSettings(voice=str(request.get("voice") or PERSONS_VOICE), speed=speed))
+    speed = VoiceSettings().speed if request.speed is None else request.speed
+    sound = speak(request.text, VoiceSettings(voice=request.voice or PERSONS_VOICE, speed=speed))
     return _at_rate(sound.samples[:, 0], sound.rate)
 
 
-def _samples(pcm: Any) -> Array:
-    """16-bit samples as bytes or base64 → (N,) of full scale ±1."""
-    try:
-        raw = pcm if isinstance(pcm, bytes) else base64.b64decode(pcm, validate=True)
-    except (TypeError, ValueError, binascii.Error):
-        raise BadInput("pcm must be 16-bit samples in base64.") from None
-    if not raw or len(raw) % 2:
+def _samples(pcm: bytes) -> Array:
+    """16-bit samples → (N,) of full scale ±1."""
+    if not pcm or len(pcm) % 2:
         raise BadInput("pcm must be an even number of bytes: 16-bit samples of one channel.")
-    return np.frombuffer(raw, "<i2") / 32768
+    return np.frombuffer(pcm, "<i2") / 32768
 
 
 def _at_rate(samples: Array, rate: int) -> Array:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from core.message import Array
+from core.setting import Meta, Section
 from core.slam.association.joint_compatibility import JointCandidates, Pairs
 from core.slam.association.landmark_table import LandmarkTable
 from core.slam.association.nearest_neighbour import Assignment, associate
@@ -17,15 +19,23 @@ from core.slam.ekf.observation import Observation
 
 
 @dataclass(frozen=True)
-class MatchSettings:
+class MatchSettings(Section):
     """Gates and margins of data association."""
 
-    gate: float = 22.0  # squared distance below which a match lies: real ranges have heavier tails than a Gaussian
-    fresh: float = 20.0  # a new landmark is farther than this from all, and matched with none
-    margin: float = 2.0  # an assignment that another one comes this close to is doubtful
-    vague: float = 4.0  # ln|S| / |R| from which one scan does not tell which landmark left behind a sighting is of
-    found_again: int = 3  # landmarks that must be recognised together then
-    joint_nodes: int = 300  # branches of one scan's assignments that are looked at, at most; 0: each sighting alone
+    gate: Annotated[
+        float,
+        Meta("χ²", 1, 1000, "squared distance of a match, at most: real ranges have heavier tails than a Gaussian"),
+    ] = 22.0
+    fresh: Annotated[float, Meta("χ²", 1, 1000, "squared distance of a new landmark from others, at least")] = 20.0
+    margin: Annotated[float, Meta("χ²", 0, 100, "an assignment with another one so close is doubtful")] = 2.0
+    vague: Annotated[
+        float, Meta("", 0, 100, "ln(|S|/|R|) from which one scan cannot tell which landmark left behind was seen")
+    ] = 4.0
+    found_again: Annotated[int, Meta("", 2, 1000, "landmarks left behind that must be recognised together")] = 3
+    joint_nodes: Annotated[
+        int,
+        Meta("", 0, 5000, "branches of one scan's assignments that are searched, at most; 0: each sighting alone"),
+    ] = 300
 
 
 def recognise(look: Observation, state: Filter, table: LandmarkTable, settings: MatchSettings) -> Assignment:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from core.geometry import wrap
 from core.message import Array
 from core.perception.landmarks.landmarks import Sighting
+from core.setting import Meta, Section
 
 GRAZE = math.radians(15)  # within the rim of its sector a corner's wall is seen too flat
 SURE = 0.7  # of the range from which a corner was ever made out: from here it should be again
@@ -17,17 +19,21 @@ STEADY = 20  # hits after which the opening is averaged no further
 
 
 @dataclass(frozen=True)
-class LandmarkSettings:
+class LandmarkSettings(Section):
     """Conditions under which a landmark is believed and dropped."""
 
-    probation: int = 3  # hits before it may correct the pose
-    at_once: int = 6  # with fewer landmarks than these, one hit is enough: else the robot would run blind
-    patience: int = 30  # scans without a hit that a tentative landmark survives
-    misses: float = 2.0  # a landmark goes when m > misses + share * h
-    misses_share: float = 0.5
-    behind: float = 5.0  # times as far as it is seen from: driven on so far, the robot has left a landmark behind
-    opening: float = math.radians(40)  # that two sightings of one corner may differ in their opening
-    most: int = 1000  # landmarks in all
+    probation: Annotated[int, Meta("", 1, 50, "hits before a landmark may correct the pose")] = 3
+    at_once: Annotated[int, Meta("", 0, 10000, "with fewer landmarks one hit is enough: else it runs blind")] = 6
+    patience: Annotated[int, Meta("scans", 1, 10000, "time without a hit that a tentative landmark survives")] = 30
+    misses: Annotated[float, Meta("", 0, 1000, "a landmark is dropped when m > misses + misses_share · h")] = 2.0
+    misses_share: Annotated[float, Meta("", 0, 10, "misses that one hit makes up for")] = 0.5
+    behind: Annotated[
+        float, Meta("", 0.1, 1000, "way per range at which a landmark was seen, after which it is left behind")
+    ] = 5.0
+    opening: Annotated[
+        float, Meta("rad", 0.01, 3.2, "difference of a corner's openings in two sightings, at most")
+    ] = math.radians(40)
+    most: Annotated[int, Meta("", 10, 2000, "landmarks in all")] = 1000
 
 
 @dataclass

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from core.message import Array
+from core.setting import Meta
 from core.slam.association.associate import MatchSettings
 from core.slam.association.constellation import found_again
 from core.slam.association.joint_compatibility import Pairs
@@ -20,8 +22,10 @@ from core.slam.ekf.measurement_model import squared_distance
 class AssociationSettings(MatchSettings):
     """Conditions under which two landmarks are merged."""
 
-    double: float = 5.99  # chi-square, 95 %: landmarks nearer than this may be one
-    double_reach: float = 0.25  # [m]
+    double: Annotated[
+        float, Meta("χ²", 0, 100, "squared distance below which two landmarks may be one; 95 % at 2 dof")
+    ] = 5.99
+    double_reach: Annotated[float, Meta("m", 0, 5, "distance below which two landmarks may be one")] = 0.25
 
 
 def join_doubles(state: Filter, table: LandmarkTable, hit: list[int], settings: AssociationSettings) -> None:

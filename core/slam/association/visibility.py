@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from core.geometry import Pose
 from core.message import Array
-from core.sensors import Laser, Scan
+from core.sensors import Scan
 
 WINDOW = np.arange(-3, 4)  # beams around a bearing
 MARGIN = 0.15  # [m] that a beam may end short of a landmark or beyond
@@ -14,8 +15,9 @@ MARGIN = 0.15  # [m] that a beam may end short of a landmark or beyond
 class VisibilityCheck:
     """One scan as a witness of what stands in the way."""
 
-    def __init__(self, scan: Scan, laser: Laser) -> None:
-        self._scan, self._mounting = scan, laser.mounting
+    def __init__(self, scan: Scan, mounting: Pose) -> None:
+        """`mounting`: robot_from_laser."""
+        self._scan, self._mounting = scan, mounting
         self._ranges = np.where(scan.valid | np.isposinf(scan.ranges), scan.ranges, np.nan)
 
     def judge(self, places: Array, spreads: Array) -> tuple[Array, Array]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from core.geometry import Pose
 from core.message import Array, message
+from core.perception.landmarks.frame_perception import Beams
 
 POINTS = 240  # of a scan that are matched, at most
 TOLERANCE = 0.2  # [m] within which a point lies on what a beam met …
@@ -61,13 +62,11 @@ class Keyframe:
         return on, looked & (distance < nearest - slack)
 
 
-def keyframe(
-    number: int, submap: int, stamp: float, local: Pose, ends: Array, hits: Array, mounting: Pose
-) -> Keyframe:
-    """A scan as a view; ends (N, 2) [m], hits (N,), the laser's mounting in the robot frame."""
-    eye = np.array([mounting.x, mounting.y])
-    ends = ends.astype(np.float32)
-    return Keyframe(id=number, submap=submap, stamp=stamp, local=local, ends=ends, hits=hits, eye=eye)
+def keyframe(number: int, submap: int, stamp: float, local: Pose, beams: Beams) -> Keyframe:
+    """A scan as a view."""
+    eye = np.array([beams.viewpoint.x, beams.viewpoint.y])
+    ends = beams.ends.astype(np.float32)
+    return Keyframe(id=number, submap=submap, stamp=stamp, local=local, ends=ends, hits=beams.hits, eye=eye)
 
 
 def thinned(points: Array, most: int = POINTS) -> Array:

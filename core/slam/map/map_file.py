@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from pathlib import Path
-from typing import Any, cast, get_args
 
+import msgspec
 import numpy as np
 
 from core.errors import BadInput
@@ -20,8 +19,6 @@ LARGEST = 2_000_000_000  # bytes of all arrays together
 WORDS, ARRAYS = "map.json", "map.npz"
 CLOSURES = "bonds"  # the key of the loop closures in map.json
 
-ROW = {each.name for each in dataclasses.fields(LandmarkRecord)}
-CLOSURE_KEYS = {"id", "older", "newer", "next_door", "state", "accepted", "shown"}
 SHAPES: dict[str, tuple[str, ...]] = {
     "view_stamps": ("views",),
     "view_submaps": ("views",),
@@ -44,35 +41,62 @@ SHAPES: dict[str, tuple[str, ...]] = {
 """Every array and its shape; the same word is the same number. Links' ends: closure, a, b; scores: score, stamp."""
 
 
+class SavedClosure(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A loop closure; its links stand in the arrays and are counted within it, from 0."""
+
+    id: int
+    older: int  # submap
+    newer: int  # submap
+    next_door: bool
+    state: ClosureState
+    accepted: list[int]  # links
+    shown: int | None  # link
+
+
+class MapForm(msgspec.Struct, frozen=True):
+    """What is read of a map first."""
+
+    form: int
+
+
+class MapFacts(MapForm, frozen=True, forbid_unknown_fields=True):
+    """All of a map that is no array: `map.json`."""
+
+    resolution_m: float
+    landmarks: list[list[LandmarkRecord]]  # of every submap
+    closures: list[SavedClosure] = msgspec.field(name=CLOSURES)
+
+
 @message
 class SavedMap:
     """Everything that is known of a floor: submaps, views, graph, closures, tiles, landmarks with covariances.
 
     `arrays`: those of SHAPES, and for every submap k `tile_k` (rows, columns) log odds, `origin_k` (2,) [m],
     `places_k` (N, 2) [m], `covariance_k` (3 + 2N, 3 + 2N) of robot and landmarks as its filter measures them, and
-    `pose_k` (3,) of the robot when it was there last. `facts`: resolution, landmark rows and loop closures, as JSON.
+    `pose_k` (3,) of the robot when it was there last.
     """
 
     arrays: dict[str, Array]
-    facts: dict[str, Any]
+    facts: MapFacts
 
     @property
     def submaps(self) -> int:
         """Number of submaps."""
-        return len(self.facts["landmarks"])
+        return len(self.facts.landmarks)
 
     def to_files(self, folder: Path) -> None:
         """Write `map.json` and `map.npz` into a folder. Raises Unwritable."""
         with saving("The map could not be saved"):
             with replacing(folder / ARRAYS) as file:
                 np.savez_compressed(file, allow_pickle=False, **self.arrays)
-            write_atomic(folder / WORDS, json.dumps(self.facts, indent=1))
+            facts = msgspec.to_builtins(self.facts, enc_hook=float)  # of numpy's numbers
+            write_atomic(folder / WORDS, json.dumps(facts, indent=1))
 
     @staticmethod
     def from_files(folder: Path) -> SavedMap:
         """Read what `to_files` wrote. Raises BadInput with a sentence for every fault."""
         try:
-            facts = json.loads((folder / WORDS).read_text(encoding="utf-8"))
+            words = json.loads((folder / WORDS).read_text(encoding="utf-8"))
             with np.load(folder / ARRAYS, allow_pickle=False) as archive:
                 sizes = sum(member.file_size for member in archive.zip.infolist())
                 if sizes > LARGEST:
@@ -84,7 +108,17 @@ class SavedMap:
             raise BadInput(f"The map {folder.name} cannot be read: {trouble.strerror or trouble}.") from None
         except Exception:  # zipfile, zlib, json and numpy raise many kinds on damaged files
             raise BadInput(f"The map {folder.name} is damaged; save it again.") from None
-        return checked(SavedMap(arrays=arrays, facts=facts), folder.name)
+        return checked(SavedMap(arrays=arrays, facts=_facts(words, folder.name)), folder.name)
+
+
+def _facts(words: object, name: str) -> MapFacts:
+    """What `map.json` holds → the facts. Raises BadInput."""
+    try:
+        if msgspec.convert(words, MapForm).form != FORM:
+            raise BadInput(f"The map {name} is damaged: it is of another form.")
+        return msgspec.convert(words, MapFacts)
+    except msgspec.ValidationError:
+        raise BadInput(f"The map {name} is damaged: parts of it are missing or wrong.") from None
 
 
 def checked(saved: SavedMap, name: str) -> SavedMap:
@@ -101,9 +135,7 @@ def checked(saved: SavedMap, name: str) -> SavedMap:
 def _complaint(saved: SavedMap) -> str:
     """Return what is inconsistent; "" if nothing is."""
     facts, arrays = saved.facts, saved.arrays
-    if facts["form"] != FORM:
-        return "it is of another form"
-    if not 0.005 <= float(facts["resolution_m"]) <= 1.0:
+    if not 0.005 <= facts.resolution_m <= 1.0:
         return "its resolution cannot be"
     counts: dict[str, int] = {}
     return (
@@ -144,24 +176,21 @@ def _graph_complaint(saved: SavedMap, counts: dict[str, int]) -> str:
 
 def _closure_complaint(saved: SavedMap) -> str:
     """Return what is wrong with the closures and their links, or ""."""
-    loop_closures = cast(list[dict[str, Any]], saved.facts[CLOSURES])
+    loop_closures = saved.facts.closures
     ends = saved.arrays["link_ends"][:, 0]
     if not _within(ends, len(loop_closures)):
         return "links belong to nothing"
     counted = np.bincount(ends, minlength=len(loop_closures)).tolist()
     for loop_closure, links in zip(loop_closures, counted, strict=True):
-        shown = [] if loop_closure["shown"] is None else [loop_closure["shown"]]
-        wrong = set(loop_closure) != CLOSURE_KEYS or loop_closure["state"] not in get_args(ClosureState)
-        if wrong or any(not 0 <= int(k) < links for k in (*loop_closure["accepted"], *shown)):
+        shown = [] if loop_closure.shown is None else [loop_closure.shown]
+        if any(not 0 <= k < links for k in (*loop_closure.accepted, *shown)):
             return "its closures are wrong"
     return ""
 
 
 def _room(saved: SavedMap, number: int) -> str:
-    arrays, rows = saved.arrays, saved.facts["landmarks"][number]
+    arrays, rows = saved.arrays, saved.facts.landmarks[number]
     size = 3 + 2 * len(rows)
-    if any(set(row) != ROW for row in rows):
-        return f"the landmarks of submap {number} are wrong"
     shapes = {"origin": (2,), "pose": (3,), "places": (len(rows), 2), "covariance": (size, size)}
     for key, shape in shapes.items():
         array = arrays[f"{key}_{number}"]

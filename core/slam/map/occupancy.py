@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import cv2
 import numpy as np
 
+from core.errors import BadInput
 from core.geometry import Pose, wrap
 from core.message import Array, message
+from core.setting import Meta, Section
 
+MOST_CELLS = 5000  # from the world's origin to the map's side: 400 MB in all
 FRACTION_BITS = 4  # of a cell, for the outline of what was free
 
 
@@ -25,19 +29,28 @@ class OccupancyGrid:
 
 
 @dataclass(frozen=True)
-class OccupancySettings:
+class OccupancySettings(Section):
     """Settings of the occupancy map: how a scan changes it."""
 
-    resolution: float = 0.05  # [m]
-    hit: float = 1.2  # log odds for a cell where a beam ended
-    free: float = -0.4  # log odds for a cell that a beam passed
-    bound: float = 4.0  # log odds beyond which nothing is believed more firmly
-    moved: float = 0.03  # [m] since the last scan that was drawn …
-    turned: float = 0.03  # [rad] … or this, and the next is drawn too
-    waits: int = 5  # scans from the same place of which one is drawn: what moves away must vanish
-    block: float = 5.0  # [m] by which the map grows
-    widest: float = 100.0  # [m] from the world's origin; what lies beyond is not drawn
-    farthest: float = 20.0  # [m] to which a beam is drawn; one that goes on is free up to there
+    resolution: Annotated[float, Meta("m", 0.02, 0.5, "side of a cell")] = 0.05
+    hit: Annotated[float, Meta("", 0.1, 10, "log odds for a cell where a beam ended")] = 1.2
+    free: Annotated[float, Meta("", -10, -0.01, "log odds for a cell that a beam passed")] = -0.4
+    bound: Annotated[float, Meta("", 0.5, 50, "log odds that no cell exceeds")] = 4.0
+    moved: Annotated[float, Meta("m", 0, 1, "move since the last drawn scan until the next is drawn")] = 0.03
+    turned: Annotated[float, Meta("rad", 0, 1, "turn since the last drawn scan until the next is drawn")] = 0.03
+    waits: Annotated[
+        int, Meta("scans", 1, 1000, "at one place one scan in so many is drawn: what moves away must vanish")
+    ] = 5
+    block: Annotated[float, Meta("m", 0.5, 50, "length by which the map grows")] = 5.0
+    widest: Annotated[float, Meta("m", 5, 250, "distance from the origin beyond which nothing is drawn")] = 100.0
+    farthest: Annotated[
+        float, Meta("m", 0.5, 100, "length to which a beam is drawn; a longer one is free up to there")
+    ] = 20.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.widest > MOST_CELLS * self.resolution:
+            raise BadInput(f"widest must not exceed {MOST_CELLS} cells: {MOST_CELLS * self.resolution:g} m.")
 
 
 class OccupancyMap:

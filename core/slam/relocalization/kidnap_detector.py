@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
+from typing import Annotated
 
 import cv2
 import numpy as np
 
 from core.geometry import Pose, wrap
 from core.message import Array
+from core.setting import Meta, Section
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.relocalization.search_pyramid import FREE, OCCUPIED
 
@@ -19,23 +21,28 @@ AROUND = 2  # [cells] of a wall within which a point lies at it
 
 
 @dataclass(frozen=True)
-class KidnapSettings:
+class KidnapSettings(Section):
     """Thresholds beyond which the robot counts as lost, and after how long."""
 
-    match: float = 0.5  # score of the newest scan on the views around, at least, or …
-    match_usual: float = 0.65  # … this share of what is usual with this laser …
-    match_least: float = 0.3  # … but never less
-    agreement: float = 0.6  # share of the points on known ground that lie at walls, at least, or …
-    agreement_usual: float = 0.7  # … this share of what is usual …
-    agreement_least: float = 0.4  # … but never less
-    habit: float = 0.02  # by which the usual follows every scan that raises no doubt
-    nis: float = 4.0  # normalised innovation squared per degree of freedom, at most …
-    unmatched: float = 0.5  # … where more sightings than this share match nothing
-    lasting: float = 1.0  # [s] that any of these lasts before the robot counts as lost
-    carried: float = 0.5  # [m] that the scans move within `window` while the wheels stand, or …
-    carried_turn: float = math.radians(30)  # [rad] … this
-    rolling: float = 0.05  # [m] of the wheels, a radian counted as 0.1 m: less is standing
-    window: float = 2.0  # [s]
+    match: Annotated[float, Meta("", 0, 1, "score of the newest scan on the views around, at least")] = 0.5
+    match_usual: Annotated[float, Meta("", 0, 1, "share of this laser's usual score that is enough")] = 0.65
+    match_least: Annotated[float, Meta("", 0, 1, "score that is always demanded")] = 0.3
+    agreement: Annotated[float, Meta("", 0, 1, "share of the points on known ground at walls, at least")] = 0.6
+    agreement_usual: Annotated[float, Meta("", 0, 1, "share of the usual agreement that is enough")] = 0.7
+    agreement_least: Annotated[float, Meta("", 0, 1, "agreement that is always demanded")] = 0.4
+    habit: Annotated[float, Meta("", 0.001, 1, "weight of a scan without doubt in the usual")] = 0.02
+    nis: Annotated[float, Meta("", 0.5, 100, "normalised innovation squared per degree of freedom, at most")] = 4.0
+    unmatched: Annotated[float, Meta("", 0, 1, "share of unmatched sightings from which `nis` counts")] = 0.5
+    lasting: Annotated[float, Meta("s", 0, 60, "time that any of these lasts until it counts as lost")] = 1.0
+    carried: Annotated[
+        float, Meta("m", 0.05, 10, "move by the scans within `window` while the wheels stand: the robot was carried")
+    ] = 0.5
+    carried_turn: Annotated[
+        float,
+        Meta("rad", 0.05, 6.3, "turn by the scans within `window` while the wheels stand: the robot was carried"),
+    ] = math.radians(30)
+    rolling: Annotated[float, Meta("m", 0, 1, "roll of standing wheels, at most, a radian counted as 0.1 m")] = 0.05
+    window: Annotated[float, Meta("s", 0.2, 30, "time over which both are compared")] = 2.0
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from core.geometry import Pose
 from core.message import Array
-from core.sensors import Laser
+from core.perception.landmarks.frame_perception import Beams
 from core.slam.estimate import SlamHealth
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import LostStatus
@@ -36,8 +34,7 @@ class LocalizationSettings:
 class LocalizationMonitor:
     """Between the robot's own confidence and the search for its place."""
 
-    def __init__(self, laser: Laser | None, settings: LocalizationSettings, watched: bool) -> None:
-        self._mounting = laser.mounting if laser else Pose()
+    def __init__(self, settings: LocalizationSettings, watched: bool) -> None:
         self._settings, self._watched = settings, watched
         self._alarm, self._walls = KidnapDetector(settings.alarm), WidenedWalls()
         self._finding: Recovery | None = None
@@ -100,16 +97,14 @@ class LocalizationMonitor:
         if self._finding is not None:
             self._finding.place_at(click)
 
-    def search(
-        self, stamp: float, step: Pose, ends: Array | None, hits: Array | None, may_turn: bool = False
-    ) -> RecoveredPose | None:
+    def search(self, stamp: float, step: Pose, beams: Beams | None, may_turn: bool = False) -> RecoveredPose | None:
         """One frame of looking for the robot's place → the place once it is found."""
         if self._finding is None:
             return None
         self._odometry = self._odometry @ step
         view = None
-        if ends is not None and hits is not None:
-            view = ScanView.of_beams(stamp, self._odometry, self._mounting, np.asarray(ends), hits)
+        if beams is not None:
+            view = ScanView.of_beams(stamp, self._odometry, beams)
         found = self._finding.step(stamp, self._odometry, view, may_turn)
         if found is not None:
             self._finding, self.words, self._since = None, found.words, stamp

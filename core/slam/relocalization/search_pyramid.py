@@ -10,6 +10,7 @@ import numpy as np
 
 from core.geometry import Pose
 from core.message import Array, message
+from core.perception.landmarks.frame_perception import Beams
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.scan_matching.likelihood_field import CELL, LikelihoodField
 
@@ -34,13 +35,12 @@ class ScanView:
     misses: Array  # (M, 2) [m]: ends of those that met nothing
 
     @staticmethod
-    def of_beams(
-        stamp: float, odometry: Pose, mounting: Pose, ends: Array, hits: Array, grain: float = 0.1
-    ) -> ScanView:
-        """Beam ends (N, 2) [m] in the robot frame, NaN where nothing was measured, and which are hits (N,) bool.
+    def of_beams(stamp: float, odometry: Pose, beams: Beams, grain: float = 0.1) -> ScanView:
+        """A scan's beams → the view.
 
         Of the ends in each square of `grain` [m] one is kept: so that near walls count no more than far ones.
         """
+        ends, hits, mounting = beams.ends, beams.hits, beams.viewpoint
         known = np.isfinite(ends).all(axis=1)
         return ScanView(
             stamp=stamp,

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 from dataclasses import dataclass
+from typing import Annotated
 
 import cv2
 import numpy as np
 
 from core.geometry import Pose, rotation, wrap
 from core.message import Array
+from core.setting import Meta, Section
 from core.slam.map.keyframe import thinned
 from core.slam.scan_matching.likelihood_field import CELL, LikelihoodField, Match
 from core.slam.scan_matching.match_covariance import match_spread
@@ -26,22 +28,22 @@ AT_ONCE = 4  # headings of the wide search in one piece of work
 
 
 @dataclass(frozen=True)
-class ScanMatchingSettings:
+class ScanMatchingSettings(Section):
     """Settings of scan matching against earlier scans, and of its covariance."""
 
-    reach: float = 0.1  # [m] around the expected place that is searched at least …
-    reach_per_way: float = 0.4  # [m per m] … and more after a long way …
-    reach_per_turn: float = 0.2  # [m per rad] … or a large turn
-    widest: float = 0.75  # [m]
-    angle: float = math.radians(3)  # [rad] around the expected heading
-    angle_per_way: float = math.radians(6)  # [rad per m]
-    angle_per_turn: float = 0.4  # [rad per rad]
-    widest_angle: float = math.radians(30)  # [rad]
-    score: float = 0.4  # a match is at least as good
-    point_sd: float = 0.1  # [m] of a point across its wall, their dependence on each other taken in
-    wall: float = 0.5  # [m] between next neighbours on one wall, at most
-    place_sd: float = 0.02  # [m] of a matched pose, at least
-    heading_sd: float = math.radians(0.4)  # [rad]
+    reach: Annotated[float, Meta("m", 0.02, 1, "distance around the expected place searched at least")] = 0.1
+    reach_per_way: Annotated[float, Meta("m/m", 0, 2, "further distance per way driven")] = 0.4
+    reach_per_turn: Annotated[float, Meta("m/rad", 0, 2, "further distance per turn")] = 0.2
+    widest: Annotated[float, Meta("m", 0.05, 1.5, "distance that is searched, at most")] = 0.75
+    angle: Annotated[float, Meta("rad", 0.01, 0.8, "angle around the expected heading, at least")] = math.radians(3)
+    angle_per_way: Annotated[float, Meta("rad/m", 0, 2, "further angle per way driven")] = math.radians(6)
+    angle_per_turn: Annotated[float, Meta("rad/rad", 0, 2, "further angle per turn")] = 0.4
+    widest_angle: Annotated[float, Meta("rad", 0.02, 1, "angle that is searched, at most")] = math.radians(30)
+    score: Annotated[float, Meta("", 0.05, 0.95, "score of a match, at least")] = 0.4
+    point_sd: Annotated[float, Meta("m", 0.001, 1, "sd of a point across its wall, correlation included")] = 0.1
+    wall: Annotated[float, Meta("m", 0.02, 3, "distance between neighbouring points on one wall, at most")] = 0.5
+    place_sd: Annotated[float, Meta("m", 1e-4, 1, "least sd of a matched place")] = 0.02
+    heading_sd: Annotated[float, Meta("rad", 1e-4, 1, "least sd of a matched heading")] = math.radians(0.4)
 
 
 def window(move: Pose, settings: ScanMatchingSettings) -> tuple[float, float]:

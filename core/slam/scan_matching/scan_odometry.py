@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -11,31 +12,38 @@ from core.geometry import Pose, wrap
 from core.message import Array
 from core.perception.landmarks.deskew import deskew
 from core.sensors import Laser, Scan, Wheels
+from core.setting import Meta, Section
 from core.slam.motion import Increment
 from core.slam.scan_matching.likelihood_field import LikelihoodField, Match
 from core.slam.scan_matching.match_covariance import match_spread
 
 
 @dataclass(frozen=True)
-class ScanOdometrySettings:
+class ScanOdometrySettings(Section):
     """Settings of scan odometry."""
 
-    reach: float = 0.2  # [m] around the predicted place that is searched
-    angle: float = math.radians(10)  # [rad] around the predicted heading
-    points: int = 180  # of a scan that the search looks at
-    score: float = 0.35  # a match is at least as good
-    keyframes: int = 20  # of which the local map is made
-    distance: float = 0.15  # [m] between keyframes …
-    turn: float = math.radians(8)  # [rad] … or this
-    coast: float = 0.5  # of the former motion that is expected to go on where a match fails
-    still_distance: float = 0.008  # [m] under which, and
-    still_turn: float = math.radians(0.2)  # [rad] under which nothing has moved
-    place_sd: float = 0.003  # [m] of a matched increment, at least
-    heading_sd: float = math.radians(0.1)  # [rad]
-    point_sd: float = 0.1  # [m] of a point across its wall, their dependence on each other taken in
-    wall: float = 0.3  # [m] between next neighbours on one wall, at most
-    blind_speed: float = 0.3  # [m/s] sd of the motion where a match fails
-    blind_turn: float = math.radians(30)  # [rad/s]
+    reach: Annotated[float, Meta("m", 0.02, 1, "distance around the predicted place searched")] = 0.2
+    angle: Annotated[float, Meta("rad", 0.02, 1, "angle around the predicted heading searched")] = math.radians(10)
+    points: Annotated[int, Meta("", 20, 2000, "points of a scan that the search looks at")] = 180
+    score: Annotated[float, Meta("", 0.05, 0.95, "score of a match, at least")] = 0.35
+    keyframes: Annotated[int, Meta("", 1, 200, "keyframes that make up the local map")] = 20
+    distance: Annotated[float, Meta("m", 0.01, 2, "way between keyframes")] = 0.15
+    turn: Annotated[float, Meta("rad", 0.01, 1.6, "turn between keyframes, where the way is shorter")] = math.radians(
+        8
+    )
+    coast: Annotated[
+        float, Meta("", 0, 1, "share of the former motion that is expected to go on where a match fails")
+    ] = 0.5
+    still_distance: Annotated[float, Meta("m", 0, 0.1, "a shorter move is none …")] = 0.008
+    still_turn: Annotated[float, Meta("rad", 0, 0.1, "… where its turn is smaller than this")] = math.radians(0.2)
+    place_sd: Annotated[float, Meta("m", 1e-4, 0.5, "least sd of a matched move")] = 0.003
+    heading_sd: Annotated[float, Meta("rad", 1e-4, 0.5, "least sd of a matched turn")] = math.radians(0.1)
+    point_sd: Annotated[float, Meta("m", 0.001, 1, "sd of a point across its wall, correlation included")] = 0.1
+    wall: Annotated[float, Meta("m", 0.02, 2, "distance between neighbouring points on one wall, at most")] = 0.3
+    blind_speed: Annotated[float, Meta("m/s", 0.01, 5, "sd of the speed where a match fails")] = 0.3
+    blind_turn: Annotated[float, Meta("rad/s", 0.01, 10, "sd of the turn rate where a match fails")] = math.radians(
+        30
+    )
 
 
 FEWEST = 20  # points of a scan that can be matched

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from importlib import import_module
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -105,7 +105,35 @@ def _pesq(matched: AlignedRecordings) -> tuple[float | None, str]:
         return None, "PESQ found no utterance in these recordings."
 
 
-def as_json(one: AudioSimilarity) -> dict[str, Any]:
+class HealthFigures(TypedDict):
+    """The state of one recording, as JSON."""
+
+    sample_rate_hz: int
+    channels: int
+    duration_s: float
+    level_dbfs: float
+    noise_floor_dbfs: float
+    clipped_share: float
+
+
+class SimilarityFigures(TypedDict):
+    """All measures of two recordings, as JSON."""
+
+    stoi: float | None
+    estoi: float | None
+    si_sdr_db: float | None
+    si_sdr_note: str
+    pesq_wb: float | None
+    pesq_reason: str
+    delay_s: float
+    correlation: float
+    inverted: bool
+    level_change_db: float
+    original: HealthFigures
+    received: HealthFigures
+
+
+def as_json(one: AudioSimilarity) -> SimilarityFigures:
     """All figures, units in the names."""
     return {
         "stoi": one.stoi,
@@ -123,7 +151,7 @@ def as_json(one: AudioSimilarity) -> dict[str, Any]:
     }
 
 
-def _health_json(one: RecordingHealth) -> dict[str, Any]:
+def _health_json(one: RecordingHealth) -> HealthFigures:
     return {
         "sample_rate_hz": one.rate,
         "channels": one.channels,

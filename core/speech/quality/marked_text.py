@@ -8,7 +8,7 @@ robot's. Those numbers are kept here by marks; which of the words carry them is 
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import TypedDict
 
 from core.errors import BadInput
 from core.speech.quality.osqe import OsqeScore, score
@@ -55,7 +55,29 @@ def marked_score(person: str, robot: str) -> OsqeScore:
     return score(len(marked_words(person)), len(marked_words(robot)))
 
 
-def as_json(person: str, robot: str) -> dict[str, Any]:
+class MarkedWord(TypedDict):
+    """A word that is marked as erroneous, as JSON."""
+
+    path: str  # "person" | "robot"
+    kind: str  # "marked"
+    original: None
+    heard: str
+
+
+class MarkedFigures(TypedDict):
+    """The figures of two marked texts, as JSON."""
+
+    erroneous_words_person: int
+    erroneous_words_robot: int
+    osqe_d: int
+    osqe_r: float | None
+    reason: str
+    osqe_r_bounded: float
+    words: int
+    differences: list[MarkedWord]
+
+
+def as_json(person: str, robot: str) -> MarkedFigures:
     """The figures of two marked texts."""
     one = marked_score(person, robot)
     return {

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 
@@ -153,7 +153,56 @@ def _intervals(
     return (low, high), (least, most)
 
 
-def as_json(quality: SpeechQuality) -> dict[str, Any]:
+class PathFigures(TypedDict):
+    """The errors of one path, as JSON."""
+
+    substitutions: int
+    deletions: int
+    insertions: int
+    word_error_rate: float
+    commands_exact: int
+
+
+class PhraseFigures(TypedDict):
+    """A phrase of the original and whether it arrived word for word, as JSON."""
+
+    text: str
+    person_exact: bool
+    robot_exact: bool
+
+
+class WordDifference(TypedDict):
+    """A word that one path changed, as JSON."""
+
+    path: str  # "person" | "robot"
+    word: int  # from 0, along the path
+    phrase: int  # of the original, from 0
+    kind: str
+    original: str | None
+    heard: str | None
+
+
+class QualityFigures(TypedDict):
+    """All figures of a comparison, as JSON."""
+
+    words: int
+    phrases: int
+    erroneous_words_person: int
+    erroneous_words_robot: int
+    osqe_d: int
+    osqe_r: float | None
+    reason: str
+    osqe_r_bounded: float
+    osqe_d_interval_95: list[float]
+    osqe_r_bounded_interval_95: list[float]
+    verdict: str
+    person: PathFigures
+    robot: PathFigures
+    commands: list[PhraseFigures]
+    differences: list[WordDifference]
+
+
+def as_json(quality: SpeechQuality) -> QualityFigures:
     """All figures with the names of the file forms."""
     one = quality.score
     return {
@@ -192,7 +241,7 @@ def as_json(quality: SpeechQuality) -> dict[str, Any]:
     }
 
 
-def _path_json(path: SpeechPath) -> dict[str, Any]:
+def _path_json(path: SpeechPath) -> PathFigures:
     return {
         "substitutions": path.count("substituted"),
         "deletions": path.count("deleted"),

@@ -1,1 +1,1 @@
-"""Recognition: endpointing, engines, acceptance."""
+"""Recognition: endpointing, engines behind one protocol, the decision."""

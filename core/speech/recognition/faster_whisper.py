@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 
 from core.errors import BadInput
+from core.speech.recognition.decision import TOO_LONG, Decision, Scores, Thresholds, decide, log_odds
 from core.speech.recognition.engines import package
-from core.speech.recognition.recognizer import Utterance, WordHypothesis
+from core.speech.recognition.recognizer import Utterance
 
 FILES = ("model.bin", "config.json", "tokenizer.json")
-LEAST_LIKELY = math.log(0.5)  # mean log probability of the text, below which it is doubted
-MOST_SILENT = 0.5  # probability of no speech, above which the text was made up
-DOUBT = "I am not sure that I heard every word right."
+THRESHOLDS = Thresholds(reject=0.0, accept=-math.inf)
+"""Log-odds: the mean probability of the text and that of speech, the lower of which must be 0.5 or more."""
 
 
 class FasterWhisper:
@@ -37,8 +37,19 @@ class FasterWhisper:
         except Exception:
             raise BadInput(f"{folder.name!r} holds no model that faster-whisper can load.") from None
 
-    def read(self, utterance: Utterance) -> WordHypothesis:
-        """Recognize all speech, in any words."""
+    def decide(self, utterance: Utterance) -> Decision:
+        """Read all speech strictly as a command."""
+        words, likely, silent = self._read(utterance)
+        margin = log_odds(min(math.exp(likely), 1.0 - silent))
+        objection = TOO_LONG if utterance.cut else ""
+        return decide(words, Scores(sentence=likely, over_second_best=margin), THRESHOLDS, objection=objection)
+
+    def transcribe(self, utterance: Utterance) -> str:
+        """Write down all speech, in any words."""
+        return self._read(utterance)[0]
+
+    def _read(self, utterance: Utterance) -> tuple[str, float, float]:
+        """Words, the mean log probability of the least likely part, and the highest probability of no speech."""
         found, _ = self._model.transcribe(
             utterance.samples.astype(np.float32),
             language="en",
@@ -49,13 +60,4 @@ class FasterWhisper:
         parts = list(found)
         words = " ".join(part.text.strip() for part in parts)
         likely = min((float(part.avg_logprob) for part in parts), default=-math.inf)
-        silent = max((float(part.no_speech_prob) for part in parts), default=1.0)
-        uncertain = likely < LEAST_LIKELY or silent > MOST_SILENT
-        doubt = "That was longer than any command." if utterance.cut else DOUBT if uncertain else ""
-        return WordHypothesis(
-            words=words,
-            begin=utterance.begin,
-            end=utterance.end,
-            score=likely if math.isfinite(likely) else None,
-            doubt=doubt if words else "",
-        )
+        return words, likely, max((float(part.no_speech_prob) for part in parts), default=1.0)

@@ -1,4 +1,4 @@
-"""The interface of a word recognizer: sound with speech goes in, words come out."""
+"""The protocols of recognition: sound with speech goes in, decisions come out."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from scipy.signal import resample_poly
 from core.errors import BadInput
 from core.message import Array, message
 from core.sensors.microphones import NO_NUMBERS, Sound, usable
+from core.speech.recognition.decision import Decision, RecognizedUtterance
 from core.speech.settings import RATE
 
 LOWEST_RATE = 8_000  # [Hz]: a telephone; below, consonants are gone
@@ -37,35 +38,38 @@ class Utterance:
         return self.samples[: max(round((self.begin - self.sound.stamp) * RATE), 0)]
 
 
-@message
-class WordHypothesis:
-    """Words that may have been said."""
-
-    words: str  # "" for speech in which nothing was understood
-    begin: float  # [s] of the speech
-    end: float  # [s]
-    final: bool = True  # False: the sentence is not over; good for stopping only
-    score: float | None = None  # how well the words fit, as the engine counts; compare with the same engine only
-    doubt: str = ""  # a sentence: why these words must move nothing; "": none
-    uncertain: bool = False  # a number in them may be another: they stay pending for a moment and can be rejected
-
-
-class Engine(Protocol):
-    """The words of one whole utterance."""
-
-    def read(self, utterance: Utterance) -> WordHypothesis:
-        """Recognize the words in it."""
-        ...
-
-
 class Recognizer(Protocol):
-    """Words out of sound as it comes."""
+    """The commands of one engine."""
 
-    def feed(self, sound: Sound) -> tuple[WordHypothesis, ...]:
-        """The next piece of sound, one channel at 16 kHz → what became known with it. Raises BadInput."""
+    def decide(self, utterance: Utterance) -> Decision:
+        """Decide about one whole utterance."""
         ...
 
-    def finish(self) -> tuple[WordHypothesis, ...]:
+
+class Dictation(Protocol):
+    """The words of one engine, whether they are a command or not."""
+
+    def transcribe(self, utterance: Utterance) -> str:
+        """Write down one whole utterance; "" where nothing was said."""
+        ...
+
+
+class KeywordSpotter(Protocol):
+    """STOP in running speech, before the sentence is over."""
+
+    def feed(self, sound: Sound) -> tuple[RecognizedUtterance, ...]:
+        """The next piece of sound, one channel at 16 kHz → STOP, if it ended in there. Raises BadInput."""
+        ...
+
+
+class StreamingRecognizer(Protocol):
+    """Decisions about sound as it comes."""
+
+    def feed(self, sound: Sound) -> tuple[RecognizedUtterance, ...]:
+        """The next piece of sound at 16 kHz → what became known with it. Raises BadInput."""
+        ...
+
+    def finish(self) -> tuple[RecognizedUtterance, ...]:
         """The sound ends here (the button was let go, the file is over) → what became known with that."""
         ...
 

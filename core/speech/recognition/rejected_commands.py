@@ -6,12 +6,9 @@ follows it, or Cancel, adds what the sound lacks: such a negative confirmation m
 
 from __future__ import annotations
 
-from core.commands import needs_confirmation
-from core.commands.stop_moving import STOP_MOVING
-from core.speech.recognition.acceptance import judge
-from core.speech.recognition.recognizer import WordHypothesis
+from core.speech.recognition.decision import RecognizedUtterance
 
-OBJECTED = 5.0  # [s] after a sentence in which a STOP holds it back: it is read, said back, and waits meanwhile
+OBJECTED = 5.0  # [s] after a sentence in which a STOP rejects it: it is read, said back, and waits meanwhile
 REMEMBERED = 30.0  # [s] after that
 
 
@@ -19,19 +16,18 @@ class RejectedCommands:
     """Observes every understood command."""
 
     def __init__(self) -> None:
-        self._newest: WordHypothesis | None = None  # the newest command, while it is pending
+        self._newest: RecognizedUtterance | None = None  # the newest command, while it is pending
         self._stopped: dict[str, float] = {}  # rejected words, and when [s]
 
-    def hear(self, heard: WordHypothesis) -> None:
-        """Note what was understood."""
-        spoken = judge(heard)
-        if spoken.command is None:
+    def hear(self, heard: RecognizedUtterance) -> None:
+        """Note what was decided."""
+        if heard.decision.command is None:
             return
-        if spoken.command.name != STOP_MOVING.name:
-            self._newest = heard if spoken.uncertain or needs_confirmation(spoken.command) else None
+        if not heard.decision.stops:
+            self._newest = heard if heard.decision.waits else None
         elif self._newest is not None:
             if 0 <= heard.end - self._newest.end < OBJECTED:
-                self._stopped[self._newest.words] = heard.end
+                self._stopped[self._newest.decision.words] = heard.end
             self._newest = None
 
     def reject(self, words: str, now: float) -> None:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
 
 from core.errors import BadInput
+from core.speech.recognition.decision import TOO_LONG, Decision, Scores, Thresholds, decide
 from core.speech.recognition.engines import package
-from core.speech.recognition.recognizer import Utterance, WordHypothesis
+from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import RATE
 
 PARTS = ("encoder", "decoder", "joiner")
+THRESHOLDS = Thresholds(reject=-math.inf, accept=-math.inf)  # it gives no scores: only the grammar rejects
 TAIL = 0.5  # [s] of silence that a streaming model wants behind the last word
 
 
@@ -29,17 +32,20 @@ class Sherpa:
         except Exception:
             raise BadInput(f"{folder.name!r} holds no streaming transducer that sherpa-onnx can load.") from None
 
-    def read(self, utterance: Utterance) -> WordHypothesis:
-        """Recognize all speech, in any words."""
+    def decide(self, utterance: Utterance) -> Decision:
+        """Read all speech strictly as a command."""
+        objection = TOO_LONG if utterance.cut else ""
+        return decide(self.transcribe(utterance), Scores(sentence=math.nan), THRESHOLDS, objection=objection)
+
+    def transcribe(self, utterance: Utterance) -> str:
+        """Write down all speech, in any words."""
         stream = self._recognizer.create_stream()
         stream.accept_waveform(RATE, utterance.samples.astype(np.float32))
         stream.accept_waveform(RATE, np.zeros(round(TAIL * RATE), np.float32))
         stream.input_finished()
         while self._recognizer.is_ready(stream):
             self._recognizer.decode_stream(stream)
-        words = str(self._recognizer.get_result(stream)).strip().lower()
-        doubt = "That was longer than any command." if utterance.cut and words else ""
-        return WordHypothesis(words=words, begin=utterance.begin, end=utterance.end, doubt=doubt)
+        return str(self._recognizer.get_result(stream)).strip().lower()
 
 
 def _file(folder: Path, pattern: str) -> str:

@@ -6,15 +6,17 @@ Its grammar mode is not used: it hears a command in everything, with confidence 
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 from core.errors import BadInput
+from core.speech.recognition.decision import TOO_LONG, Decision, Scores, Thresholds, decide, log_odds
 from core.speech.recognition.engines import package
-from core.speech.recognition.recognizer import Utterance, WordHypothesis, pcm
+from core.speech.recognition.recognizer import Utterance, pcm
 from core.speech.settings import RATE
 
-LEAST = 0.6  # confidence of every word, below which the sentence is doubted
-DOUBT = "I am not sure that I heard every word right."
+LEAST = 0.6  # confidence of every word, below which the sentence is rejected
+THRESHOLDS = Thresholds(reject=math.log(LEAST / (1 - LEAST)), accept=-math.inf)  # as log-odds
 
 
 class Vosk:
@@ -31,15 +33,21 @@ class Vosk:
         self._recognizer = vosk.KaldiRecognizer(model, RATE)
         self._recognizer.SetWords(True)
 
-    def read(self, utterance: Utterance) -> WordHypothesis:
-        """Recognize all speech, in any words."""
+    def decide(self, utterance: Utterance) -> Decision:
+        """Read all speech strictly as a command; the least certain word says how sure that is."""
+        words, least = self._read(utterance)
+        scores = Scores(sentence=least, over_second_best=log_odds(least))
+        return decide(words, scores, THRESHOLDS, objection=TOO_LONG if utterance.cut else "")
+
+    def transcribe(self, utterance: Utterance) -> str:
+        """Write down all speech, in any words."""
+        return self._read(utterance)[0]
+
+    def _read(self, utterance: Utterance) -> tuple[str, float]:
+        """Words, and the confidence of the least certain one (0 without words)."""
         ended = self._recognizer.AcceptWaveform(pcm(utterance.samples))
         parts = [json.loads(self._recognizer.Result())] if ended else []
         parts.append(json.loads(self._recognizer.FinalResult()))
-        sureness = [float(word["conf"]) for part in parts for word in part.get("result", ())]
-        score = min(sureness, default=0.0)
-        doubt = "That was longer than any command." if utterance.cut else DOUBT if score < LEAST else ""
+        confidences = [float(word["conf"]) for part in parts for word in part.get("result", ())]
         words = " ".join(text for part in parts if (text := str(part.get("text", ""))))
-        return WordHypothesis(
-            words=words, begin=utterance.begin, end=utterance.end, score=score, doubt=doubt if words else ""
-        )
+        return words, min(confidences, default=0.0)

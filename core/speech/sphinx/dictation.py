@@ -6,7 +6,7 @@ measure its caution; here every sound is written down as the sentence of the gra
 
 from __future__ import annotations
 
-from core.speech.recognition.recognizer import Utterance, WordHypothesis
+from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import SpeechSettings
 from core.speech.sphinx.decoded_path import decoded
 from core.speech.sphinx.decoder import grammar_decoder
@@ -14,7 +14,7 @@ from core.speech.sphinx.jsgf import plain_grammar
 from core.speech.sphinx.recognizer import options_of, views_of
 
 
-class Dictation:
+class SphinxDictation:
     """Always a sentence of the grammar."""
 
     def __init__(self, settings: SpeechSettings | None = None) -> None:
@@ -22,9 +22,7 @@ class Dictation:
         self._settings = settings or SpeechSettings()
         self._decoder = grammar_decoder(plain_grammar(), **options_of(self._settings))
 
-    def read(self, utterance: Utterance) -> WordHypothesis:
+    def transcribe(self, utterance: Utterance) -> str:
         """The words that fit best; "" only where nothing was said."""
         views, _ = views_of(utterance, self._settings.clear_ratio)
-        said = decoded(self._decoder, views[0])
-        score = said.fit if said.words else None
-        return WordHypothesis(words=" ".join(said.words), begin=utterance.begin, end=utterance.end, score=score)
+        return " ".join(decoded(self._decoder, views[0]).words)

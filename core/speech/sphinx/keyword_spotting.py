@@ -13,8 +13,9 @@ import numpy as np
 from core.message import Array
 from core.perception.sound.noise_reduction import without_noise
 from core.sensors.microphones import Sound, joined
+from core.speech.recognition.decision import RecognizedUtterance, stop
 from core.speech.recognition.endpointing import SILENT, over_noise
-from core.speech.recognition.recognizer import WordHypothesis, checked
+from core.speech.recognition.recognizer import checked
 from core.speech.settings import RATE, SpeechSettings
 from core.speech.sphinx.decoder import FRAME, decoder, take_in
 
@@ -27,7 +28,7 @@ AFTER = 0.25  # [s] behind the word in which it may fall: its end is found early
 GAP = 0.02  # [s] missing between two pieces of sound, beyond which spotting starts again
 
 
-class KeywordSpotter:
+class SphinxKeywordSpotter:
     """Spots one word in all sound, apart from any grammar, before the sound has ended."""
 
     def __init__(self, settings: SpeechSettings | None = None) -> None:
@@ -39,7 +40,7 @@ class KeywordSpotter:
         self._heard = 0
         self._newest: Sound | None = None  # as much of it as a word lasts
 
-    def feed(self, sound: Sound) -> tuple[WordHypothesis, ...]:
+    def feed(self, sound: Sound) -> tuple[RecognizedUtterance, ...]:
         """The next piece of sound → STOP, if it was in there. Raises BadInput."""
         samples = checked(sound)
         if abs(sound.stamp - self._now) > GAP:
@@ -64,16 +65,16 @@ class KeywordSpotter:
         self._start, self._heard = now, 0
 
 
-def spotted(decoder: Any, start: float) -> tuple[WordHypothesis, ...]:
+def spotted(decoder: Any, start: float) -> tuple[RecognizedUtterance, ...]:
     """Return the word that a decoder spotted in sound from `start` [s] on: STOP, or nothing as short as that."""
     found = list(decoder.seg() or ()) if decoder.hyp() is not None else []
     if not found or FRAME * (found[-1].end_frame + 1 - found[-1].start_frame) > LONGEST:
         return ()
     begin, end = (start + FRAME * frame for frame in (found[-1].start_frame, found[-1].end_frame + 1))
-    return (WordHypothesis(words=WORD, begin=begin, end=end, final=False),)
+    return (RecognizedUtterance(begin=begin, end=end, decision=stop(), final=False),)
 
 
-def hums(word: WordHypothesis, sound: Sound) -> bool:
+def hums(word: RecognizedUtterance, sound: Sound) -> bool:
     """Return whether a spotted "word", in the first channel of the sound, is too steady to be a word."""
     return fall(sound.part(word.begin, word.end + AFTER).samples[:, 0], sound.rate) < LEAST_FALL
 
@@ -89,7 +90,7 @@ def fall(samples: Array, rate: int) -> float:
 
 
 LONGEST_UNDER_WAY = 3.0  # [s] of an utterance under way that is still listened to: STOP is a short one
-UNSURE = 0.15  # [s] before the first voiced moment that are not taken for noise: the voice may begin there
+UNCLEAR = 0.15  # [s] before the first voiced moment that are not taken for noise: the voice may begin there
 
 
 class BeamformedStop:
@@ -105,9 +106,9 @@ class BeamformedStop:
         """Return whether an utterance that began at `since` [s] may still hold an unreported STOP."""
         return since != self._reported and now - since <= LONGEST_UNDER_WAY
 
-    def find(self, beam: Sound, since: float) -> tuple[WordHypothesis, ...]:
+    def find(self, beam: Sound, since: float) -> tuple[RecognizedUtterance, ...]:
         """One channel from before the utterance up to now, first voiced at `since` [s] → STOP, if noise covers it."""
-        samples, before = beam.samples[:, 0], round((since - UNSURE - beam.stamp) * beam.rate)
+        samples, before = beam.samples[:, 0], round((since - UNCLEAR - beam.stamp) * beam.rate)
         if before <= 0 or over_noise(samples[before:], samples[:before]) > self._ratio:
             return ()
         self._decoder.start_utt()

@@ -41,12 +41,14 @@ def compare(command: DecodedPath, other: DecodedPath) -> LikelihoodRatio:
     return LikelihoodRatio(lead=better / spoken, within=within / spoken, beside=better - within, weakest=min(by_word))
 
 
-def holds(command: DecodedPath, other: DecodedPath, settings: SpeechSettings) -> bool:
-    """Return whether a command fits about as well as any other words; a single word must fit better."""
-    likelihood_ratio = compare(command, other)
+def headroom(command: DecodedPath, other: DecodedPath, settings: SpeechSettings) -> float:
+    """[nats/s] by which a command is above the least that is accepted, of all bounds the nearest; not above 0: it is
+    none. It must fit about as well as any other words; a single word must fit better.
+    """
+    ratio = compare(command, other)
     if len(command.spans) == 1:
-        return likelihood_ratio.lead > 0
+        return ratio.lead
     share = STOPPING if command.words in STOPS else FURTHER if len(command.spans) >= LONG else 1.0
-    near = likelihood_ratio.lead > -share * settings.most_behind
-    echoes = likelihood_ratio.within > -share * settings.echoing_behind and likelihood_ratio.beside > -settings.echo
-    return (near or echoes) and likelihood_ratio.weakest > -share * settings.word_behind
+    near = ratio.lead + share * settings.most_behind
+    echoes = min(ratio.within + share * settings.echoing_behind, ratio.beside + settings.echo)
+    return min(max(near, echoes), ratio.weakest + share * settings.word_behind)

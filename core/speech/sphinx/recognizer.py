@@ -3,7 +3,7 @@
 The same sound is read twice, as a command and as anything else, and both scores are compared: a command may fit a
 little worse, because voices differ, but no word of it much worse. One grammar that holds both would not do: the
 decoder drops what is behind for a moment, and with it half of the commands of an unusual voice.
-What remains is read again from the sound with its noise and at other speeds. Another command, read there, is a doubt;
+What remains is read again from the sound with its noise and at other speeds. Another command, read there, rejects it;
 other numbers are put to the vote, and so is a sentence that was rejected just before. A command of a single
 word, which a breath may resemble, has to fit better than anything else every time.
 """
@@ -11,25 +11,25 @@ word, which a breath may resemble, has to fit better than anything else every ti
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from math import inf
 from typing import Any
 
 from scipy.signal import resample_poly
 
 from core.commands import needs_confirmation
-from core.message import Array
+from core.message import Array, message
 from core.perception.sound.noise_reduction import without_noise
+from core.speech.recognition.decision import TOO_LONG, Decision, Scores, Thresholds, decide
 from core.speech.recognition.endpointing import over_noise, voiced
-from core.speech.recognition.recognizer import Utterance, WordHypothesis
+from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import RATE, SpeechSettings
 from core.speech.sphinx.decoded_path import DecodedPath, decoded
 from core.speech.sphinx.decoder import garbage_words, grammar_decoder
 from core.speech.sphinx.garbage_model import grammar
 from core.speech.sphinx.jsgf import plain_grammar
 from core.speech.sphinx.leftover_speech import left_over
-from core.speech.sphinx.likelihood_ratio import holds
-from core.speech.sphinx.rescoring import Words, nearest_others, vote
+from core.speech.sphinx.likelihood_ratio import headroom
+from core.speech.sphinx.rescoring import Vote, Words, nearest_others, vote
 from core.speech.understanding.grammar import Refusal, understand
 
 LEAST_BEFORE = 0.15  # [s] of noise before the speech that are left out of learning it: the speech may begin there
@@ -41,7 +41,18 @@ INSTEAD = 2  # other sentences that are weighed against a rejected one
 SPEEDS = ((20, 19), (10, 9), (18, 19))
 """At how much slower or faster speeds it is read again: like a deeper or a higher voice."""
 
+SCALE = 10.0  # [nats] of a lead that make its odds e times better
+
 Meaning = tuple[str, tuple[object, ...]]  # a command and its numbers
+
+
+@message
+class Ranking:
+    """The sentence that fits best, and how far it is ahead."""
+
+    best: DecodedPath
+    lead: float = inf  # [nats] before the nearest other sentence; ∞: there is none, -∞: it may be another command
+    others: tuple[Words, ...] = ()  # that fit nearly as well, the best first
 
 
 class Sphinx:
@@ -50,6 +61,7 @@ class Sphinx:
     def __init__(self, settings: SpeechSettings | None = None) -> None:
         """Makes its decoders, in about a second. Raises Unavailable when pocketsphinx is not installed."""
         self._settings = chosen = settings or SpeechSettings()
+        self._thresholds = Thresholds(reject=chosen.least_lead, accept=chosen.sure_lead, scale=SCALE)
         options = options_of(chosen)
         # For comparison the scores of both grammars must count from the same best model of every frame: from that of
         # all models, where else only those are evaluated that a grammar is about to use.
@@ -59,83 +71,95 @@ class Sphinx:
         self._others = grammar_decoder(grammar(words, chosen.competing_price), **fair)
         self._quick = grammar_decoder(plain_grammar(), **options)  # where only the words count
 
-    def read(self, utterance: Utterance) -> WordHypothesis:
-        """A sentence of the grammar; no words where other speech fits better; a doubt where it is not sure."""
+    def decide(self, utterance: Utterance) -> Decision:
+        """A sentence of the grammar against everything else, then against the same command with other numbers."""
         views, offset = views_of(utterance, self._settings.clear_ratio)
         said = decoded(self._commands, views[0])
-        heard = partial(WordHypothesis, begin=utterance.begin, end=utterance.end)
         if not said.words:
-            return heard(words="")
-        other = decoded(self._others, views[0])
-        if not holds(said, other, self._settings):
-            return heard(words="", score=said.fit)
-        doubt = _doubt(utterance, offset, said)
-        best, lead = (said, inf) if doubt else self._settled(said, views, utterance.rejected)
-        if not doubt and lead < self._settings.least_lead:
-            doubt = "I am not sure that I heard every word right."
-        uncertain = not doubt and lead < inf
-        return heard(words=" ".join(best.words), score=best.fit, doubt=doubt, uncertain=uncertain)
+            return decide("", Scores(sentence=-inf), self._thresholds)
+        margin = headroom(said, decoded(self._others, views[0]), self._settings)
+        if margin <= 0:
+            return decide(" ".join(said.words), Scores(sentence=said.fit, over_free_text=margin), self._thresholds)
+        objection = _objection(utterance, offset, said)
+        ranking = Ranking(best=said) if objection else self._ranked(said, views, utterance.rejected)
+        scores = Scores(sentence=ranking.best.fit, over_free_text=margin, over_second_best=ranking.lead)
+        others = [" ".join(words) for words in ranking.others]
+        words = " ".join(ranking.best.words)
+        return decide(words, scores, self._thresholds, objection=objection, others=others)
 
     def _faster_and_slower(self, samples: Array) -> Iterator[Array]:
         """The samples (N,) as deeper and higher voices would say them."""
         for up, down in SPEEDS[: self._settings.opinions]:
             yield resample_poly(samples, up, down)
 
-    def _settled(self, said: DecodedPath, views: list[Array], rejected: tuple[str, ...]) -> tuple[DecodedPath, float]:
-        """Choose the sentence that explains all views best, at other speeds too, and say how far [nats] it is ahead
-        of the same command with other numbers: ∞ where all agree, -∞ where not even the command is sure. `said` is
-        what was read from the first view; sentences `rejected` are less likely.
+    def _ranked(self, said: DecodedPath, views: list[Array], rejected: tuple[str, ...]) -> Ranking:
+        """Choose the sentence that explains all views best, at other speeds too. `said` is what was read from the
+        first view; sentences `rejected` are less likely.
         """
         views = [*views, *self._faster_and_slower(views[0])]
         if len(said.words) == 1:
-            return said, inf if all(self._stands(said, view) for view in views[1:]) else -inf
-        before = {_meaning(tuple(sentence.split())) for sentence in rejected}
-        held = _meaning(said.words) in before
-        if held and (others := nearest_others(self._quick, said.words, views[0], INSTEAD)):
+            return Ranking(best=said, lead=inf if all(self._stands(said, view) for view in views[1:]) else -inf)
+        meaning, before = _meaning(said.words), {_meaning(tuple(sentence.split())) for sentence in rejected}
+        if meaning in before and (others := nearest_others(self._quick, said.words, views[0], INSTEAD)):
             return self._elected(said, [said.words, *others], views, before)
         for view in views[1:]:
-            read = decoded(self._quick, view).words
-            if _meaning(read)[0] != _meaning(said.words)[0]:
-                return said, -inf
-            if _meaning(read) != _meaning(said.words):
-                return self._elected(said, [said.words, read], views, before)
-        return said, inf if self._is_sure(said, views) else self._settings.least_lead
+            words = decoded(self._quick, view).words
+            read = _meaning(words)
+            if read[0] != meaning[0]:
+                return Ranking(best=said, lead=-inf, others=(words,) if words else ())
+            if read != meaning:
+                return self._elected(said, [said.words, words], views, before)
+        return self._ahead(said, views)
 
     def _elected(
         self, said: DecodedPath, sentences: list[Words], views: list[Array], before: set[Meaning]
-    ) -> tuple[DecodedPath, float]:
-        """The sentence that the first views together take for what was said, and how far [nats] it is ahead."""
+    ) -> Ranking:
+        """The sentence that the first views together take for what was said. Its lead ends where sentences are
+        accepted: views that differ never make it sure, unless the others do not fit at all.
+        """
         unlikely = [words for words in sentences if _meaning(words) in before]
-        first, *more = vote(self._quick, sentences, views[:VOTERS], unlikely)
-        lead = first.fit - more[0].fit if more else self._settings.least_lead
-        return said if first.path.words == said.words else first.path, lead
+        first, second, *more = vote(self._quick, sentences, views[:VOTERS], unlikely)
+        lead = _lead(first, second)
+        return Ranking(
+            best=said if first.path.words == said.words else first.path,
+            lead=lead if lead == inf else min(lead, self._thresholds.accept),
+            others=tuple(one.path.words for one in (second, *more) if one.path.words),
+        )
 
-    def _is_sure(self, said: DecodedPath, views: list[Array]) -> bool:
-        """Return whether no other digit fits nearly as well; not checked for commands that are delayed anyway."""
+    def _ahead(self, said: DecodedPath, views: list[Array]) -> Ranking:
+        """A sentence that all views read alike, and by how much no other digit fits as well, but never so little that
+        it is rejected; not measured for commands that are delayed anyway.
+        """
         command = understand(" ".join(said.words))
         if isinstance(command, Refusal) or needs_confirmation(command):
-            return True
+            return Ranking(best=said)
         others = nearest_others(self._quick, said.words, views[0])
         if not others:
-            return True
+            return Ranking(best=said)
         first, second = vote(self._quick, [said.words, *others], views)
-        return first.path.words == said.words and first.fit - second.fit > self._settings.sure_lead
+        lead = _lead(first, second) if first.path.words == said.words else -inf
+        return Ranking(best=said, lead=max(lead, self._thresholds.reject), others=tuple(others))
 
     def _stands(self, said: DecodedPath, view: Array) -> bool:
         """Return whether a single word is also read from another view of the sound, and is accepted there."""
         again = decoded(self._commands, view)
-        return again.words == said.words and holds(again, decoded(self._others, view), self._settings)
+        return again.words == said.words and headroom(again, decoded(self._others, view), self._settings) > 0
 
 
-def _doubt(utterance: Utterance, offset: float, said: DecodedPath) -> str:
+def _objection(utterance: Utterance, offset: float, said: DecodedPath) -> str:
     """The reason why the words are not a command, whichever numbers they have; "" for no reason."""
     if utterance.cut:
-        return "That was longer than any command."
+        return TOO_LONG
     if left_over(utterance, said.spans, offset) > MOST_LEFT:
         return "More was said than a command."
     if said.longest_pause > LONGEST_PAUSE:
         return "There was a long pause within the sentence."
     return ""
+
+
+def _lead(first: Vote, second: Vote) -> float:
+    """[nats] of the one sentence before the other; -∞ where neither fits."""
+    return first.fit - second.fit if first.fit > -inf else -inf
 
 
 def _meaning(words: Words) -> Meaning:

@@ -1,4 +1,4 @@
-"""Words out of an array: one microphone finds the utterances, all of them together give the words.
+"""Decisions about the sound of an array: one microphone finds the utterances, all of them together give the words.
 
 Every utterance is located and read from the beam towards its voice. In noise and in rooms that is what keeps numbers
 apart; `tests.benchmarks.words` shows by how much.
@@ -11,15 +11,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.commands.stop_moving import STOP_MOVING
 from core.errors import BadInput
 from core.message import Array
 from core.perception.sound.beamforming import How, beamform
 from core.perception.sound.locate import locate
 from core.perception.sound.settings import DirectionFindingSettings
 from core.sensors.microphones import MicrophoneArray, Sound
+from core.speech.recognition.decision import Decision, RecognizedUtterance
 from core.speech.recognition.engines import open_engine
-from core.speech.recognition.recognizer import Engine, Utterance, WordHypothesis
+from core.speech.recognition.recognizer import Recognizer, Utterance
 from core.speech.recognition.rejected_commands import RejectedCommands
 from core.speech.settings import RATE, SpeechSettings
 from core.speech.sphinx.keyword_spotting import BeamformedStop
@@ -39,20 +39,20 @@ class ArrayTranscriber:
         settings: SpeechSettings | None = None,
         hearing: DirectionFindingSettings | None = None,
         *,
-        engine: Engine | None = None,
+        recognizer: Recognizer | None = None,
         how: How = "mvdr",
         rejected: RejectedCommands | None = None,
     ) -> None:
         """Raises Unavailable when the engine is not there."""
         chosen = settings or SpeechSettings()
         remembered = chosen.longest + 3 * chosen.pre_roll + chosen.hangover
-        inner = engine or open_engine(chosen)
+        inner = recognizer or open_engine(chosen).recognizer
         self._beamed = _Beamed(inner, array, hearing or DirectionFindingSettings(), how, remembered)
         self._array, self._pre_roll = array, chosen.pre_roll
-        self._one = Transcriber(chosen, engine=self._beamed, rejected=rejected)
+        self._one = Transcriber(chosen, recognizer=self._beamed, rejected=rejected)
         self._stop_in_noise = BeamformedStop(chosen)
 
-    def feed(self, sound: Sound) -> tuple[WordHypothesis, ...]:
+    def feed(self, sound: Sound) -> tuple[RecognizedUtterance, ...]:
         """The next piece of sound → STOP at once, and the sentences that ended in it. Raises BadInput."""
         samples = self._array.heard(sound)
         if sound.rate != RATE:
@@ -61,7 +61,7 @@ class ArrayTranscriber:
         words = self._one.feed(Sound(stamp=sound.stamp, rate=RATE, samples=samples[:, :1]))
         return (*words, *self._spotted(sound.stamp + sound.duration))
 
-    def _spotted(self, now: float) -> tuple[WordHypothesis, ...]:
+    def _spotted(self, now: float) -> tuple[RecognizedUtterance, ...]:
         """STOP in the utterance under way, where one microphone may not have heard it."""
         since = self._one.speaking_since
         if since is None or not self._stop_in_noise.wants(since, now):
@@ -69,18 +69,23 @@ class ArrayTranscriber:
         beam = self._beamed.beam(since - self._pre_roll, now, since - BEFORE)
         return () if beam is None else self._stop_in_noise.find(beam, since)
 
-    def finish(self) -> tuple[WordHypothesis, ...]:
+    def finish(self) -> tuple[RecognizedUtterance, ...]:
         """The sound ends here → the sentence that was under way."""
         return self._one.finish()
 
 
 class _Beamed:
-    """An engine that reads what the array hears of an utterance."""
+    """A recognizer of what the array hears of an utterance."""
 
     def __init__(
-        self, engine: Engine, array: MicrophoneArray, hearing: DirectionFindingSettings, how: How, remembered: float
+        self,
+        recognizer: Recognizer,
+        array: MicrophoneArray,
+        hearing: DirectionFindingSettings,
+        how: How,
+        remembered: float,
     ) -> None:
-        self._engine, self._array, self._hearing = engine, array, hearing
+        self._recognizer, self._array, self._hearing = recognizer, array, hearing
         self._how: How = how
         self._remembered = remembered  # [s]
         self._pieces: deque[Sound] = deque()
@@ -95,8 +100,8 @@ class _Beamed:
         while self._pieces[0].stamp + self._pieces[0].duration < sound.stamp - self._remembered:
             self._pieces.popleft()
 
-    def read(self, utterance: Utterance) -> WordHypothesis:
-        """Recognize the words in the beam towards the voice; in one microphone when no direction is found.
+    def decide(self, utterance: Utterance) -> Decision:
+        """Decide about the beam towards the voice; in one microphone when no direction is found.
 
         A short sentence that is not understood is read again from the plain beam: against noise the other one is
         better, but it errs elsewhere in the echoes of a wall. Of single words only STOP is read there: another one
@@ -106,16 +111,16 @@ class _Beamed:
         since = utterance.begin - BEFORE
         whole, towards = self._located(begin, end, since)
         if towards is None:
-            return self._engine.read(utterance)
+            return self._recognizer.decide(utterance)
         beam = beamform(whole, self._array, towards, since, self._how)
-        heard = self._engine.read(replace(utterance, sound=beam))
+        heard = self._recognizer.decide(replace(utterance, sound=beam))
         if heard.words or self._how != "mvdr" or utterance.end - utterance.begin > SHORT:
             return heard
         plain = beamform(whole, self._array, towards, since, "delay-and-sum")
         if np.array_equal(plain.samples, beam.samples):  # too little noise was known to beam against
             return heard
-        again = self._engine.read(replace(utterance, sound=plain))
-        return heard if " " not in again.words and again.words not in STOP_MOVING.words else again
+        again = self._recognizer.decide(replace(utterance, sound=plain))
+        return heard if " " not in again.words and not again.stops else again
 
     def beam(self, begin: float, end: float, since: float) -> Sound | None:
         """The sound from the voice's direction between two moments [s]; before `since` [s] there is only noise."""

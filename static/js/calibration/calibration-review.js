@@ -1,6 +1,6 @@
 // Review step: precision, views, residuals and changes of a solution, and the decision to use it.
 
-import { Refusal } from "../net/api.js";
+import { sentenceOf } from "../net/api.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import * as api from "./api.js";
 import { BeforeAfter } from "./before-after.js";
@@ -141,7 +141,7 @@ class CalibrationReview extends WizardStep {
       this.model.take(await api.read(calibration.id));
       await this.model.readLists();
     } catch (refusal) {
-      this.#refused = refusal instanceof Refusal ? refusal.message : "That did not work.";
+      this.#refused = sentenceOf(refusal);
       this.draw();
     }
   }

@@ -1,6 +1,6 @@
 // Setup step: source of the pictures and size of the board.
 
-import { Refusal } from "../net/api.js";
+import { sentenceOf } from "../net/api.js";
 import { icon, make, write } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { inWords } from "./active-calibration.js";
@@ -202,7 +202,7 @@ class CalibrationSetup extends WizardStep {
       if (from === "robot") await api.live(begun.id, true);
       this.model.go({ at: "capture", id: begun.id });
     } catch (refusal) {
-      write(this.#says, refusal instanceof Refusal ? refusal.message : "That did not work.");
+      write(this.#says, sentenceOf(refusal));
     } finally {
       write(this.#begin, "Start");
     }

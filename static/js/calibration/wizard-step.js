@@ -10,14 +10,13 @@ export class WizardStep extends Panel {
 
   /** @returns {CalibrationModel} */
   get model() {
-    if (!this.#model) throw new Error(`<${this.localName}> was used before enter() was called.`);
+    if (!this.#model) throw new Error(`<${this.localName}> was used before it was given a model.`);
     return this.#model;
   }
 
   /** @param {CalibrationModel} model */
-  enter(model) {
+  watch(model) {
     this.#model = model;
-    this.join(model.session);
   }
 
   /** Called when this step is opened. */

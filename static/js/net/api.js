@@ -32,6 +32,10 @@ export class Refusal extends Error {
   }
 }
 
+/** @param {unknown} trouble what was thrown @param {string} [otherwise] */
+export const sentenceOf = (trouble, otherwise = "That did not work.") =>
+  trouble instanceof Error ? trouble.message : otherwise;
+
 /** @param {string} path relative to the page, so that the page works below any prefix of a proxy */
 export const address = (path) => new URL(path, document.baseURI);
 

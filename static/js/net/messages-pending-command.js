@@ -24,6 +24,7 @@
  * @property {number} delay_s
  * @property {'none' | 'place' | 'person'} target
  * @property {boolean} uncertain
+ * @property {string[]} alternatives
  * @property {[number, number][]} way
  * @property {[number, number] | null} goal
  * @property {number | null} heading_rad

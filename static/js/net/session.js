@@ -218,6 +218,21 @@ export class Session {
     this.#dispatch("trouble", sentence);
   }
 
+  /**
+   * Do something that may be refused, and show the refusal as a notice.
+   * @param {() => Promise<unknown>} act
+   * @returns {Promise<boolean>} whether it was done
+   */
+  async attempt(act) {
+    try {
+      await act();
+      return true;
+    } catch (refusal) {
+      this.complain(api.sentenceOf(refusal));
+      return false;
+    }
+  }
+
   /** @param {string} sentence for screen readers */
   announce(sentence) {
     this.#dispatch("announcement", sentence);

@@ -114,20 +114,14 @@ export class ClosureList extends HTMLElement {
 
   /** @param {number} id @param {"undo" | "redo"} action */
   async #judge(id, action) {
-    try {
-      await maps.judge(id, action);
-      this.#session?.announce(action === "undo" ? `Closure ${id} is undone.` : `Closure ${id} holds again.`);
-    } catch (refusal) {
-      this.#session?.complain(/** @type {Error} */ (refusal).message);
-    }
+    const done = await this.#session?.attempt(() => maps.judge(id, action));
+    if (done) this.#session?.announce(action === "undo" ? `Closure ${id} is undone.` : `Closure ${id} holds again.`);
   }
 
   async #fetch() {
-    try {
+    await this.#session?.attempt(async () => {
       this.#older = await maps.closures();
-    } catch (refusal) {
-      this.#session?.complain(/** @type {Error} */ (refusal).message);
-    }
+    });
   }
 }
 

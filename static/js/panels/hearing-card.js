@@ -97,7 +97,7 @@ class HearingCard extends Panel {
     const simulated = this.session.hello?.robot.kind === "SIM";
     this.#checking = true;
     write(this.#check, simulated ? "The simulated person speaks…" : "Speak for three seconds…");
-    try {
+    await this.session.attempt(async () => {
       const { well, faults } = await api.checkArray(simulated);
       const rows = faults.map(({ sentence, serious }) => fault(sentence, serious ? "warning" : "info"));
       this.#faults.replaceChildren(
@@ -105,29 +105,20 @@ class HearingCard extends Panel {
         ...rows,
       );
       this.#faults.hidden = false;
-    } catch (refusal) {
-      this.session.complain(refusal instanceof Error ? refusal.message : "That did not work.");
-    }
+    });
     this.#checking = false;
     write(this.#check, this.#faults.hidden ? CHECK : "Hide the result");
   }
 
   async #toggle() {
     const on = this.#listen.getAttribute("aria-pressed") !== "true";
-    try {
-      await api.listen(on);
-    } catch (refusal) {
-      this.session.complain(refusal instanceof Error ? refusal.message : "That did not work.");
-    }
+    await this.session.attempt(() => api.listen(on));
   }
 
   /** Switch voice control from the room on or off. */
   async #takeOn() {
-    try {
-      await api.obeyVoices(this.#obey.getAttribute("aria-pressed") !== "true");
-    } catch (refusal) {
-      this.session.complain(refusal instanceof Error ? refusal.message : "That did not work.");
-    }
+    const on = this.#obey.getAttribute("aria-pressed") !== "true";
+    await this.session.attempt(() => api.obeyVoices(on));
   }
 
   /** @param {Transcript} transcript */

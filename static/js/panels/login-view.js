@@ -1,6 +1,6 @@
 // Element <login-view>: sign-in with the token that Beckon prints when it starts.
 
-import { login } from "../net/api.js";
+import { login, sentenceOf } from "../net/api.js";
 import { icon, make, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 
@@ -55,7 +55,7 @@ export class LoginView extends Panel {
       await this.session.begin();
     } catch (refusal) {
       this.#open();
-      write(this.#says, refusal instanceof Error ? refusal.message : "That did not work.");
+      write(this.#says, sentenceOf(refusal));
     } finally {
       this.#enter.disabled = false;
     }

@@ -1,6 +1,6 @@
 // Element <map-card>: save the map, load a saved map, download map files.
 
-import { address, Refusal } from "../net/api.js";
+import { address, sentenceOf } from "../net/api.js";
 import * as maps from "../net/maps-api.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { fixed, timeOfDay } from "../ui/format.js";
@@ -232,7 +232,7 @@ class MapCard extends Panel {
       await act();
       this.#complain("");
     } catch (refusal) {
-      this.#complain(refusal instanceof Refusal ? refusal.message : "That did not work.");
+      this.#complain(sentenceOf(refusal));
     } finally {
       this.#busy = false;
     }

@@ -1,6 +1,6 @@
 // Element <place-view>: places the robot on the map: press its position, drag to its heading.
 
-import { Refusal } from "../net/api.js";
+import { sentenceOf } from "../net/api.js";
 import * as maps from "../net/maps-api.js";
 import { icon, make, write } from "../ui/element.js";
 import { FloorView, headingOf } from "../ui/floor-view.js";
@@ -111,7 +111,7 @@ class PlaceView extends Panel {
       this.#plan = await maps.plan();
       this.#fit();
     } catch (refusal) {
-      this.#complain(refusal instanceof Refusal ? refusal.message : "The map could not be read.");
+      this.#complain(sentenceOf(refusal, "The map could not be read."));
     }
   }
 
@@ -131,7 +131,7 @@ class PlaceView extends Panel {
       this.session.announce("The robot looks around the place you showed.");
       this.#close();
     } catch (refusal) {
-      this.#complain(refusal instanceof Refusal ? refusal.message : "That did not work.");
+      this.#complain(sentenceOf(refusal));
     }
   }
 

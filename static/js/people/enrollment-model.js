@@ -206,13 +206,7 @@ export class EnrollmentModel {
   async #tried(act) {
     this.busy = true;
     this.#notify();
-    let done = true;
-    try {
-      await act();
-    } catch (refusal) {
-      done = false;
-      this.session.complain(refusal instanceof Error ? refusal.message : "That did not work.");
-    }
+    const done = await this.session.attempt(act);
     this.busy = false;
     await this.read();
     return done;

@@ -119,11 +119,7 @@ export class Runs {
 
   /** @param {() => Promise<unknown>} act */
   async #tried(act) {
-    try {
-      await act();
-    } catch (refusal) {
-      this.session.complain(refusal instanceof Error ? refusal.message : "That did not work.");
-    }
+    await this.session.attempt(act);
     await this.read();
   }
 

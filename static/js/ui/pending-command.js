@@ -48,14 +48,19 @@ export const speaker = ({ source, who }) =>
 export const countdown = ({ begins_in_s }) => `begins in ${fixed(Math.max(begins_in_s, 0), 1)} s`;
 
 /**
+ * What to check where the words were not certain, and the likeliest other command; "" where they were.
+ * @param {PendingCommandState} pending_command
+ */
+const check = ({ uncertain, alternatives: [other] }) =>
+  uncertain ? `${UNSURE}${other ? `. Did you mean “${other}”?` : ""}` : "";
+
+/**
  * Summary: low confidence, goal, speaker.
  * @param {PendingCommandState} pending_command
  * @param {Pose} pose
  */
 export const facts = (pending_command, pose) =>
-  [pending_command.uncertain ? UNSURE : "", whereTo(pending_command, pose), speaker(pending_command)]
-    .filter(Boolean)
-    .join(" · ");
+  [check(pending_command), whereTo(pending_command, pose), speaker(pending_command)].filter(Boolean).join(" · ");
 
 /**
  * Remaining part of the confirmation delay, 1 to 0.

@@ -64,7 +64,7 @@ export class SpeechOutput {
       void api.hush(said.id).catch(() => undefined); // the console notices the end by itself
     } catch (refusal) {
       this.#source = null;
-      this.failed(refusal instanceof Error ? refusal.message : "The robot's voice does not work here.");
+      this.failed(api.sentenceOf(refusal, "The robot's voice does not work here."));
     }
     this.#settle();
   }

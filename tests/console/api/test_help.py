@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 
 from tests.console.live import Live
@@ -24,3 +25,24 @@ def test_a_page_has_its_tables_and_its_way_back(live: Live) -> None:
 def test_nothing_but_the_documentation_is_served(live: Live) -> None:
     for path in ("none.md", "../index.html", "..%2f..%2fpyproject.toml", "reference"):
         assert live.ask("GET", f"/static/docs/{path}").status in (400, 404)
+
+
+def test_the_http_interface_is_a_page_of_help_with_every_call_and_what_it_takes(live: Live) -> None:
+    page = live.ask("GET", "/docs", token=live.viewer).body.decode()
+    described = json.loads(live.ask("GET", "/openapi.json", token=live.viewer).body)
+    calls = [f"{method.upper()} {path}" for path, each in described["paths"].items() for method in each]
+    assert len(calls) > 50 and re.findall(r"<h3><code>(.*?)</code></h3>", page) == sorted(
+        calls, key=lambda call: page.index(f"<h3><code>{call}</code></h3>")
+    )
+    history = page.split("<h3><code>GET /api/commands/history</code></h3>")[1].split("<h3>")[0]
+    assert "<td><code>limit</code></td>" in history and "<td>query</td>" in history and "optional" in history
+    spoken = page.split("<h3><code>POST /api/sim/say</code></h3>")[1].split("<h3>")[0]
+    assert spoken.count("<td>body</td>") >= 3 and "<code>x_m</code>" in spoken
+    assert "image/png" in page and "`" not in page
+
+
+def test_pages_of_help_load_nothing_from_other_hosts(live: Live) -> None:
+    for path in ("/docs", "/static/docs/index.md"):
+        page = live.ask("GET", path, token=live.viewer).body.decode()
+        loaded = re.findall(r'<(?:link|img|script)[^>]*(?:href|src)="([^"]*)"', page)
+        assert loaded and not [each for each in loaded if "//" in each]

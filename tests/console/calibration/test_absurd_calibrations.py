@@ -88,7 +88,7 @@ class Squeamish(Pilot):
     dislikes = 305.0
 
     def step(self, frame: SensorFrame) -> Snapshot:
-        camera: Any = self._eyes.camera
+        camera: Any = self._vision.camera
         if camera.model.fx == self.dislikes:
             raise MemoryError
         return super().step(frame)

@@ -23,6 +23,7 @@ from core.files import SEAL
 from core.geometry import OPTICAL, Transform
 from core.message import Array
 from core.optics import TABLE_3
+from core.sensors import Camera
 from tests.console.calibration.wizard import Wizard
 from tests.console.live import Live
 
@@ -42,18 +43,22 @@ def undo(live: Live, kind: str = "camera") -> int:
     return live.ask("POST", "/api/calibration/in-use/undo", {"kind": kind}, token=live.operator).status
 
 
+def camera_of_next_frame(live: Live) -> Camera:
+    """The camera with which the pilot sees from its next frame on."""
+    pilot, snapshot = live.runtime.pilots.thread, live.runtime.snapshot
+    assert pilot is not None and snapshot is not None
+    live.until(lambda: live.runtime.snapshot.stamp > snapshot.stamp + 0.05)
+    return pilot.pilot._vision.camera
+
+
 def seen_with(live: Live) -> float:
     """Focal length that the pilot uses now."""
-    pilot = live.runtime.pilots.thread
-    assert pilot is not None
-    return pilot.pilot._eyes.camera.model.fx
+    return camera_of_next_frame(live).model.fx
 
 
 def mounting(live: Live) -> Array:
     """Where the pilot's camera sits on the robot [m]."""
-    pilot = live.runtime.pilots.thread
-    assert pilot is not None
-    return pilot.pilot._eyes.camera.mounting.translation
+    return camera_of_next_frame(live).mounting.translation
 
 
 def notices(live: Live) -> str:

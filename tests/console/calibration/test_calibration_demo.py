@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 import cv2
 import numpy as np
@@ -20,6 +20,7 @@ from core.calibration.laser.session import LaserSession
 from core.errors import BadInput, Refused
 from core.geometry import Transform
 from core.optics import TABLE_3, CameraModel
+from core.robots.requests import AnswerT, BoardInCamera, PlaceBoard, ReadPlan, RemovedThing, RemoveThing, RobotRequest
 from core.sensors import SensorFrame
 from core.simulation.robot import SimulatedRobot, SimulationSettings, open_robot
 
@@ -33,26 +34,36 @@ class Driver:
     """Takes requests down; refuses boards whose middle is lower than `floor` [m] under the camera."""
 
     floor: float = 1.0
-    asked: list[dict[str, Any]] = field(default_factory=list)
+    asked: list[RobotRequest[Any]] = field(default_factory=list)
     refused: int = 0
     others: int = 0  # times that another suggestion was asked for
     advised: Transform | None = FACING
 
-    async def ask(self, request: dict[str, Any]) -> dict[str, Any]:
-        if request["do"] == "place" and self.middle(request)[1] > self.floor:
+    async def ask(self, request: RobotRequest[AnswerT], /) -> AnswerT:
+        if isinstance(request, PlaceBoard) and self.middle(request)[1] > self.floor:
             self.refused += 1
             raise BadInput("The board would go through the floor there.")
         self.asked.append(request)
-        return {}
+        return cast(AnswerT, RemovedThing("board"))
+
+    @property
+    def kinds(self) -> list[type[RobotRequest[Any]]]:
+        return [type(request) for request in self.asked]
+
+    @property
+    def poses(self) -> list[BoardInCamera]:
+        boards = (request.in_camera for request in self.asked if isinstance(request, PlaceBoard))
+        return [pose for pose in boards if pose is not None]
 
     async def advice(self, skip: bool) -> Transform | None:
         self.others += skip
         return self.advised
 
     @staticmethod
-    def middle(request: dict[str, Any]) -> Any:
-        pose = request["in_camera"]
-        return np.array(pose["rotation"]) @ BOARD.centre + pose["translation_m"]
+    def middle(request: PlaceBoard) -> Any:
+        pose = request.in_camera
+        assert pose is not None
+        return np.array(pose.rotation) @ BOARD.centre + pose.translation_m
 
 
 def shown(driver: Driver, sights: Callable[[float], SessionView], seconds: float, seed: int = 0) -> BoardDemo:
@@ -72,14 +83,15 @@ def test_it_stays_away_while_the_room_has_to_be_empty_and_comes_then() -> None:
     shown(driver, lambda now: SessionView(kind="background", empty=now < 2.0), 1.9)
     assert driver.asked == []
     shown(driver, lambda now: SessionView(kind="background", empty=now < 2.0), 2.2)
-    assert [request["do"] for request in driver.asked] == ["place"]
-    assert driver.asked[0]["holder"] is True and driver.asked[0]["panel_m"] == [0.34, 0.25]
+    assert driver.kinds == [PlaceBoard]
+    first = driver.asked[0]
+    assert isinstance(first, PlaceBoard) and first.holder and first.panel_m == (0.34, 0.25)
 
 
 def test_it_steps_aside_when_the_room_is_looked_at_anew_and_comes_back() -> None:
     driver = Driver()
     shown(driver, lambda now: SessionView(empty=1.0 < now < 2.0), 2.5)
-    assert [request["do"] for request in driver.asked] == ["place", "remove", "place"]
+    assert driver.kinds == [PlaceBoard, RemoveThing, PlaceBoard]
 
 
 def test_it_goes_on_as_soon_as_a_view_has_counted() -> None:
@@ -117,7 +129,7 @@ def test_it_misses_as_a_hand_does_and_the_same_for_the_same_seed() -> None:
     for seed in range(200):
         shown(driver, lambda _: SessionView(), 0.1, seed)
     middles = np.array([driver.middle(request) for request in driver.asked])
-    turns = [Rotation.from_matrix(np.array(request["in_camera"]["rotation"])).magnitude() for request in driver.asked]
+    turns = [Rotation.from_matrix(np.array(pose.rotation)).magnitude() for pose in driver.poses]
     assert np.sqrt(np.mean(np.sum((middles - [0, 0, 0.5]) ** 2, axis=1))) == pytest.approx(0.05, rel=0.15)
     assert np.sqrt(np.mean(np.square(turns))) == pytest.approx(np.deg2rad(5), rel=0.15)
     again = Driver()
@@ -171,12 +183,12 @@ def test_it_leaves_when_the_session_is_ready_or_it_is_sent_away() -> None:
     driver = Driver()
     board_demo = shown(driver, lambda now: SessionView(ready=now > 0.5), 1.0)
     assert board_demo.done
-    assert [request["do"] for request in driver.asked] == ["place", "remove"]
+    assert driver.kinds == [PlaceBoard, RemoveThing]
     sent = Driver()
     board_demo = shown(sent, lambda _: SessionView(), 0.5)
     asyncio.run(board_demo.leave())
     asyncio.run(board_demo.leave())
-    assert [request["do"] for request in sent.asked] == ["place", "remove"] and not board_demo.done
+    assert sent.kinds == [PlaceBoard, RemoveThing] and not board_demo.done
 
 
 class Lesson:
@@ -187,7 +199,7 @@ class Lesson:
         self.board_demo = BoardDemo(self._ask, self._advice, BOARD, seed=seed)
         self._number, self._kind, self._ready = 0, "", False
 
-    async def _ask(self, request: dict[str, Any]) -> dict[str, Any]:
+    async def _ask(self, request: RobotRequest[AnswerT], /) -> AnswerT:
         return self.robot.ask(request)
 
     async def _advice(self, skip: bool) -> Transform | None:
@@ -241,7 +253,7 @@ def test_the_assistant_calibrates_the_camera_by_itself() -> None:
     for name in found.free:
         off = getattr(found.model, name) - getattr(TABLE_3, name)
         assert abs(off) < 4 * found.sds[name], name
-    assert robot.ask({"do": "plan"})["things"][-1]["fixed"]  # the board is gone
+    assert robot.ask(ReadPlan()).things[-1].fixed  # the board is gone
 
 
 @pytest.mark.campaign  # the browser tests let it do the same while somebody watches

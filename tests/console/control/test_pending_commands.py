@@ -22,6 +22,7 @@ from core.commands.confirmation_delay import READING
 from core.perception.people.voice_bearing import VoiceBearing
 from core.speech.understanding.grammar import understand
 from tests.console.live import Live, hear, say
+from tests.core.speech.ears import confirming, sure, unsure
 
 LONG = 600.0  # [s]: nothing begins by itself
 SHORT = 3.0  # [s]: long enough for a busy console to tell of it
@@ -44,7 +45,9 @@ def speak(live: Live, words: str, source: str = "voice", token: str = "", call: 
     who = person(live, token or live.operator)
     live.ask("POST", "/api/lease", {"do": "acquire"}, token=token or live.operator)
     return live.on_loop(
-        lambda: live.runtime.pending_commands.take(replace(read(words), call=call), source, who, Spoken.now())
+        lambda: live.runtime.pending_commands.take(
+            replace(sure(words), command=replace(read(words), call=call)), source, who, Spoken.now()
+        )
     ).id
 
 
@@ -142,18 +145,32 @@ def test_an_order_that_another_one_replaced_was_not_held_back(
 
 def test_what_is_exact_and_near_begins_at_once(live: Live, pending_commands: PendingCommands) -> None:
     who = person(live, live.operator)
-    entry = live.on_loop(lambda: pending_commands.take(read("continue 0.5 meters"), "voice", who, Spoken.now()))
+    entry = live.on_loop(lambda: pending_commands.take(sure("continue 0.5 meters"), "voice", who, Spoken.now()))
     assert newest(live)["id"] == entry.id and shown(live) is None
 
 
 def test_numbers_that_were_not_heard_for_sure_wait_too(live: Live, pending_commands: PendingCommands) -> None:
     who = person(live, live.operator)
     waiting = live.on_loop(
-        lambda: pending_commands.take(read("continue 0.5 meters"), "voice", who, Spoken.now(), uncertain=True)
+        lambda: pending_commands.take(confirming("continue 0.5 meters"), "voice", who, Spoken.now())
     )
     assert shown(live)["id"] == waiting.id and shown(live)["uncertain"]
     speak(live, "stop at 1 and 0.5")
     assert not shown(live)["uncertain"]
+
+
+def test_rejected_words_neither_begin_nor_wait(live: Live, pending_commands: PendingCommands) -> None:
+    who = person(live, live.operator)
+    with pytest.raises(Problem) as refused:
+        live.on_loop(lambda: pending_commands.take(unsure("turn left"), "voice", who, Spoken.now()))
+    assert refused.value.status == 422 and "say it again" in refused.value.detail and shown(live) is None
+
+
+def test_what_else_may_have_been_said_is_shown_with_what_waits(live: Live, pending_commands: PendingCommands) -> None:
+    who = person(live, live.operator)
+    decision = replace(confirming("continue 0.5 meters"), alternatives=(read("continue 1.5 meters"),))
+    live.on_loop(lambda: pending_commands.take(decision, "voice", who, Spoken.now()))
+    assert shown(live)["alternatives"] == ["continue 1.5 meters"]
 
 
 def test_an_order_waits_on_while_somebody_speaks(live: Live, pending_commands: PendingCommands) -> None:
@@ -161,7 +178,7 @@ def test_an_order_waits_on_while_somebody_speaks(live: Live, pending_commands: P
     who = person(live, live.operator)
 
     def spoken() -> float:
-        waiting = pending_commands.take(read("stop at 1 and 0.5"), "voice", who, Spoken.now())
+        waiting = pending_commands.take(sure("stop at 1 and 0.5"), "voice", who, Spoken.now())
         planned = waiting.when.begins
         pending_commands.hear()
         assert pending_commands.waiting is not None
@@ -228,7 +245,7 @@ def test_whatever_ends_what_is_under_way_drops_it(live: Live, pending_commands: 
 def test_what_may_not_move_the_robot_does_not_wait(live: Live, pending_commands: PendingCommands) -> None:
     watcher = person(live, live.viewer)
     with pytest.raises(Problem) as refused:
-        live.on_loop(lambda: pending_commands.take(read("continue 3 meters"), "voice", watcher, Spoken.now()))
+        live.on_loop(lambda: pending_commands.take(sure("continue 3 meters"), "voice", watcher, Spoken.now()))
     assert refused.value.status == 403 and newest(live)["state"] == "refused" and shown(live) is None
 
 

@@ -21,6 +21,7 @@ from core.geometry import Pose
 from core.slam.estimate import Estimate, SlamHealth
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import MapStatus, SubmapView
+from core.slam.motion import Increment
 from core.snapshot import Snapshot
 
 
@@ -175,6 +176,7 @@ def snapshot(stamp: float, pose: Pose, floor: MapStatus = ROOMS) -> Snapshot:
     estimate = Estimate(pose=pose, covariance=np.eye(3))
     none = np.zeros((0, 2))
     return Snapshot(
+        increment=Increment(),
         stamp=stamp, estimate=estimate, dead_reckoning=estimate, velocity=ZERO, setpoint=ZERO, scan_points=none,
         slam=SlamHealth(),
         grid=OccupancyGrid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((0, 0))),

@@ -21,6 +21,7 @@ from console.people.service import GETS_READY, LOOKS, EnrollmentService
 from console.people.store import is_name, name_of
 from core.errors import Unwritable
 from core.perception.people.colours import PersonProfile
+from core.robots.requests import ReadPlan
 from core.sensors import Image
 from tests.console.in_process import InProcessRobot
 
@@ -167,7 +168,7 @@ class Late:
     @property
     def people(self) -> list[str]:
         """Who stands in the room."""
-        return [thing["id"] for thing in self.robot.ask({"do": "plan"})["things"] if thing["what"] == "person"]
+        return [thing.id for thing in self.robot.ask(ReadPlan()).things if thing.what == "person"]
 
 
 def test_a_simulated_person_shows_how_it_goes_however_late_the_pictures_come(tmp_path: Path) -> None:
@@ -194,13 +195,13 @@ def test_a_simulated_person_shows_how_it_goes_however_late_the_pictures_come(tmp
         ]
         assert enrollment.number == 5, "no picture was of a moment before"
         assert {WAITS, LOOKS, GETS_READY} <= waits and enrollment.waits == ""
-        assert school.to_dict()["stands"] and len(late.people) == len(before) + 1
+        assert school.shown.stands and len(late.people) == len(before) + 1
         school.person_store.folder.write_text("a disk that cannot be written")
         with pytest.raises(Unwritable, match="could not be saved"):
             await school.finish(enrollment, "Sim")
         assert school.people == {} and school.enrollment is enrollment
         await school.cancel(enrollment)
-        assert school.enrollment is None and not school.to_dict()["stands"] and late.people == before
+        assert school.enrollment is None and not school.shown.stands and late.people == before
         await school.close()
 
     asyncio.run(shown())

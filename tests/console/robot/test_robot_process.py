@@ -25,8 +25,9 @@ from core.gate import Limits, Setpoint, check, read_trace
 from core.gate.latch import Latch
 from core.gate.trace import motion_after
 from core.robots.connect import SCHEMES
+from core.robots.requests import ReadTruth
 from tests.console.tiny_process import TinyProcess
-from tests.console.tiny_robot import TINY
+from tests.console.tiny_robot import TINY, Break, Fly, ReadTwist, Sleep, Touch
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -114,7 +115,7 @@ def driven(tiny: TinyProcess) -> Iterator[Operator]:
 
 def wheels(robot: RobotProcess) -> float:
     """The speed that the base itself was told [m/s]."""
-    return robot.ask({"do": "twist"})["v"]
+    return robot.ask(ReadTwist()).v
 
 
 def test_the_simulated_laboratory_comes_and_obeys(tmp_path: Path) -> None:
@@ -124,10 +125,10 @@ def test_the_simulated_laboratory_comes_and_obeys(tmp_path: Path) -> None:
     robot.arm(1, "ann")
     operator = Operator(robot)
     operator.get_going()
-    before = robot.ask({"do": "truth"})
+    before = robot.ask(ReadTruth())
     time.sleep(0.5)
-    after = robot.ask({"do": "truth"})
-    moved = math.hypot(after["x_m"] - before["x_m"], after["y_m"] - before["y_m"])
+    after = robot.ask(ReadTruth())
+    moved = math.hypot(after.x_m - before.x_m, after.y_m - before.y_m)
     assert moved > 0.02
     operator.leave()
     frame = robot.next_frame(2.0)
@@ -185,28 +186,32 @@ def test_a_speed_that_is_no_number_stops(tiny: TinyProcess, driven: Operator) ->
 
 
 def test_a_bump_is_heard_by_the_gate(tiny: TinyProcess, driven: Operator) -> None:
-    tiny.ask({"do": "touch", "value": True})
+    tiny.ask(Touch(value=True))
     until(lambda: tiny.status().v == 0.0, 1.0)
     assert "bumper" in tiny.status().reason
 
 
 def test_requests_are_answered_refused_or_given_up(tiny: TinyProcess) -> None:
-    assert tiny.ask({"do": "twist"})["v"] == 0.0
+    assert tiny.ask(ReadTwist()).v == 0.0
     with pytest.raises(Refused, match="does not do that"):
-        tiny.ask({"do": "fly"})
+        tiny.ask(Fly())
+    with pytest.raises(BadInput, match="understands the requests twist, touch, sleep, raise and fly, nothing else"):
+        tiny.ask(ReadTruth())
+    with pytest.raises(BadInput, match="Expected float, got null as value"):
+        tiny.ask(Sleep(value=math.nan))
     with pytest.raises(Unavailable, match="driver failed at this request"):
-        tiny.ask({"do": "raise"})
+        tiny.ask(Break())
     with pytest.raises(Unavailable, match="did not answer within"):
-        tiny.ask({"do": "sleep", "value": 0.3}, timeout=0.1)
+        tiny.ask(Sleep(value=0.3), timeout=0.1)
     with pytest.raises(Unavailable, match="cannot be asked"):
-        tiny.ask({"do": "x" * 1_000_000})
+        tiny.ask(Fly(luggage="x" * 1_000_000))
     time.sleep(0.3)
-    assert tiny.ask({"do": "twist"})["v"] == 0.0
+    assert tiny.ask(ReadTwist()).v == 0.0
 
 
 def test_a_driver_that_is_busy_keeps_neither_gate_nor_base_moving(tiny: TinyProcess, driven: Operator) -> None:
     with pytest.raises(Unavailable):
-        tiny.ask({"do": "sleep", "value": 1.0}, timeout=0.01)
+        tiny.ask(Sleep(value=1.0), timeout=0.01)
     until(lambda: tiny.status().v == 0.0, 0.8)
     until(lambda: tiny.link()[0] == "stale", 1.0)
     until(lambda: tiny.link()[0] == "live", 2.0)
@@ -302,12 +307,12 @@ def test_closing_is_prompt_and_leaves_nothing(tmp_path: Path) -> None:
 
 
 def test_a_dead_gate_stops_the_base_and_a_new_one_is_disarmed(tiny: TinyProcess, driven: Operator) -> None:
-    x, lost = tiny.ask({"do": "twist"})["x"], tiny.pids["gate"]
+    x, lost = tiny.ask(ReadTwist()).x, tiny.pids["gate"]
     os.kill(lost, signal.SIGKILL)
     until(lambda: wheels(tiny) == 0.0, 1.0)
     until(lambda: tiny.pids.get("gate") not in (lost, None) and tiny.status().nonce > 0)
     assert tiny.status().state == "disarmed"
-    assert tiny.ask({"do": "twist"})["x"] >= x  # the driver lives on with its robot where it was
+    assert tiny.ask(ReadTwist()).x >= x  # the driver lives on with its robot where it was
     tiny.arm(1, "ann")
     until(lambda: tiny.status().state == "armed")
     time.sleep(0.3)
@@ -412,7 +417,7 @@ def test_three_crashes_in_a_minute_are_the_last(tmp_path: Path, url: str) -> Non
     time.sleep(0.3)
     assert robot.pids == {}
     with pytest.raises(Unavailable):
-        robot.ask({"do": "twist"})
+        robot.ask(ReadTwist())
     robot.stop()
     robot.halt()
     assert not robot.halt_is_latched()

@@ -14,6 +14,7 @@ from core.gate.setpoint import Setpoint
 from core.geometry import Pose
 from core.slam.estimate import Estimate, SlamHealth
 from core.slam.map.occupancy import OccupancyGrid
+from core.slam.motion import Increment
 from core.snapshot import Snapshot
 
 SURE = Estimate(pose=Pose(), covariance=np.zeros((3, 3)))
@@ -24,6 +25,7 @@ def wanting(press: int, v: float) -> Snapshot:
     """A snapshot whose undertaking asks for a speed."""
     nothing = np.zeros((0, 2))
     return Snapshot(
+        increment=Increment(),
         stamp=0.0,
         estimate=SURE,
         dead_reckoning=SURE,

@@ -9,8 +9,9 @@ from typing import Any
 
 import msgspec
 import pytest
+from msgspec.structs import replace
 
-from console.speech.quality_runs import QualityRun, QualityRuns, summary
+from console.speech.quality_runs import QualityRow, QualityRun, QualityRuns, QualityWish, summary
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import can_speak
 from tests.console.live import Live
@@ -71,9 +72,19 @@ def test_what_cannot_be_measured_is_told(live: Live) -> None:
 
 
 def test_the_score_counts_what_was_measured() -> None:
-    row = {"commands": 4, "commands_exact": 3, "erroneous_words_robot": 5, "erroneous_words_person": 2, "words": 9}
-    assert summary([row, {"refused": "a wall"}]) == "75 % of commands whole; OSQE_D −3 over 9 words"
-    assert summary([row | {"erroneous_words_robot": 2}]).endswith("OSQE_D 0 over 9 words")
+    row = QualityRow(
+        distance_m=1.0,
+        snr_db=30.0,
+        refused="",
+        commands=4,
+        commands_exact=3,
+        erroneous_words_robot=5,
+        erroneous_words_person=2,
+        words=9,
+    )
+    wall = QualityRow(distance_m=9.0, snr_db=30.0, refused="a wall")
+    assert summary([row, wall]) == "75 % of commands whole; OSQE_D −3 over 9 words"
+    assert summary([replace(row, erroneous_words_robot=2)]).endswith("OSQE_D 0 over 9 words")
     assert summary([]) == ""
 
 
@@ -86,7 +97,8 @@ async def reopened(folder: Path) -> QualityRuns:
 def test_a_run_that_the_end_of_the_console_cut_off_is_not_running_afterwards(tmp_path: Path) -> None:
     kept = tmp_path / "speech_quality"
     kept.mkdir()
-    run = QualityRun("0123456789ab", "me", 1.0, {})
+    wish = QualityWish("lab", 0.0, 0.0, 0.0, 0.0, [1.0], [30.0], 18)
+    run = QualityRun("0123456789ab", "me", 1.0, wish)
     (kept / f"{run.id}.json").write_bytes(msgspec.json.encode(run))
     (kept / "broken.json").write_text("{")
     assert [one.state for one in asyncio.run(reopened(tmp_path)).runs.values()] == ["cancelled"]

@@ -9,10 +9,12 @@ from console.speech import transcription_worker
 from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound
 from console.speech.transcription_worker import TranscriptionWorker
 from core.speech.practice_voice import practice_voice
-from core.speech.recognition.recognizer import Utterance, WordHypothesis
+from core.speech.recognition.decision import Decision
+from core.speech.recognition.engines import ENGINES, ActiveEngine
+from core.speech.recognition.recognizer import Utterance
 from core.speech.recognition.rejected_commands import REMEMBERED
 from core.speech.settings import RATE, SpeechSettings
-from tests.core.speech.ears import padded
+from tests.core.speech.ears import padded, sure
 
 GO = "stop at 2 and 1"
 
@@ -23,9 +25,9 @@ class Reader:
     def __init__(self) -> None:
         self.told: list[tuple[str, ...]] = []
 
-    def read(self, utterance: Utterance) -> WordHypothesis:
+    def decide(self, utterance: Utterance) -> Decision:
         self.told.append(utterance.rejected)
-        return WordHypothesis(words="", begin=utterance.begin, end=utterance.end)
+        return sure("")
 
 
 @pytest.mark.parametrize(
@@ -37,7 +39,9 @@ def test_an_order_that_was_held_back_is_known_in_the_next_turn_of_who_spoke(
 ) -> None:
     pytest.importorskip("pocketsphinx", reason="Reading words needs pocketsphinx: pip install pocketsphinx")
     reader = Reader()
-    monkeypatch.setattr(transcription_worker, "open_engine", lambda _: reader)
+    monkeypatch.setattr(
+        transcription_worker, "open_engine", lambda _: ActiveEngine(reader, ENGINES["sphinx"], "A test reads.")
+    )
     worker = TranscriptionWorker()
     said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)).astype(np.float32)
     before, long_before = (GO, len(said) / RATE + 1.0), ("turn left", REMEMBERED + len(said) / RATE)

@@ -8,26 +8,26 @@ from typing import Any
 import pytest
 
 from console.speech.room_transcription import NOT_OBEYED, RoomUtterance
-from console.speech.utterance import UtteranceMessage, utterance_message
+from console.speech.utterance import within_bounds
 from console.speech.voice_commands import HIGHER, VoiceCommands
 from core.commands.command import Command
 from core.errors import Refused
 from core.perception.people.voice_bearing import VoiceBearing
-from core.speech.recognition.acceptance import judge
-from core.speech.recognition.recognizer import WordHypothesis
+from core.speech.recognition.decision import Decision
 from core.speech.understanding.grammar import understand
 from tests.console.live import Live
+from tests.core.speech.ears import sure
 
 
 def listen(live: Live, obey: bool, token: str = "") -> Any:
     return live.ask("POST", "/api/hearing", {"listen": True, "obey": obey}, token=token or live.operator)
 
 
-def message(words: str) -> UtteranceMessage:
-    """An utterance with these words, as a worker that knows no bounds of speech would send them."""
+def decision(words: str) -> Decision:
+    """These words, as they come from a worker that knows no bounds of speech."""
     heard = understand(words)
     assert isinstance(heard, Command)
-    return UtteranceMessage(0.0, 1.0, words, name=heard.name, numbers=dict(heard.numbers), heard_as=heard.heard_as)
+    return within_bounds(Decision(verdict="accept", command=heard, words=words))
 
 
 def said(live: Live, words: str, age: float = 0.0) -> str:
@@ -36,9 +36,9 @@ def said(live: Live, words: str, age: float = 0.0) -> str:
     begin = ears.stamp + 0.1
     live.until(lambda: ears.stamp > begin + 0.1)
     end = ears.stamp - age
-    one = RoomUtterance(1, end - 0.1, end, words, True, words, "", 0.0, 0.05)
+    one = RoomUtterance(1, end - 0.1, end, words, True, words, "", 0.0, 0.05, "accept", 1.0)
     call = VoiceBearing(stamp=end, azimuth=0.0, sd=0.05, x=0.0, y=0.0)
-    return live.on_loop(lambda: NOT_OBEYED if ears.obey is None else ears.obey(message(words), one, call))
+    return live.on_loop(lambda: NOT_OBEYED if ears.obey is None else ears.obey(decision(words), one, call))
 
 
 def newest(live: Live) -> dict[str, Any]:
@@ -115,11 +115,15 @@ def test_words_are_let_go_with_the_wheel(live: Live, spoken: VoiceCommands) -> N
     assert said(live, "turn left") == NOT_OBEYED
 
 
-def test_a_command_heard_with_a_doubt_is_offered_as_long_as_it_is_fresh(live: Live, spoken: VoiceCommands) -> None:
+def test_a_command_that_was_rejected_as_uncertain_is_offered_as_long_as_it_is_fresh(
+    live: Live, spoken: VoiceCommands
+) -> None:
     ears = live.runtime.ears
     for age, offered in ((0.5, "turn left"), (60.0, "")):
         end = ears.stamp - age
-        one = RoomUtterance(1, end - 0.8, end, "turn left", False, None, "I am not sure.", None, None, "turn left")
+        one = RoomUtterance(
+            1, end - 0.8, end, "turn left", False, None, "I am not sure.", None, None, "reject", 0.5, "turn left"
+        )
         live.on_loop(lambda one=one: ears.utterances.append(one))
         assert live.ask("GET", "/api/state", token=live.viewer).json["ears"]["suggested_command"] == offered
 
@@ -167,7 +171,7 @@ def test_a_spoken_command_is_parsed_once(live: Live, spoken: VoiceCommands, monk
     for module in [name for name in sys.modules if name.startswith(("core.", "console."))]:
         if getattr(sys.modules[module], "understand", None) is understand:
             monkeypatch.setattr(sys.modules[module], "understand", counted)
-    heard = utterance_message(judge(WordHypothesis(words="turn left", begin=0.0, end=1.0)))
-    monkeypatch.setitem(globals(), "message", lambda words: heard)
+    heard = within_bounds(sure("turn left"))
+    monkeypatch.setitem(globals(), "decision", lambda words: heard)
     assert said(live, "turn left") == ""
     assert newest(live)["name"] == "turn_left" and calls == ["turn left"]

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import cv2
@@ -21,6 +22,15 @@ def test_table_3_comes_out_again_with_its_figures(tmp_path: Path) -> None:
     for name in ("figure_13", "figure_14", "figure_15"):
         image = cv2.imread(told["files"][name])
         assert image is not None and image.std() > 10
+
+
+def test_without_matplotlib_the_table_is_made_and_the_extra_named(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    told = run(runs=1, out=tmp_path)
+    assert len(told["table"]) == 8 and set(told["files"]) == {"runs"}
+    assert "pip install 'beckon[figures]'" in told["not_drawn"]
 
 
 @pytest.mark.campaign

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import sys
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
 from pathlib import Path
@@ -87,11 +88,27 @@ def test_the_figure_has_four_panels_with_units_and_draws_the_worst_runs(tmp_path
     assert told["setup"]["mode"] == "invariant" and "ekf_slam_paper" in told["estimators"]
     root = ElementTree.parse(told["files"]["figure_16"]).getroot()
     words = ["".join(each.itertext()) for each in root.iter("{http://www.w3.org/2000/svg}text")]
-    assert [word[0] for word in words if word[1:3] == "  "] == ["a", "c", "b", "d"]
+    assert [word[:3] for word in words if word.startswith("(")] == ["(a)", "(c)", "(b)", "(d)"]
     assert words.count("x [m]") == words.count("y [m]") == words.count("time [s]") == 2
     row = told["estimators"]["ekf_slam"]
     assert f"average {row['worst_average_error_m']:.3f} m, paper 0.08 m" in words
     assert f"worst of 2 runs: run {row['worst_run']}" in words
+    assert any("R = diag(0.08 m, 1°)²" in word and "invariant form" in word for word in words)
+
+
+def test_the_same_seed_draws_the_same_file(tmp_path: Path) -> None:
+    drawn = [Path(run(runs=1, seed=3, out=tmp_path / name)["files"]["figure_16"]).read_bytes() for name in "ab"]
+    assert drawn[0] == drawn[1]
+
+
+def test_without_matplotlib_all_but_the_figure_is_written_and_the_extra_named(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    told = run(runs=1, out=tmp_path)
+    assert set(told["files"]) == {"csv", "json", "runs"}
+    assert all(Path(each).is_file() for each in told["files"].values())
+    assert "pip install 'beckon[figures]'" in told["not_drawn"]
 
 
 def frozen_file(path: Path, **changes: Any) -> Path:

@@ -12,7 +12,7 @@ from core.experiments.listening import BEFORE, TimedListening
 from core.experiments.spoken_room import length_of_words
 from core.sensors import SensorFrame
 from core.sensors.microphones import Sound
-from core.speech.recognition.recognizer import WordHypothesis
+from core.speech.recognition.decision import RecognizedUtterance, stop
 from core.speech.settings import MOST_WAITING
 
 RATE = 16_000
@@ -25,12 +25,12 @@ class Slow:
         self.fed: list[tuple[float, float]] = []
         self._clock = clock
 
-    def feed(self, sound: Sound) -> tuple[WordHypothesis, ...]:
+    def feed(self, sound: Sound) -> tuple[RecognizedUtterance, ...]:
         self.fed.append((round(sound.stamp, 3), round(sound.duration, 3)))
         self._clock[0] += 0.5
-        return (WordHypothesis(words="stop", begin=sound.stamp, end=sound.stamp + sound.duration),)
+        return (RecognizedUtterance(begin=sound.stamp, end=sound.stamp + sound.duration, decision=stop()),)
 
-    def finish(self) -> tuple[WordHypothesis, ...]:
+    def finish(self) -> tuple[RecognizedUtterance, ...]:
         return ()
 
 

@@ -13,6 +13,7 @@ import pytest
 from core.errors import Refused
 from core.experiments.rehearsal import Rehearsal
 from core.geometry import wrap
+from core.robots.requests import PlaceThing, ReadTruth
 from core.settings import Settings
 from core.simulation.robot import SimulationSettings
 
@@ -156,7 +157,7 @@ def test_a_wall_ends_the_way_without_a_contact(lab: Rehearsal) -> None:
     assert ended.state == "failed"
     assert "blocks the way" in ended.remark
     assert lab.contacts == 0
-    assert lab.robot.ask({"do": "truth"})["clearance_m"] > 0.01
+    assert lab.robot.ask(ReadTruth()).clearance_m > 0.01
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.8, 0.0), (0.7, 0.08)])
@@ -164,11 +165,11 @@ def test_a_box_put_in_the_way_is_never_touched(lab: Rehearsal, x: float, y: floa
     lab.run(1.5)
     number = lab.tell("stop at 1.5 and 0")
     lab.run(2.5)
-    lab.robot.ask({"do": "place", "what": "box", "x_m": x, "y_m": y, "size_m": 0.3})
+    lab.robot.ask(PlaceThing(what="box", x_m=x, y_m=y, size_m=0.3))
     nearest = math.inf
     while lab.ended(number) is None:
         lab.step()
-        nearest = min(nearest, lab.robot.ask({"do": "truth"})["clearance_m"])
+        nearest = min(nearest, lab.robot.ask(ReadTruth()).clearance_m)
     ended = lab.ended(number)
     assert ended is not None
     assert ended.state == "done"
@@ -181,7 +182,7 @@ def test_a_box_put_before_a_straight_line_ends_it(lab: Rehearsal) -> None:
     lab.run(1.5)
     number = lab.tell("continue 2 meters")
     lab.run(3.0)
-    lab.robot.ask({"do": "place", "what": "box", "x_m": 0.9, "y_m": 0.0, "size_m": 0.3})
+    lab.robot.ask(PlaceThing(what="box", x_m=0.9, y_m=0.0, size_m=0.3))
     lab.run(12.0)
     ended = lab.ended(number)
     assert ended is not None

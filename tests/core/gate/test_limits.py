@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 
 import pytest
 
+from core.errors import BadInput
 from core.gate import Limits
 from core.gate.limits import is_count, is_number, speed_cap
 
@@ -16,23 +17,23 @@ NUMBERS = [field.name for field in fields(Limits) if field.name != "guard"]
 @pytest.mark.parametrize("name", NUMBERS)
 @pytest.mark.parametrize("value", [0, 0.0, -0.1, math.nan, math.inf, -math.inf, 1e9, True, "0.3", None])
 def test_no_limit_can_be_switched_off(name: str, value: object) -> None:
-    with pytest.raises(ValueError, match=name):
+    with pytest.raises(BadInput, match=name):
         Limits.of({name: value})
 
 
 @pytest.mark.parametrize("value", [0.099, 1.001])
 def test_the_deadman_stays_between_a_tenth_and_one_second(value: float) -> None:
-    with pytest.raises(ValueError, match=r"between 0\.1 and 1"):
+    with pytest.raises(BadInput, match=r"between 0\.1 and 1"):
         Limits(deadman=value)
 
 
 def test_an_unknown_limit_is_named() -> None:
-    with pytest.raises(ValueError, match="no limit called 'max_sped'"):
+    with pytest.raises(BadInput, match="no limit called 'max_sped'"):
         Limits.of({"max_sped": 0.2})
 
 
 def test_a_guard_that_is_no_bool_is_refused() -> None:
-    with pytest.raises(ValueError, match="guard"):
+    with pytest.raises(BadInput, match="guard"):
         Limits.of({"guard": 0})
 
 

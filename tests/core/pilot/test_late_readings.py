@@ -16,6 +16,7 @@ from core.sensors import Image, Scan
 from core.settings import Settings
 from core.simulation.robot import SimulatedRobot, SimulationSettings
 from core.slam.ekf_slam import EkfSlam
+from core.slam.odometry import Odometry
 
 LATE = 12  # frames of 25 ms
 DRIVE = ((1.5, 0.0, 0.0), *(((0.4, 0.15, 1.2), (0.4, 0.0, -1.2)) * 4))  # [s], [m/s], [rad/s]
@@ -36,6 +37,7 @@ def drive(*, late_scans: int = 0, late_pictures: int = 0, camera: bool = False) 
     """The drive, scans and pictures handed over so many frames after they were taken."""
     robot = SimulatedRobot("lab", seed=3, settings=SimulationSettings(camera=camera))
     settings, outcome = Settings(), Outcome()
+    odometry = Odometry(robot.profile.laser, settings.motion, settings.scan_odometry)
     eyes, slam = (
         LandmarkPerception(robot.profile, settings),
         EkfSlam(settings.ekf, settings.motion, robot.profile.laser),
@@ -49,7 +51,7 @@ def drive(*, late_scans: int = 0, late_pictures: int = 0, camera: bool = False) 
             scans.append(frame.scan)
             pictures.append(frame.image)
             frame = replace(frame, scan=scans.popleft(), image=pictures.popleft())
-            look = eyes.look(frame)
+            look = eyes.look(frame, odometry.update(frame))
             estimate, truth = slam.update(frame, look.sightings), frame.truth
             assert truth is not None
             outcome.confirmed += sum(sighting.confirmed for sighting in look.sightings or ())

@@ -189,7 +189,7 @@ def test_a_picture_of_the_wrong_size_is_told_and_flies_past() -> None:
 
 
 def test_a_recording_refuses_commands() -> None:
-    pilot = Pilot(Profile(name="log", kind="LOG", url="log:x", laser=Laser(), drives=False))
+    pilot = Pilot(Profile(name="log", kind="LOG", url="log:x", lasers=(Laser(),), drives=False))
     with pytest.raises(Refused, match="recording"):
         pilot.tell(1, command("turn left"), "typed", "anna")
 
@@ -310,9 +310,9 @@ def test_a_voice_is_known_to_the_decision_of_the_frame_that_it_is_heard_in(monke
     pilot = started(lab)
 
     def hear(*_: object) -> None:
-        pilot._ears.call = VoiceBearing(stamp=pilot._stamp, azimuth=1.0, sd=0.05, x=0.0, y=0.0)
+        pilot._hearing.call = VoiceBearing(stamp=pilot._stamp, azimuth=1.0, sd=0.05, x=0.0, y=0.0)
 
-    monkeypatch.setattr(pilot._ears, "hear", hear)
+    monkeypatch.setattr(pilot._hearing, "hear", hear)
     pilot.tell(1, command("come here"), "chip", "anna")
     snapshot = pilot.step(lab.read())
     assert snapshot.active_command is not None and snapshot.setpoint.w > 0

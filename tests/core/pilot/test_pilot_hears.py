@@ -22,7 +22,7 @@ UPRIGHT = MicrophoneArray(positions=RESPEAKER_ODAS.positions[:, [0, 2, 1]], name
 
 def ears_with(array: MicrophoneArray) -> SoundPerception:
     return SoundPerception(
-        Profile(name="ears", kind="SIM", url="sim:ears", microphones=array), DirectionFindingSettings()
+        Profile(name="ears", kind="SIM", url="sim:ears", arrays=(array,)), DirectionFindingSettings()
     )
 
 

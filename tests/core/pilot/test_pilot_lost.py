@@ -11,6 +11,7 @@ from core.commands.command import Command
 from core.errors import BadInput, Refused
 from core.geometry import Pose, wrap
 from core.pilot import Pilot
+from core.robots.requests import CarryRobot, PlaceThing, RemoveThing
 from core.simulation.robot import SimulatedRobot, SimulationSettings
 from core.snapshot import ActiveCommandStatus, Snapshot
 from core.speech.understanding.grammar import understand
@@ -56,7 +57,7 @@ class Outing:
             assert self.now.floor.lost is None
 
     def carry(self, x: float, y: float, heading: float) -> None:
-        self.robot.ask({"do": "place", "what": "robot", "x_m": x, "y_m": y, "heading_rad": heading})
+        self.robot.ask(CarryRobot(x_m=x, y_m=y, heading_rad=heading))
 
     def until_lost(self) -> None:
         for _ in range(120):
@@ -143,11 +144,11 @@ def test_where_things_hid_the_walls_the_command_waits_and_goes_on(outing: Outing
     for name, towards in crowd.items():
         place = towards @ Pose(0.5, 0.0, 0.0)
         with contextlib.suppress(BadInput):  # in a wall
-            outing.robot.ask({"do": "place", "what": "box", "id": name, "x_m": place.x, "y_m": place.y})
+            outing.robot.ask(PlaceThing(what="box", id=name, x_m=place.x, y_m=place.y))
     outing.until_lost()
     for name in crowd:
         with contextlib.suppress(BadInput):
-            outing.robot.ask({"do": "remove", "id": name})
+            outing.robot.ask(RemoveThing(id=name))
     endings: list[ActiveCommandStatus] = []
     for _ in range(1200):
         endings += outing.step().endings

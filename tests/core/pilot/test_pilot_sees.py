@@ -14,6 +14,7 @@ from core.pilot.landmark_perception import LandmarkPerception
 from core.sensors import Image, SensorFrame, Wheels
 from core.settings import Settings
 from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.slam.motion import Motion
 
 
 def dark_robot(light: float) -> SimulatedRobot:
@@ -74,7 +75,7 @@ def test_a_picture_that_repeats_itself_on_the_move_is_not_used_until_another_com
             image=Image(stamp=stamp, pixels=image.pixels),
             wheels=Wheels(odometry=Pose(), speed=speed, turn_rate=0.0),
         )
-        return eyes.without_repeats(frame).image is not None
+        return eyes.without_repeats(frame, frame.wheels).image is not None
 
     assert all(shown(first, 0.1 * n, 0.0) for n in range(5))  # it stands: nothing need change
     assert [shown(first, 0.5 + 0.1 * n, 0.1) for n in range(3)] == [True, False, False]
@@ -103,7 +104,7 @@ def test_a_single_black_picture_is_nothing_to_tell() -> None:
     robot = dark_robot(1.0)
     eyes = LandmarkPerception(robot.profile, Settings())
     for image in pictures(1.0, 0.5):
-        eyes.look(SensorFrame(stamp=image.stamp, image=image))
+        eyes.look(SensorFrame(stamp=image.stamp, image=image), Motion())
         black = Image(stamp=image.stamp + 0.05, pixels=np.zeros_like(image.pixels))
-        eyes.look(SensorFrame(stamp=black.stamp, image=black))
+        eyes.look(SensorFrame(stamp=black.stamp, image=black), Motion())
         assert eyes.poor == ""

@@ -12,6 +12,8 @@ import pytest
 from core.errors import BadInput
 from core.geometry import Pose
 from core.recording import LogSettings, open_log
+from core.recording.json_scan import read_json_scan
+from core.recording.read_report import BadRecord
 from tests.core.recording.log_writers import START, carmen_lines, pose_of, ranges_of
 
 
@@ -136,6 +138,45 @@ def test_json_lines_give_scans_and_every_unusable_line_is_counted(tmp_path):
     assert second.scan.angles == pytest.approx([-1, 0, 1])
     assert recording.report.read == 2 and recording.report.skipped == 10
     assert recording.report.warnings[0].startswith("10 of 12 records skipped")
+
+
+@pytest.mark.parametrize(
+    ("more", "stamp"),
+    [
+        ({"t": 2}, 2.0),
+        ({"t": {"sec": 3, "nsec": 5e8}}, 3.5),
+        ({"header": {"stamp": {"sec": 3, "nanosec": 500_000_000}}}, 3.5),
+        ({"t": "late", "stamp": 4.0}, 4.0),
+        ({"header": {"frame_id": "laser"}}, math.nan),
+    ],
+)
+def test_a_json_scan_has_its_time_in_any_of_the_usual_forms(more, stamp):
+    scan = read_json_scan(json.dumps({"ranges": [1.0, 2.0]} | more), 0.0)
+    assert scan is not None and scan.stamp == pytest.approx(stamp, nan_ok=True)
+
+
+@pytest.mark.parametrize(("range_max", "nothing"), [("5.0", math.inf), ("Infinity", math.nan)])
+def test_numbers_that_are_not_finite_are_read_as_most_programs_write_them(range_max, nothing):
+    scan = read_json_scan(f'{{"t": 1.0, "ranges": [NaN, Infinity, 1e999, 2.0], "range_max": {range_max}}}', 0.0)
+    assert scan is not None
+    assert scan.ranges == pytest.approx([math.nan, nothing, nothing, 2.0], nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"ranges": [1.0, "2"]}, "ranges are no numbers"),
+        ({"ranges": [1.0, True]}, "ranges are no numbers"),
+        ({"ranges": [10**400]}, "ranges are no numbers"),
+        ({"ranges": "1, 2"}, "ranges are no list"),
+        ({"range_max": 10**400}, "too large"),
+        ({"range_max": "far"}, "a number is missing"),
+        ({"\ud800": 1}, "no JSON"),
+    ],
+)
+def test_what_is_wrong_with_a_json_scan_is_said(more, words):
+    with pytest.raises(BadRecord, match=words):
+        read_json_scan(json.dumps({"t": 1.0, "ranges": [1.0, 2.0]} | more), 0.0)
 
 
 def test_the_maximum_range_of_the_settings_goes_before_that_of_the_log(tmp_path):

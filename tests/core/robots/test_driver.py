@@ -17,6 +17,7 @@ from core.gate.packets import packet_pair, send_packet, take_packets
 from core.robots import Profile
 from core.robots.frame_sender import FrameReceiver, FrameSender
 from core.robots.process import TIMEOUT, DriverLoop
+from core.robots.requests import AnswerT, RobotRequest, not_taken
 from core.sensors import Laser, Scan, SensorFrame
 
 LASER = Laser(beams=100, angle_step=0.04, angle_min=-2.0)
@@ -26,7 +27,7 @@ class Obedient:
     """A base that goes on for ever with what it was told last."""
 
     def __init__(self) -> None:
-        self.profile = Profile(name="obedient", kind="SIM", url="obedient:", laser=LASER)
+        self.profile = Profile(name="obedient", kind="SIM", url="obedient:", lasers=(LASER,))
         self.twist = ZERO
         self.told: list[tuple[float, Twist]] = []
         self.scanning = False
@@ -47,8 +48,10 @@ class Obedient:
             )
         return SensorFrame(stamp=stamp, scan=scan)
 
-    def ask(self, request: dict[str, Any]) -> dict[str, Any]:
-        return {}
+    requests = ()
+
+    def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
+        raise not_taken(self.requests)
 
     def close(self) -> None: ...
 

@@ -9,6 +9,7 @@ import pytest
 
 from core.gate import TICK, Gate, Limits, Setpoint, TraceWriter, check
 from core.robots.nearness import field_of, near_points
+from core.robots.requests import PlaceThing
 from core.sensors import SensorFrame
 from core.simulation.robot import SimulatedRobot, SimulationSettings
 
@@ -56,7 +57,7 @@ class Drive:
         assert truth is not None
         c, s = math.cos(truth.heading), math.sin(truth.heading)
         x, y = truth.x + c * ahead - s * aside, truth.y + s * ahead + c * aside
-        self.robot.ask({"do": "place", "what": "box", "x_m": x, "y_m": y, "size_m": size})
+        self.robot.ask(PlaceThing(what="box", x_m=x, y_m=y, size_m=size))
 
 
 @pytest.mark.parametrize("aside", [0.0, 0.08, -0.15, 0.19])

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from core.gate.guard import HORIZON
 from core.geometry import Pose
-from core.robots.nearness import RESTED, Freshness, field_of, near_points
+from core.robots.nearness import RESTED, Freshness, NearField, field_of, near_points
 from core.sensors import Laser, Scan, SensorFrame, Wheels
 
 LASER = Laser()
@@ -109,3 +110,37 @@ def test_the_field_is_how_far_it_looks_to_the_worse_side() -> None:
     assert field_of(Laser(mounting=Pose(0, 0, 0.5))) == pytest.approx(2.09 - 0.5, abs=0.01)
     assert field_of(Laser(beams=1024, angle_min=-math.pi)) == math.pi
     assert field_of(Laser(mounting=Pose(0, 0, math.pi))) == 0.0
+
+
+HALF = Laser(beams=181, angle_min=-math.pi / 2, angle_step=math.radians(1))
+FRONT = replace(HALF, name="front", mounting=Pose(0.1, 0.0, 0.0))
+BACK = replace(HALF, name="back", mounting=Pose(-0.1, 0.0, math.pi))
+
+
+def test_two_lasers_see_all_around_and_one_alone_only_its_side() -> None:
+    assert field_of(FRONT, BACK) == math.pi
+    assert field_of(FRONT) == pytest.approx(math.pi / 2, abs=0.01)
+    assert field_of(BACK) == 0.0
+
+
+def test_what_the_other_laser_saw_counts_for_a_moment_and_is_carried_along() -> None:
+    near = NearField((FRONT, BACK))
+
+    def seen(laser: Laser, distance: float, stamp: float, x: float) -> tuple[list[tuple[float, float]], float]:
+        ranges = np.full(laser.beams, np.inf)
+        ranges[90] = distance + 0.001 * stamp
+        scan = Scan(
+            stamp=stamp, laser=laser.name, ranges=ranges, angle_min=laser.angle_min, angle_step=laser.angle_step
+        )
+        wheels = Wheels(odometry=Pose(x, 0.0, 0.0), speed=0.0, turn_rate=0.0)
+        found = near.see(SensorFrame(stamp=stamp, scan=scan, wheels=wheels), moving=True)
+        assert found is not None
+        return found
+
+    points, field = seen(BACK, 0.5, 0.0, 0.0)
+    assert field == 0.0 and points == [(pytest.approx(-0.6, abs=0.002), pytest.approx(0.0, abs=0.002))]
+    points, field = seen(FRONT, 0.8, 0.1, 0.02)
+    assert field == math.pi
+    assert sorted(x for x, _ in points) == [pytest.approx(-0.62, abs=0.002), pytest.approx(0.9, abs=0.002)]
+    points, field = seen(FRONT, 0.8, 0.3, 0.02)
+    assert len(points) == 1 and field == pytest.approx(math.pi / 2, abs=0.01)

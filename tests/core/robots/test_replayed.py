@@ -5,12 +5,14 @@ from __future__ import annotations
 import itertools
 import json
 
+import msgspec
 import numpy as np
 import pytest
 
 from core.errors import BadInput
 from core.gate import Twist
 from core.robots.replayed import ReplayedRobot, open_robot
+from core.robots.requests import Pause, Play, ReadTruth, Seek, SetSpeed
 
 SCANS = 30
 
@@ -34,7 +36,7 @@ def drive(tmp_path):
 def opened(path) -> ReplayedRobot:
     """Told to play."""
     robot = open_robot(str(path), seed=0, settings=None)
-    robot.ask({"do": "play"})
+    robot.ask(Play())
     return robot
 
 
@@ -65,11 +67,11 @@ def test_it_waits_at_its_first_scan_until_it_is_played(scans):
     frames = [robot.read() for _ in range(200)]
     assert numbers(frames) == [0] and not frames[-1].running
     assert (frames[-1].stamp, frames[-1].progress) == (5.0, 0.0)
-    robot.ask({"do": "play"})
+    robot.ask(Play())
     assert numbers(until_the_end(robot)) == list(range(1, SCANS))
     jumped = open_robot(str(scans), seed=0, settings=None)
     jumped.read()
-    jumped.ask({"do": "seek", "value": 0.5})
+    jumped.ask(Seek(value=0.5))
     assert not any(jumped.read().running for _ in range(20))
 
 
@@ -84,7 +86,7 @@ def test_time_passes_smoothly_between_scans(scans):
 @pytest.mark.parametrize("speed", [0.1, 0.5, 2.0, 4.0, 10.0])
 def test_at_any_speed_no_scan_is_left_out_and_time_never_goes_back(scans, speed):
     robot = opened(scans)
-    robot.ask({"do": "speed", "value": speed})
+    robot.ask(SetSpeed(value=speed))
     frames = until_the_end(robot)
     assert numbers(frames) == list(range(SCANS))
     assert np.diff([frame.stamp for frame in frames]).min() >= 0
@@ -98,8 +100,8 @@ def test_the_speed_that_is_told_is_the_speed_it_plays_at(tmp_path, rate, most):
     path.write_text("".join(json.dumps({"t": n / rate, "ranges": [1, 2, 3]}) + "\n" for n in range(4 * rate + 1)))
     robot = opened(path)
     for asked in (0.5, 1.0, 5.0, 10.0):
-        robot.ask({"do": "play"})
-        told = robot.ask({"do": "speed", "value": asked})["speed"]
+        robot.ask(Play())
+        told = robot.ask(SetSpeed(value=asked)).speed
         assert told == pytest.approx(min(asked, most))
         frames = until_the_end(robot)
         assert len(numbers(frames)) == 4 * rate + 1
@@ -126,7 +128,7 @@ def test_at_the_end_it_stands_and_says_so_once(scans):
 def test_play_after_the_end_starts_again(scans):
     robot = opened(scans)
     until_the_end(robot)
-    assert robot.ask({"do": "play"}) == pytest.approx(
+    assert msgspec.to_builtins(robot.ask(Play())) == pytest.approx(
         {"playing": True, "speed": 1.0, "position_s": 0.0, "duration_s": 2.9, "progress": 0.0}
     )
     assert numbers(until_the_end(robot)) == list(range(SCANS))
@@ -134,13 +136,13 @@ def test_play_after_the_end_starts_again(scans):
 
 def test_a_pause_stops_time_and_loses_nothing(scans):
     robot = opened(scans)
-    robot.ask({"do": "speed", "value": 10.0})
+    robot.ask(SetSpeed(value=10.0))
     before = [robot.read() for _ in range(7)]
-    robot.ask({"do": "pause"})
+    robot.ask(Pause())
     paused = [robot.read() for _ in range(5)]
     assert {frame.stamp for frame in paused} == {before[-1].stamp}
     assert all(not frame.running and frame.scan is None for frame in paused)
-    robot.ask({"do": "play"})
+    robot.ask(Play())
     after = until_the_end(robot)
     assert numbers(before + after) == list(range(SCANS))
     assert after[0].stamp >= before[-1].stamp
@@ -151,8 +153,8 @@ def test_seeking_goes_on_from_there(scans, share, first):
     robot = opened(scans)
     for _ in range(50):
         robot.read()
-    answer = robot.ask({"do": "seek", "value": share})
-    assert answer["position_s"] == pytest.approx(share * 2.9) and answer["playing"]
+    answer = robot.ask(Seek(value=share))
+    assert answer.position_s == pytest.approx(share * 2.9) and answer.playing
     frames = until_the_end(robot)
     assert numbers(frames) == list(range(first, SCANS))
     assert frames[0].stamp >= 5 + share * 2.9 - 1e-9
@@ -174,17 +176,12 @@ def test_driving_changes_nothing(scans):
 @pytest.mark.parametrize(
     "request_",
     [
-        {},
-        {"do": "fly"},
-        {"do": ["play"]},
-        {"do": "speed"},
-        {"do": "speed", "value": 0.01},
-        {"do": "speed", "value": 11},
-        {"do": "speed", "value": float("nan")},
-        {"do": "speed", "value": True},
-        {"do": "seek", "value": "0.5"},
-        {"do": "seek", "value": -0.1},
-        {"do": "seek", "value": 1.1},
+        ReadTruth(),
+        SetSpeed(value=0.01),
+        SetSpeed(value=11),
+        SetSpeed(value=float("nan")),
+        Seek(value=-0.1),
+        Seek(value=1.1),
     ],
 )
 def test_requests_that_make_no_sense_are_refused_in_a_sentence(scans, request_):

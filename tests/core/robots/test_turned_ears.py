@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import math
 
 import numpy as np
@@ -12,6 +11,7 @@ from core.errors import BadInput
 from core.gate import Twist
 from core.geometry import wrap
 from core.perception.sound.array_orientation import Orientation, OrientationWizard, heard_from, oriented
+from core.robots.requests import ReadTruth, SetListening, Speak
 from core.sensors.microphones import ARRAYS, RESPEAKER_ODAS, Sound, joined
 from core.simulation.robot import SimulatedRobot, SimulationSettings
 from core.speech.practice_voice import practice_voice
@@ -21,17 +21,17 @@ TURNED = 0.7  # [rad]
 
 def recording(robot: SimulatedRobot, azimuth: float) -> Sound:
     """Somebody speaks from there for a second."""
-    here = robot.ask({"do": "truth"})
-    angle = here["heading_rad"] + azimuth
-    voice = base64.b64encode((4000 * practice_voice(np.random.default_rng(1), 0.8, 16_000)).astype("<i2").tobytes())
-    x, y = here["x_m"] + 1.2 * math.cos(angle), here["y_m"] + 1.2 * math.sin(angle)
-    robot.ask({"do": "listen", "on": True})
-    robot.ask({"do": "say", "pcm": voice.decode(), "x_m": x, "y_m": y})
+    here = robot.ask(ReadTruth())
+    angle = here.heading_rad + azimuth
+    voice = (4000 * practice_voice(np.random.default_rng(1), 0.8, 16_000)).astype("<i2").tobytes()
+    x, y = here.x_m + 1.2 * math.cos(angle), here.y_m + 1.2 * math.sin(angle)
+    robot.ask(SetListening(on=True))
+    robot.ask(Speak(pcm=voice, x_m=x, y_m=y))
     sound: Sound | None = None
     while sound is None or sound.duration < 2.4:
         robot.drive(Twist(0.0, 0.0))
         sound = joined(sound, robot.read().sound, 10.0)
-    robot.ask({"do": "listen", "on": False})
+    robot.ask(SetListening(on=False))
     robot.drive(Twist(0.0, 0.0))
     robot.read()
     return sound

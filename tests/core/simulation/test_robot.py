@@ -10,6 +10,16 @@ import pytest
 
 from core.errors import BadInput
 from core.gate import ZERO, Twist
+from core.robots.requests import (
+    CarryRobot,
+    GroundTruth,
+    PlaceThing,
+    Play,
+    ReadPlan,
+    ReadTruth,
+    RemoveThing,
+    RobotRequest,
+)
 from core.sensors import SensorFrame
 from core.simulation.robot import SimulatedRobot, SimulationSettings, open_robot
 
@@ -27,8 +37,8 @@ def run(robot: SimulatedRobot, seconds: float, twist: Twist | None = ZERO) -> li
     return frames
 
 
-def truth(robot: SimulatedRobot) -> dict[str, Any]:
-    return robot.ask({"do": "truth"})
+def truth(robot: SimulatedRobot) -> GroundTruth:
+    return robot.ask(ReadTruth())
 
 
 def test_the_profile_says_what_this_robot_is() -> None:
@@ -76,7 +86,7 @@ def test_speeds_are_bounded_by_the_profile() -> None:
 def test_what_is_no_number_does_not_move_it(twist: Twist) -> None:
     robot = open_robot("lab", settings=BLIND)
     run(robot, 0.5, twist)
-    assert truth(robot)["x_m"] == 0.0
+    assert truth(robot).x_m == 0.0
 
 
 def test_it_stops_by_itself_when_nothing_is_told_for_half_a_second() -> None:
@@ -86,7 +96,7 @@ def test_it_stops_by_itself_when_nothing_is_told_for_half_a_second() -> None:
     speeds = [f.wheels.speed for f in frames if f.wheels]
     assert speeds[17] == pytest.approx(0.2)
     assert speeds[40:] == [0.0] * len(speeds[40:])
-    assert truth(robot)["x_m"] < 0.2 * 1.5 + 0.01
+    assert truth(robot).x_m < 0.2 * 1.5 + 0.01
 
 
 def test_a_wall_stops_it_and_says_so_until_it_backs_out() -> None:
@@ -94,8 +104,8 @@ def test_a_wall_stops_it_and_says_so_until_it_backs_out() -> None:
     frames = run(robot, 25.0, Twist(0.3, 0.0))  # the wall ahead is 5.1 m away
     assert not frames[0].contact
     assert frames[-1].contact
-    assert truth(robot)["contact"]
-    assert truth(robot)["clearance_m"] == pytest.approx(0.0, abs=0.001)
+    assert truth(robot).contact
+    assert truth(robot).clearance_m == pytest.approx(0.0, abs=0.001)
     last = frames[-1].wheels
     assert last is not None
     assert last.speed == 0.0
@@ -106,7 +116,7 @@ def test_a_wall_stops_it_and_says_so_until_it_backs_out() -> None:
     run(robot, 1.1, Twist(0.0, -1.0))
     backed = run(robot, 0.5, Twist(-0.1, 0.0))
     assert not backed[-1].contact
-    assert truth(robot)["clearance_m"] > 0.03
+    assert truth(robot).clearance_m > 0.03
 
 
 def test_it_never_enters_anything_however_it_is_driven() -> None:
@@ -116,7 +126,7 @@ def test_it_never_enters_anything_however_it_is_driven() -> None:
     for _ in range(120):
         twist = Twist(float(rng.uniform(-0.1, 0.3)), float(rng.uniform(-0.6, 0.6)))
         run(robot, 1.0, twist)
-        nearest = min(nearest, truth(robot)["clearance_m"])
+        nearest = min(nearest, truth(robot).clearance_m)
     assert -1e-4 < nearest < 0.05
 
 
@@ -160,35 +170,35 @@ def test_a_scan_while_turning_is_sheared_as_its_beam_times_say() -> None:
 def test_a_person_and_a_box_are_placed_moved_and_removed() -> None:
     robot = open_robot("lab", settings=EXACT)
     before = next(f.scan for f in run(robot, 0.1) if f.scan).ranges
-    placed = robot.ask({"do": "place", "what": "person", "x_m": 1.0, "y_m": 0.0, "heading_rad": math.pi})
-    assert placed["id"] == "person 1"
+    placed = robot.ask(PlaceThing(what="person", x_m=1.0, y_m=0.0, heading_rad=math.pi))
+    assert placed.id == "person 1"
     with_person = next(f.scan for f in run(robot, 0.1) if f.scan).ranges
     assert np.nanmin(with_person[300:382]) < 1.0 < np.nanmin(before[300:382])
-    robot.ask({"do": "place", "what": "person", "id": "person 1", "x_m": 1.0, "y_m": 1.0})
-    robot.ask({"do": "place", "what": "box", "x_m": 1.5, "y_m": -0.5, "size_m": 0.3})
-    mine = [t for t in robot.ask({"do": "plan"})["things"] if not t["fixed"]]
-    assert [(t["id"], t["x_m"], t["y_m"]) for t in mine] == [("person 1", 1.0, 1.0), ("box 1", 1.5, -0.5)]
-    assert robot.ask({"do": "remove", "id": "person 1"}) == {"id": "person 1"}
-    robot.ask({"do": "remove", "id": "box 1"})
+    robot.ask(PlaceThing(what="person", id="person 1", x_m=1.0, y_m=1.0))
+    robot.ask(PlaceThing(what="box", x_m=1.5, y_m=-0.5, size_m=0.3))
+    mine = [t for t in robot.ask(ReadPlan()).things if not t.fixed]
+    assert [(t.id, t.x_m, t.y_m) for t in mine] == [("person 1", 1.0, 1.0), ("box 1", 1.5, -0.5)]
+    assert robot.ask(RemoveThing(id="person 1")).id == "person 1"
+    robot.ask(RemoveThing(id="box 1"))
     after = next(f.scan for f in run(robot, 0.1) if f.scan).ranges
     np.testing.assert_array_equal(after, before)
 
 
 def test_a_person_placed_in_its_way_stops_it() -> None:
     robot = open_robot("lab", settings=BLIND)
-    robot.ask({"do": "place", "what": "person", "x_m": 0.6, "y_m": 0.1})
+    robot.ask(PlaceThing(what="person", x_m=0.6, y_m=0.1))
     frames = run(robot, 4.0, Twist(0.3, 0.0))
     assert frames[-1].contact
-    assert truth(robot)["x_m"] < 0.6
+    assert truth(robot).x_m < 0.6
 
 
 def test_carrying_the_robot_goes_unnoticed_by_its_wheels() -> None:
     robot = open_robot("lab", settings=EXACT)
     run(robot, 1.0, Twist(0.2, 0.3))
     odometry = run(robot, 0.5)[-1].wheels
-    answer = robot.ask({"do": "place", "what": "robot", "x_m": 2.0, "y_m": 1.0, "heading_rad": 7.0})
-    assert (answer["x_m"], answer["y_m"]) == (2.0, 1.0)
-    assert answer["heading_rad"] == pytest.approx(7.0 - 2 * math.pi)
+    answer = robot.ask(CarryRobot(x_m=2.0, y_m=1.0, heading_rad=7.0))
+    assert (answer.x_m, answer.y_m) == (2.0, 1.0)
+    assert answer.heading_rad == pytest.approx(7.0 - 2 * math.pi)
     frame = run(robot, 0.5)[-1]
     assert frame.wheels is not None
     assert odometry is not None
@@ -200,33 +210,25 @@ def test_carrying_the_robot_goes_unnoticed_by_its_wheels() -> None:
 @pytest.mark.parametrize(
     ("request_", "sentence"),
     [
-        ({}, "understands the requests"),
-        ({"do": "fly"}, "understands the requests"),
-        ({"do": "place", "what": "dragon", "x_m": 1, "y_m": 0}, "what must be one of box, person, board or robot"),
-        ({"do": "place", "what": ["box"], "x_m": 1, "y_m": 0}, "what must be one of"),
-        ({"do": "place", "what": "box", "y_m": 0}, "x_m must be a number"),
-        ({"do": "place", "what": "box", "x_m": True, "y_m": 0}, "x_m must be a number"),
-        ({"do": "place", "what": "box", "x_m": "1", "y_m": 0}, "x_m must be a number"),
-        ({"do": "place", "what": "box", "x_m": math.nan, "y_m": 0}, "x_m must be a finite number"),
-        ({"do": "place", "what": "box", "x_m": 10**400, "y_m": 0}, "x_m must be a finite number"),
-        ({"do": "place", "what": "box", "x_m": 50, "y_m": 0}, "does not fit there"),
-        ({"do": "place", "what": "person", "x_m": 5.4, "y_m": 0}, "does not fit there"),
-        ({"do": "place", "what": "person", "x_m": 0.2, "y_m": 0}, "robot stands there"),
-        ({"do": "place", "what": "robot", "x_m": 5.45, "y_m": 0}, "robot does not fit"),
-        ({"do": "place", "what": "robot", "x_m": 1, "y_m": 0, "heading_rad": math.inf}, "finite"),
-        ({"do": "place", "what": "box", "x_m": 1, "y_m": 0, "size_m": 5}, "size_m of a box must lie between"),
-        ({"do": "place", "what": "box", "x_m": 1, "y_m": 0, "id": "crate"}, "piece of the room"),
-        ({"do": "place", "what": "box", "x_m": 1, "y_m": 0, "id": ""}, "id must be a text"),
-        ({"do": "remove", "id": "crate"}, "Nothing of that id"),
-        ({"do": "remove"}, "Nothing of that id"),
+        (Play(), "understands the requests"),
+        (PlaceThing(what="box", x_m=math.nan, y_m=0), "x_m must be a finite number"),
+        (PlaceThing(what="box", x_m=50, y_m=0), "does not fit there"),
+        (PlaceThing(what="person", x_m=5.4, y_m=0), "does not fit there"),
+        (PlaceThing(what="person", x_m=0.2, y_m=0), "robot stands there"),
+        (CarryRobot(x_m=5.45, y_m=0), "robot does not fit"),
+        (CarryRobot(x_m=1, y_m=0, heading_rad=math.inf), "finite"),
+        (PlaceThing(what="box", x_m=1, y_m=0, size_m=5), "size_m of a box must lie between"),
+        (PlaceThing(what="box", x_m=1, y_m=0, id="crate"), "piece of the room"),
+        (PlaceThing(what="box", x_m=1, y_m=0, id=""), "id must be a text"),
+        (RemoveThing(id="crate"), "Nothing of that id"),
     ],
 )
-def test_a_request_that_cannot_be_met_is_answered_with_a_sentence(request_: dict[str, Any], sentence: str) -> None:
+def test_a_request_that_cannot_be_met_is_answered_with_a_sentence(request_: RobotRequest[Any], sentence: str) -> None:
     robot = open_robot("lab", settings=BLIND)
-    before = robot.ask({"do": "plan"})
+    before = robot.ask(ReadPlan())
     with pytest.raises(BadInput, match=sentence):
         robot.ask(request_)
-    assert robot.ask({"do": "plan"}) == before
+    assert robot.ask(ReadPlan()) == before
 
 
 def test_the_room_does_not_fill_up_without_end() -> None:
@@ -234,8 +236,8 @@ def test_the_room_does_not_fill_up_without_end() -> None:
     spots = [(x, y) for x in np.arange(9.5, 12.0, 0.4) for y in np.arange(9.0, 12.2, 0.4)]
     with pytest.raises(BadInput, match="remove one first"):
         for x, y in spots:
-            robot.ask({"do": "place", "what": "box", "x_m": float(x), "y_m": float(y), "size_m": 0.1})
-    assert len([t for t in robot.ask({"do": "plan"})["things"] if not t["fixed"]]) == 30
+            robot.ask(PlaceThing(what="box", x_m=float(x), y_m=float(y), size_m=0.1))
+    assert len([t for t in robot.ask(ReadPlan()).things if not t.fixed]) == 30
 
 
 @pytest.mark.parametrize(

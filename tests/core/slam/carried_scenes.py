@@ -10,6 +10,8 @@ import numpy as np
 
 from core.geometry import Pose
 from core.perception.landmarks.deskew import beam_ends
+from core.perception.landmarks.frame_perception import Beams
+from core.robots.requests import CarryRobot
 from core.sensors import Laser
 from core.simulation.laser import SimulatedLaser
 from core.simulation.robot import SimulatedRobot, SimulationSettings
@@ -39,7 +41,7 @@ def finish(work: Generator[None, None, T]) -> tuple[T, int]:
 def seen(world: World, pose: Pose, odometry: Pose | None = None, seed: int = 0, stamp: float = 0.0) -> ScanView:
     """What the 1 % laser sees at a pose."""
     ends, hits = beams(world, pose, seed)
-    return ScanView.of_beams(stamp, odometry or pose, LASER.mounting, ends, hits)
+    return ScanView.of_beams(stamp, odometry or pose, Beams(ends=ends, hits=hits, viewpoint=LASER.mounting))
 
 
 def beams(world: World, pose: Pose, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -78,4 +80,4 @@ def robot(seed: int = 1) -> SimulatedRobot:
 
 
 def carry(driven: SimulatedRobot, pose: Pose) -> None:
-    driven.ask({"do": "place", "what": "robot", "x_m": pose.x, "y_m": pose.y, "heading_rad": pose.heading})
+    driven.ask(CarryRobot(x_m=pose.x, y_m=pose.y, heading_rad=pose.heading))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from core.geometry import Pose
+from core.perception.landmarks.frame_perception import Beams
 from core.slam.ekf_slam import EkfSlam
 from core.slam.loop_closure import loop_closer
 from core.slam.loop_closure.loop_closer import LoopCloser
@@ -35,7 +36,7 @@ def go_on(graph: MapGraph) -> None:
         graph.submaps.append(Submap(len(graph.submaps), EkfSlam(), OccupancyMap()))
     submap = len(graph.submaps) - 1
     local = Pose(STEP * (number % PER_SUBMAP))
-    view = keyframe(number, submap, float(number), local, ENDS, HITS, Pose())
+    view = keyframe(number, submap, float(number), local, Beams(ends=ENDS, hits=HITS))
     driven = Increment(Pose(STEP), SURE) if number else None
     anchor = submap * PER_SUBMAP
     tie = GraphEdge(anchor, number, local, SURE) if number > anchor else None

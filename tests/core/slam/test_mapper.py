@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -119,6 +120,18 @@ def test_a_damaged_map_is_refused_in_words(lap: Lap, tmp_path: Path) -> None:
         (tmp_path / ARRAYS).write_bytes(content)
         (tmp_path / WORDS).write_text(text)
         with pytest.raises(BadInput, match="damaged"):
+            SavedMap.from_files(tmp_path)
+    plain = json.loads(words)
+    for wrong, why in (
+        (plain | {"form": 2, "bonds": 0}, "another form"),
+        (plain | {"resolution_m": 3.0}, "resolution"),
+        (plain | {"landmarks": [[{"id": 1}], *plain["landmarks"][1:]]}, "missing or wrong"),
+        (plain | {"bonds": [{**plain["bonds"][0], "state": "sold"}, *plain["bonds"][1:]]}, "missing or wrong"),
+        (plain | {"bonds": [{**plain["bonds"][0], "shown": 99}, *plain["bonds"][1:]]}, "closures are wrong"),
+    ):
+        (tmp_path / ARRAYS).write_bytes(whole)
+        (tmp_path / WORDS).write_text(json.dumps(wrong))
+        with pytest.raises(BadInput, match=f"damaged: .*{why}"):
             SavedMap.from_files(tmp_path)
     for key in ("view_submaps", "beam_hits", "covariance_1"):
         part = {name: array[:-1] if name == key else array for name, array in saved.arrays.items()}

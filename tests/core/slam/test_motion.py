@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.geometry import Pose, arc, wrap
-from core.sensors import SensorFrame, Wheels
+from core.sensors import Wheels
 from core.slam.dead_reckoning import DeadReckoning
 from core.slam.motion import (
     Increment,
@@ -26,8 +26,8 @@ small = st.floats(-1.0, 1.0)
 STEP = 1e-6
 
 
-def frame(stamp: float, odometry: Pose) -> SensorFrame:
-    return SensorFrame(stamp=stamp, wheels=Wheels(odometry=odometry, speed=0.0, turn_rate=0.0))
+def wheels(odometry: Pose) -> Wheels:
+    return Wheels(odometry=odometry, speed=0.0, turn_rate=0.0)
 
 
 def midpoint(forward: float, turn: float) -> np.ndarray:
@@ -144,27 +144,27 @@ def test_frames_that_were_lost_lose_no_way() -> None:
         poses.append(odometry)
     ends = []
     for every in (1, 5):
-        reckoning = DeadReckoning()
+        reckoning, track = DeadReckoning(), WheelTrack()
         for index in range(0, 60, every):
-            reckoning.update(frame(0.025 * index, poses[index]))
-        ends.append(reckoning.update(frame(1.5, poses[-1])).pose)
+            reckoning.update(track.step(0.025 * index, wheels(poses[index])))
+        ends.append(reckoning.update(track.step(1.5, wheels(poses[-1]))).pose)
     assert np.allclose(ends[0].vector, ends[1].vector, atol=1e-12)
 
 
 def test_a_seek_backwards_is_no_move() -> None:
     track = WheelTrack()
-    track.step(frame(5.0, Pose(3.0, 1.0, 0.5)))
-    assert track.step(frame(1.0, Pose())).still
-    assert track.step(frame(1.1, Pose(0.1, 0.0, 0.0))).pose.x == pytest.approx(0.1)
+    track.step(5.0, wheels(Pose(3.0, 1.0, 0.5)))
+    assert track.step(1.0, wheels(Pose())).still
+    assert track.step(1.1, wheels(Pose(0.1, 0.0, 0.0))).pose.x == pytest.approx(0.1)
 
 
 def test_dead_reckoning_only_gets_less_sure() -> None:
-    reckoning, odometry, last = DeadReckoning(), Pose(), 0.0
+    reckoning, track, odometry, last = DeadReckoning(), WheelTrack(), Pose(), 0.0
     for index in range(100):
         odometry = odometry @ arc(0.0025, 0.01)
-        estimate = reckoning.update(frame(0.025 * index, odometry))
+        estimate = reckoning.update(track.step(0.025 * index, wheels(odometry)))
         spread = float(np.trace(estimate.covariance[:2, :2]))
         assert spread >= last
         last = spread
-    still = reckoning.update(frame(10.0, odometry))
+    still = reckoning.update(track.step(10.0, wheels(odometry)))
     assert np.array_equal(still.covariance, estimate.covariance)

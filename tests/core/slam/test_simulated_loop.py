@@ -16,7 +16,7 @@ from core.perception.landmarks.landmarks import sight
 from core.simulation.robot import SimulatedRobot, SimulationSettings
 from core.slam.dead_reckoning import DeadReckoning
 from core.slam.ekf_slam import EkfSlam
-from core.slam.motion import MotionSettings
+from core.slam.motion import MotionSettings, WheelTrack
 
 QUARTER = (math.pi / 2 / 0.6, 0.0, 0.6)
 LOOP = (
@@ -49,7 +49,7 @@ def drive(
     robot = SimulatedRobot("lab", seed=seed, settings=settings)
     laser, camera = robot.profile.laser, robot.profile.camera
     assert laser is not None
-    slam, reckoning = EkfSlam(motion=motion, laser=laser), DeadReckoning(motion)
+    slam, reckoning, track = EkfSlam(motion=motion, laser=laser), DeadReckoning(), WheelTrack(motion)
     edges, edges_stamp, outcome = (), 0.0, Outcome()
     for seconds, v, w in LOOP[:legs]:
         for _ in range(round(40 * seconds)):
@@ -72,7 +72,9 @@ def drive(
             assert truth is not None
             outcome.errors.append(pose.distance_to(truth.x, truth.y))
             outcome.headings.append(abs(wrap(pose.heading - truth.heading)))
-            outcome.reckoned.append(reckoning.update(frame).pose.distance_to(truth.x, truth.y))
+            outcome.reckoned.append(
+                reckoning.update(track.step(frame.stamp, frame.wheels)).pose.distance_to(truth.x, truth.y)
+            )
             if v or w:
                 outcome.nees.append(slam.nees(truth))
     outcome.landmarks = len(slam.landmarks)

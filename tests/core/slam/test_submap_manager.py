@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from core.geometry import Pose, rotation
+from core.perception.landmarks.frame_perception import Beams
 from core.slam.ekf_slam import FORMS
 from core.slam.map.closure import ClosureSettings, Constraint, agreeing, agreement, departure, inverted
 from core.slam.map.map_graph import MapGraph
@@ -64,7 +65,7 @@ def test_a_way_is_its_steps_one_after_the_other() -> None:
     for moment in drive(2, ((0.2, 0.0),)):
         told(floor, moment)
         break
-    graph.submaps.append(floor.rooms.active)
+    graph.submaps.append(floor.submaps.active)
     graph.add(floor.graph.views[0], None, None, Pose(1.0, 2.0, 0.5))
     steps = [Increment(Pose(*rng.normal(size=3).tolist()), (1 + k) * SURE) for k in range(5)]
     for step in steps:
@@ -103,15 +104,15 @@ def test_links_that_agree_vouch_for_each_other_and_a_wrong_one_stays_alone() -> 
 
 def test_wheels_that_slip_are_noticed_and_the_scan_is_followed() -> None:
     tracker, moments = ScanTracker(ScanMatchingSettings()), list(drive(5, ((2.0, 0.0),)))
-    tracker.around([one.truth.apply(one.ends[one.hits]) for one in moments[:4]])
+    tracker.around([one.truth.apply(one.seen.beams.points) for one in moments[:4]])
     before, now = moments[3].truth, moments[4]
     truth = before.inverse() @ now.truth
-    points = now.ends[now.hits]
+    points = now.seen.beams.points
     good = tracker.track(before, Increment(truth, 1e-4 * SURE), points)
     assert not tracker.slipping
     assert good.pose.vector == pytest.approx(truth.vector, abs=0.01)
     tracker = ScanTracker(ScanMatchingSettings())
-    tracker.around([one.truth.apply(one.ends[one.hits]) for one in moments[:4]])
+    tracker.around([one.truth.apply(one.seen.beams.points) for one in moments[:4]])
     slipped = tracker.track(before, Increment(truth @ Pose(0.25, 0.0, 0.0), 1e-4 * SURE), points)
     assert tracker.slipping
     assert tracker.seen is not None
@@ -139,10 +140,10 @@ def test_a_scan_that_went_astray_is_put_where_nothing_is_looked_through() -> Non
     for moment in moments[:-1]:
         told(floor, moment)
     last = moments[-1]
-    slam, views = floor.rooms.active.slam, len(floor.graph.views)
+    slam, views = floor.submaps.active.slam, len(floor.graph.views)
     right = slam.filter.pose @ (moments[-2].truth.inverse() @ last.truth)
     slam.filter.reset_pose(right @ Pose(0.5, 0.6, 0.35), 1e-4 * np.eye(3))
-    floor.rooms.mend(last.ends, last.hits)
+    floor.submaps.mend(last.seen.beams)
     off = right.inverse() @ slam.filter.pose
     assert math.hypot(off.x, off.y) < 0.06
     assert abs(off.heading) < math.radians(1.5)
@@ -158,7 +159,7 @@ def test_a_map_grows_with_what_it_shows_and_not_with_how_long_it_is_driven_in() 
     kept: list[int] = []
     for number in range(2400):
         rooms.active.slam.filter.reset_pose(Pose(*rng.uniform((-1, -1, -math.pi), (1, 1, math.pi))), 1e-4 * np.eye(3))
-        rooms.keep(float(number), ends, hits)
+        rooms.keep(float(number), Beams(ends=ends, hits=hits))
         kept.append(len(graph.views))
     quarters = np.diff([0, *kept[599::600]])
     assert quarters[0] > 60, "every place is seen from every side"

@@ -1,4 +1,4 @@
-"""One engine for all tests of hearing words: it takes a second to make."""
+"""One engine for all tests of hearing words, which takes a second to make, and decisions to begin with."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import pytest
 
 from core.message import Array
 from core.sensors.microphones import Sound
-from core.speech.recognition.recognizer import Recognizer, WordHypothesis
+from core.speech.recognition.decision import NOT_SURE, Decision, RecognizedUtterance, Scores, Thresholds, decide
+from core.speech.recognition.recognizer import StreamingRecognizer
 from core.speech.settings import RATE
 from core.speech.sphinx.recognizer import Sphinx
 
@@ -33,7 +34,7 @@ def pieces(samples: Array, stamp: float = 0.0, length: int = PIECE) -> list[Soun
     return [mono(samples[at : at + length], stamp + at / RATE) for at in range(0, len(samples), length)]
 
 
-def listened(recognizer: Recognizer, samples: Array, stamp: float = 0.0) -> list[WordHypothesis]:
+def listened(recognizer: StreamingRecognizer, samples: Array, stamp: float = 0.0) -> list[RecognizedUtterance]:
     """All that is told about samples (N,), to their end."""
     told = [one for piece in pieces(samples, stamp) for one in recognizer.feed(piece)]
     return [*told, *recognizer.finish()]
@@ -43,3 +44,18 @@ def padded(samples: Array, lead: float = 0.7, tail: float = 0.8) -> Array:
     """Samples (N,) with faint noise before, behind and beneath."""
     whole = np.concatenate((np.zeros(int(lead * RATE)), samples, np.zeros(int(tail * RATE))))
     return whole + 3e-4 * np.random.default_rng(0).normal(size=len(whole))
+
+
+def sure(words: str) -> Decision:
+    """The decision of an engine that is sure of these words."""
+    return decide(words, Scores(sentence=0.0), Thresholds(reject=0.0, accept=0.0))
+
+
+def confirming(words: str) -> Decision:
+    """The decision of an engine whose words have to be confirmed."""
+    return decide(words, Scores(sentence=0.0, over_second_best=0.0), Thresholds(reject=0.0, accept=0.0))
+
+
+def unsure(words: str, objection: str = NOT_SURE) -> Decision:
+    """The decision of an engine that objects to these words."""
+    return decide(words, Scores(sentence=0.0), Thresholds(reject=0.0, accept=0.0), objection=objection)

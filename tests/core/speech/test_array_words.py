@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from core.errors import BadInput
 from core.sensors.microphones import RESPEAKER_ODAS, Sound
-from core.speech.recognition.recognizer import Utterance, WordHypothesis
+from core.speech.recognition.decision import Decision
+from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import RATE
 from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.transcription.transcriber import Transcriber
 from tests.core.perception.voices import far_voice
+from tests.core.speech.ears import sure
 
 
 class Scribe:
@@ -22,9 +22,9 @@ class Scribe:
     def __init__(self) -> None:
         self.given: list[Utterance] = []
 
-    def read(self, utterance: Utterance) -> WordHypothesis:
+    def decide(self, utterance: Utterance) -> Decision:
         self.given.append(utterance)
-        return WordHypothesis(words="", begin=utterance.begin, end=utterance.end)
+        return sure("")
 
 
 def spoken(ratio: float, seconds: float = 1.2) -> Sound:
@@ -42,7 +42,7 @@ def pieces(sound: Sound) -> list[Sound]:
 def test_the_beam_has_less_noise_than_one_microphone_and_the_same_bounds():
     pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
     one, many = Scribe(), Scribe()
-    single, whole = Transcriber(engine=one), ArrayTranscriber(RESPEAKER_ODAS, engine=many)
+    single, whole = Transcriber(recognizer=one), ArrayTranscriber(RESPEAKER_ODAS, recognizer=many)
     for piece in pieces(spoken(15.0)):
         single.feed(Sound(stamp=piece.stamp, rate=RATE, samples=piece.samples[:, :1]))
         whole.feed(piece)
@@ -71,17 +71,17 @@ def test_a_short_sentence_that_is_not_understood_is_read_in_the_plain_beam(secon
     class Reader(Scribe):
         """Reads its sentences in turn of each piece of sound."""
 
-        def read(self, utterance: Utterance) -> WordHypothesis:
-            told = super().read(utterance)
+        def decide(self, utterance: Utterance) -> Decision:
+            super().decide(utterance)
             again = [one.end for one in self.given].count(utterance.end)
-            return replace(told, words=read[again - 1])
+            return sure(read[again - 1])
 
     pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
     reader = Reader()
-    ears = ArrayTranscriber(RESPEAKER_ODAS, engine=reader)
+    ears = ArrayTranscriber(RESPEAKER_ODAS, recognizer=reader)
     told = [one for piece in pieces(spoken(15.0, seconds)) for one in ears.feed(piece)]
     told += ears.finish()
-    assert told[-1].words == understood
+    assert told[-1].decision.words == understood
     given = [one for one in reader.given if one.end == reader.given[-1].end]
     assert len(given) == len(read)
     sharp, *plain = (float(one.before.std()) for one in given)
@@ -90,7 +90,7 @@ def test_a_short_sentence_that_is_not_understood_is_read_in_the_plain_beam(secon
 
 def test_sound_that_does_not_fit_the_array_is_refused():
     pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
-    ears = ArrayTranscriber(RESPEAKER_ODAS, engine=Scribe())
+    ears = ArrayTranscriber(RESPEAKER_ODAS, recognizer=Scribe())
     with pytest.raises(BadInput, match="channel"):
         ears.feed(Sound(stamp=0.0, rate=RATE, samples=np.zeros((320, 1))))
     with pytest.raises(BadInput, match="16000 Hz"):

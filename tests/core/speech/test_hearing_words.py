@@ -7,13 +7,13 @@ import pytest
 
 from core.sensors.microphones import Sound
 from core.speech.practice_voice import practice_voice
-from core.speech.recognition.acceptance import judge
-from core.speech.recognition.recognizer import Utterance, WordHypothesis
-from core.speech.settings import RATE, SpeechSettings
+from core.speech.recognition.decision import Decision, RecognizedUtterance, stop
+from core.speech.recognition.recognizer import Utterance
+from core.speech.settings import RATE
 from core.speech.sphinx.garbage_model import choose, command_words, fixed_words, grammar, openings, phones_of
 from core.speech.sphinx.jsgf import NUMBER_RULES, words_of
 from core.speech.transcription.transcriber import Transcriber
-from tests.core.speech.ears import engine, listened, mono, padded, pieces
+from tests.core.speech.ears import engine, listened, mono, padded, pieces, sure, unsure
 
 DICTIONARY = {
     "turn": (("T", "ER", "N"),),
@@ -76,8 +76,8 @@ def test_noise_is_no_command(noise):
         "silence": np.zeros(length),
         "clicks": np.where(rng.random(length) < 0.001, 0.5, 0.0),
     }[noise]
-    told = listened(Transcriber(engine=engine()), padded(samples))
-    assert [one.words for one in told if one.words and not one.doubt] == []
+    told = listened(Transcriber(recognizer=engine()), padded(samples))
+    assert [one.decision.words for one in told if one.decision.verdict != "reject"] == []
 
 
 class HearsStop:
@@ -85,61 +85,54 @@ class HearsStop:
 
     END = 4.0  # [s]
 
-    def __init__(self, _: SpeechSettings) -> None:
-        pass
-
-    def feed(self, sound: Sound) -> tuple[WordHypothesis, ...]:
-        return (WordHypothesis(words="stop", begin=self.END - 0.3, end=self.END, final=False),)
+    def feed(self, sound: Sound) -> tuple[RecognizedUtterance, ...]:
+        return (RecognizedUtterance(begin=self.END - 0.3, end=self.END, decision=stop(), final=False),)
 
 
 class HearsCommand:
-    """Reads the same command out of every utterance."""
+    """Decides about every utterance alike."""
 
-    def read(self, utterance: Utterance) -> WordHypothesis:
-        return WordHypothesis(words="turn left", begin=utterance.begin, end=utterance.end)
+    def __init__(self, decision: Decision) -> None:
+        self._decision = decision
+
+    def decide(self, utterance: Utterance) -> Decision:
+        return self._decision
 
 
-def test_a_stop_does_not_overtake_what_was_said_before_it(monkeypatch):
+def test_a_stop_does_not_overtake_what_was_said_before_it():
     """A slow reader gets seconds of sound at once; the robot must not set off after the stop."""
-    monkeypatch.setattr("core.speech.transcription.transcriber.KeywordSpotter", HearsStop)
     sentence = 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)
-    told = Transcriber(engine=HearsCommand()).feed(mono(padded(sentence, tail=3.0)))
-    assert [one.words for one in told] == ["turn left", "stop"]
+    transcriber = Transcriber(recognizer=HearsCommand(sure("turn left")), spotter=HearsStop())
+    told = transcriber.feed(mono(padded(sentence, tail=3.0)))
+    assert [one.decision.words for one in told] == ["turn left", "stop"]
 
 
 class HearsNothing:
     """Spots no STOP."""
 
-    def __init__(self, _: SpeechSettings) -> None:
-        pass
-
-    def feed(self, sound: Sound) -> tuple[WordHypothesis, ...]:
+    def feed(self, sound: Sound) -> tuple[RecognizedUtterance, ...]:
         return ()
 
 
 @pytest.mark.parametrize(
-    ("words", "doubt", "early"),
+    ("decision", "early"),
     [
-        ("stop moving", "", True),
-        ("stop", "More was said than a command.", True),
-        ("stop at one and two", "", False),
-        ("turn left", "", False),
-        ("", "", False),
+        (sure("stop moving"), True),
+        (unsure("stop"), True),
+        (unsure("stop at one and two"), True),
+        (sure("stop at one and two"), False),
+        (sure("turn left"), False),
+        (sure(""), False),
     ],
 )
-def test_a_stop_that_is_read_in_a_pause_is_told_at_once(monkeypatch, words, doubt, early):
+def test_a_stop_that_is_read_in_a_pause_is_told_at_once(decision, early):
     """Not only when the sentence is over; what else was read waits for that."""
-    monkeypatch.setattr("core.speech.transcription.transcriber.KeywordSpotter", HearsNothing)
-    reader = HearsCommand()
-    monkeypatch.setattr(
-        reader, "read", lambda one: WordHypothesis(words=words, begin=one.begin, end=one.end, doubt=doubt)
-    )
-    transcriber = Transcriber(engine=reader)
+    transcriber = Transcriber(recognizer=HearsCommand(decision), spotter=HearsNothing())
     told, spoken = [], 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)
     for piece in pieces(padded(spoken)):
         told += [(one, piece.stamp) for one in transcriber.feed(piece)]
     assert [one.final for one, _ in told] == ([False, True] if early else [True])
     if early:
-        (stop, when), (_, over) = told
-        assert judge(stop).command.name == "stop_moving"
-        assert when - stop.end < 0.35 < over - stop.end
+        (first, when), (_, over) = told
+        assert first.decision.stops
+        assert when - first.end < 0.35 < over - first.end

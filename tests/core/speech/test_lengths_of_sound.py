@@ -21,7 +21,7 @@ from core.speech.recognition.endpointing import HOP, SIZE, Endpointer, Held
 from core.speech.recognition.recognizer import at_16_khz
 from core.speech.settings import RATE
 from core.speech.sphinx.decoded_path import NOTHING, decoded
-from core.speech.sphinx.keyword_spotting import KeywordSpotter
+from core.speech.sphinx.keyword_spotting import SphinxKeywordSpotter
 from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.transcription.transcriber import Transcriber
 from tests.benchmarks.random_sounds import ENTRANCES, ROUND, visit
@@ -58,11 +58,15 @@ def test_a_sound_in_pieces_is_that_sound(count: int, rate: int, longest: float, 
 def test_the_ears_take_pieces_of_any_length_after_each_other() -> None:
     lengths = np.random.default_rng(5).permutation(2 * AROUND).tolist()
     pieces = in_a_row([0, *lengths, 0], 4)
-    for ears in (Transcriber(engine=engine()), Transcriber(engine=engine(), held=True), KeywordSpotter()):
+    for ears in (
+        Transcriber(recognizer=engine()),
+        Transcriber(recognizer=engine(), held=True),
+        SphinxKeywordSpotter(),
+    ):
         for piece in pieces:
             assert ears.feed(Sound(stamp=piece.stamp, rate=RATE, samples=piece.samples[:, :1])) == ()
-        assert isinstance(ears, KeywordSpotter) or ears.finish() == ()
-    array, directions = ArrayTranscriber(RESPEAKER_ODAS, engine=engine()), DoaStream(RESPEAKER_ODAS)
+        assert isinstance(ears, SphinxKeywordSpotter) or ears.finish() == ()
+    array, directions = ArrayTranscriber(RESPEAKER_ODAS, recognizer=engine()), DoaStream(RESPEAKER_ODAS)
     for piece in pieces:
         assert array.feed(piece) == () == directions.feed(piece)
     assert array.finish() == ()
@@ -126,7 +130,7 @@ def test_ears_hear_again_after_samples_that_are_no_numbers(number: float) -> Non
     array = RESPEAKER_ODAS
     spoilt = murmur(RATE // 10, 4).samples.copy()
     spoilt[77, 2] = number
-    directions, words = DoaStream(array), ArrayTranscriber(array, engine=engine())
+    directions, words = DoaStream(array), ArrayTranscriber(array, recognizer=engine())
     for ears in (directions, words):
         with pytest.raises(BadInput, match="no numbers"):
             ears.feed(Sound(stamp=0.0, rate=RATE, samples=spoilt))

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import re
 import sys
+import tomllib
+from pathlib import Path
 
 import pytest
 
 from core.errors import BadInput, BeckonError, Unavailable
 from core.settings import Settings, read
-from core.speech.recognition.engines import ENGINES, open_engine
+from core.speech.recognition import engines
+from core.speech.recognition.engines import ENGINES, open_dictation, open_engine, without_wheel
 from core.speech.recognition.sherpa import Sherpa
 from core.speech.settings import SpeechSettings
 from core.speech.transcription.transcriber import Transcriber
 
+ROOT = Path(__file__).parents[3]
 OPTIONAL = [name for name in ENGINES if name != "sphinx"]
 PACKAGES = {"vosk": "vosk", "faster-whisper": "faster_whisper", "sherpa": "sherpa_onnx"}
 
@@ -44,6 +49,37 @@ def test_an_empty_folder_is_no_model(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "sherpa_onnx", sys)
     with pytest.raises(BadInput, match="encoder"):
         Sherpa(tmp_path)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_factory_says_which_engine_is_active_and_why(engine, tmp_path, monkeypatch):
+    monkeypatch.setattr(engines, "_class", lambda path: lambda given: (path, given))
+    settings = SpeechSettings(engine=engine, model=str(tmp_path))
+    active = open_engine(settings)
+    spec = ENGINES[engine]
+    assert active.spec is spec and active.why.startswith(f"{spec.package} reads the words: ")
+    assert ("default" in active.why) == (engine == "sphinx") and active.why.endswith(".")
+    assert active.recognizer == (spec.recognizer, settings if spec.brings_model else tmp_path)
+    assert open_dictation(settings)[0] == spec.dictation
+    assert (
+        ("brings its model" in active.why)
+        == ("has uncertain numbers confirmed" in active.why)
+        == (engine == "sphinx")
+    )
+
+
+def test_the_wheels_of_the_default_engine_are_those_that_the_project_declares():
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
+    (line,) = (one for one in declared if one.startswith("pocketsphinx"))
+    assert tuple(re.findall(r"python_version == '([\d.]+)'", line)) == ENGINES["sphinx"].wheels
+
+
+def test_where_an_engine_has_no_wheel_its_absence_says_how_to_build_it(monkeypatch):
+    assert without_wheel(ENGINES["sphinx"], "3.13") == ""
+    monkeypatch.setitem(sys.modules, "pocketsphinx", None)
+    monkeypatch.setattr(engines, "without_wheel", lambda spec: without_wheel(spec, "3.12"))
+    with pytest.raises(Unavailable, match=r"pip install .* for Python 3\.12: install a C compiler and CMake"):
+        open_engine(SpeechSettings())
 
 
 def test_without_pocketsphinx_hearing_words_says_how_to_install_it(monkeypatch):

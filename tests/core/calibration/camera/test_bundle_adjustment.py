@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from core.calibration import homography
 from core.calibration.camera import bundle_adjustment
 from core.calibration.camera.bundle_adjustment import BundleSolution, Corners
-from core.calibration.levenberg_marquardt import minimise
+from core.calibration.levenberg_marquardt import Linearisation, descend, minimise
 from core.calibration.practice import BoardPlacement
 from core.calibration.projection import PAPER, linearise, project, vector_of
 from core.message import Array
@@ -121,6 +121,45 @@ def test_levenberg_marquardt_finds_the_bottom_of_a_curved_valley() -> None:
 
     fit = minimise(rosenbrock, np.array([-1.2, 1.0]), lambda place, step: place + step, iterations=200)
     assert np.allclose(fit.state, (1, 1), atol=1e-6)
+
+
+def quadratic(bottoms: Array, steps: Array) -> tuple[Linearisation[Array, Array], list[Array], int]:
+    """Descend M parabolas (x - bottom)² with steps too long by the factor `steps`; also count the evaluations."""
+    evaluated = 0
+    dampings: list[Array] = []
+
+    def at(x: Array) -> Linearisation[Array, Array]:
+        nonlocal evaluated
+        evaluated += 1
+        return Linearisation(x, bottoms - x, np.where(np.abs(x) > 9, np.inf, (x - bottoms) ** 2))
+
+    def advance(x: Array, ahead: Array, damping: Array) -> Array:
+        dampings.append(damping)
+        return x + steps * ahead / (1 + damping)
+
+    def each(better: Array, there: Linearisation[Array, Array], here: Linearisation[Array, Array]):
+        return Linearisation(*(np.where(better, new, old) for new, old in zip(there, here, strict=True)))
+
+    found = descend(at, advance, np.zeros_like(bottoms), iterations=40, close=1e-12, hopeless=1e6, choose=each)
+    return found, dampings, evaluated
+
+
+def test_every_one_of_several_independent_problems_has_its_own_damping() -> None:
+    found, dampings, _ = quadratic(np.array([1.0, 2.0]), np.array([1.0, 50.0]))
+    assert np.allclose(found.state, (1.0, 2.0), atol=1e-5)
+    raised = np.array(dampings)
+    assert raised[:, 1].max() >= 10 and raised[:, 0].max() == 1e-3 and raised.min() >= 1e-9
+
+
+def test_a_descent_keeps_away_from_a_state_that_is_not_admissible() -> None:
+    found, _, _ = quadratic(np.array([12.0]), np.array([1.0]))
+    assert np.isfinite(found.costs[0]) and 0 < found.state[0] <= 9
+
+
+def test_a_descent_ends_where_no_damping_helps() -> None:
+    found, dampings, evaluated = quadratic(np.array([1.0]), np.array([-1.0]))
+    assert found.state[0] == 0.0
+    assert evaluated == len(dampings) + 1 < 41 and dampings[-1][0] <= 1e6 < 10.001 * dampings[-1][0]
 
 
 def test_the_camera_of_table_3_is_found_from_perfect_corners() -> None:

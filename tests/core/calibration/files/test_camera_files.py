@@ -29,7 +29,7 @@ from core.calibration.files.mount_files import (
     static_transform,
     urdf_joint,
 )
-from core.calibration.files.plain_yaml import read_yaml
+from core.calibration.files.yaml_reading import read_yaml
 from core.calibration.mount import Extrinsics
 from core.calibration.projection import exponential, vector_of
 from core.errors import BadInput

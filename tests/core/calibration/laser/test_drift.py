@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -177,7 +176,7 @@ def test_a_robot_whose_camera_was_turned_notices_while_it_drives() -> None:
     robot = SimulatedRobot("lab", seed=3, settings=SimulationSettings(camera_rate=2.5))
     camera = robot.profile.camera
     assert camera is not None
-    pilot = Pilot(replace(robot.profile, camera=turned(camera, math.radians(-0.8))))
+    pilot = Pilot(robot.profile.with_camera(turned(camera, math.radians(-0.8))))
     told: list[str] = []
     stamp = 0.0
     while not told and stamp < 40:

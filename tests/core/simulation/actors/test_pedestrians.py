@@ -10,6 +10,7 @@ import pytest
 
 from core.errors import BadInput
 from core.geometry import Pose
+from core.robots.requests import PlacedThing, PlaceThing, ReadPlan
 from core.simulation.rendering.person import CLOTHES, figure
 from core.simulation.robot import SimulatedRobot, SimulationSettings
 from core.simulation.world import COLOURS, GESTURES, Thing
@@ -19,12 +20,13 @@ def robot(**changes: Any) -> SimulatedRobot:
     return SimulatedRobot("lab", seed=3, settings=SimulationSettings(microphones="none", **changes))
 
 
-def place(one: SimulatedRobot, **wish: Any) -> dict[str, Any]:
-    return one.ask({"do": "place", "what": "person", "id": "Ann", "x_m": 1.0, "y_m": 1.0, **wish})
+def place(one: SimulatedRobot, **wish: Any) -> PlacedThing:
+    return one.ask(PlaceThing(**({"what": "person", "id": "Ann", "x_m": 1.0, "y_m": 1.0} | wish)))
 
 
-def person(one: SimulatedRobot) -> dict[str, Any]:
-    return next(thing for thing in one.ask({"do": "plan"})["things"] if thing["id"] == "Ann")
+def person(one: SimulatedRobot) -> PlacedThing:
+    things = one.ask(ReadPlan()).things
+    return next(thing for thing in things if isinstance(thing, PlacedThing) and thing.id == "Ann")
 
 
 def test_every_colour_and_gesture_can_be_drawn() -> None:
@@ -38,19 +40,19 @@ def test_every_colour_and_gesture_can_be_drawn() -> None:
 
 def test_a_person_walks_the_path_at_that_speed_and_stays_at_its_end() -> None:
     one = robot(camera=False)
-    told = place(one, x_m=1.0, y_m=1.0, heading_rad=0.0, path_m=[[2.0, 1.0], [2.0, 2.0]], speed_m_s=0.5)
-    assert told["path_m"] == [[2.0, 1.0], [2.0, 2.0]]
+    told = place(one, x_m=1.0, y_m=1.0, heading_rad=0.0, path_m=((2.0, 1.0), (2.0, 2.0)), speed_m_s=0.5)
+    assert told.path_m == ((2.0, 1.0), (2.0, 2.0))
     for _ in range(40):
         one.read()
-    assert person(one)["x_m"] == pytest.approx(1.5, abs=0.02)
-    assert person(one)["y_m"] == pytest.approx(1.0, abs=0.01)
+    assert person(one).x_m == pytest.approx(1.5, abs=0.02)
+    assert person(one).y_m == pytest.approx(1.0, abs=0.01)
     for _ in range(200):
         one.read()
-    assert (person(one)["x_m"], person(one)["y_m"]) == (pytest.approx(2.0, abs=0.01), pytest.approx(2.0, abs=0.01))
-    assert person(one)["heading_rad"] == pytest.approx(math.pi / 2, abs=0.05)
+    assert (person(one).x_m, person(one).y_m) == (pytest.approx(2.0, abs=0.01), pytest.approx(2.0, abs=0.01))
+    assert person(one).heading_rad == pytest.approx(math.pi / 2, abs=0.05)
     place(one, x_m=3.0, y_m=1.5)
     one.read()
-    assert person(one)["x_m"] == 3.0
+    assert person(one).x_m == 3.0
 
 
 def test_a_walker_waits_for_a_robot_in_the_way() -> None:
@@ -58,7 +60,7 @@ def test_a_walker_waits_for_a_robot_in_the_way() -> None:
     place(one, x_m=1.5, y_m=0.0, path_m=[[-1.0, 0.0]], speed_m_s=1.0)
     told = [one.read() for _ in range(200)]
     assert not any(frame.contact for frame in told)
-    assert 0.2 < person(one)["x_m"] < 0.4
+    assert 0.2 < person(one).x_m < 0.4
 
 
 def test_the_laser_sees_two_legs_that_swing_with_the_step() -> None:
@@ -82,16 +84,13 @@ def test_the_laser_sees_two_legs_that_swing_with_the_step() -> None:
     [
         ({"clothes": "red"}, "clothes must be"),
         ({"clothes": "red/pink"}, "clothes must be"),
-        ({"clothes": 3}, "clothes must be"),
         ({"gesture": "dance"}, "gesture must be"),
         ({"what": "box", "id": "b", "gesture": "wave"}, "Only a person has"),
         ({"what": "box", "id": "b", "path_m": [[2, 1]]}, "Only a person can walk"),
         ({"path_m": []}, "path_m must be a list"),
-        ({"path_m": [[1]]}, "path_m must be a list"),
         ({"path_m": [[1, math.nan]]}, "finite"),
         ({"path_m": [[2, 1]], "speed_m_s": 9}, "speed_m_s must lie"),
         ({"path_m": [[9, 1]]}, "Nobody can walk past"),
-        ({"path_m": [[2, 1]], "again": 1}, "again must be"),
         ({"x_m": 3.1, "y_m": -1.35}, "does not fit there"),  # under the bench
         ({"x_m": 3.1, "y_m": 0.0, "path_m": [[3.1, -2.1]]}, "Nobody can walk past"),
     ],

@@ -11,7 +11,7 @@ LASER = Laser()
 
 def seen(ranges: np.ndarray, x: float, y: float, spread: float = 0.0, laser: Laser = LASER) -> tuple[bool, bool]:
     scan = Scan(stamp=0.0, ranges=ranges, angle_min=laser.angle_min, angle_step=laser.angle_step)
-    plain, through = VisibilityCheck(scan, laser).judge(np.array([[x, y]]), np.array([spread]))
+    plain, through = VisibilityCheck(scan, laser.mounting).judge(np.array([[x, y]]), np.array([spread]))
     return bool(plain[0]), bool(through[0])
 
 

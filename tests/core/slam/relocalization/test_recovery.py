@@ -8,6 +8,7 @@ import pytest
 from core.gate import Twist
 from core.geometry import Pose, wrap
 from core.perception.landmarks.deskew import beam_ends
+from core.perception.landmarks.frame_perception import Beams
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.relocalization.kidnap_detector import KidnapDetector, LocalizationEvidence, WidenedWalls
 from core.slam.relocalization.recovery import Click, RecoveredPose, Recovery, RecoverySettings
@@ -95,7 +96,8 @@ def test_a_carried_robot_turns_on_the_spot_and_knows_where_it_is_within_three_se
         view = None
         if frame.scan is not None:
             ends, hits = beam_ends(frame.scan, LASER, frame.wheels, frame.stamp)
-            view = ScanView.of_beams(frame.stamp, frame.wheels.odometry, LASER.mounting, ends, hits)
+            beams = Beams(ends=ends, hits=hits, viewpoint=LASER.mounting)
+            view = ScanView.of_beams(frame.stamp, frame.wheels.odometry, beams)
         found = finding.step(number / 40, frame.wheels.odometry, view, True)
         phases.add(finding.lost.phase)
         if found is not None:

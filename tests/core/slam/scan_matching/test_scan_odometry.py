@@ -8,6 +8,7 @@ import pytest
 
 from core.gate import Twist
 from core.geometry import Pose, wrap
+from core.robots.requests import CarryRobot
 from core.sensors import Scan
 from core.simulation.robot import SimulatedRobot, SimulationSettings
 from core.slam.scan_matching.likelihood_field import LikelihoodField
@@ -91,7 +92,7 @@ def test_where_nothing_fits_the_move_is_told_to_be_unsure() -> None:
     odometry, spreads = ScanOdometry(laser), []
     for index in range(120):
         if index == 60:
-            carried.ask({"do": "place", "what": "robot", "x_m": 3.0, "y_m": 1.5, "heading_rad": 2.0})
+            carried.ask(CarryRobot(x_m=3.0, y_m=1.5, heading_rad=2.0))
         frame = carried.read()
         if frame.scan is not None:
             spreads.append(float(np.trace(odometry.update(frame.scan, frame.stamp).covariance)))

@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from core.speech.practice_voice import practice_voice
-from core.speech.recognition.recognizer import Utterance, WordHypothesis
+from core.speech.recognition.decision import Decision, RecognizedUtterance
+from core.speech.recognition.recognizer import Utterance
 from core.speech.recognition.rejected_commands import OBJECTED, REMEMBERED, RejectedCommands
 from core.speech.settings import RATE
 from core.speech.transcription.transcriber import Transcriber
-from tests.core.speech.ears import listened, padded
+from tests.core.speech.ears import confirming, listened, padded, sure, unsure
 
 GO = "stop at two and one"  # waits a moment, however surely it was heard
 
 
-def heard(words: str, end: float, *, final: bool = True, doubt: str = "", uncertain: bool = False) -> WordHypothesis:
-    return WordHypothesis(words=words, begin=end - 1.0, end=end, final=final, doubt=doubt, uncertain=uncertain)
+def heard(
+    words: str, end: float, *, final: bool = True, decided: Callable[[str], Decision] = sure
+) -> RecognizedUtterance:
+    return RecognizedUtterance(begin=end - 1.0, end=end, decision=decided(words), final=final)
 
 
-def after(*told: WordHypothesis) -> RejectedCommands:
+def after(*told: RecognizedUtterance) -> RejectedCommands:
     memory = RejectedCommands()
     for one in told:
         memory.hear(one)
@@ -35,7 +40,7 @@ def test_a_stop_soon_after_an_order_holds_it_back_for_a_while():
 
 def test_what_is_held_back_twice_is_remembered_with_what_was_heard_instead():
     other = "continue three meters"
-    memory = after(heard(GO, 10.0), heard("stop", 12.0), heard(other, 15.0, uncertain=True), heard("stop", 17.0))
+    memory = after(heard(GO, 10.0), heard("stop", 12.0), heard(other, 15.0, decided=confirming), heard("stop", 17.0))
     assert set(memory.words(20.0)) == {GO, other}
 
 
@@ -43,7 +48,7 @@ def test_what_is_held_back_twice_is_remembered_with_what_was_heard_instead():
     "told",
     [
         (heard(GO, 10.0), heard("stop", 10.0 + OBJECTED)),  # it was under way already
-        (heard(GO, 10.0, doubt="I am not sure."), heard("stop", 12.0)),  # it was not obeyed
+        (heard(GO, 10.0, decided=unsure), heard("stop", 12.0)),  # it was not obeyed
         (heard("continue one meters", 10.0), heard("stop", 12.0)),  # it began at once: that ended it
         (heard(GO, 8.0), heard("turn left", 10.0), heard("stop", 12.0)),
         (heard(GO, 10.0), heard("nonsense", 11.0)),
@@ -66,17 +71,17 @@ class Reader:
     def __init__(self, *sentences: str) -> None:
         self.sentences, self.told = list(sentences), []
 
-    def read(self, utterance: Utterance) -> WordHypothesis:
+    def decide(self, utterance: Utterance) -> Decision:
         self.told.append(utterance.rejected)
-        return WordHypothesis(words=self.sentences.pop(0), begin=utterance.begin, end=utterance.end)
+        return sure(self.sentences.pop(0))
 
 
 def test_who_reads_words_is_told_what_was_held_back_just_before():
     pytest.importorskip("pocketsphinx", reason="Reading words needs pocketsphinx: pip install pocketsphinx")
     reader = Reader(GO, "stop moving", GO)
     said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE))
-    told = listened(Transcriber(engine=reader), np.concatenate((said, said, said)))
-    assert [one.words for one in told if one.final] == [GO, "stop moving", GO]
+    told = listened(Transcriber(recognizer=reader), np.concatenate((said, said, said)))
+    assert [one.decision.words for one in told if one.final] == [GO, "stop moving", GO]
     assert reader.told == [(), (), (GO,)]
 
 
@@ -92,6 +97,6 @@ def test_from_one_press_of_the_button_to_the_next_it_is_not_forgotten():
     said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE))
     reader, memory = Reader(GO, "stop moving", GO), RejectedCommands()
     for press in range(3):
-        turn = Transcriber(held=True, engine=reader, rejected=memory)
+        turn = Transcriber(held=True, recognizer=reader, rejected=memory)
         listened(turn, said, stamp=press * len(said) / RATE)
     assert reader.told[-1] == (GO,)

@@ -9,9 +9,10 @@ import pytest
 
 from core.message import Array
 from core.sensors.microphones import Sound
-from core.speech.recognition.recognizer import WordHypothesis, at_16_khz
+from core.speech.recognition.decision import RecognizedUtterance, stop
+from core.speech.recognition.recognizer import at_16_khz
 from core.speech.settings import RATE, SpeechSettings
-from core.speech.sphinx.keyword_spotting import LONGEST_UNDER_WAY, BeamformedStop, KeywordSpotter, fall, spotted
+from core.speech.sphinx.keyword_spotting import LONGEST_UNDER_WAY, BeamformedStop, SphinxKeywordSpotter, fall, spotted
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, can_speak, speak
 from tests.core.speech.ears import mono
 
@@ -39,7 +40,7 @@ def hum(rng: np.random.Generator, seconds: float) -> Array:
 def test_stop_is_heard_in_a_hum_and_other_words_are_not_stop() -> None:
     spotter = BeamformedStop(SpeechSettings())
     (told,) = spotter.find(in_hum("stop moving", 8.0), SINCE)
-    assert told.words == "stop" and not told.final
+    assert told.decision.stops and not told.final
     assert SINCE - 0.1 < told.begin < told.end < SINCE + 0.8
     assert spotter.find(in_hum("turn left", 8.0), SINCE) == ()
     assert spotter.find(mono(hum(np.random.default_rng(6), 1.5)), SINCE) == ()
@@ -57,7 +58,7 @@ def test_an_utterance_is_told_to_stop_once_and_long_talk_is_not_listened_to() ->
 
 
 def test_a_hum_that_sets_in_is_no_word_however_willingly_one_is_spotted(monkeypatch: pytest.MonkeyPatch) -> None:
-    told = WordHypothesis(words="stop", begin=SINCE, end=SINCE + 0.5, final=False)
+    told = RecognizedUtterance(begin=SINCE, end=SINCE + 0.5, decision=stop(), final=False)
     monkeypatch.setattr("core.speech.sphinx.keyword_spotting.spotted", lambda *_: (told,))
     anything = BeamformedStop(SpeechSettings())
     rng = np.random.default_rng(7)
@@ -69,7 +70,7 @@ def test_a_hum_that_sets_in_is_no_word_however_willingly_one_is_spotted(monkeypa
 
 
 def test_the_spotter_of_all_sound_takes_no_hum_for_a_word() -> None:
-    anything = KeywordSpotter(SpeechSettings(stop_threshold=1e-200))
+    anything = SphinxKeywordSpotter(SpeechSettings(stop_threshold=1e-200))
     noise = hum(np.random.default_rng(8), 6.0)
     noise[: 3 * RATE] *= 0.1
     assert not any(anything.feed(mono(noise[k : k + 3200], k / RATE)) for k in range(0, len(noise), 3200))

@@ -15,7 +15,7 @@ from core.speech.sphinx.decoded_path import NOTHING, DecodedPath, DecodedPiece, 
 from core.speech.sphinx.decoder import decoder, listen_for
 from core.speech.sphinx.jsgf import written
 from core.speech.sphinx.leftover_speech import WordSpan
-from core.speech.sphinx.likelihood_ratio import compare, holds
+from core.speech.sphinx.likelihood_ratio import compare, headroom
 from tests.core.speech.ears import engine, mono, padded
 
 
@@ -68,9 +68,9 @@ def shifted(nats: float) -> DecodedPath:
 
 def test_a_command_may_be_a_little_behind_but_no_word_of_it_far():
     settings = SpeechSettings(most_behind=50.0, word_behind=1000.0)
-    assert holds(COMMAND, shifted(49.0), settings) and not holds(COMMAND, shifted(51.0), settings)
+    assert headroom(COMMAND, shifted(49.0), settings) > 0 > headroom(COMMAND, shifted(51.0), settings)
     settings = SpeechSettings(most_behind=1000.0, word_behind=50.0)
-    assert holds(COMMAND, shifted(34.0), settings) and not holds(COMMAND, shifted(36.0), settings)
+    assert headroom(COMMAND, shifted(34.0), settings) > 0 > headroom(COMMAND, shifted(36.0), settings)
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_what_fits_within_its_words_may_echo_beside_them(within: float, beside: 
     other = path(("", 0.0, 0.5, -10.0), ("", 0.5, 0.8, first), ("", 0.8, 1.5, last), ("", 1.5, 2.0, beside - 5.0))
     likelihood_ratio = compare(COMMAND, other)
     assert (likelihood_ratio.within, likelihood_ratio.beside) == pytest.approx((-within, -beside))
-    assert holds(COMMAND, other, SpeechSettings()) is stands
+    assert (headroom(COMMAND, other, SpeechSettings()) > 0) is stands
 
 
 @pytest.mark.parametrize(
@@ -103,18 +103,20 @@ def test_a_sentence_of_many_words_may_be_further_behind_and_a_stop_most(words: s
     command = said(words)
     begin, end = command.spans[0].begin, command.spans[-1].end
     other = path(("", begin, end, command.fit + behind * (end - begin)))
-    assert holds(command, other, SpeechSettings(most_behind=10.0, word_behind=1000.0, echoing_behind=0.0)) is stands
-    assert holds(command, other, SpeechSettings(most_behind=1000.0, word_behind=10.0)) is stands
+    assert (
+        headroom(command, other, SpeechSettings(most_behind=10.0, word_behind=1000.0, echoing_behind=0.0)) > 0
+    ) is stands
+    assert (headroom(command, other, SpeechSettings(most_behind=1000.0, word_behind=10.0)) > 0) is stands
 
 
 def test_a_command_of_a_single_word_must_be_ahead():
     come = path(("come", 0.5, 1.0, -50.0))
-    assert holds(come, path(("", 0.5, 1.0, -51.0)), SpeechSettings())
-    assert not holds(come, path(("", 0.5, 1.0, -50.0)), SpeechSettings())
+    assert headroom(come, path(("", 0.5, 1.0, -51.0)), SpeechSettings()) > 0
+    assert headroom(come, path(("", 0.5, 1.0, -50.0)), SpeechSettings()) <= 0
 
 
-@pytest.mark.parametrize(("misread", "doubted"), [(None, False), ("turn right", True)])
-def test_what_is_read_otherwise_at_another_speed_is_doubted(monkeypatch, misread, doubted):
+@pytest.mark.parametrize(("misread", "rejected"), [(None, False), ("turn right", True)])
+def test_what_is_read_otherwise_at_another_speed_is_rejected(monkeypatch, misread, rejected):
     """At every speed the sound has another length."""
     lengths = dict[int, str]()
     rival = path(("", 0.5, 1.5, -1000.0))
@@ -127,9 +129,10 @@ def test_what_is_read_otherwise_at_another_speed_is_doubted(monkeypatch, misread
     monkeypatch.setattr("core.speech.sphinx.recognizer.decoded", read)
     monkeypatch.setattr("core.speech.sphinx.recognizer.left_over", lambda *_: 0.0)
     sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
-    heard = reader.read(Utterance(sound=sound, begin=0.7, end=1.7))
+    heard = reader.decide(Utterance(sound=sound, begin=0.7, end=1.7))
     assert heard.words == "turn left"
-    assert bool(heard.doubt) == doubted
+    assert (heard.offered == "turn left") == rejected
+    assert (heard.verdict == "reject") == rejected
     assert len(lengths) == 3
 
 
@@ -138,8 +141,8 @@ def test_meter_and_meters_ask_for_the_same(monkeypatch):
     monkeypatch.setattr("core.speech.sphinx.recognizer.decoded", lambda *_: said(next(heard)))
     monkeypatch.setattr("core.speech.sphinx.recognizer.left_over", lambda *_: 0.0)
     sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
-    read = engine().read(Utterance(sound=sound, begin=0.7, end=1.7))
-    assert (read.words, read.doubt) == ("continue two meters", "")
+    read = engine().decide(Utterance(sound=sound, begin=0.7, end=1.7))
+    assert (read.words, read.verdict) == ("continue two meters", "accept")
 
 
 def test_the_longest_pause_lies_between_words():

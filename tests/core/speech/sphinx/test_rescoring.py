@@ -88,15 +88,15 @@ def test_the_sentence_wins_that_fits_all_views_best_on_average(monkeypatch: pyte
 
 
 @pytest.mark.parametrize(
-    ("fits", "words", "uncertain"),
+    ("fits", "words", "verdict"),
     [
-        ((-30.0, -10.0), "continue three meters", True),
-        ((-30.0, -100.0), "continue two meters", True),
-        ((-30.0, -28.0), "", False),
+        ((-30.0, -10.0), "continue three meters", "confirm"),
+        ((-30.0, -100.0), "continue two meters", "confirm"),
+        ((-30.0, -28.0), "", "reject"),
     ],
 )
 def test_numbers_that_a_view_reads_otherwise_are_put_to_the_vote(
-    monkeypatch: pytest.MonkeyPatch, fits: tuple[float, float], words: str, uncertain: bool
+    monkeypatch: pytest.MonkeyPatch, fits: tuple[float, float], words: str, verdict: str
 ) -> None:
     """Two meters were heard first, three meters at another speed; in doubt where they fit alike."""
     two, three = "continue two meters", "continue three meters"
@@ -104,11 +104,11 @@ def test_numbers_that_a_view_reads_otherwise_are_put_to_the_vote(
     views = Views({two: (fits[0],) * 9, three: (fits[1],) * 9}, heard=(two, three, two))
     hear_by(monkeypatch, views)
     sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
-    read = reader.read(Utterance(sound=sound, begin=0.7, end=1.7))
+    read = reader.decide(Utterance(sound=sound, begin=0.7, end=1.7))
     if words:
-        assert (read.words, read.doubt, read.uncertain) == (words, "", uncertain)
+        assert (read.words, read.verdict) == (words, verdict)
     else:
-        assert "not sure" in read.doubt and not read.uncertain
+        assert read.verdict == "reject" and "not sure" in read.reason
 
 
 def spoken(words: str) -> Array:
@@ -138,17 +138,17 @@ def test_one_digit_may_stand_for_two_decimals_and_where_there_is_none_there_is_n
 
 
 @pytest.mark.parametrize(
-    ("words", "other", "fits", "uncertain"),
+    ("words", "other", "fits", "verdict"),
     [
-        ("continue two meters", "continue three meters", (-30.0, -50.0), True),
-        ("continue two meters", "continue three meters", (-30.0, -90.0), False),
-        ("continue two meters", "continue three meters", (-90.0, -30.0), True),
-        ("continue four meters", "continue three meters", (-30.0, -31.0), False),  # it waits whatever it is
-        ("turn left", "", (-30.0, 0.0), False),
+        ("continue two meters", "continue three meters", (-30.0, -50.0), "confirm"),
+        ("continue two meters", "continue three meters", (-30.0, -90.0), "accept"),
+        ("continue two meters", "continue three meters", (-90.0, -30.0), "confirm"),
+        ("continue four meters", "continue three meters", (-30.0, -31.0), "accept"),  # it waits whatever it is
+        ("turn left", "", (-30.0, 0.0), "accept"),
     ],
 )
 def test_a_number_that_begins_at_once_is_far_ahead_of_the_nearest_other(
-    monkeypatch: pytest.MonkeyPatch, words: str, other: str, fits: tuple[float, float], uncertain: bool
+    monkeypatch: pytest.MonkeyPatch, words: str, other: str, fits: tuple[float, float], verdict: str
 ) -> None:
     reader = engine()
     views = Views({words: (fits[0],) * 9, other: (fits[1],) * 9}, heard=(words,) * 3)
@@ -157,8 +157,8 @@ def test_a_number_that_begins_at_once_is_far_ahead_of_the_nearest_other(
         "core.speech.sphinx.recognizer.nearest_others", lambda *_: [tuple(other.split())] if other else []
     )
     sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
-    read = reader.read(Utterance(sound=sound, begin=0.7, end=1.7))
-    assert (read.words, read.doubt, read.uncertain) == (words, "", uncertain)
+    read = reader.decide(Utterance(sound=sound, begin=0.7, end=1.7))
+    assert (read.words, read.verdict) == (words, verdict)
 
 
 @pytest.mark.parametrize(
@@ -179,11 +179,11 @@ def test_what_was_held_back_is_heard_again_only_where_it_fits_far_better(
     hear_by(monkeypatch, views)
     monkeypatch.setattr("core.speech.sphinx.recognizer.nearest_others", lambda *_: [tuple(three.split())])
     sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
-    read = reader.read(Utterance(sound=sound, begin=0.7, end=1.7, rejected=(two,)))
+    read = reader.decide(Utterance(sound=sound, begin=0.7, end=1.7, rejected=(two,)))
     if words:
-        assert (read.words, read.doubt, read.uncertain) == (words, "", True)
+        assert (read.words, read.verdict) == (words, "confirm")
     else:
-        assert "not sure" in read.doubt
+        assert read.verdict == "reject" and "not sure" in read.reason
 
 
 def test_an_order_without_numbers_that_was_held_back_is_read_at_other_speeds_as_ever(
@@ -192,5 +192,5 @@ def test_an_order_without_numbers_that_was_held_back_is_read_at_other_speeds_as_
     hear_by(monkeypatch, Views({}, heard=("come here", "turn left")))
     monkeypatch.setattr("core.speech.sphinx.recognizer.nearest_others", lambda *_: [])
     sound = mono(padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)))
-    read = engine().read(Utterance(sound=sound, begin=0.7, end=1.7, rejected=("come here",)))
-    assert "not sure" in read.doubt
+    read = engine().decide(Utterance(sound=sound, begin=0.7, end=1.7, rejected=("come here",)))
+    assert read.verdict == "reject" and "not sure" in read.reason

@@ -1,0 +1,81 @@
+"""Endpoints that answer with a struct: encoded by msgspec, and described in OpenAPI by the struct itself."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Coroutine
+from types import UnionType
+from typing import Any, Union, cast, get_args, get_origin
+
+import msgspec
+from fastapi.responses import JSONResponse
+from fastapi.routing import APIRoute
+
+OpenApi = dict[str, Any]  # a part of an OpenAPI description
+Responses = dict[int | str, OpenApi]  # by status
+Endpoint = Callable[..., Coroutine[Any, Any, Any]]
+
+REF = "#/components/schemas/{name}"
+
+
+class JsonAnswer(JSONResponse):
+    """JSON as msgspec writes it."""
+
+    def render(self, content: Any) -> bytes:
+        """Plain values → JSON."""
+        return msgspec.json.encode(content)
+
+
+class TypedRoute(APIRoute):
+    """A route whose endpoint may say that it returns a struct, or one of several; all else is as in any route."""
+
+    def __init__(self, path: str, endpoint: Endpoint, **options: Any) -> None:
+        signature = inspect.signature(endpoint, eval_str=True)
+        structs = structs_of(signature.return_annotation)
+        self.components: OpenApi = {}  # schemas that the description of the answer refers to, by name
+        if structs:
+            schemas, components = msgspec.json.schema_components(structs, ref_template=REF)
+            self.components = with_plain_tuples(components)
+            schema = schemas[0] if len(schemas) == 1 else {"anyOf": list(schemas)}
+            status: int = options.get("status_code") or 200
+            described: Responses = {status: {"content": {"application/json": {"schema": schema}}}}
+            options |= {
+                "responses": described | (options.get("responses") or {}),
+                "response_model": None,
+                "response_class": JsonAnswer,
+            }
+            endpoint = in_plain_values(endpoint, signature)
+        super().__init__(path, endpoint, **options)
+
+
+def structs_of(hint: Any) -> tuple[type[msgspec.Struct], ...]:
+    """Return the structs of a return annotation: it is one, or a union of them; none for anything else."""
+    kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+    are_structs = all(isinstance(kind, type) and issubclass(kind, msgspec.Struct) for kind in kinds)
+    return kinds if are_structs else ()
+
+
+def with_plain_tuples(schema: Any) -> Any:
+    """Describe tuples of one kind as arrays of a fixed length: not every tool reads `prefixItems`."""
+    if isinstance(schema, list):
+        return [with_plain_tuples(part) for part in cast(list[Any], schema)]
+    if not isinstance(schema, dict):
+        return schema
+    plain: OpenApi = {name: with_plain_tuples(part) for name, part in cast(OpenApi, schema).items()}
+    first, *others = plain.get("prefixItems") or [None]
+    if first is not None and all(other == first for other in others):
+        del plain["prefixItems"]
+        plain["items"] = first
+    return plain
+
+
+def in_plain_values(endpoint: Endpoint, signature: inspect.Signature) -> Endpoint:
+    """Return the same endpoint with its struct as dicts and lists, so that headers that it sets are sent with it."""
+
+    @functools.wraps(endpoint)
+    async def answer(**given: Any) -> Any:
+        return msgspec.to_builtins(await endpoint(**given))
+
+    answer.__signature__ = signature.replace(return_annotation=Any)  # type: ignore[attr-defined]
+    return answer

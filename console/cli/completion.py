@@ -1,0 +1,49 @@
+"""`beckon completion`: a script that lets the shell complete Beckon's subcommands, options and files."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, cast
+
+from console.cli.answer import write
+
+SHELLS = ("bash", "zsh", "tcsh")
+FILES = ("LOG", "ARRAY.toml")  # arguments that are files, or something else
+
+
+def add(places: Any) -> None:
+    """Add the subcommand."""
+    parser: argparse.ArgumentParser = places.add_parser("completion", help="print a shell's completion script")
+    parser.add_argument("shell", choices=SHELLS, metavar="SHELL", help=", ".join(SHELLS))
+    parser.set_defaults(run=run)
+
+
+def run(chosen: argparse.Namespace) -> int:
+    """Print the script."""
+    write(script(chosen.shell))
+    return 0
+
+
+def script(shell: str) -> str:
+    """Write the completion of the whole command line for one of `SHELLS`."""
+    import shtab  # only where it is needed
+
+    from console.cli import build_parser  # which holds this subcommand too
+
+    parser = build_parser()
+    for argument in arguments(parser):
+        name = argument.metavar if isinstance(argument.metavar, str) else ""
+        if argument.type is Path or name in FILES:
+            setattr(argument, "complete", shtab.DIRECTORY if name == "DIR" else shtab.FILE)  # noqa: B010
+    return shtab.complete(parser, shell)
+
+
+def arguments(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
+    """Every argument of a parser and of all its subcommands."""
+    for action in parser._actions:
+        yield action
+        if isinstance(action.choices, dict):
+            for nested in cast(dict[str, argparse.ArgumentParser], action.choices).values():
+                yield from arguments(nested)

@@ -1,0 +1,120 @@
+"""The typed messages of the gate: requests of the console, reports of the driver, and twists for the driver.
+
+Each is read from a packet by one rule: it has exactly its fields, or it is no such message. Whether the numbers of a
+setpoint are any good is the gate's to judge, which answers for each.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from core.gate.limits import is_count, is_number
+from core.gate.packets import Packet, construct
+from core.gate.setpoint import Setpoint
+
+MOST_LETTERS = 200  # of an owner's name
+
+
+@dataclass(frozen=True)
+class GateHeartbeat:
+    """The console is alive."""
+
+
+@dataclass(frozen=True)
+class GateStop:
+    """Zero; the present press moves the robot no more."""
+
+
+@dataclass(frozen=True)
+class GateHalt:
+    """Zero, latched on disk."""
+
+    number: int = 0  # returned in the status when the latch is on disk
+
+
+@dataclass(frozen=True)
+class GateReset:
+    """Lift the halt."""
+
+
+@dataclass(frozen=True)
+class GateArm:
+    """A lease begins."""
+
+    epoch: object  # as it was sent: the gate says why it refuses one that is no number
+    owner: str
+
+
+@dataclass(frozen=True)
+class GateDisarm:
+    """The lease ends."""
+
+
+@dataclass(frozen=True)
+class GateLeave:
+    """The console ends."""
+
+
+GateRequest = Setpoint | GateHeartbeat | GateStop | GateHalt | GateReset | GateArm | GateDisarm | GateLeave
+
+
+@dataclass(frozen=True)
+class DriverReport:
+    """What the driver reports with every frame."""
+
+    contact: bool
+    points: Sequence[Sequence[float]] | None  # (N, 2) [m], robot frame: near scan points; None: no new scan
+    field: float  # [rad] to either side that the scan covers
+
+
+@dataclass(frozen=True)
+class TicketedTwist:
+    """The twist for the driver, sent every tick."""
+
+    v: float  # [m/s]
+    w: float  # [rad/s]
+    nonce: int  # the newest ticket
+
+
+def read_request(packet: Packet) -> GateRequest | None:
+    """A packet of the console → its request; None where it is not of the form that the console sends."""
+    fields = {name: value for name, value in packet.items() if name != "kind"}
+    read = KINDS.get(str(packet.get("kind")))
+    try:
+        return None if read is None else read(fields)
+    except (KeyError, TypeError):
+        return None
+
+
+def read_report(packet: Packet) -> DriverReport:
+    """A packet of the driver → what it reports; a part that is not of its form counts as left out."""
+    points, field = packet.get("points"), packet.get("field")
+    return DriverReport(
+        contact=packet.get("contact") is True,
+        points=points if isinstance(points, list) else None,
+        field=float(field) if is_number(field) else math.pi,
+    )
+
+
+def _halt(fields: Packet) -> GateHalt:
+    number = fields.get("number")
+    return GateHalt(number if is_count(number) else 0)
+
+
+def _arm(fields: Packet) -> GateArm:
+    return GateArm(fields["epoch"], str(fields["owner"])[:MOST_LETTERS])
+
+
+KINDS: dict[str, Callable[[Packet], GateRequest]] = {
+    "set": lambda fields: construct(Setpoint, fields),
+    "beat": lambda _: GateHeartbeat(),
+    "stop": lambda _: GateStop(),
+    "halt": _halt,
+    "reset": lambda _: GateReset(),
+    "arm": _arm,
+    "disarm": lambda _: GateDisarm(),
+    "leave": lambda _: GateLeave(),
+}
+"""How each is read, by its `kind`. What stops the robot is understood whatever else the packet holds."""

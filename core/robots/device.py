@@ -1,0 +1,68 @@
+"""A device of a real robot: its base, a laser, a camera, microphones, or all of them behind one link.
+
+To write one: subclass Device, open the link in `open` and say what is there, hand on what comes in `run`, set the
+wheels in `drive`, let go in `close`. Everything else (a thread, connecting again, silence, clocks) is LiveRobot's.
+"""
+
+from __future__ import annotations
+
+from core.gate.twist import Twist
+from core.message import message
+from core.robots.readings import Readings
+from core.sensors import Camera, Laser
+from core.sensors.microphones import MicrophoneArray
+
+
+@message
+class Base:
+    """What drives the robot."""
+
+    radius: float | None = None  # [m] of the round footprint; None: not known
+    wheelbase: float | None = None  # [m]
+    cruise: float | None = None  # [m/s]
+    max_speed: float | None = None  # [m/s]
+    max_turn_rate: float | None = None  # [rad/s]
+    failsafe: float | None = None  # [s] without a word after which the base stops by itself; None: it never does
+    failsafe_words: str = ""  # where that needs more words: "2 s, but any byte counts"
+    odometry: bool = True  # it says how far it has rolled
+
+
+@message
+class Equipment:
+    """What a device has; LiveRobot makes the robot's profile of it."""
+
+    name: str
+    base: Base | None = None
+    lasers: tuple[Laser, ...] = ()
+    cameras: tuple[Camera, ...] = ()
+    microphones: tuple[MicrophoneArray, ...] = ()
+
+
+class Device:
+    """Base class of all. `open` and `run` are called from the device's own thread, `drive` from the driver's."""
+
+    def __init__(self, arguments: str = "") -> None:
+        """`arguments`: what follows the scheme, or the file, in the robot's URL. Raises BadInput."""
+
+    def open(self) -> Equipment:
+        """Connect, within a few seconds → what is there.
+
+        Raises Unavailable with a sentence while the other side cannot be reached, BadInput when it never will.
+        """
+        raise NotImplementedError
+
+    def run(self, readings: Readings) -> None:
+        """Hand on what comes until the link is lost or `close` is called, then return or raise OSError.
+
+        It is opened again after either, and what was set by `drive` before is forgotten.
+        """
+        raise NotImplementedError
+
+    def drive(self, twist: Twist) -> None:
+        """Set speeds, which hold until the next call; called 40 times a second. Must not wait.
+
+        Never called while the link is down. Only the base needs it.
+        """
+
+    def close(self) -> None:
+        """Let go of the link, from any thread, so that `run` returns; harmless when done twice."""

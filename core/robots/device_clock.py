@@ -1,0 +1,36 @@
+"""A device's own clock, put on the robot's: the quickest of its recent messages tells the difference."""
+
+from __future__ import annotations
+
+from collections import deque
+
+SPAN = 10.0  # [s] over which the quickest message is looked for: a drift of 100 ppm makes 1 ms of it
+JUMP = 1.0  # [s] backwards by which a clock was reset
+
+
+class DeviceClock:
+    """Minimum filter of receive minus device time: what is late by the link's jitter does not count."""
+
+    def __init__(self, delay: float = 0.0) -> None:
+        """`delay` [s]: what even the quickest message takes."""
+        self._delay = delay
+        self._quickest: deque[tuple[float, float]] = deque()  # received, difference; both rising
+        self._last: float | None = None
+
+    @property
+    def offset(self) -> float | None:
+        """Robot's clock minus the device's [s]; None before the first message."""
+        return self._quickest[0][1] - self._delay if self._quickest else None
+
+    def stamp(self, device: float, received: float) -> float:
+        """A device's time [s] of something that was received at `received` [s] → the robot's time of it."""
+        if self._last is not None and device < self._last - JUMP:
+            self._quickest.clear()
+        self._last = device
+        difference = received - device
+        while self._quickest and self._quickest[-1][1] >= difference:
+            self._quickest.pop()
+        self._quickest.append((received, difference))
+        while self._quickest[0][0] < received - SPAN:
+            self._quickest.popleft()
+        return device + self._quickest[0][1] - self._delay

@@ -1,0 +1,199 @@
+"""A real robot: one device or several, each in a thread of its own that connects again by itself."""
+
+from __future__ import annotations
+
+import logging
+import random
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+from core.errors import BadInput, BeckonError, Unavailable
+from core.gate.twist import ZERO, Twist
+from core.robots import Profile
+from core.robots.device import Device, Equipment
+from core.robots.readings import Names, Readings
+from core.robots.requests import AnswerT, Requests, RobotRequest
+from core.sensors import Camera, Laser, SensorFrame
+from core.sensors.microphones import MicrophoneArray
+
+Sensor = TypeVar("Sensor", Laser, Camera, MicrophoneArray)
+
+log = logging.getLogger(__name__)
+
+SOONEST, LATEST = 0.25, 5.0  # [s] until the next try to connect
+OPENING = 20.0  # [s] that the devices may take at first
+SPREAD = 0.3  # share by which the pauses differ, so that devices do not all knock at once
+
+
+class DeviceLink:
+    """One device and its thread: open, run, and again."""
+
+    def __init__(self, name: str, device: Device, readings: Readings) -> None:
+        self.name, self.device = name, device
+        self.equipment: Equipment | None = None
+        self.trouble: BeckonError | None = None  # why it was not there at the first try
+        self.up = False
+        self.settled = threading.Event()  # the first try is over
+        self._names: Names = {}  # of its sensors on this robot, where another device took theirs
+        self._readings = readings.renaming(self._names)
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._run, name=f"device-{name}", daemon=True)
+
+    def start(self) -> None:
+        """Connect for the first time; `settled` tells when."""
+        self._thread.start()
+
+    def close(self, patience: float = 1.0) -> None:
+        """Let go."""
+        self._over.set()
+        self._close_device()
+        self._thread.join(patience)
+
+    def named_apart(self, taken: set[str]) -> Equipment:
+        """Its equipment; a sensor whose name is taken gets another one, and so do its readings."""
+        assert self.equipment is not None
+
+        def apart(sensor: Sensor) -> Sensor:
+            name, number = sensor.name, 2
+            while name in taken:
+                name, number = f"{sensor.name}-{number}", number + 1
+            taken.add(name)
+            self._names[type(sensor), sensor.name] = name
+            return replace(sensor, name=name)
+
+        found = self.equipment
+        renamed = replace(
+            found,
+            lasers=tuple(map(apart, found.lasers)),
+            cameras=tuple(map(apart, found.cameras)),
+            microphones=tuple(map(apart, found.microphones)),
+        )
+        for alone in (renamed.lasers, renamed.cameras):
+            if len(alone) == 1:
+                self._names[type(alone[0]), ""] = alone[0].name  # readings of an only one may leave its name out
+        return renamed
+
+    def _run(self) -> None:
+        pause = SOONEST
+        while not self._over.is_set():
+            began = time.monotonic()
+            why = self._live()
+            self.up = False
+            if self._over.is_set() or (self.equipment is None and self.settled.is_set()):
+                return
+            if time.monotonic() - began > LATEST:
+                pause = SOONEST
+            self._readings.note(why)
+            self._over.wait(pause * random.uniform(1 - SPREAD, 1 + SPREAD))
+            pause = min(2 * pause, LATEST)
+
+    def _live(self) -> str:
+        """Connect and run until the end → a sentence why it ended."""
+        known = self.equipment is not None
+        try:
+            equipment = self.device.open()
+            self.equipment = self.equipment or equipment
+            self.up = True
+            self.settled.set()
+            if known:
+                self._readings.note(f"{self.name} is back.")
+            self.device.run(self._readings)
+            return f"{self.name} was lost; it is looked for."
+        except BeckonError as trouble:
+            self.trouble = trouble
+            return f"{self.name}: {trouble}" if not known else f"{self.name} was lost; it is looked for."
+        except OSError as trouble:
+            self.trouble = Unavailable(f"{self.name} cannot be reached: {trouble.strerror or trouble}.")
+            return f"{self.name} was lost; it is looked for."
+        except Exception as fault:
+            log.exception("The driver of %s failed", self.name)
+            self.trouble = Unavailable(
+                f"The driver of {self.name} failed ({type(fault).__name__}); the log says more."
+            )
+            return str(self.trouble)
+        finally:
+            self.settled.set()
+            self._close_device()
+
+    def _close_device(self) -> None:
+        try:
+            self.device.close()
+        except Exception:
+            log.exception("%s could not be closed", self.name)
+
+
+class LiveRobot:
+    """Devices behind one profile, as `core.robots.Robot` has it. Only the first device with a base drives."""
+
+    def __init__(
+        self,
+        devices: Sequence[tuple[str, Device]],
+        shape: Callable[[tuple[Equipment, ...]], Profile],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """`devices`: each with the name that the operator reads. Raises Unavailable or BadInput with a sentence."""
+        self._readings = Readings(clock)
+        self._base: DeviceLink | None = None
+        self._links = [DeviceLink(name, device, self._readings) for name, device in devices]
+        for link in self._links:
+            link.start()
+        deadline = time.monotonic() + OPENING
+        for link in self._links:
+            if not link.settled.wait(max(0.0, deadline - time.monotonic())):
+                link.trouble = Unavailable(f"{link.name} did not answer within {OPENING:g} s.")
+        missing = next((link for link in self._links if link.equipment is None), None)
+        if missing is not None:
+            self.close()
+            raise missing.trouble or Unavailable(f"{missing.name} did not answer.")
+        taken: set[str] = set()
+        equipment = tuple(link.named_apart(taken) for link in self._links)
+
+        self._base = next((link for link in self._links if link.equipment and link.equipment.base), None)
+        self._profile = shape(equipment)
+        self._was_up = True
+        self._neutral = True  # zero was asked for since the base came back
+
+    @property
+    def profile(self) -> Profile:
+        """The profile of this robot."""
+        return self._profile
+
+    def drive(self, twist: Twist) -> None:
+        """Hand the speeds on to the base. After the link was down, nothing moves before zero was asked for."""
+        base = self._base
+        if base is None or not base.up:
+            self._neutral = False
+            return
+        self._neutral = self._neutral or not twist.moves
+        try:
+            base.device.drive(twist if self._neutral else ZERO)
+        except OSError:
+            base.device.close()  # its thread finds that out and connects again
+
+    def read(self) -> SensorFrame:
+        """All that came since the last frame."""
+        up = self._base is None or self._base.up
+        if not up and self._was_up:
+            self._readings.forget_wheels()
+        self._was_up = up
+        frame = self._readings.frame()
+        return frame if up else replace(frame, trouble=f"{self._base.name if self._base else ''} does not answer.")
+
+    @property
+    def requests(self) -> Requests:
+        """None: they are for the simulator and for recordings."""
+        return ()
+
+    def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
+        """Raise BadInput: a real robot takes no requests."""
+        raise BadInput("A real robot takes no such request; it is for the simulator and for recordings.")
+
+    def close(self) -> None:
+        """Stop, and let go of every device."""
+        for link in self._links:
+            if link is self._base and link.up:
+                self.drive(ZERO)
+            link.close()

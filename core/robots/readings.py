@@ -1,0 +1,143 @@
+"""What devices hand on: newest wins, sound is joined, nothing queues without bound."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from copy import copy
+from dataclasses import dataclass, field, replace
+
+from core.geometry import Pose, arc
+from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Sound, Wheels
+from core.sensors.microphones import joined
+
+AHEAD = 0.1  # [s] over which a reading of the wheels is carried on to the frame
+WAITING = 4  # scans that may wait for a frame
+JUMP, FASTEST = 0.5, 5.0  # [m], [m/s] beyond which the wheels were not rolled: the base was restarted
+LONGEST_SOUND = 3.0  # [s] that may wait for a frame
+
+
+Names = dict[tuple[type, str], str]
+
+
+@dataclass
+class Waiting:
+    """What came since the last frame, and what holds."""
+
+    scans: deque[Scan] = field(default_factory=lambda: deque[Scan](maxlen=WAITING))
+    wheels: tuple[float, Wheels] | None = None  # with their stamp [s]
+    place: Pose = field(default_factory=Pose)  # newest odometry handed on
+    anchor: Pose = field(default_factory=Pose)  # what the base's own odometry is seen from
+    image: Image | None = None
+    sound: Sound | None = None
+    notes: list[str] = field(default_factory=list[str])
+    contact: bool = False
+    touched: bool = False  # since the last frame
+    battery: float | None = None  # 0..1
+
+
+class Readings:
+    """Filled by the devices' threads, emptied by the driver's. Stamps are on the robot's clock, see `now`."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock, self._start = clock, clock()
+        self._lock, self._here = threading.Lock(), Waiting()
+        self._names: Names = {}
+
+    def renaming(self, names: Names) -> Readings:
+        """The same readings for a device whose sensors are called otherwise on the robot.
+
+        `names`: by kind and the device's own name; it may be filled later.
+        """
+        other = copy(self)
+        other._names = names
+        return other
+
+    def now(self) -> float:
+        """The robot's clock [s]: the time since it was connected, by this computer's."""
+        return self._clock() - self._start
+
+    def wheels(self, odometry: Pose, speed: float, turn_rate: float, stamp: float | None = None) -> None:
+        """How far the wheels have rolled since the start, and [m/s], [rad/s] now.
+
+        A base that was restarted, or jumps, goes on from where it was.
+        """
+        if not all(map(math.isfinite, (odometry.x, odometry.y, odometry.heading, speed, turn_rate))):
+            return
+        with self._lock:
+            stamp = self.now() if stamp is None else stamp
+            place = self._here.anchor @ odometry
+            if self._here.wheels is None or _jumped(self._here.place, place, stamp - self._here.wheels[0]):
+                self._here.anchor = self._here.place @ odometry.inverse()
+                place = self._here.place
+            self._here.place = place
+            self._here.wheels = (stamp, Wheels(odometry=place, speed=speed, turn_rate=turn_rate))
+
+    def scan(self, scan: Scan) -> None:
+        """A turn of a laser's mirror."""
+        with self._lock:
+            self._here.scans.append(replace(scan, laser=self._names.get((Laser, scan.laser), scan.laser)))
+
+    def image(self, image: Image) -> None:
+        """A picture."""
+        with self._lock:
+            self._here.image = replace(image, camera=self._names.get((Camera, image.camera), image.camera))
+
+    def sound(self, sound: Sound) -> None:
+        """Samples that follow those before."""
+        with self._lock:
+            self._here.sound = joined(self._here.sound, sound, LONGEST_SOUND)
+
+    def contact(self, pressed: bool) -> None:
+        """The bumper."""
+        with self._lock:
+            self._here.contact = pressed
+            self._here.touched = self._here.touched or pressed
+
+    def battery(self, share: float) -> None:
+        """How full the battery is, 0..1."""
+        with self._lock:
+            self._here.battery = share
+
+    def note(self, sentence: str) -> None:
+        """A sentence for the operator."""
+        with self._lock:
+            self._here.notes.append(sentence)
+
+    def forget_wheels(self) -> None:
+        """The base is gone; when it is back it goes on from where it was."""
+        with self._lock:
+            self._here.wheels = None
+
+    def frame(self) -> SensorFrame:
+        """All that came since the last frame, at the present instant; a frame has room for one scan."""
+        with self._lock:
+            stamp = self.now()
+            frame = SensorFrame(
+                stamp=stamp,
+                wheels=self._carried(stamp),
+                scan=self._here.scans.popleft() if self._here.scans else None,
+                image=self._here.image,
+                sound=self._here.sound,
+                contact=self._here.contact or self._here.touched,
+                note=" ".join(self._here.notes),
+            )
+            self._here.image = self._here.sound = None
+            self._here.notes, self._here.touched = [], False
+            return frame
+
+    def _carried(self, stamp: float) -> Wheels | None:
+        """The wheels as they stand by now, if they went on as they were."""
+        if self._here.wheels is None:
+            return None
+        taken, wheels = self._here.wheels
+        ahead = min(max(stamp - taken, 0.0), AHEAD)
+        return replace(wheels, odometry=wheels.odometry @ arc(wheels.speed * ahead, wheels.turn_rate * ahead))
+
+
+def _jumped(last: Pose, now: Pose, elapsed: float) -> bool:
+    """Return whether no robot can have come from one place to the other in that time [s]."""
+    return last.distance_to(now.x, now.y) > JUMP + FASTEST * max(elapsed, 0.0)

@@ -1,0 +1,203 @@
+"""`robot.toml`: what a robot is, where its sensors sit, and how its drivers are reached.
+
+url = "serial:///dev/ttyUSB0+lds:///dev/ttyUSB1?model=LD06"
+name = "Marvin"
+wheelbase = 0.23
+
+[lasers.laser]
+x = 0.08
+height = 0.17
+
+[robot]          # the driver's own table: see `beckon robots`
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import msgspec
+import numpy as np
+
+from core.calibration.files.camera_files import read_camera
+from core.errors import BadInput
+from core.geometry import OPTICAL, Pose, Transform
+from core.robots import Profile
+from core.robots.device import Base, Equipment
+from core.sensors import Camera, Laser
+from core.sensors.microphones import MicrophoneArray, load_array
+
+LARGEST = 200_000  # bytes of a robot file
+
+Length = Annotated[float, msgspec.Meta(gt=0.0, le=10.0)]
+Place = Annotated[float, msgspec.Meta(ge=-10.0, le=10.0)]
+Angle = Annotated[float, msgspec.Meta(ge=-360.0, le=360.0)]
+Speed = Annotated[float, msgspec.Meta(gt=0.0, le=5.0)]
+Rate = Annotated[float, msgspec.Meta(gt=0.0, le=200.0)]
+
+
+class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Base of all tables of a robot file: nothing in them is passed over."""
+
+
+class LaserTable(Table, frozen=True):
+    """A laser: its place on the robot, x forward and y left, from the middle between the wheels."""
+
+    x: Place | None = None  # [m]
+    y: Place = 0.0  # [m]
+    heading_deg: Angle = 0.0
+    height: Length | None = None  # [m] of the scanning plane above the floor
+    range_min: Length | None = None  # [m]
+    range_max: Annotated[float, msgspec.Meta(gt=0.0, le=200.0)] | None = None  # [m]
+    rate: Rate | None = None  # [Hz]
+    time_offset: Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)] = 0.0  # [s] to add to its stamps
+
+
+class CameraTable(Table, frozen=True):
+    """A camera: its place, where it looks, and its calibration."""
+
+    x: Place | None = None  # [m]
+    y: Place = 0.0  # [m]
+    z: Place = 0.16  # [m] above the floor
+    yaw_deg: Angle = 0.0  # to the left
+    pitch_deg: Angle = 0.0  # downwards
+    roll_deg: Angle = 0.0
+    rate: Rate | None = None  # [Hz]
+    calibration: str = ""  # file with the camera model, beside the robot file
+
+
+class MicrophonesTable(Table, frozen=True):
+    """A microphone array: its geometry and its place."""
+
+    profile: str = ""  # name of a known array, or a TOML file beside the robot file
+    x: Place = 0.0  # [m]
+    y: Place = 0.0  # [m]
+    heading_deg: Angle = 0.0
+    height: Length = 0.25  # [m] above the floor
+
+
+class RobotFile(Table, frozen=True):
+    """The whole file."""
+
+    url: str = ""
+    name: str = ""
+    radius: Length | None = None  # [m] of the round footprint
+    wheelbase: Length | None = None  # [m]
+    cruise: Speed | None = None  # [m/s]
+    max_speed: Speed | None = None  # [m/s]
+    max_turn_rate: Annotated[float, msgspec.Meta(gt=0.0, le=20.0)] | None = None  # [rad/s]
+    rate: Annotated[float, msgspec.Meta(ge=5.0, le=100.0)] = 40.0  # [Hz] of frames
+    urdf: str = ""  # file beside this one: mountings and looks
+    lasers: dict[str, LaserTable] = {}
+    cameras: dict[str, CameraTable] = {}
+    microphones: dict[str, MicrophonesTable] = {}
+    robot: dict[str, Any] = {}  # the driver's own
+
+
+def load_robot_file(path: Path) -> RobotFile:
+    """Read a robot file. Raises BadInput with a sentence that names the entry."""
+    try:
+        if path.stat().st_size > LARGEST:
+            raise BadInput(f"{path.name} is too large for a robot file; some ten lines are expected.")
+        entries = tomllib.loads(path.read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError as trouble:
+        raise BadInput(f"{path.name} is not valid TOML: {trouble}.") from None
+    except (OSError, ValueError):
+        raise BadInput(f"The robot file {path.name} cannot be read.") from None
+    return converted(entries, RobotFile, path.name)
+
+
+T = TypeVar("T", bound=msgspec.Struct)
+
+
+def converted(entries: Mapping[str, Any], into: type[T], name: str) -> T:
+    """Entries of a file → the struct. Raises BadInput that names the file and the entry."""
+    try:
+        return msgspec.convert(entries, into, strict=False)
+    except msgspec.ValidationError as trouble:
+        words, _, place = str(trouble).partition(" - at `$")
+        where = place.rstrip("`").lstrip(".") or "the top of the file"
+        raise BadInput(f"{name}, {where}: {words[0].lower()}{words[1:]}.") from None
+
+
+def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, folder: Path = Path()) -> Profile:
+    """What the devices have and what the file says of it → the profile; the file wins. Raises BadInput."""
+    base = next((one.base for one in equipment if one.base is not None), None) or Base()
+    known = Profile(name="", kind="LIVE", url="")
+    lasers = tuple(laser for one in equipment for laser in one.lasers)
+    cameras = tuple(camera for one in equipment for camera in one.cameras)
+    arrays = tuple(array for one in equipment for array in one.microphones)
+    _all_known("laser", file.lasers, [laser.name for laser in lasers])
+    _all_known("camera", file.cameras, [camera.name for camera in cameras])
+    _all_known("microphone array", file.microphones, [array.name for array in arrays])
+
+    def first(*values: float | None) -> float:
+        return next(value for value in values if value is not None)
+
+    max_speed = first(file.max_speed, base.max_speed, known.max_speed)
+    return Profile(
+        name=file.name or equipment[0].name,
+        kind="LIVE",
+        url=url,
+        radius=first(file.radius, base.radius, known.radius),
+        wheelbase=first(file.wheelbase, base.wheelbase, known.wheelbase),
+        cruise=min(first(file.cruise, base.cruise, known.cruise), max_speed),
+        max_speed=max_speed,
+        max_turn_rate=first(file.max_turn_rate, base.max_turn_rate, known.max_turn_rate),
+        rate=file.rate,
+        lasers=tuple(_laser(laser, file.lasers.get(laser.name)) for laser in lasers),
+        cameras=tuple(_camera(camera, file.cameras.get(camera.name), folder) for camera in cameras),
+        arrays=tuple(_array(array, file.microphones.get(array.name), folder) for array in arrays),
+        drives=any(one.base is not None for one in equipment),
+    )
+
+
+def _all_known(kind: str, named: Mapping[str, object], there: list[str]) -> None:
+    unknown = next((name for name in named if name not in there), None)
+    if unknown is not None:
+        found = f"there is {', '.join(there)}" if there else "there is none"
+        raise BadInput(f"The robot file describes the {kind} {unknown}, but the robot has no such one; {found}.")
+
+
+def _laser(laser: Laser, table: LaserTable | None) -> Laser:
+    if table is None:
+        return laser
+    place = laser.mounting if table.x is None else Pose(table.x, table.y, math.radians(table.heading_deg))
+    return replace(
+        laser,
+        mounting=place,
+        height=table.height or laser.height,
+        range_min=table.range_min or laser.range_min,
+        range_max=table.range_max or laser.range_max,
+        rate=table.rate or laser.rate,
+    )
+
+
+def _camera(camera: Camera, table: CameraTable | None, folder: Path) -> Camera:
+    if table is None:
+        return camera
+    mounting = camera.mounting if table.x is None else mounting_of(table.x, table)
+    model = read_camera(folder / table.calibration) if table.calibration else camera.model
+    return replace(camera, mounting=mounting, model=model, rate=table.rate or camera.rate)
+
+
+def mounting_of(x: float, table: CameraTable) -> Transform:
+    """A camera's place and angles → robot_from_camera, whose z looks along the camera's axis."""
+    yaw, pitch, roll = (math.radians(angle) for angle in (table.yaw_deg, table.pitch_deg, table.roll_deg))
+    cy, sy, cp, sp, cr, sr = (f(angle) for angle in (yaw, pitch, roll) for f in (math.cos, math.sin))
+    turned = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]]) @ np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    turned = turned @ np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    return Transform(rotation=turned @ OPTICAL, translation=np.array([x, table.y, table.z]))
+
+
+def _array(array: MicrophoneArray, table: MicrophonesTable | None, folder: Path) -> MicrophoneArray:
+    if table is None:
+        return array
+    if table.profile:
+        beside = folder / table.profile
+        array = replace(load_array(beside if beside.exists() else table.profile), name=array.name)
+    return replace(array, mounting=Pose(table.x, table.y, math.radians(table.heading_deg)), height=table.height)

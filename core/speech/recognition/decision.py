@@ -1,0 +1,156 @@
+"""The decision about one utterance: carry it out, confirm it first, or reject it. All engines make it in `decide`.
+
+An engine gives the sentence that fits best and three numbers: how well it fits, by how much better than free text,
+and by how much better than the nearest other command. What is confirmed waits for the confirmation delay; what is
+rejected moves nothing, and its alternatives are offered ("Did you mean …?"). Numbers are repeated.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Literal
+
+from core.commands import needs_confirmation
+from core.commands.command import Command
+from core.commands.stop_moving import START, STOP_MOVING
+from core.message import message
+from core.speech.understanding.grammar import STOP_WORD, Refusal, understand
+
+Verdict = Literal["accept", "confirm", "reject"]
+
+NO_COMMAND = "Somebody spoke, but that was no command."
+NOT_SURE = "I am not sure that I heard every word right."
+TOO_LONG = "That was longer than any command."
+
+
+@message
+class Decision:
+    """What an utterance asks for, and whether the robot may do it."""
+
+    verdict: Verdict
+    command: Command | None = None  # None exactly where it is rejected
+    confidence: float = 0.0  # 0 to 1 that the words are right; comparable within one engine, not calibrated
+    alternatives: tuple[Command, ...] = ()  # that may have been said instead, the likeliest first; never carried out
+    words: str = ""  # as they were heard; "" where no command was
+    reason: str = ""  # a sentence: why it is rejected
+    suggestions: tuple[str, ...] = ()  # words that the grammar would understand instead of rejected ones
+
+    @property
+    def waits(self) -> bool:
+        """True where the command waits for the confirmation delay: uncertain words, or a command that goes far."""
+        return self.command is not None and (self.verdict == "confirm" or needs_confirmation(self.command))
+
+    @property
+    def stops(self) -> bool:
+        """True where the robot stops."""
+        return self.command is not None and self.command.name == STOP_MOVING.name
+
+    @property
+    def echo(self) -> str:
+        """The spoken reply: the command with its numbers, or the reason."""
+        return self.command.heard_as if self.command is not None else self.reason
+
+    @property
+    def offered(self) -> str:
+        """The command, in words, that a rejected utterance most likely was; "" where none is likely."""
+        return self.alternatives[0].heard_as if self.command is None and self.alternatives else ""
+
+    @property
+    def did_you_mean(self) -> tuple[str, ...]:
+        """Words to offer where it is rejected: what may have been said, else what would be understood."""
+        if self.command is not None:
+            return ()
+        return tuple(one.heard_as for one in self.alternatives) or self.suggestions
+
+
+@message
+class RecognizedUtterance:
+    """One utterance and the decision about it."""
+
+    begin: float  # [s] of the speech, on its sound's clock
+    end: float  # [s]
+    decision: Decision
+    final: bool = True  # False: STOP, heard before the sentence was over
+
+
+@message
+class Scores:
+    """How well a sentence fits the sound. Margins are log-likelihood ratios; ∞ where the engine knows no rival."""
+
+    sentence: float  # [nats] as the engine counts
+    over_free_text: float = math.inf  # [nats] by which it fits better than the best free text
+    over_second_best: float = math.inf  # [nats] by which it fits better than the nearest other command
+
+
+@message
+class Thresholds:
+    """From which margins an engine's sentences are believed."""
+
+    reject: float  # [nats] over the second best, below which the words are rejected
+    accept: float  # [nats] over the second best, above which the command is carried out; between them it is confirmed
+    scale: float = 1.0  # [nats] of a margin that make the odds e times better: frames of sound are not independent
+
+
+def decide(
+    words: str, scores: Scores, thresholds: Thresholds, *, objection: str = "", others: Iterable[str] = ()
+) -> Decision:
+    """Decide about the sentence that fits best.
+
+    `objection`: a sentence, why these words must not move the robot however well they fit; "": none. `others`: the
+    sentences that fit nearly as well, the best first. Only STOP gets through in spite of an objection.
+    """
+    confidence = _logistic(min(scores.over_free_text, scores.over_second_best) / thresholds.scale)
+    if not words or scores.over_free_text <= 0:
+        return Decision(verdict="reject", confidence=confidence if words else 0.0, reason=NO_COMMAND)
+    if not objection and scores.over_second_best < thresholds.reject:
+        objection = NOT_SURE
+    if objection:
+        return _rejected(words, confidence, objection, others)
+    read = understand(words, spoken=True)
+    if isinstance(read, Refusal):
+        return Decision(
+            verdict="reject", confidence=confidence, words=words, reason=read.reason, suggestions=read.suggestions
+        )
+    return Decision(
+        verdict="accept" if scores.over_second_best > thresholds.accept else "confirm",
+        command=read,
+        confidence=confidence,
+        alternatives=_commands(others),
+        words=words,
+    )
+
+
+def stop(words: str = "stop", *, confidence: float = 1.0, remark: str = "") -> Decision:
+    """STOP, whatever else was said; `remark`: a sentence for the operator."""
+    command = Command(name=STOP_MOVING.name, numbers={}, heard_as=STOP_MOVING.words[0], remark=remark)
+    return Decision(verdict="accept", command=command, confidence=confidence, words=words)
+
+
+def _rejected(words: str, confidence: float, objection: str, others: Iterable[str]) -> Decision:
+    if STOP_WORD.search(words.lower()):
+        return stop(words, confidence=confidence, remark=objection)
+    return Decision(
+        verdict="reject",
+        confidence=confidence,
+        alternatives=_commands((words, *others)),
+        words=words,
+        reason=f"{objection} I heard “{words}”; say it again.",
+    )
+
+
+def _commands(sentences: Iterable[str]) -> tuple[Command, ...]:
+    """Those of the sentences that are commands within the bounds of speech, but for START: it changes nothing."""
+    read = (understand(words, spoken=True) for words in sentences)
+    return tuple(one for one in read if isinstance(one, Command) and one.name != START.name)
+
+
+def log_odds(probability: float) -> float:
+    """A probability from 0 to 1 → [nats]."""
+    if not 0.0 < probability < 1.0:
+        return math.inf if probability >= 1.0 else -math.inf
+    return math.log(probability / (1.0 - probability))
+
+
+def _logistic(logit: float) -> float:
+    return 0.5 + 0.5 * math.tanh(logit / 2)

@@ -1,0 +1,65 @@
+"""What a worker sends is not trusted."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import msgspec
+import pytest
+
+from console.speech.transcription_jobs import HearSound
+from console.speech.utterance import received
+from console.workers.job import JobResult, answer_decoder
+from core.commands.command import Command
+from core.speech.recognition.decision import Decision, RecognizedUtterance
+from tests.core.speech.ears import confirming, sure, unsure
+
+
+def packed_answer(decision: Decision) -> bytes:
+    """As it goes into the pipe."""
+    return msgspec.msgpack.encode(JobResult([RecognizedUtterance(begin=1.0, end=2.5, decision=decision)]))
+
+
+def sent(decision: Decision) -> list[RecognizedUtterance]:
+    """As it comes out of the pipe."""
+    answer = answer_decoder(HearSound).decode(packed_answer(decision))
+    assert isinstance(answer, JobResult)
+    return answer.result
+
+
+@pytest.mark.parametrize("made", [sure, confirming, unsure])
+def test_a_decision_crosses_the_border_whole(made: Any) -> None:
+    given = made("continue two meters")
+    (one,) = received(sent(given))
+    assert (one.begin, one.end, one.final) == (1.0, 2.5, True)
+    fields = ("verdict", "confidence", "words", "reason", "offered", "did_you_mean", "echo")
+    assert [getattr(one.decision, name) for name in fields] == [getattr(given, name) for name in fields]
+
+
+@pytest.mark.parametrize(
+    ("command", "reason"),
+    [
+        (Command(name="continue", numbers={"distance_m": 12.0}, heard_as="continue 12 meters"), "by voice"),
+        (Command(name="continue", numbers={"distance_m": math.inf}, heard_as="continue"), "not finite"),
+        (Command(name="dance", numbers={}, heard_as="dance"), "no such command"),
+    ],
+)
+def test_a_command_beyond_the_bounds_of_speech_is_rejected_with_the_reason(command: Command, reason: str) -> None:
+    (one,) = received(sent(Decision(verdict="accept", command=command, words="what was said")))
+    assert (one.decision.verdict, one.decision.command) == ("reject", None)
+    assert reason in one.decision.reason and one.decision.words == "what was said"
+
+
+def test_a_rejection_brings_no_command_along() -> None:
+    command = sure("turn left").command
+    (one,) = received(sent(replace(unsure("turn left"), command=command)))
+    assert one.decision.command is None
+
+
+def test_an_answer_of_another_form_is_refused() -> None:
+    answer = msgspec.msgpack.decode(packed_answer(sure("turn left")))
+    answer["result"][0]["decision"]["verdict"] = "obey"
+    with pytest.raises(msgspec.ValidationError):
+        answer_decoder(HearSound).decode(msgspec.msgpack.encode(answer))

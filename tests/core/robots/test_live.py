@@ -1,0 +1,173 @@
+"""A real robot's devices: connecting again, standing meanwhile, and clocks."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from core.errors import BadInput, Unavailable
+from core.gate import ZERO, Twist
+from core.geometry import Pose
+from core.robots import Profile
+from core.robots.device import Base, Device, Equipment
+from core.robots.device_clock import DeviceClock
+from core.robots.live import LiveRobot
+from core.robots.readings import Readings
+from core.robots.requests import ReadTruth
+from core.sensors import Scan, Sound
+
+
+class Wire(Device):
+    """A device whose link a test cuts."""
+
+    def __init__(self, *, drives: bool = True, opens: Callable[[], None] = lambda: None) -> None:
+        self.drives, self.opens = drives, opens
+        self.driven: list[Twist] = []
+        self.cut = threading.Event()
+        self.opened = 0
+        self.todo: queue.Queue[Callable[[Readings], None]] = queue.Queue()
+
+    def open(self) -> Equipment:
+        self.opens()
+        self.opened += 1
+        self.cut.clear()
+        return Equipment(name="wire", base=Base(failsafe=0.5) if self.drives else None)
+
+    def run(self, readings: Readings) -> None:
+        while not self.cut.wait(0.002):
+            while not self.todo.empty():
+                self.todo.get()(readings)
+
+    def drive(self, twist: Twist) -> None:
+        self.driven.append(twist)
+
+    def close(self) -> None:
+        self.cut.set()
+
+
+def shape(equipment: tuple[Equipment, ...]) -> Profile:
+    return Profile(name=equipment[0].name, kind="LIVE", url="")
+
+
+def until(true: Callable[[], bool], seconds: float = 5.0) -> None:
+    end = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < end
+        time.sleep(0.005)
+
+
+def test_after_the_link_came_back_nothing_moves_before_zero_was_asked_for() -> None:
+    wire = Wire()
+    robot = LiveRobot([("the base", wire)], shape)
+    robot.drive(Twist(0.1, 0.0))
+    assert wire.driven == [Twist(0.1, 0.0)]
+    wire.cut.set()
+    until(lambda: bool(robot.read().trouble))
+    robot.drive(Twist(0.1, 0.0))
+    assert len(wire.driven) == 1
+    until(lambda: not robot.read().trouble)
+    robot.drive(Twist(0.1, 0.0))
+    assert wire.driven[1:] == [ZERO]
+    robot.drive(ZERO)
+    robot.drive(Twist(0.2, 0.0))
+    assert wire.driven[-1] == Twist(0.2, 0.0) and wire.opened == 2
+    robot.close()
+    assert wire.driven[-1] == ZERO
+
+
+def test_a_device_that_is_not_there_at_first_is_a_sentence_and_ends_the_others() -> None:
+    def never() -> None:
+        raise ConnectionRefusedError(111, "Connection refused")
+
+    good, bad = Wire(), Wire(drives=False, opens=never)
+    with pytest.raises(Unavailable, match="the laser cannot be reached: Connection refused"):
+        LiveRobot([("the base", good), ("the laser", bad)], shape)
+    until(lambda: not any(thread.name.startswith("device-") for thread in threading.enumerate()))
+
+
+def test_a_device_that_is_lost_is_told_and_comes_back() -> None:
+    laser = Wire(drives=False)
+    robot = LiveRobot([("the base", Wire()), ("the laser", laser)], shape)
+    laser.cut.set()
+    notes: list[str] = []
+    until(lambda: bool(notes.append(robot.read().note)) or any("is back" in note for note in notes))
+    assert "the laser was lost; it is looked for." in " ".join(notes)
+    assert robot.read().trouble == ""
+    robot.close()
+
+
+def test_a_fault_of_a_driver_is_no_end_of_the_console() -> None:
+    wire = Wire()
+    robot = LiveRobot([("the base", wire)], shape)
+    wire.todo.put(lambda _: [][1])
+    notes: list[str] = []
+    until(lambda: bool(notes.append(robot.read().note)) or any("IndexError" in note for note in notes))
+    until(lambda: wire.opened == 2)
+    robot.close()
+
+
+def test_a_real_robot_takes_no_requests() -> None:
+    robot = LiveRobot([("the base", Wire())], shape)
+    with pytest.raises(BadInput, match="for the simulator"):
+        robot.ask(ReadTruth())
+    robot.close()
+
+
+def test_a_frame_carries_one_scan_all_sound_and_the_wheels_as_they_go_on() -> None:
+    clock = [10.0]
+    readings = Readings(lambda: clock[0])
+    for number in (1, 2):
+        readings.scan(Scan(stamp=0.0, ranges=number * np.ones(3), angle_min=0.0, angle_step=0.1))
+    readings.sound(Sound(stamp=0.0, rate=16000, samples=np.zeros((160, 1))))
+    readings.sound(Sound(stamp=0.01, rate=16000, samples=np.zeros((160, 1))))
+    readings.wheels(Pose(1.0, 0.0, 0.0), 0.2, 0.0)
+    clock[0] += 0.05
+    first, second = readings.frame(), readings.frame()
+    assert [one.scan is not None and one.scan.ranges[0] for one in (first, second)] == [1.0, 2.0]
+    assert first.sound is not None and first.sound.duration == pytest.approx(0.02) and second.sound is None
+    assert first.stamp == pytest.approx(0.05)
+    assert first.wheels is not None and first.wheels.odometry.x == pytest.approx(0.01)
+
+
+def test_a_base_that_counts_anew_goes_on_from_where_it_was() -> None:
+    clock = [0.0]
+    readings = Readings(lambda: clock[0])
+
+    def at(x: float) -> float:
+        clock[0] += 0.02
+        readings.wheels(Pose(x, 0.0, 0.0), 0.0, 0.0)
+        wheels = readings.frame().wheels
+        assert wheels is not None
+        return wheels.odometry.x
+
+    start = at(7.0)
+    assert at(7.1) - start == pytest.approx(0.1)
+    assert at(0.0) - start == pytest.approx(0.1)  # it was switched off and on
+    assert at(0.2) - start == pytest.approx(0.3)
+    readings.forget_wheels()
+    assert readings.frame().wheels is None
+    assert at(0.1) - start == pytest.approx(0.3)
+    readings.wheels(Pose(float("nan"), 0.0, 0.0), 0.0, 0.0)
+    assert at(0.2) - start == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize("drift", [-20e-6, 0.0, 20e-6])
+def test_the_quickest_message_tells_a_devices_clock(drift: float) -> None:
+    rng, clock, worst = np.random.default_rng(3), DeviceClock(), 0.0
+    for number in range(3000):
+        true = 0.1 * number
+        stamp = clock.stamp(1000.0 + true * (1 + drift), true + float(rng.uniform(0.0, 0.05)))
+        if number > 100:
+            worst = max(worst, abs(stamp - true))
+    assert worst < 0.010
+
+
+def test_a_clock_that_was_set_back_is_learnt_anew() -> None:
+    clock = DeviceClock()
+    clock.stamp(100.0, 1.0)
+    assert clock.stamp(5.0, 2.0) == pytest.approx(2.0)

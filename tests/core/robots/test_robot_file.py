@@ -1,0 +1,174 @@
+"""Robots that are put together: files, joined devices, drivers of one's own."""
+
+from __future__ import annotations
+
+import math
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from core.errors import BadInput
+from core.geometry import Pose
+from core.optics import TABLE_3
+from core.robots.connect import connect, parts_of, with_options
+from core.robots.device import Base, Equipment
+from core.robots.live import LiveRobot
+from core.robots.robot_file import RobotFile, load_robot_file, profile_of
+from core.sensors import Camera, Laser
+
+DRIVER = """
+import threading
+import numpy as np
+from core.robots.device import Base, Device, Equipment
+from core.sensors import Laser, Scan
+
+
+class Mine(Device):
+    def __init__(self, arguments):
+        self.arguments, self.over = arguments, threading.Event()
+
+    def open(self):
+        return Equipment(name=f"mine at {self.arguments}", base=Base(max_speed=0.4), lasers=(Laser(name="top"),))
+
+    def run(self, readings):
+        while not self.over.wait(0.01):
+            readings.scan(Scan(stamp=readings.now(), ranges=np.ones(3), angle_min=0.0, angle_step=0.1))
+
+    def close(self):
+        self.over.set()
+"""
+WHOLE = Equipment(
+    name="whole",
+    base=Base(wheelbase=0.3, max_speed=0.5, cruise=0.2, failsafe=0.5),
+    lasers=(Laser(name="front"), Laser(name="rear")),
+    cameras=(Camera(),),
+)
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "robot.toml"
+    path.write_text(text)
+    return path
+
+
+def test_a_driver_of_ones_own_is_a_file(tmp_path: Path) -> None:
+    (tmp_path / "my_robot.py").write_text(DRIVER)
+    robot = connect(f"py:{tmp_path}/my_robot.py:/dev/ttyUSB7")
+    assert robot.profile.name == "mine at /dev/ttyUSB7" and robot.profile.max_speed == 0.4
+    assert [laser.name for laser in robot.profile.lasers] == ["top"]
+    robot.close()
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (None, "There is no driver"),
+        ("x = (", "cannot be used: SyntaxError"),
+        ("import no_such_package", "cannot be used: ModuleNotFoundError"),
+        ("class Other: ...", "declares 0 kinds of Device"),
+    ],
+)
+def test_a_driver_that_cannot_be_used_is_a_sentence(tmp_path: Path, text: str | None, sentence: str) -> None:
+    if text is not None:
+        (tmp_path / "broken_robot.py").write_text(text)
+    with pytest.raises(BadInput, match=sentence):
+        connect(f"py:{tmp_path}/broken_robot.py:")
+
+
+def test_a_file_names_the_url_and_describes_the_robot(tmp_path: Path) -> None:
+    (tmp_path / "my_robot.py").write_text(DRIVER)
+    file = written(
+        tmp_path,
+        f"""
+url = "py:{tmp_path}/my_robot.py:x"
+name = "Marvin"
+wheelbase = 0.23
+cruise = 2.0
+[lasers.top]
+x = 0.1
+heading_deg = 90
+height = 0.3
+""",
+    )
+    robot = connect(str(file))
+    profile = robot.profile
+    assert (profile.name, profile.wheelbase, profile.kind) == ("Marvin", 0.23, "LIVE")
+    assert profile.cruise == profile.max_speed == 0.4  # never faster than the base can
+    assert profile.laser is not None and profile.laser.height == 0.3
+    assert profile.laser.mounting == Pose(0.1, 0.0, math.pi / 2)
+    robot.close()
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("wheelbase = -1", "robot.toml, wheelbase: expected `float` > 0.0"),
+        ("wheelbas = 1", "unknown field `wheelbas`"),
+        ('[lasers.front]\nx = "left"', r"robot.toml, lasers.*x: expected `float"),
+        ("url = ", "not valid TOML"),
+        ("name = 'x'", "needs a line url"),
+    ],
+)
+def test_a_mistake_in_a_file_is_named(tmp_path: Path, text: str, sentence: str) -> None:
+    with pytest.raises(BadInput, match=sentence):
+        connect(str(written(tmp_path, text)))
+
+
+def test_a_file_that_is_not_there_is_a_sentence() -> None:
+    with pytest.raises(BadInput, match="cannot be read"):
+        load_robot_file(Path("no/such/robot.toml"))
+
+
+def test_what_the_robot_does_not_have_cannot_be_described() -> None:
+    file = RobotFile(lasers={"left": next(iter(load_of("[lasers.left]\nx = 0").lasers.values()))})
+    with pytest.raises(BadInput, match=r"the laser left, but .* no such one; there is front, rear"):
+        profile_of((WHOLE,), file, "x:")
+
+
+def load_of(text: str) -> RobotFile:
+    import tomllib
+
+    import msgspec
+
+    return msgspec.convert(tomllib.loads(text), RobotFile)
+
+
+def test_a_camera_looks_where_its_angles_say() -> None:
+    file = load_of("[cameras.camera]\nx = 0.1\nz = 0.5\nyaw_deg = 90\npitch_deg = 30")
+    camera = profile_of((WHOLE,), file, "x:").camera
+    assert camera is not None and camera.model == TABLE_3
+    axis = camera.mounting.rotation[:, 2]
+    assert np.allclose(axis, [0.0, math.cos(math.radians(30)), -0.5])
+    assert np.allclose(camera.mounting.translation, [0.1, 0.0, 0.5])
+
+
+def test_a_joined_url_is_taken_apart_at_schemes_only() -> None:
+    url = "serial:///dev/ttyUSB0?name=a+b+lds:///dev/ttyUSB1?model=LD06+camera://0"
+    assert parts_of(url) == ["serial:///dev/ttyUSB0?name=a+b", "lds:///dev/ttyUSB1?model=LD06", "camera://0"]
+
+
+def test_the_drivers_own_table_is_the_query_of_its_url() -> None:
+    rest = with_options("//host:1?scan=/a", {"scan": "/b", "lock": "/stop", "scans": ["/x", "/y"], "tls": True})
+    assert rest == "//host:1?scan=/a&lock=%2Fstop&scans=%2Fx%2C%2Fy&tls=1"
+
+
+def test_a_whole_robot_cannot_be_joined_with_devices() -> None:
+    with pytest.raises(BadInput, match="whole robot"):
+        connect("sim:lab+py:x.py:")
+
+
+def test_only_the_first_base_drives(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        (tmp_path / f"{name}_robot.py").write_text(DRIVER.replace("max_speed=0.4", f"max_speed=0.{len(name)}"))
+    robot = connect(f"py:{tmp_path}/one_robot.py:+py:{tmp_path}/two_robot.py:")
+    assert isinstance(robot, LiveRobot) and robot.profile.max_speed == 0.3
+    assert [laser.name for laser in robot.profile.lasers] == ["top", "top-2"]
+    scans: set[str] = set()
+    end = time.monotonic() + 5
+    while len(scans) < 2 and time.monotonic() < end:
+        scan = robot.read().scan
+        scans |= {scan.laser} if scan is not None else set()
+    assert scans == {"top", "top-2"}
+    robot.close()
