@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from fastapi import Path, Query, Request, Response
@@ -11,11 +12,21 @@ from pydantic import Field
 from console import messages
 from console.access.roles import PICTURE, needs
 from console.api import Behind, Driver, RequestBody, Who, router
-from console.calibration.service import listed
+from console.calibration.jobs import (
+    DropView,
+    ForgetRoom,
+    LookAtWebcam,
+    RestoreView,
+    SessionAnswer,
+    SkipAdvice,
+    TakeUpload,
+)
+from console.calibration.service import SessionList, listed
 from console.calibration.session import PICTURE_BUDGET, CalibrationSession
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationBoard, CalibrationKind, CalibrationSource
 from console.runtime import Runtime
+from console.workers.job import Job
 from core.errors import BeckonError
 
 calibration = router("calibration")
@@ -84,10 +95,10 @@ async def begin(asked: SessionRequest, behind: Behind, who: Who) -> Response:
 
 @calibration.get("/calibration/sessions")
 @needs("viewer")
-async def sessions(behind: Behind) -> dict[str, Any]:
+async def sessions(behind: Behind) -> SessionList:
     """All sessions, the newest first."""
     rows = [listed(session) for session in behind.calibration_service.sessions.values()]
-    return {"sessions": sorted(rows, key=lambda row: -row["created_s"])}
+    return SessionList(sorted(rows, key=lambda row: -row.created_s))
 
 
 @calibration.get("/calibration/sessions/{id}")
@@ -133,7 +144,7 @@ async def picture(
     if live == "1":
         if len(content) > LARGEST_FRAME:
             raise Problem(413, f"A webcam's picture may have {LARGEST_FRAME} bytes; send it smaller.")
-        await session.act("frame", {"content": content, "stamp": stamp_s}, budget=PICTURE_BUDGET, stamp=stamp_s)
+        await session.act(LookAtWebcam(content, stamp_s), budget=PICTURE_BUDGET, stamp=stamp_s)
     else:
         await take(session, content, plain(name))
     return Response(messages.encode(session.shown.verdict), media_type="application/json")
@@ -142,7 +153,7 @@ async def picture(
 async def take(session: CalibrationSession, content: bytes, name: str) -> None:
     """Raises BadInput with the fault of the picture, which the session shows as well."""
     try:
-        await session.act("take", {"content": content, "name": name}, budget=PICTURE_BUDGET)
+        await session.act(TakeUpload(content, name), budget=PICTURE_BUDGET)
     except BeckonError as wrong:
         session.trouble(f"{name}: {wrong}", "refused")
         raise
@@ -161,21 +172,21 @@ async def capture(id: Id, behind: Behind) -> Response:
 @needs("operator")
 async def drop(id: Id, name: Name, behind: Behind) -> Response:
     """Leave a view out; the rest is solved again."""
-    return await acted(behind, id, "drop", {"name": name})
+    return await acted(behind, id, DropView(name))
 
 
 @calibration.post("/calibration/sessions/{id}/views/{name}/restore")
 @needs("operator")
 async def restore(id: Id, name: Name, behind: Behind) -> Response:
     """Take a view back in."""
-    return await acted(behind, id, "restore", {"name": name})
+    return await acted(behind, id, RestoreView(name))
 
 
 @calibration.post("/calibration/sessions/{id}/skip")
 @needs("operator")
 async def skip(id: Id, behind: Behind) -> Response:
     """Another suggestion, for one who cannot reach the present one."""
-    return await acted(behind, id, "skip", {})
+    return await acted(behind, id, SkipAdvice())
 
 
 @calibration.post("/calibration/sessions/{id}/background")
@@ -184,7 +195,7 @@ async def background(id: Id, behind: Behind) -> Response:
     """Look at the empty room again."""
     if behind.calibration_service.find(id).card.kind != "laser":
         raise Problem(409, "Only the laser's session looks at the empty room.")
-    return await acted(behind, id, "forget_room", {})
+    return await acted(behind, id, ForgetRoom())
 
 
 @calibration.post("/calibration/sessions/{id}/solve", status_code=202)
@@ -198,7 +209,7 @@ async def solve(id: Id, behind: Behind) -> Response:
 
 @calibration.post("/calibration/sessions/{id}/accept")
 @needs("operator")
-async def accept(id: Id, asked: AcceptRequest, behind: Behind, who: Driver) -> dict[str, Any]:
+async def accept(id: Id, asked: AcceptRequest, behind: Behind, who: Driver) -> Mapping[str, object]:
     """Use this calibration from now on; the former can be taken back."""
     report = await behind.calibration_service.accept(
         behind.calibration_service.find(id), force=asked.force, who=who.name
@@ -207,10 +218,10 @@ async def accept(id: Id, asked: AcceptRequest, behind: Behind, who: Driver) -> d
     return report
 
 
-async def acted(behind: Runtime, id: str, do: str, given: dict[str, Any]) -> Response:
-    """Do something at the desk and show the session as it is then."""
+async def acted(behind: Runtime, id: str, job: Job[SessionAnswer]) -> Response:
+    """Do a job of the worker and show the session as it is then."""
     session = behind.calibration_service.find(id)
-    await session.act(do, given)
+    await session.act(job)
     return session_response(session)
 
 

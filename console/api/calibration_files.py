@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Mapping
 from typing import IO, Annotated, Any, Literal
 
 from fastapi import Path, Query, Request, Response
@@ -11,6 +12,7 @@ from console.access.roles import TEXT, needs
 from console.api import Behind, Driver, RequestBody, router
 from console.api.calibration import Id, Name
 from console.calibration.codec import camera_in
+from console.calibration.jobs import CameraParameters, Document, StraightenPicture
 from console.calibration.session import PICTURE_BUDGET, CalibrationSession
 from console.calibration.storage import small_name
 from console.http.downloads import file_named, zip_named
@@ -72,8 +74,8 @@ async def view(
         return Response(await read(session, small_name(file)), media_type="image/jpeg")
     camera = straightener(session) if corrected == "1" else None
     async with behind.calibration_service.picture_turns.taken():
-        given = {"content": await read(session, file), "camera": camera}
-        picture = await behind.calibration_service.solver.ask("picture", given, budget=PICTURE_BUDGET)
+        job = StraightenPicture(await read(session, file), camera)
+        picture = await behind.calibration_service.solver.ask(job, budget=PICTURE_BUDGET)
     return Response(picture, media_type="image/jpeg")
 
 
@@ -99,14 +101,14 @@ async def export(id: Id, form: Form, behind: Behind) -> Response:
 
 @calibration_files.get("/calibration/in-use")
 @needs("viewer")
-async def active(behind: Behind) -> dict[str, Any]:
+async def active(behind: Behind) -> Mapping[CalibrationKind, Document | None]:
     """The accepted calibrations, each with who accepted it when, and why it is not used, or ''; null: as built."""
     return behind.calibration_service.used()
 
 
 @calibration_files.post("/calibration/in-use/undo")
 @needs("operator")
-async def undo(asked: UndoRequest, behind: Behind, who: Driver) -> dict[str, Any]:
+async def undo(asked: UndoRequest, behind: Behind, who: Driver) -> Mapping[CalibrationKind, Document | None]:
     """Take the former calibration back."""
     await behind.calibration_service.undo(asked.kind)
     behind.history.add("calibration", who, words=f"undo {asked.kind}")
@@ -115,13 +117,13 @@ async def undo(asked: UndoRequest, behind: Behind, who: Driver) -> dict[str, Any
 
 @calibration_files.post("/calibration/import", openapi_extra=FILE)
 @needs("operator", body=TEXT)
-async def read_file(request: Request, behind: Behind, who: Driver) -> dict[str, Any]:
+async def read_file(request: Request, behind: Behind, who: Driver) -> Mapping[str, object]:
     """Use what is in a file from now on: a camera (ROS camera_info, OpenCV, Kalibr, Beckon's own JSON) or a mount
     (static transform command, URDF joint, 4x4 matrices, Beckon's own JSON). `kind` in the answer tells which."""
     text = (await request.body()).decode("utf-8", "replace")
-    report = await behind.calibration_service.read(text, who.name)
-    behind.history.add("calibration", who, words=f"import {report['kind']}")
-    return report
+    kind, report = await behind.calibration_service.read(text, who.name)
+    behind.history.add("calibration", who, words=f"import {kind}")
+    return {"kind": kind, **report}
 
 
 @calibration_files.get("/calibration/board.svg", response_class=Response, responses=answers("image/svg+xml"))
@@ -139,7 +141,7 @@ async def board(
 
 @calibration_files.post("/calibration/demo")
 @needs("operator")
-async def show_demo(asked: CalibrationDemoRequest, behind: Behind) -> dict[str, Any]:
+async def show_demo(asked: CalibrationDemoRequest, behind: Behind) -> dict[str, bool]:
     """The simulated assistant holds the board as advised until the session is ready."""
     if not behind.robot.profile.simulated:
         raise Problem(404, "Only in the simulation can an assistant show how it goes.")
@@ -155,7 +157,7 @@ async def read(session: CalibrationSession, name: str) -> bytes:
         raise Problem(404, "The picture cannot be read any more.") from None
 
 
-def straightener(session: CalibrationSession) -> dict[str, Any]:
+def straightener(session: CalibrationSession) -> CameraParameters:
     """The camera by which a session's pictures are made straight. Raises Problem 409."""
     camera = session.card.camera or camera_in(session.shown)
     if camera is None:

@@ -2,14 +2,31 @@
 
 from __future__ import annotations
 
-from typing import Any
+import msgspec
 
 from console.access.roles import needs
 from console.api import Behind, RequestBody, Who, router
 from console.http.problems import Problem
+from console.speech.room_transcription import RoomUtterance
 from core.robots.requests import SetListening
 
 hearing = router("hearing")
+
+
+class Listening(msgspec.Struct, frozen=True, kw_only=True):
+    """Whether the robot listens, and obeys voices in the room."""
+
+    listening: bool
+    obeying: bool
+
+
+class NewestHearing(Listening, frozen=True, kw_only=True):
+    """The newest utterances near the robot, and what reads words."""
+
+    microphones: bool
+    trouble: str  # why words are not read; "": they are
+    engine: str  # which engine reads words, and why; "": none has begun
+    utterances: list[RoomUtterance]  # newest first
 
 
 class ListeningRequest(RequestBody):
@@ -21,22 +38,22 @@ class ListeningRequest(RequestBody):
 
 @hearing.get("/hearing")
 @needs("viewer")
-async def newest(behind: Behind) -> dict[str, Any]:
+async def newest(behind: Behind) -> NewestHearing:
     """The newest utterances near the robot, newest first, which engine reads words, or why none does."""
     hearing_state = behind.snapshot.hearing if behind.snapshot is not None else None
-    return {
-        "microphones": hearing_state is not None,
-        "listening": hearing_state is not None and hearing_state.listening,
-        "obeying": behind.spoken.driver is not None,
-        "trouble": behind.ears.trouble,
-        "engine": behind.ears.engine,
-        "utterances": behind.ears.shown(),
-    }
+    return NewestHearing(
+        microphones=hearing_state is not None,
+        listening=hearing_state is not None and hearing_state.listening,
+        obeying=behind.spoken.driver is not None,
+        trouble=behind.ears.trouble,
+        engine=behind.ears.engine,
+        utterances=behind.ears.shown(),
+    )
 
 
 @hearing.post("/hearing")
 @needs("operator")
-async def listen(wish: ListeningRequest, behind: Behind, who: Who) -> dict[str, Any]:
+async def listen(wish: ListeningRequest, behind: Behind, who: Who) -> Listening:
     """Let the robot listen, or not. It listens by itself for a minute after a person in the simulated room spoke."""
     if behind.robot.profile.microphones is None:
         raise Problem(404, "This robot has no microphones.")
@@ -48,4 +65,4 @@ async def listen(wish: ListeningRequest, behind: Behind, who: Who) -> dict[str, 
         behind.spoken.let_go()
     answer = await behind.ask(SetListening(on=wish.listen))
     behind.history.add("listen", who, words="on" if wish.listen else "off")
-    return {"listening": answer.on, "obeying": behind.spoken.driver is not None}
+    return Listening(listening=answer.on, obeying=behind.spoken.driver is not None)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import Path
 from pydantic import Field
 
 from console.access.roles import needs
 from console.api import Behind, Driver, RequestBody, router
+from console.calibration.microphones import ArrayCheck, MicrophonesState
 
 microphones = router("microphones")
 
@@ -30,7 +31,7 @@ class ClapRequest(RequestBody):
 
 @microphones.post("/hearing/check", status_code=202)
 @needs("operator")
-async def check(asked: CheckRequest, behind: Behind, _: Driver) -> dict[str, Any]:
+async def check(asked: CheckRequest, behind: Behind, _: Driver) -> ArrayCheck:
     """Listen for three seconds, in which a person should speak; then ask for the result."""
     behind.array.check(show=asked.show)
     return behind.array.checked()
@@ -38,55 +39,55 @@ async def check(asked: CheckRequest, behind: Behind, _: Driver) -> dict[str, Any
 
 @microphones.get("/hearing/check")
 @needs("viewer")
-async def checked(behind: Behind) -> dict[str, Any]:
+async def checked(behind: Behind) -> ArrayCheck:
     """The result of the newest self-check: identical, dead, faint, swapped, clipped channels."""
     return behind.array.checked()
 
 
 @microphones.get("/calibration/microphones")
 @needs("viewer")
-async def shown(behind: Behind) -> dict[str, Any]:
+async def shown(behind: Behind) -> MicrophonesState:
     """The state of the microphones' wizard, and the orientation in use."""
-    return behind.array.to_dict()
+    return behind.array.state
 
 
 @microphones.post("/calibration/microphones/clap", status_code=202)
 @needs("operator")
-async def clap(asked: ClapRequest, behind: Behind, _: Driver) -> dict[str, Any]:
+async def clap(asked: ClapRequest, behind: Behind, _: Driver) -> MicrophonesState:
     """Listen for three seconds to a clap or a word from a known direction; it is `busy` meanwhile."""
     behind.array.clap(asked.azimuth_rad, show=asked.show)
-    return behind.array.to_dict()
+    return behind.array.state
 
 
 @microphones.post("/calibration/microphones/claps/{number}/drop")
 @needs("operator")
-async def drop(number: Number, behind: Behind) -> dict[str, Any]:
+async def drop(number: Number, behind: Behind) -> MicrophonesState:
     """Leave a clap out."""
     behind.array.drop(number)
-    return behind.array.to_dict()
+    return behind.array.state
 
 
 @microphones.post("/calibration/microphones/again")
 @needs("operator")
-async def again(behind: Behind) -> dict[str, Any]:
+async def again(behind: Behind) -> MicrophonesState:
     """Forget all claps and begin again."""
     behind.array.forget()
-    return behind.array.to_dict()
+    return behind.array.state
 
 
 @microphones.post("/calibration/microphones/accept")
 @needs("operator")
-async def accept(behind: Behind, who: Driver) -> dict[str, Any]:
+async def accept(behind: Behind, who: Driver) -> MicrophonesState:
     """Use this orientation from now on."""
     await behind.array.accept(who.name)
     behind.history.add("calibration", who, words="accept microphones")
-    return behind.array.to_dict()
+    return behind.array.state
 
 
 @microphones.post("/calibration/microphones/undo")
 @needs("operator")
-async def undo(behind: Behind, who: Driver) -> dict[str, Any]:
+async def undo(behind: Behind, who: Driver) -> MicrophonesState:
     """The profile's own orientation again."""
     await behind.array.undo()
     behind.history.add("calibration", who, words="undo microphones")
-    return behind.array.to_dict()
+    return behind.array.state

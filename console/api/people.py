@@ -15,6 +15,7 @@ from console.http.problems import Problem
 from console.people.enrollment import EnrollmentState
 from console.people.service import PeopleState
 from console.people.store import LONGEST
+from console.workers.pictures import UploadedPicture
 
 people = router("people")
 
@@ -97,7 +98,7 @@ async def send_away(behind: Behind) -> Response:
 async def background(id: Id, request: Request, behind: Behind) -> EnrollmentState:
     """A picture without anybody, as JPEG or PNG; restarts the pictures that were taken with another background."""
     enrollment = behind.people.find(id)
-    await behind.people.background(enrollment, {"content": await request.body()})
+    await behind.people.background(enrollment, UploadedPicture(await request.body()))
     return enrollment.shown
 
 
@@ -106,7 +107,7 @@ async def background(id: Id, request: Request, behind: Behind) -> EnrollmentStat
 async def picture(id: Id, request: Request, behind: Behind) -> EnrollmentState:
     """A picture of the whole person by the same camera; `newest` says whether it is good, or what to do better."""
     enrollment = behind.people.find(id)
-    await behind.people.take(enrollment, {"content": await request.body()})
+    await behind.people.take(enrollment, UploadedPicture(await request.body()))
     return enrollment.shown
 
 

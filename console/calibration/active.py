@@ -17,15 +17,16 @@ import os
 import time
 from pathlib import Path
 from threading import Lock
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from console.calibration.jobs import Document
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationKind
 from core.calibration.files.camera_files import parse_camera, read_json
 from core.calibration.files.mount_files import read_mount
+from core.calibration.reports import camera_numbers
 from core.errors import BadInput, BeckonError
 from core.files import SEAL, is_intact, replacing, saving, sealed, sync_folder, write_atomic
 from core.geometry import OPTICAL, Transform
@@ -36,8 +37,6 @@ log = logging.getLogger(__name__)
 NAMES: dict[CalibrationKind, str] = {"camera": "camera", "laser": "mount"}
 MOST_BYTES = 2**22
 COMPARED = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2")
-
-Document = dict[str, Any]
 
 
 class ActiveCalibration:
@@ -192,9 +191,7 @@ def model_in(document: Document) -> CameraModel:
 def plain_report(document: Document, kind: CalibrationKind) -> Document:
     """Return the report of a document in which nobody wrote one: its numbers."""
     if kind == "camera":
-        model = model_in(document)
-        names = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
-        return {"image_size": [model.width, model.height], **{name: getattr(model, name) for name in names}}
+        return {**camera_numbers(model_in(document))}
     mount = read_mount(document["extrinsics"])
     return {"rotation": mount.rotation.tolist(), "translation_m": mount.translation.tolist()}
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
-import msgspec
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from console.calibration.codec import board_of
+from console.calibration.jobs import SkipAdvice
 from console.calibration.session import CalibrationSession
 from console.workers.demo_runner import Demo
 from core.calibration.board.board import Board
@@ -202,7 +202,7 @@ PATIENCE = 600.0  # [s] after which the assistant gives up
 
 def demo_of(session: CalibrationSession, ask: Ask, seed: int) -> Demo:
     """The demonstration that holds the session's board until the session is ready, then takes the board away."""
-    board = board_of(msgspec.to_builtins(session.card.board))
+    board = board_of(session.card.board)
     board_demo = BoardDemo(ask, lambda skip: advised(session, skip), board, seed=seed)
 
     async def run() -> None:
@@ -231,11 +231,8 @@ def demo_of(session: CalibrationSession, ask: Ask, seed: int) -> Demo:
 async def advised(session: CalibrationSession, skip: bool) -> Transform | None:
     """The advised pose of the board, camera_from_board; a new suggestion when `skip`."""
     if skip:
-        await session.act("skip", {}, patient=True)
-    pose: dict[str, Any] | None = session.pose
-    if pose is None:
-        return None
-    return Transform(rotation=np.array(pose["rotation"]), translation=np.array(pose["translation_m"]))
+        await session.act(SkipAdvice(), patient=True)
+    return None if session.pose is None else session.pose.transform
 
 
 def sight_of(session: CalibrationSession, counted: bool) -> SessionView:

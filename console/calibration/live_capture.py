@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from typing import Any
 
 import cv2
 import numpy as np
 
+from console.calibration.jobs import ForgetRoom, LookAtPicture, SweepScan
 from console.calibration.session import PICTURE_BUDGET, CalibrationSession
 from console.http.problems import Problem
+from console.workers.pictures import PixelPicture
 from core.errors import BeckonError
 from core.geometry import Pose
 from core.message import Array
@@ -69,25 +70,21 @@ class LiveCapture:
 
     async def _look(self, image: Image) -> None:
         await self._session.act(
-            "look",
-            {**grey_fields(image), "stamp": image.stamp},
-            budget=PICTURE_BUDGET,
-            stamp=image.stamp,
-            patient=True,
+            LookAtPicture(grey_picture(image), image.stamp), budget=PICTURE_BUDGET, stamp=image.stamp, patient=True
         )
 
     async def _sweep(self, scan: Scan) -> None:
         here = self._odometry
         if moved(self._session.stood, here):
             await self._forget_room(here)
-        known = await self._session.act("sweep", scan_fields(scan), stamp=scan.stamp, patient=True)
+        known = await self._session.act(SweepScan.of(scan), stamp=scan.stamp, patient=True)
         if self._session.stood is None and here is not None:
-            if known["room_known"]:  # from before a restart: nobody knows where the robot stood then
+            if known.room_known:  # from before a restart: nobody knows where the robot stood then
                 await self._forget_room(here)
             self._session.stood = here
 
     async def _forget_room(self, here: Pose | None) -> None:
-        await self._session.act("forget_room", {}, patient=True)
+        await self._session.act(ForgetRoom(), patient=True)
         self._session.stood = here
 
 
@@ -99,20 +96,7 @@ def moved(stood: Pose | None, here: Pose | None) -> bool:
     return float(np.hypot(away.x, away.y)) > CARRIED or abs(away.heading) > TURNED
 
 
-def grey_fields(image: Image) -> dict[str, Any]:
+def grey_picture(image: Image) -> PixelPicture:
     """A picture as a worker takes it."""
     pixels: Array = image.pixels
-    grey = cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY) if pixels.ndim == 3 else pixels
-    return {"pixels": grey.tobytes(), "width": grey.shape[1], "height": grey.shape[0]}
-
-
-def scan_fields(scan: Scan) -> dict[str, Any]:
-    """A scan as a worker takes it."""
-    return {
-        "ranges": scan.ranges.astype(np.float64).tobytes(),
-        "angle_min": scan.angle_min,
-        "angle_step": scan.angle_step,
-        "range_min": scan.range_min,
-        "range_max": scan.range_max,
-        "stamp": scan.stamp,
-    }
+    return PixelPicture.of(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY) if pixels.ndim == 3 else pixels)

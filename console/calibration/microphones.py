@@ -8,18 +8,23 @@ import logging
 import math
 import time
 from collections.abc import Callable, Coroutine
-from dataclasses import asdict
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import msgspec
 
 from console.calibration.microphone_recorder import MicrophoneRecorder
 from console.http.problems import Problem
 from console.robot.link import RobotLink
-from console.workers.array_worker import array_fields, sound_fields
+from console.workers.array_jobs import ArrayMessage, CheckArray, FindClap, SoundMessage
+from console.workers.job import Answer, Job
 from console.workers.tasks import end
 from console.workers.worker import Worker, WorkerLost
+from core.calibration.files.camera_files import read_json
 from core.errors import BadInput, BeckonError, Refused, Unavailable
 from core.files import SEAL, is_intact, saving, sealed, sync_folder, write_atomic
+from core.perception.sound.array_diagnostics import ArrayFault
 from core.perception.sound.array_orientation import Clap, Orientation, OrientationWizard, oriented
 from core.robots import Profile
 from core.robots.requests import AnswerT, RobotRequest
@@ -36,18 +41,100 @@ MOST_CLAPS = 24
 FILE = "microphones.json"
 
 
+class AcceptedOrientation(msgspec.Struct, frozen=True):
+    """The file of an orientation; one that somebody wrote by hand may do without the lower half."""
+
+    yaw: float  # [rad] robot_from_microphones
+    yaw_sd: float  # [rad]
+    mirrored: bool  # the array is mounted upside down
+    residual: float  # [rad] rms
+    claps: int | None = None
+    accepted_s: float | None = None
+    who: str | None = None
+
+    @property
+    def orientation(self) -> Orientation:
+        """As the array takes it."""
+        return Orientation(yaw=self.yaw, yaw_sd=self.yaw_sd, mirrored=self.mirrored, residual=self.residual)
+
+
+@dataclass(frozen=True)
+class ArrayCheck:
+    """The result of the newest self-check; `well`: null before the first."""
+
+    busy: bool
+    well: bool | None
+    faults: tuple[ArrayFault, ...]
+    trouble: str
+
+
+@dataclass(frozen=True)
+class ClapRow:
+    """A clap: where it was asked for, and where the array heard it."""
+
+    asked_rad: float  # in the robot frame
+    heard_rad: float  # in the array frame
+    sd_rad: float
+    gap_rad: float | None  # between the solution and what was heard
+
+
+@dataclass(frozen=True)
+class OrientationRow:
+    """How the array is turned on the robot."""
+
+    yaw_rad: float
+    sd_yaw_rad: float
+    mirrored: bool
+    residual_rad: float
+
+    @classmethod
+    def of(cls, found: Orientation) -> OrientationRow:
+        """An orientation with the units in its names."""
+        return cls(found.yaw, found.yaw_sd, found.mirrored, found.residual)
+
+
+@dataclass(frozen=True)
+class ActiveOrientationRow(OrientationRow):
+    """The orientation in use: who accepted it when, and why it is not used, or ''."""
+
+    claps: int | None
+    accepted_s: float | None
+    who: str | None
+    verified: bool
+    not_used: str
+
+
+@dataclass(frozen=True)
+class MicrophonesState:
+    """Everything that the wizard's page shows."""
+
+    microphones: bool
+    simulated: bool
+    busy: bool
+    listens_s: float
+    asked_rad: list[float]
+    claps: list[ClapRow]
+    advice: str
+    verdict: str
+    trouble: str
+    missing: str
+    solution: OrientationRow | None
+    active: ActiveOrientationRow | None
+
+
 class MicrophoneCalibration:
     """Lives on the event loop."""
 
     def __init__(self, home: Path, robot: RobotLink, changed: Callable[[], None]) -> None:
         """`changed`: another orientation is in use."""
         self.wizard = OrientationWizard()
-        self.active: dict[str, Any] | None = None
+        self.active: AcceptedOrientation | None = None
+        self._verified = False  # the file of the accepted orientation has its checksum
         self.left_out = ""  # why the accepted orientation is not used in this run
         self.verdict = ""  # of the newest clap
         self.busy = False
         self.trouble = ""  # why the newest measurement could not be made
-        self.faults: list[dict[str, Any]] | None = None  # what the newest self-check found; None: nothing was checked
+        self.faults: tuple[ArrayFault, ...] | None = None  # of the newest self-check; None: nothing was checked
         self.helped = False  # a person in the simulated room speaks for the measurement: no command
         self.moves = False  # the robot does, so that nothing can be measured
         self._path = home / "calibration" / FILE
@@ -60,7 +147,7 @@ class MicrophoneCalibration:
     async def open(self) -> None:
         """Load the accepted orientation."""
         try:
-            self.active = await asyncio.to_thread(_read, self._path)
+            self.active, self._verified = await asyncio.to_thread(_read, self._path)
         except BadInput as wrong:
             self.trouble = str(wrong)
             log.warning(self.trouble)
@@ -82,8 +169,7 @@ class MicrophoneCalibration:
         """The robot with its microphones as they were found to be mounted."""
         if profile.microphones is None or self.active is None or self.left_out:
             return profile
-        found = Orientation(**{name: self.active[name] for name in ("yaw", "yaw_sd", "mirrored", "residual")})
-        return profile.with_microphones(oriented(profile.microphones, found))
+        return profile.with_microphones(oriented(profile.microphones, self.active.orientation))
 
     def leave_out(self, why: str) -> list[str]:
         """Use the accepted orientation no more in this run → its file, if it was in use until now."""
@@ -129,50 +215,69 @@ class MicrophoneCalibration:
         found = self.wizard.solve()
         if isinstance(found, str):
             raise Refused(found)
-        await self._use(asdict(found) | {"claps": len(self.wizard.claps), "accepted_s": time.time(), "who": who})
+        claps = len(self.wizard.claps)
+        await self._use(
+            AcceptedOrientation(found.yaw, found.yaw_sd, found.mirrored, found.residual, claps, time.time(), who)
+        )
 
     async def undo(self) -> None:
         """The profile's own orientation again."""
         await self._use(None)
 
-    def checked(self) -> dict[str, Any]:
+    def checked(self) -> ArrayCheck:
         """The result of the newest self-check."""
         found = self.faults
-        well = None if found is None else not any(fault["serious"] for fault in found)
-        return {"busy": self.busy, "well": well, "faults": found or [], "trouble": self.trouble}
+        well = None if found is None else not any(fault.serious for fault in found)
+        return ArrayCheck(self.busy, well, found or (), self.trouble)
 
-    def to_dict(self) -> dict[str, Any]:
+    @property
+    def state(self) -> MicrophonesState:
         """Everything that the wizard's page shows."""
         solved = self.wizard.solve()
         found = None if isinstance(solved, str) else solved
-        return {
-            "microphones": self._array is not None,
-            "simulated": self._robot.profile.simulated,
-            "busy": self.busy,
-            "listens_s": CLAPPED,
-            "asked_rad": list(self.wizard.asked),
-            "claps": [
-                {
-                    "asked_rad": one.asked,
-                    "heard_rad": one.heard,
-                    "sd_rad": one.sd,
-                    "gap_rad": None if found is None else one.gap(found),
-                }
+        return MicrophonesState(
+            microphones=self._array is not None,
+            simulated=self._robot.profile.simulated,
+            busy=self.busy,
+            listens_s=CLAPPED,
+            asked_rad=list(self.wizard.asked),
+            claps=[
+                ClapRow(one.asked, one.heard, one.sd, None if found is None else one.gap(found))
                 for one in self.wizard.claps
             ],
-            "advice": self.wizard.advice,
-            "verdict": self.verdict,
-            "trouble": self.trouble,
-            "missing": solved if isinstance(solved, str) else "",
-            "solution": None if found is None else orientation_row(asdict(found)),
-            "active": None
-            if self.active is None
-            else orientation_row(self.active) | {"verified": SEAL in self.active, "not_used": self.left_out},
-        }
+            advice=self.wizard.advice,
+            verdict=self.verdict,
+            trouble=self.trouble,
+            missing=solved if isinstance(solved, str) else "",
+            solution=None if found is None else OrientationRow.of(found),
+            active=self._active_row(),
+        )
+
+    def _active_row(self) -> ActiveOrientationRow | None:
+        one = self.active
+        if one is None:
+            return None
+        return ActiveOrientationRow(
+            yaw_rad=one.yaw,
+            sd_yaw_rad=one.yaw_sd,
+            mirrored=one.mirrored,
+            residual_rad=one.residual,
+            claps=one.claps,
+            accepted_s=one.accepted_s,
+            who=one.who,
+            verified=self._verified,
+            not_used=self.left_out,
+        )
 
     @property
     def _array(self) -> MicrophoneArray | None:
         return self._robot.profile.microphones
+
+    @property
+    def _array_message(self) -> ArrayMessage:
+        array = self._array
+        assert array is not None
+        return ArrayMessage.of(array)
 
     async def _ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
         return await asyncio.to_thread(self._robot.ask, request)
@@ -206,66 +311,59 @@ class MicrophoneCalibration:
     async def _check(self, say_from: float | None) -> None:
         self.faults = None
         sound = await self._recorder.record(CHECKED, self._listening, say_from)
-        self.faults = await self._asked("check", sound)
+        self.faults = await self._asked(CheckArray(SoundMessage.of(sound), self._array_message))
 
     async def _clap(self, asked: float, say_from: float | None) -> None:
         sound = await self._recorder.record(CLAPPED, self._listening, say_from)
         try:
-            heard = await self._asked("heard_from", sound)
+            heard = await self._asked(FindClap(SoundMessage.of(sound), self._array_message))
         except BadInput as wrong:
             self.verdict = str(wrong)
             return
-        self.verdict = self.wizard.take(Clap(asked=asked, heard=heard["azimuth_rad"], sd=heard["sd_rad"]))
+        self.verdict = self.wizard.take(Clap(asked=asked, heard=heard.azimuth_rad, sd=heard.sd_rad))
 
-    async def _asked(self, do: str, sound: Sound) -> Any:
+    async def _asked(self, job: Job[Answer]) -> Answer:
         """Raises what the worker raises, and Unavailable when it breaks."""
-        array = self._array
-        assert array is not None
         try:
-            return await self._worker.ask(
-                do, {"sound": sound_fields(sound), "array": array_fields(array)}, budget=BUDGET
-            )
+            return await self._worker.ask(job, budget=BUDGET)
         except WorkerLost as lost:
             log.warning("The worker that looks at the array was lost: %s", lost)
             raise Unavailable("What looks at the microphones broke; try once more.") from None
 
-    async def _use(self, found: dict[str, Any] | None) -> None:
-        found = None if found is None else sealed(found)
+    async def _use(self, found: AcceptedOrientation | None) -> None:
         with saving("The microphones' orientation could not be saved"):
             await asyncio.to_thread(_write, self._path, found)
-        self.active, self.left_out = found, ""
+        self.active, self._verified, self.left_out = found, found is not None, ""
         self._changed()
 
 
-def orientation_row(found: dict[str, Any]) -> dict[str, Any]:
-    """An orientation with the units in its names."""
-    names = {"yaw": "yaw_rad", "yaw_sd": "sd_yaw_rad", "residual": "residual_rad"}
-    return {names.get(name, name): value for name, value in found.items() if name != SEAL}
+def _read(path: Path) -> tuple[AcceptedOrientation | None, bool]:
+    """Return the orientation in the file, or None without a file, and whether it has its checksum.
 
-
-def _read(path: Path) -> dict[str, Any] | None:
-    """Return the orientation in the file, or None without a file. Raises BadInput if it cannot be used."""
+    Raises BadInput if it cannot be used.
+    """
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-        numbers = [document[name] for name in ("yaw", "yaw_sd", "residual")]
-        sound = isinstance(document["mirrored"], bool) and all(abs(number) <= math.tau for number in numbers)
-        why = "" if sound else "its numbers cannot be"
+        document = read_json(path.read_text(encoding="utf-8"))
+        found = msgspec.convert(document, AcceptedOrientation)
+        why = ""
+        if not all(abs(number) <= math.tau for number in (found.yaw, found.yaw_sd, found.residual)):
+            why = "its numbers cannot be"
         if is_intact(document) is False:
             why = f"it was changed after it was saved (if you changed it yourself, remove its “{SEAL}”)"
+        if not why:
+            return found, SEAL in document
     except FileNotFoundError:
-        return None
-    except (OSError, ValueError, KeyError, TypeError) as trouble:
-        document, why = {}, trouble.strerror if isinstance(trouble, OSError) else "it is damaged"
-    if why:
-        raise BadInput(f"The microphones' orientation in {path.name} cannot be used: {why}. Measure it again.")
-    return document
+        return None, False
+    except (OSError, ValueError, BadInput, msgspec.ValidationError) as trouble:
+        why = trouble.strerror if isinstance(trouble, OSError) else "it is damaged"
+    raise BadInput(f"The microphones' orientation in {path.name} cannot be used: {why}. Measure it again.")
 
 
-def _write(path: Path, found: dict[str, Any] | None) -> None:
+def _write(path: Path, found: AcceptedOrientation | None) -> None:
     """Raises OSError."""
     if found is None:
         path.unlink(missing_ok=True)
         if path.parent.is_dir():
             sync_folder(path.parent)
         return
-    write_atomic(path, json.dumps(found))
+    write_atomic(path, json.dumps(sealed(msgspec.structs.asdict(found))))

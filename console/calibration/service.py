@@ -6,18 +6,30 @@ import asyncio
 import secrets
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import msgspec
 
 from console.broadcast import Broadcaster
 from console.calibration.active import NAMES, ActiveCalibration
 from console.calibration.apply import calibrated, laser_start
-from console.calibration.codec import board_of, camera_fields
+from console.calibration.codec import board_of
 from console.calibration.demo import demo_of
-from console.calibration.live_capture import LiveCapture, grey_fields
-from console.calibration.session import PICTURE_BUDGET, CalibrationSession
+from console.calibration.jobs import (
+    CameraParameters,
+    Document,
+    ImportedCameraReport,
+    ImportedMount,
+    ImportedMountReport,
+    ReadCalibrationFile,
+    TakePicture,
+)
+from console.calibration.live_capture import LiveCapture, grey_picture
+from console.calibration.session import (
+    PICTURE_BUDGET,
+    CalibrationSession,
+    CameraCalibrationSession,
+    LaserCalibrationSession,
+)
 from console.calibration.storage import VERSION, SessionInfo, SessionStore, StoredSession, kept_sessions
 from console.calibration.updates import SessionUpdates
 from console.http.problems import Problem
@@ -27,6 +39,7 @@ from console.workers.demo_runner import DemoRunner
 from console.workers.queue_limit import QueueLimit
 from console.workers.tasks import end
 from console.workers.worker import Worker
+from core.calibration.reports import CameraReport, LaserReport
 from core.robots import Profile
 from core.robots.requests import AnswerT, RobotRequest
 from core.sensors import Image, SensorFrame
@@ -113,7 +126,7 @@ class CalibrationService:
         self, kind: CalibrationKind, source: CalibrationSource, board: CalibrationBoard, height: float | None
     ) -> CalibrationSession:
         """A new session. Raises Problem 409, BadInput."""
-        board_of(msgspec.to_builtins(board))
+        board_of(board)
         if len(self.sessions) >= MOST_SESSIONS:
             raise Problem(409, f"{MOST_SESSIONS} calibration sessions are kept already; delete some first.")
         if source == "robot" and self._robot.profile.camera is None:
@@ -145,7 +158,8 @@ class CalibrationService:
 
     def _reset_pose(self, kept: StoredSession) -> CalibrationSession:
         card = kept.card
-        session = CalibrationSession(kept, SessionStore(self._home / card.id), self.solver, self._changed, self._warn)
+        kind = CameraCalibrationSession if card.kind == "camera" else LaserCalibrationSession
+        session = kind(kept, SessionStore(self._home / card.id), self.solver, self._changed, self._warn)
         session.compare = lambda: self.active.compare(card.kind, kept.shown.solution or {})
         self.sessions[card.id] = session
         return session
@@ -159,10 +173,10 @@ class CalibrationService:
             self._warn(why_not)
         return profile
 
-    def used(self) -> dict[str, Any]:
+    def used(self) -> dict[CalibrationKind, Document | None]:
         """The reports of the accepted calibrations, by kind, each with why it is not used, or ''; None: as built."""
         reasons = calibrated(self._robot.profile, self.active)[1]
-        reports: dict[str, Any] = dict.fromkeys(KINDS)
+        reports: dict[CalibrationKind, Document | None] = dict.fromkeys(KINDS)
         for kind in KINDS:
             if (report := self.active.report(kind)) is not None:
                 reports[kind] = {**report, "not_used": reasons.get(kind, "")}
@@ -178,28 +192,32 @@ class CalibrationService:
                 files.append(f"{NAMES[kind]}.json")
         return files
 
-    async def accept(self, session: CalibrationSession, *, force: bool, who: str) -> dict[str, Any]:
+    async def accept(self, session: CalibrationSession, *, force: bool, who: str) -> CameraReport | LaserReport:
         """Use a session's calibration from now on → its report. Raises Refused with the reason."""
         await self.show_demo(session, on=False)
         self.live(session, on=False)  # the calibration that was looked through is the one in use
-        result = await session.accept(force=force)
-        await self.use(session.card.kind, result, who)
+        accepted = await session.accept(force=force)
+        await self.use(session.card.kind, {**accepted.document}, {**accepted.report}, who)
         session.shown.accepted_s = time.time()
         await session.save()
         session.show(urgent=True)
-        return result["report"]
+        return accepted.report
 
-    async def read(self, text: str, who: str) -> dict[str, Any]:
+    async def read(self, text: str, who: str) -> tuple[CalibrationKind, ImportedCameraReport | ImportedMountReport]:
         """Use the camera or the mount in a file of any form from now on → its kind and report. Raises BadInput."""
         model = self.active.camera
-        given = {"text": text, "camera": None if model is None else camera_fields(model)}
-        result = await self.solver.ask("read_file", given, budget=PICTURE_BUDGET)
-        await self.use(result["kind"], result, who)
-        return {"kind": result["kind"], **result["report"]}
+        job = ReadCalibrationFile(text, None if model is None else CameraParameters.of(model))
+        found = await self.solver.ask(job, budget=PICTURE_BUDGET)
+        if isinstance(found, ImportedMount):
+            kind, document = "laser", {**found.document, "extrinsics": found.extrinsics}
+        else:
+            kind, document = "camera", {**found.document}
+        await self.use(kind, document, {**found.report}, who)
+        return kind, found.report
 
-    async def use(self, kind: CalibrationKind, result: dict[str, Any], who: str) -> None:
+    async def use(self, kind: CalibrationKind, document: Document, report: Document, who: str) -> None:
         """A document with its report becomes the calibration in use. Raises BadInput, Problem 503."""
-        await asyncio.to_thread(self.active.put, kind, result["document"], result["report"], who)
+        await asyncio.to_thread(self.active.put, kind, document, report, who)
         self._used(self.profile())
 
     async def undo(self, kind: CalibrationKind) -> None:
@@ -247,7 +265,7 @@ class CalibrationService:
         if self.newest is None or self._robot.link()[0] != "live":
             raise Problem(503, "No picture comes from the robot now.")
         image = self.newest
-        await session.act("capture", grey_fields(image), budget=PICTURE_BUDGET, stamp=image.stamp)
+        await session.act(TakePicture(grey_picture(image)), budget=PICTURE_BUDGET, stamp=image.stamp)
 
     async def show_demo(self, session: CalibrationSession, *, on: bool) -> None:
         """The simulated assistant holds the board for this session, or stops. Raises Problem 409."""
@@ -272,16 +290,37 @@ class CalibrationService:
             self._news.changed(session.shown, urgent=urgent)
 
 
-def listed(session: CalibrationSession) -> dict[str, Any]:
+@dataclass(frozen=True)
+class SessionRow:
+    """A session in the list of all."""
+
+    id: str
+    kind: CalibrationKind
+    source: CalibrationSource
+    created_s: float
+    views: int
+    ready: bool
+    accepted: bool
+    accepted_s: float | None
+
+
+@dataclass(frozen=True)
+class SessionList:
+    """All sessions, the newest first."""
+
+    sessions: list[SessionRow]
+
+
+def listed(session: CalibrationSession) -> SessionRow:
     """A session in the list of all."""
     shown = session.shown
-    return {
-        "id": shown.id,
-        "kind": shown.kind,
-        "source": shown.source,
-        "created_s": shown.created_s,
-        "views": shown.progress.views,
-        "ready": shown.progress.ready,
-        "accepted": shown.accepted_s is not None,
-        "accepted_s": shown.accepted_s,
-    }
+    return SessionRow(
+        id=shown.id,
+        kind=shown.kind,
+        source=shown.source,
+        created_s=shown.created_s,
+        views=shown.progress.views,
+        ready=shown.progress.ready,
+        accepted=shown.accepted_s is not None,
+        accepted_s=shown.accepted_s,
+    )

@@ -4,16 +4,40 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable
-from typing import Any, get_type_hints
+from abc import ABC, abstractmethod
+from collections.abc import AsyncGenerator, Callable
+from contextlib import asynccontextmanager
 
 import msgspec
 
 from console import messages
 from console.calibration.codec import camera_in
+from console.calibration.jobs import (
+    AcceptCamera,
+    AcceptedCamera,
+    AcceptedMount,
+    AcceptMount,
+    AdoptSolution,
+    AdvisedBoard,
+    CameraSolution,
+    CountedPicture,
+    LaserSolution,
+    LookAtWebcam,
+    MeasureCorrection,
+    OpenCamera,
+    OpenLaser,
+    RefreshSession,
+    SessionAnswer,
+    SessionChange,
+    SolveCamera,
+    SolvedViews,
+    SolveLaser,
+    TakeUpload,
+)
 from console.calibration.storage import VERSION, SessionStore, StoredSession
 from console.http.problems import Problem
-from console.messages.calibration import VerdictKind
+from console.messages.calibration import CalibrationVerdict, VerdictKind
+from console.workers.job import Answer, Job
 from console.workers.tasks import to_the_end
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, BeckonError, Refused
@@ -56,12 +80,11 @@ SOLVE_PATIENCE = 30.0  # [s] by the clock that accepting waits for a solution
 DWELL = 1.0  # [s] that "counted" stays before the live picture's "same as …" may replace it
 MOST_WAITING = 3  # requests that may wait for the worker
 COVERED = "The solution is of all these views already. Show more of them, or leave one out; then it is solved again."
-PARTS = get_type_hints(messages.CalibrationSessionState)
 
 Shown = Callable[["CalibrationSession", bool], None]
 
 
-class CalibrationSession:
+class CalibrationSession(ABC):
     """Lives on the event loop. Everything that looks at pictures or computes happens in workers."""
 
     def __init__(
@@ -70,7 +93,7 @@ class CalibrationSession:
         self.card, self.shown = kept.card, kept.shown
         self.pictures, self.exports = kept.pictures, kept.exports
         self.folder, self._writing = folder, SessionWriter(folder)
-        self.pose: dict[str, Any] | None = None  # of the board as advised, camera_from_board
+        self.pose: AdvisedBoard | None = None  # of the board as advised
         self.stood: Pose | None = None  # by odometry, when the robot began to look at the empty room (live)
         self.solver: asyncio.Task[None] | None = None
         self._task: asyncio.Task[None] | None = None  # the solver, and then the measuring of its correction
@@ -79,11 +102,11 @@ class CalibrationSession:
         self.compare: Callable[[], dict[str, tuple[float, float]] | None] = lambda: None
         self.used = self.looked_at = time.monotonic()  # when its worker, and when the session, was last asked for
         self.last_counted = 0  # number of the newest verdict that counted
-        self._state = kept.state
+        self._state = bytes(kept.state)  # JSON
         self._names: list[str] = []  # of the views that take part
         self._stale = False
         self._given_up: list[str] | None = None  # views that could not be solved
-        self._calibration: tuple[bytes, list[str]] | None = None
+        self._solved: SolvedViews | None = None
         self._solver, self._shown, self._tell, self._worker = solver, shown, tell, Worker(kept.card.kind)
         self._opened = 0  # the worker's start at which the session was laid on it
         self._turn = asyncio.Lock()
@@ -102,54 +125,55 @@ class CalibrationSession:
         """True while a job is under way."""
         return self._waiting > 0 or self.solver is not None
 
+    @abstractmethod
+    def _opening(self) -> Job[SessionAnswer]:
+        """The job that lays the session before its worker."""
+
+    @abstractmethod
+    async def _solution(self) -> CameraSolution | LaserSolution:
+        """Have the session solved. Raises BeckonError."""
+
+    @abstractmethod
+    async def _acceptance(self, *, force: bool) -> AcceptedCamera | AcceptedMount:
+        """Have the solution accepted. Raises Refused with the reason."""
+
     async def act(
         self,
-        do: str,
-        given: dict[str, Any],
+        job: Job[SessionAnswer],
         *,
         budget: float = BUDGET,
         stamp: float | None = None,
         patient: bool = False,
-    ) -> dict[str, Any]:
+    ) -> SessionAnswer:
         """One job at the worker → its answer, shown and saved already. Raises Problem, BadInput, Refused.
 
         `patient`: this caller may wait behind however many others.
         """
-        if self._waiting >= MOST_WAITING and not patient:
-            raise Problem(429, "One thing at a time: wait for the answer before you send the next picture.")
-        self._waiting += 1
-        self.used, rests = time.monotonic(), self._rests
-        try:
-            async with self._turn:
-                answer = await self._asked(do, given, budget)
-                await self._took(answer, given.get("content"), stamp)
-        except (BeckonError, Problem):
-            if rests == self._rests:
-                self.solve_soon()  # the failed job may have left views that are not solved
-            raise
-        finally:
-            self._waiting -= 1
+        async with self._queued(patient=patient):
+            answer = await self._asked(job, budget)
+            await self._took(answer, job.content if isinstance(job, LookAtWebcam | TakeUpload) else None, stamp)
         self.solve_soon()
         return answer
 
-    async def accept(self, *, force: bool) -> dict[str, Any]:
+    async def accept(self, *, force: bool) -> AcceptedCamera | AcceptedMount:
         """The document and the report of the solution. Raises Refused with the reason, Problem 503.
 
         What is being solved is waited for. A restart costs the solution all but what is shown of it; then it is
         solved again first, of the same views.
         """
-        if self._calibration is None and self.shown.solution is not None:
-            await self.act("refresh", {})
+        if self._solved is None and self.shown.solution is not None:
+            await self.act(RefreshSession())
         try:
             async with asyncio.timeout(SOLVE_PATIENCE):
                 await self._settled.wait()
         except TimeoutError:
             raise Problem(503, "It is still being solved; try again when the solution is there.") from None
-        return await self.act("accept", {"force": force})
+        async with self._queued():
+            return await self._acceptance(force=force)
 
     def trouble(self, words: str, kind: VerdictKind = "trouble") -> None:
         """Tell the person what went wrong."""
-        self._adopt({"verdict": {"kind": kind, "words": words}}, None)
+        self._show_verdict(CalibrationVerdict(kind, words), None)
         self._shown(self, True)
 
     def show(self, *, urgent: bool = False) -> None:
@@ -177,9 +201,9 @@ class CalibrationSession:
 
     async def solve_now(self) -> None:
         """Solve, even what could not be solved before. Raises Refused with too few views, or with nothing new."""
-        await self.act("refresh", {})
+        await self.act(RefreshSession())
         if not self._stale:
-            covered = self._calibration is not None and self._calibration[1] == self._names
+            covered = self._solved is not None and self._solved.names == self._names
             raise Refused(COVERED if covered else self.shown.progress.words)
         self.solve_soon(again=True)
 
@@ -199,16 +223,33 @@ class CalibrationSession:
     def _encoded(self) -> bytes:
         """All of it, as it is now."""
         return msgspec.json.encode(
-            StoredSession(VERSION, self.card, self.shown, self._state, self.pictures, self.exports)
+            StoredSession(VERSION, self.card, self.shown, msgspec.Raw(self._state), self.pictures, self.exports)
         )
 
-    async def _asked(self, do: str, given: dict[str, Any], budget: float) -> dict[str, Any]:
+    @asynccontextmanager
+    async def _queued(self, *, patient: bool = False) -> AsyncGenerator[None]:
+        """The worker's turn. Raises Problem 429 where too many wait for it; a failed job has the session solved."""
+        if self._waiting >= MOST_WAITING and not patient:
+            raise Problem(429, "One thing at a time: wait for the answer before you send the next picture.")
+        self._waiting += 1
+        self.used, rests = time.monotonic(), self._rests
+        try:
+            async with self._turn:
+                yield
+        except (BeckonError, Problem):
+            if rests == self._rests:
+                self.solve_soon()  # the failed job may have left views that are not solved
+            raise
+        finally:
+            self._waiting -= 1
+
+    async def _asked(self, job: Job[Answer], budget: float = BUDGET) -> Answer:
         """The worker's answer. A job whose worker was killed from outside is done again, once."""
         rests = self._rests
         for last in (False, True):
             await self._lay_out()
             try:
-                return await self._worker.ask(do, given, budget=budget)
+                return await self._worker.ask(job, budget=budget)
             except WorkerLost as lost:
                 if rests != self._rests:
                     raise Problem(409, "This session was put aside meanwhile.") from None
@@ -221,60 +262,67 @@ class CalibrationSession:
         """The worker has the session before it. Raises Problem when that cannot be."""
         if self._worker.alive and self._opened == self._worker.starts:
             return
-        calibration, names = self._calibration or (None, [])
-        given = {**self._job(), "calibration": calibration, "names": names}
         try:
-            answer = await self._worker.ask("open", given, budget=BUDGET)
+            answer = await self._worker.ask(self._opening(), budget=BUDGET)
         except WorkerLost as lost:
             self.trouble(str(lost))
             raise Problem(503, "The calibration's worker does not start; try again.") from None
         self._opened = self._worker.starts
         self._learn(answer)
 
-    async def _took(self, answer: dict[str, Any], content: bytes | None, stamp: float | None) -> None:
-        counted = answer.get("kept")
-        if counted is not None:
-            await self._keep(counted, content)
+    async def _took(self, answer: SessionAnswer, content: bytes | None, stamp: float | None) -> None:
+        if answer.counted is not None:
+            await self._keep(answer.counted, content)
         self._learn(answer, stamp)
-        if "state" in answer:
+        if answer.change is not None:
             await self.save()
-        self._shown(self, counted is not None)
+        self._shown(self, answer.counted is not None)
 
-    def _learn(self, answer: dict[str, Any], stamp: float | None = None) -> None:
-        self._adopt(answer.get("parts", {}), stamp)
-        if "state" in answer:
-            self._state, self._stale, self._names = answer["state"], answer["stale"], answer["names"]
+    def _learn(self, answer: SessionAnswer, stamp: float | None = None) -> None:
+        """Update what the page is shown."""
+        shown = self.shown
+        shown.size = answer.size
+        shown.scan = answer.scan or shown.scan
+        if answer.counted is not None:
+            shown.check = answer.check
+        if answer.change is not None:
+            self._learn_change(answer.change)
+        if answer.verdict is not None:
+            self._show_verdict(answer.verdict, stamp)
 
-    def _adopt(self, parts: dict[str, Any], stamp: float | None) -> None:
-        """Update what the page is shown; anything from a worker is checked."""
-        verdict, stamped = parts.get("verdict"), stamp is not None
+    def _learn_change(self, change: SessionChange) -> None:
+        shown = self.shown
+        shown.progress, shown.uncertainty, shown.views = change.progress, change.uncertainty, change.views
+        shown.advice = None if change.advice is None else change.advice.shown
+        if change.advice is not None:
+            self.pose = change.advice.pose
+        self._state, self._stale, self._names = change.state, change.stale, change.names
+
+    def _show_verdict(self, verdict: CalibrationVerdict, stamp: float | None) -> None:
         shown = self.shown.verdict
-        if verdict and shown and stamped and verdict["kind"] == "same" and time.monotonic() < self._counted_until:
+        dwells = stamp is not None and time.monotonic() < self._counted_until
+        if shown is not None and verdict.kind == "same" and dwells:
             shown.stamp_s = stamp
-            parts = {name: value for name, value in parts.items() if name != "verdict"}
-        for name, value in parts.items():
-            setattr(self.shown, name, msgspec.convert(value, PARTS[name]))
-        if parts.get("advice") is not None:
-            self.pose = parts["advice"]
-        if parts.get("verdict") is not None and self.shown.verdict is not None:
-            self._number += 1
-            self.shown.verdict.number, self.shown.verdict.stamp_s = self._number, stamp
-            if self.shown.verdict.kind == "counted":
-                self.last_counted = self._number
-                self._counted_until = time.monotonic() + DWELL
+            return
+        self._number += 1
+        verdict.number, verdict.stamp_s = self._number, stamp
+        self.shown.verdict = verdict
+        if verdict.kind == "counted":
+            self.last_counted = self._number
+            self._counted_until = time.monotonic() + DWELL
 
-    async def _keep(self, counted: dict[str, Any], content: bytes | None) -> None:
+    async def _keep(self, counted: CountedPicture, content: bytes | None) -> None:
         """The picture of a view that was counted."""
-        picture = counted["picture"] or content
+        picture = counted.picture or content
         if not picture:
             return
         try:
-            name = await self._writing.picture(len(self.pictures) + 1, picture, counted["small"])
+            name = await self._writing.picture(len(self.pictures) + 1, picture, counted.small)
         except OSError:
             self._tell("A view's picture cannot be saved on disk; its corners are kept. Check the data folder.")
             return
         if name is not None:
-            self.pictures[counted["name"]] = name
+            self.pictures[counted.name] = name
 
     async def _solve(self) -> None:
         try:
@@ -292,21 +340,15 @@ class CalibrationSession:
 
     async def _solve_once(self, names: list[str]) -> None:
         try:
-            result = await self._solver.ask(f"solve_{self.card.kind}", self._job(), budget=SOLVE_BUDGET)
-            self._calibration = result["calibration"], result["names"]
-            self.shown.solution = result["report"]
+            result = await self._solution()
+            self._solved = result.solved
+            self.shown.solution = dict(result.report)
             self.shown.active_compare = self.compare()
-            self.exports = {form: (name, text) for form, (name, text) in result["exports"].items()}
-            await self.act("adopt", {"calibration": result["calibration"], "names": result["names"]}, patient=True)
+            self.exports = result.exports
+            await self.act(AdoptSolution(result.solved), patient=True)
         except (BeckonError, Problem) as wrong:
             self._given_up = names
             self.trouble(f"Not solved: {wrong}")
-
-    def _job(self) -> dict[str, Any]:
-        job: dict[str, Any] = {"board": msgspec.to_builtins(self.card.board), "state": self._state}
-        if self.card.kind == "laser":
-            job |= {"camera": self.card.camera, "mount": self.card.mount}
-        return job
 
     async def _measure_correction(self) -> None:
         """How well Table 1 straightens this camera's pictures; takes longer than solving, so it comes last."""
@@ -315,8 +357,39 @@ class CalibrationSession:
             return
         solution = self.shown.solution
         try:
-            solution["correction"] = await self._solver.ask("correction", {"camera": camera}, budget=BUDGET)
+            solution["correction"] = await self._solver.ask(MeasureCorrection(camera), budget=BUDGET)
         except BeckonError:
             return
         await self.save()
         self._shown(self, False)
+
+
+class CameraCalibrationSession(CalibrationSession):
+    """A session that finds the camera's own parameters."""
+
+    def _opening(self) -> OpenCamera:
+        return OpenCamera(self.card.board, self._state, self._solved)
+
+    async def _solution(self) -> CameraSolution:
+        return await self._solver.ask(SolveCamera(self.card.board, self._state), budget=SOLVE_BUDGET)
+
+    async def _acceptance(self, *, force: bool) -> AcceptedCamera:
+        return await self._asked(AcceptCamera(force))
+
+
+class LaserCalibrationSession(CalibrationSession):
+    """A session that finds how a calibrated camera is mounted on the laser."""
+
+    def _opening(self) -> OpenLaser:
+        camera, mount = self.card.camera, self.card.mount
+        assert camera is not None and mount is not None
+        return OpenLaser(self.card.board, self._state, self._solved, camera, mount)
+
+    async def _solution(self) -> LaserSolution:
+        camera, mount = self.card.camera, self.card.mount
+        assert camera is not None and mount is not None
+        job = SolveLaser(self.card.board, self._state, camera, mount)
+        return await self._solver.ask(job, budget=SOLVE_BUDGET)
+
+    async def _acceptance(self, *, force: bool) -> AcceptedMount:
+        return await self._asked(AcceptMount(force))

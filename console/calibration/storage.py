@@ -9,10 +9,11 @@ import tempfile
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 import msgspec
 
+from console.calibration.jobs import CameraParameters, MountPrior
 from console.messages.calibration import CalibrationBoard, CalibrationKind, CalibrationSessionState, CalibrationSource
 from core.files import write_atomic
 
@@ -21,6 +22,7 @@ log = logging.getLogger(__name__)
 VERSION = 1
 MOST_BYTES = 2**27  # of one session's file
 NAME = "session.json"
+NO_STATE = msgspec.Raw(b"null")
 
 
 class SessionInfo(msgspec.Struct):
@@ -31,8 +33,8 @@ class SessionInfo(msgspec.Struct):
     source: CalibrationSource
     board: CalibrationBoard
     created_s: float
-    camera: dict[str, float] | None = None  # laser: the camera's parameters, by name
-    mount: dict[str, Any] | None = None  # laser: prior knowledge of the mount
+    camera: CameraParameters | None = None  # laser: the camera in use when it began
+    mount: MountPrior | None = None  # laser
 
 
 class StoredSession(msgspec.Struct):
@@ -41,7 +43,7 @@ class StoredSession(msgspec.Struct):
     version: int
     card: SessionInfo
     shown: CalibrationSessionState
-    state: dict[str, Any] | None = None  # of the core's session
+    state: msgspec.Raw = NO_STATE  # JSON of the core's session, which its workers alone read
     pictures: dict[str, str] = msgspec.field(default_factory=dict[str, str])  # view → file
     exports: dict[str, tuple[str, str]] = msgspec.field(default_factory=dict[str, tuple[str, str]])
 

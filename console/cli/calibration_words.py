@@ -5,9 +5,9 @@ from __future__ import annotations
 import shutil
 import textwrap
 from collections.abc import Iterable
-from typing import Any
 
 from core.calibration.board.board import Board
+from core.calibration.reports import CameraFilesReport, CorrectedPictures, CorrectionReport, LaserFilesReport
 
 SYMBOLS = {
     "fx": "f_u (pixels)",
@@ -25,7 +25,7 @@ NOT_KNOWN = "not known"
 WIDEST = 110  # columns of text
 
 
-def camera_lines(report: dict[str, Any], board: Board) -> list[str]:
+def camera_lines(report: CameraFilesReport, board: Board) -> list[str]:
     """The report of a camera → lines."""
     width, height = report["image_size"]
     shown = report["views_used"] + len(report["views_refused"])
@@ -46,7 +46,7 @@ def camera_lines(report: dict[str, Any], board: Board) -> list[str]:
     ]
 
 
-def laser_lines(report: dict[str, Any], board: Board) -> list[str]:
+def laser_lines(report: LaserFilesReport, board: Board) -> list[str]:
     """The report of a mount → lines. A value that is unknown, or measured beforehand, gets words, not a number."""
     used = report["poses_used"]
     values = [*report["turn_deg"], *report["translation_m"]]
@@ -75,7 +75,7 @@ def laser_lines(report: dict[str, Any], board: Board) -> list[str]:
     ]
 
 
-def correction_lines(report: dict[str, Any]) -> list[str]:
+def correction_lines(report: CorrectedPictures) -> list[str]:
     """The report of straightened pictures → lines."""
     count = len(report["pictures"]) + len(report["pictures_refused"])
     way = "exactly" if report["method"] == "exact" else "by Table 1's inverse"
@@ -100,7 +100,7 @@ def _table(heading: str, rows: Iterable[tuple[str, float | str, float]]) -> list
     return lines
 
 
-def _inverse_words(error: dict[str, Any]) -> str:
+def _inverse_words(error: CorrectionReport) -> str:
     table_1, exact = error["table_1"], error["exact"]
     return (
         f"Straightening: Table 1's inverse is off by {table_1['rms_px']:.3f} px RMS, {table_1['max_px']:.2f} px at "
@@ -108,7 +108,7 @@ def _inverse_words(error: dict[str, Any]) -> str:
     )
 
 
-def _ending(report: dict[str, Any]) -> list[str]:
+def _ending(report: CameraFilesReport | LaserFilesReport) -> list[str]:
     files = _notes("Files", report["files"].items())
     warnings = _notes("Warnings", (("", each) for each in report["warnings"]))
     return [*warnings, *(files or ["", "Nothing was saved; --out DIR keeps it."])]

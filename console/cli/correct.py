@@ -34,5 +34,5 @@ def run(chosen: argparse.Namespace) -> int:
     if chosen.json:
         write_json(report)
     else:
-        write("\n".join(correction_lines(dict(report))))
+        write("\n".join(correction_lines(report)))
     return 0

@@ -5,14 +5,14 @@ from __future__ import annotations
 import time
 from collections import deque
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import msgspec
 
+from console.people.jobs import PersonImageMessage, SeenBackground, SeenPerson
+from console.workers.pictures import PixelPicture
 from core.geometry import Pose
 from core.perception.people.enrollment import FEWEST
-
-Fields = dict[str, Any]
 
 MOST_PICTURES = 12
 FORGOTTEN = 900.0  # [s] without anybody at it, after which an enrollment is over
@@ -41,7 +41,7 @@ class PersonPart(msgspec.Struct, frozen=True):
     """A part of a person in a picture."""
 
     name: str
-    box_px: list[float]  # left, top, right, bottom
+    box_px: tuple[float, float, float, float]  # left, top, right, bottom
 
 
 class JudgedPictureState(msgspec.Struct, frozen=True, kw_only=True):
@@ -85,13 +85,13 @@ class JudgedPicture:
     picture: bytes  # JPEG
     wrong: str = ""
     outline: list[list[float]] = field(default_factory=list[list[float]])
-    person_image: Fields | None = None
+    person_image: PersonImageMessage | None = None
 
     @property
     def shown(self) -> JudgedPictureState:
         """As the page gets it."""
         words = self.wrong or ("Good." if self.gesture else "Good; now come into the picture.")
-        boxes: list[list[float]] = [] if self.person_image is None else self.person_image["boxes"]
+        boxes = [] if self.person_image is None else self.person_image.boxes
         return JudgedPictureState(
             number=self.number,
             gesture=self.gesture,
@@ -110,7 +110,7 @@ class EnrollmentSession:
     id: str
     who: str  # at the console
     owner: str  # the same person, as the console tells people of one name apart
-    background: Fields | None = None  # as the worker takes it
+    background: PixelPicture | None = None  # as the worker takes it
     stood: Pose | None = None  # the robot when its camera took the background; None: another camera did
     taken: list[JudgedPicture] = field(default_factory=list[JudgedPicture])
     newest: JudgedPicture | None = None
@@ -134,16 +134,23 @@ class EnrollmentSession:
         have = {one.gesture for one in self.taken}
         return next((gesture for gesture in GESTURES if gesture.name not in have), None)
 
-    def restart(self, answer: Fields, stood: Pose | None) -> None:
-        """Take another empty picture: pictures that were taken with the former one are left out."""
-        self.background, self.stood = answer["kept"], stood
-        self.taken.clear()
-        self.newest = self._judged("", answer)
+    @property
+    def person_images(self) -> list[PersonImageMessage]:
+        """What the good pictures teach."""
+        return [one.person_image for one in self.taken if one.person_image is not None]
 
-    def take(self, answer: Fields) -> None:
+    def restart(self, answer: SeenBackground, stood: Pose | None) -> None:
+        """Take another empty picture: pictures that were taken with the former one are left out."""
+        self.background, self.stood = answer.kept, stood
+        self.taken.clear()
+        self.newest = self._judged("", answer.size, answer.picture)
+
+    def take(self, answer: SeenPerson) -> None:
         """Take the worker's answer about a picture of a person."""
         gesture = self.next
-        self.newest = self._judged(gesture.name if gesture else "more", answer)
+        self.newest = self._judged(gesture.name if gesture else "more", answer.size, answer.picture)
+        self.newest.wrong, self.newest.outline = answer.wrong, answer.outline
+        self.newest.person_image = answer.person_image
         if not self.newest.wrong:
             self.taken.append(self.newest)
 
@@ -185,11 +192,10 @@ class EnrollmentSession:
             waits=self.waits,
         )
 
-    def _judged(self, gesture: str, answer: Fields) -> JudgedPicture:
+    def _judged(self, gesture: str, size: list[int], picture: bytes) -> JudgedPicture:
         self.used = time.monotonic()
         self.trouble = ""
         self.number += 1
-        verdict = {name: answer[name] for name in ("wrong", "outline", "person_image") if name in answer}
-        judged = JudgedPicture(self.number, gesture, answer["size"], answer["picture"], **verdict)
+        judged = JudgedPicture(self.number, gesture, size, picture)
         self._recent.append(judged)
         return judged

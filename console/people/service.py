@@ -9,7 +9,6 @@ import secrets
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
@@ -19,9 +18,11 @@ from console.control.dispatcher import CommandDispatcher
 from console.http.problems import Problem
 from console.people.demo import EnrollmentDemo
 from console.people.enrollment import MOST_PICTURES, EnrollmentSession, EnrollmentState
+from console.people.jobs import JudgePicture, LearnPerson, PersonPicture, ReadBackground
 from console.people.store import MOST_PEOPLE, VERSION, PersonFile, PersonStore, name_of
-from console.people.worker import picture_fields
 from console.robot.link import RobotLink
+from console.workers.job import Answer, Job
+from console.workers.pictures import PixelPicture
 from console.workers.queue_limit import QueueLimit
 from console.workers.worker import Worker, WorkerLost
 from core.errors import Refused, Unavailable
@@ -40,8 +41,6 @@ LOOKS, GETS_READY = "I look at the picture.", "I get ready to look at pictures; 
 OVER = "That enrollment is over; begin again."
 ONLY = "When called I come only to {}; that is chosen under People."
 ANYBODY = "When called I come to anybody."
-
-Fields = dict[str, Any]
 
 
 class KnownPerson(msgspec.Struct, frozen=True, kw_only=True):
@@ -152,22 +151,22 @@ class EnrollmentService:
             raise Problem(404, OVER)
         return self.enrollment
 
-    async def background(self, enrollment: EnrollmentSession, picture: Fields, stood: Pose | None = None) -> None:
+    async def background(
+        self, enrollment: EnrollmentSession, picture: PersonPicture, stood: Pose | None = None
+    ) -> None:
         """The empty picture. Raises BadInput, Problem."""
         async with self._looks.taken():
-            answer = await self._asked(enrollment, "background", {"picture": picture})
-            enrollment.restart(answer, stood)
+            enrollment.restart(await self._asked(enrollment, ReadBackground(picture)), stood)
 
-    async def take(self, enrollment: EnrollmentSession, picture: Fields) -> None:
+    async def take(self, enrollment: EnrollmentSession, picture: PersonPicture) -> None:
         """A picture of a person; its verdict stands in the enrollment. Raises BadInput, Problem."""
         async with self._looks.taken():
             if enrollment.background is None:
                 raise Problem(409, "First the background: a picture without anybody.")
             if len(enrollment.taken) >= MOST_PICTURES:
                 raise Problem(409, f"{MOST_PICTURES} pictures are enough; say who you are.")
-            taken = [one.person_image for one in enrollment.taken]
-            given = {"picture": picture, "background": enrollment.background, "taken": taken}
-            enrollment.take(await self._asked(enrollment, "judge", given))
+            job = JudgePicture(picture, enrollment.background, enrollment.person_images)
+            enrollment.take(await self._asked(enrollment, job))
 
     async def capture(self, enrollment: EnrollmentSession, what: str) -> None:
         """The same with the newest picture of the robot's own camera. Raises BadInput, Problem 409, 503."""
@@ -186,12 +185,20 @@ class EnrollmentService:
         if len(enrollment.taken) < FEWEST:
             raise Refused(f"I need at least {FEWEST} good pictures with different gestures; take more.")
         async with self._looks.taken():
-            taken = [one.person_image for one in enrollment.taken]
-            learnt = await self._asked(enrollment, "learn", {"name": name, "taken": taken})
+            learnt = await self._asked(enrollment, LearnPerson(name, enrollment.person_images))
         async with self._turn:
             self.find(enrollment.id)
             self._free(name)
-            card = PersonFile(VERSION, enrollment.id, name, round(time.time(), 1), enrollment.who, **learnt)
+            card = PersonFile(
+                VERSION,
+                enrollment.id,
+                name,
+                round(time.time(), 1),
+                enrollment.who,
+                pictures=learnt.pictures,
+                shape=learnt.shape,
+                colours=learnt.colours,
+            )
             await self._written(lambda: self.person_store.keep(card))
             self.people[card.id] = card
             if self.enrollment is enrollment:  # nobody began another while it was written
@@ -292,18 +299,18 @@ class EnrollmentService:
     async def _judge(self, enrollment: EnrollmentSession, what: str, image: Image) -> None:
         """A picture of the robot's own camera. Raises BadInput, Problem."""
         if what == "background":
-            await self.background(enrollment, picture_fields(image), self._pose)
+            await self.background(enrollment, PixelPicture.of(image.pixels), self._pose)
             return
         if moved(enrollment.stood, self._pose):
             raise Problem(409, "The robot has moved since the background was taken; take the background again.")
-        await self.take(enrollment, picture_fields(image))
+        await self.take(enrollment, PixelPicture.of(image.pixels))
 
-    async def _asked(self, enrollment: EnrollmentSession, do: str, given: Fields) -> Any:
+    async def _asked(self, enrollment: EnrollmentSession, job: Job[Answer]) -> Answer:
         """Raises what the worker raises, Problem when it breaks, Problem 404 when the enrollment is over."""
         self.find(enrollment.id)
         enrollment.waits = LOOKS if self._worker.alive else GETS_READY
         try:
-            answer = await self._worker.ask(do, given, budget=BUDGET)
+            answer = await self._worker.ask(job, budget=BUDGET)
         except WorkerLost as lost:
             log.warning("The worker that looks at people was lost: %s", lost)
             if lost.killed:

@@ -8,7 +8,7 @@ import re
 import secrets
 import time
 from collections.abc import Iterable
-from dataclasses import asdict, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import Literal
 
@@ -16,6 +16,7 @@ import msgspec
 
 from console.access.logins import Person
 from console.http.problems import Problem
+from console.speech.quality_jobs import BeginQuality, ListenClose, MeasureQuality, QualityRow, QualityWish
 from console.workers.tasks import end, to_the_end
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BeckonError, Unwritable
@@ -31,39 +32,6 @@ NAME = re.compile(r"[0-9a-f]{12}")
 GIVEN_UP = "Given up before it was done."
 
 RunState = Literal["running", "done", "cancelled", "failed"]
-
-
-class QualityWish(msgspec.Struct, frozen=True):
-    """What is measured: in which world the robot stands where, and the places of speakers seen from it."""
-
-    world: str
-    x_m: float
-    y_m: float
-    heading_rad: float
-    towards_rad: float  # direction of the speakers in the world
-    distances_m: list[float]
-    snr_db: list[float]
-    phrases: int
-
-
-class QualityRow(msgspec.Struct, frozen=True, kw_only=True):
-    """The figures of one place; those that are unset were not measured."""
-
-    distance_m: float
-    snr_db: float
-    refused: str  # why nobody can speak from there
-    stoi: float | msgspec.UnsetType | None = msgspec.UNSET
-    estoi: float | msgspec.UnsetType | None = msgspec.UNSET
-    si_sdr_db: float | msgspec.UnsetType | None = msgspec.UNSET
-    words: int | msgspec.UnsetType = msgspec.UNSET
-    erroneous_words_person: int | msgspec.UnsetType = msgspec.UNSET
-    erroneous_words_robot: int | msgspec.UnsetType = msgspec.UNSET
-    osqe_d: float | msgspec.UnsetType | None = msgspec.UNSET
-    osqe_r: float | msgspec.UnsetType | None = msgspec.UNSET
-    reason: str | msgspec.UnsetType | None = msgspec.UNSET  # why a figure is undefined
-    verdict: str | msgspec.UnsetType | None = msgspec.UNSET
-    commands: int | msgspec.UnsetType = msgspec.UNSET
-    commands_exact: int | msgspec.UnsetType = msgspec.UNSET
 
 
 class QualityRunState(msgspec.Struct, frozen=True, kw_only=True):
@@ -188,21 +156,21 @@ class QualityRuns:
             await self._keep(run)
 
     async def _steps(self, run: QualityRun) -> None:
-        ears = {one.name: getattr(self.ears, one.name) for one in fields(MicrophoneSettings)}
-        given = {"wish": msgspec.to_builtins(run.wish), "ears": ears, "speech": asdict(self.speech)}
-        answer = await self._worker.ask("begin", given, budget=BUDGET)
-        run.voice = answer["voice"]
-        run.rows = msgspec.convert(answer["places"], list[QualityRow])
+        ears = MicrophoneSettings(**{one.name: getattr(self.ears, one.name) for one in fields(MicrophoneSettings)})
+        job = BeginQuality(run.wish, ears, self.speech)
+        answer = await self._worker.ask(job, budget=BUDGET)
+        run.voice = answer.voice
+        run.rows = answer.places
         run.pages = [""] * len(run.rows)
         steps = len(run.rows) + 1
         run.doing = "The text, close to the mouth…"
-        await self._worker.ask("listen_close", {}, budget=BUDGET)
+        await self._worker.ask(ListenClose(), budget=BUDGET)
         for number, row in enumerate(run.rows):
             run.progress = (number + 1) / steps
             run.doing = f"{row.distance_m:g} m away, {row.snr_db:g} dB over the noise…"
             if not row.refused:
-                measured = await self._worker.ask("measure", {"number": number}, budget=BUDGET)
-                run.rows[number], run.pages[number] = msgspec.convert(measured["row"], QualityRow), measured["page"]
+                measured = await self._worker.ask(MeasureQuality(number), budget=BUDGET)
+                run.rows[number], run.pages[number] = measured.row, measured.page
                 await self._keep(run)
         run.progress = 1.0
 

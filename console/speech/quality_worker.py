@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+import msgspec
 
+from console.speech.quality_jobs import (
+    BeginQuality,
+    BegunQuality,
+    ListenClose,
+    MeasuredQuality,
+    MeasureQuality,
+    QualityRow,
+)
+from console.workers.job import Handler
 from core.experiments.speech_quality_here import SpeechQualityHere
 from core.geometry import Pose
-from core.simulation.microphones import MicrophoneSettings
-from core.speech.settings import SpeechSettings
 
 
 class QualityWorker:
@@ -16,31 +23,40 @@ class QualityWorker:
     def __init__(self) -> None:
         self._run: SpeechQualityHere | None = None
 
-    def begin(self, wish: dict[str, Any], ears: dict[str, Any], speech: dict[str, Any]) -> dict[str, Any]:
-        """Prepare a run → the places, and why nobody can speak from some. Raises BadInput, Unavailable."""
-        pose = Pose(x=wish["x_m"], y=wish["y_m"], heading=wish["heading_rad"])
+    @property
+    def handlers(self) -> tuple[Handler, ...]:
+        """Every job it knows."""
+        return (
+            BeginQuality.handled_by(self.begin),
+            ListenClose.handled_by(self.listen_close),
+            MeasureQuality.handled_by(self.measure),
+        )
+
+    def begin(self, job: BeginQuality) -> BegunQuality:
+        """Prepare a run → the places, and why nobody can speak from some."""
+        wish = job.wish
         self._run = SpeechQualityHere(
-            wish["world"],
-            pose,
-            wish["towards_rad"],
-            wish["distances_m"],
-            wish["snr_db"],
-            phrases=wish["phrases"],
-            ears=MicrophoneSettings(**ears),
-            speech=SpeechSettings(**speech),
+            wish.world,
+            Pose(x=wish.x_m, y=wish.y_m, heading=wish.heading_rad),
+            wish.towards_rad,
+            wish.distances_m,
+            wish.snr_db,
+            phrases=wish.phrases,
+            ears=job.ears,
+            speech=job.speech,
         )
         places = [
-            {"distance_m": one.distance, "snr_db": one.ratio, "refused": one.refused} for one in self._run.places
+            QualityRow(distance_m=one.distance, snr_db=one.ratio, refused=one.refused) for one in self._run.places
         ]
-        return {"places": places, "voice": self._run.voice}
+        return BegunQuality(places, self._run.voice)
 
-    def listen_close(self) -> str:
+    def listen_close(self, _: ListenClose) -> str:
         """Recognize the text as the person's own microphone hears it."""
         assert self._run is not None
         return self._run.listen_close()
 
-    def measure(self, number: int) -> dict[str, Any]:
-        """One place → its figures, and the page."""
+    def measure(self, job: MeasureQuality) -> MeasuredQuality:
+        """Measure one place."""
         assert self._run is not None
-        row, report = self._run.measure(self._run.places[number])
-        return {"row": row, "page": report}
+        row, report = self._run.measure(self._run.places[job.number])
+        return MeasuredQuality(msgspec.convert(row, QualityRow), report)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from dataclasses import asdict
 
 import numpy as np
 
+from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound
 from console.speech.utterance import received
-from console.workers.array_worker import array_fields
+from console.workers.array_jobs import ArrayMessage
 from console.workers.worker import Worker
 from core.message import Array
 from core.sensors.microphones import MicrophoneArray
@@ -60,13 +60,8 @@ class TranscriptionClient:
         if speaker != self._speaker:
             self._rejected.clear()
         self._speaker = speaker
-        request = {
-            "settings": asdict(settings),
-            "held": held,
-            "array": None if array is None else array_fields(array),
-            "speaker": speaker,
-        }
-        self.engine = str(await self._worker.ask("begin", request, budget=BUDGET))
+        job = BeginListening(settings, held, None if array is None else ArrayMessage.of(array), speaker)
+        self.engine = await self._worker.ask(job, budget=BUDGET)
         self._begun = self._worker.starts
 
     async def feed(self, samples: Array, rate: int, stamp: float) -> list[RecognizedUtterance]:
@@ -74,11 +69,12 @@ class TranscriptionClient:
         what became known with them.
         """
         raw = np.ascontiguousarray(samples, np.float32).tobytes()
-        given = {"samples": raw, "rate": rate, "stamp": stamp, "channels": samples[0].size if len(samples) else 1}
         now = time.monotonic()
-        given["rejected"] = [(words, now - then) for words, then in self._rejected]
+        rejected = [(words, now - then) for words, then in self._rejected]
         self._rejected.clear()
-        return received(await self._worker.ask("feed", given, budget=BUDGET))
+        channels = samples[0].size if len(samples) else 1
+        job = HearSound(raw, rate, stamp, channels, rejected)
+        return received(await self._worker.ask(job, budget=BUDGET))
 
     def reject(self, words: str) -> None:
         """These words, as a command, were rejected: said again, they most likely are others."""
@@ -86,7 +82,7 @@ class TranscriptionClient:
 
     async def finish(self) -> list[RecognizedUtterance]:
         """End the sound → the utterances that became known with that."""
-        return received(await self._worker.ask("finish", {}, budget=BUDGET))
+        return received(await self._worker.ask(FinishListening(), budget=BUDGET))
 
     def kill(self) -> None:
         """End the process now."""

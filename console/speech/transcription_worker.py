@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
-
+import msgspec
 import numpy as np
 
-from console.workers.array_worker import array_in
+from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound
+from console.workers.job import Handler
 from core.sensors.microphones import Sound
 from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.recognition.engines import ActiveEngine, open_engine
@@ -16,8 +15,6 @@ from core.speech.recognition.rejected_commands import RejectedCommands
 from core.speech.settings import SpeechSettings
 from core.speech.transcription.array_transcriber import ArrayTranscriber
 from core.speech.transcription.transcriber import Transcriber
-
-Order = tuple[str, float]  # its words, and how long ago [s] it was rejected
 
 
 class TranscriptionWorker:
@@ -29,46 +26,44 @@ class TranscriptionWorker:
         self._speaker = 0
         self._rejected = RejectedCommands()  # of this speaker's, by whichever transcriber heard it
 
-    def begin(
-        self, settings: dict[str, Any], held: bool = False, array: dict[str, Any] | None = None, speaker: int = 0
-    ) -> str:
-        """Listen again with the engine that the settings name; `held`: everything up to `finish` is one utterance.
+    @property
+    def handlers(self) -> tuple[Handler, ...]:
+        """Every job it knows."""
+        return (
+            BeginListening.handled_by(self.begin),
+            HearSound.handled_by(self.hear),
+            FinishListening.handled_by(self.finish),
+        )
 
-        With an array the sound has a channel for each of its microphones, and the beam towards the voice is read; it
-        listens all the time, so `held` says nothing there.
-        What was rejected is forgotten when another `speaker` begins. Returns which engine reads the words, and why.
-        Raises Unavailable and BadInput with a sentence.
-        """
-        if speaker != self._speaker:
-            self._speaker, self._rejected = speaker, RejectedCommands()
-        chosen = SpeechSettings(**settings)
-        if self._engine is None or self._engine[0] != chosen:
-            self._engine = chosen, open_engine(chosen)
+    def begin(self, job: BeginListening) -> str:
+        """Listen again."""
+        if job.speaker != self._speaker:
+            self._speaker, self._rejected = job.speaker, RejectedCommands()
+        if self._engine is None or self._engine[0] != job.settings:
+            self._engine = job.settings, open_engine(job.settings)
         engine = self._engine[1]
-        if array is None:
-            self._transcriber = Transcriber(chosen, held=held, recognizer=engine.recognizer, rejected=self._rejected)
+        if job.array is None:
+            self._transcriber = Transcriber(
+                job.settings, held=job.held, recognizer=engine.recognizer, rejected=self._rejected
+            )
         else:
-            in_order = array_in(array | {"channels": range(len(array["positions"])), "rate": None})
+            channels = tuple(range(len(job.array.positions)))
+            in_order = msgspec.structs.replace(job.array, channels=channels, rate=None).array
             self._transcriber = ArrayTranscriber(
-                in_order, chosen, recognizer=engine.recognizer, rejected=self._rejected
+                in_order, job.settings, recognizer=engine.recognizer, rejected=self._rejected
             )
         return engine.why
 
-    def feed(
-        self, samples: bytes, rate: int, stamp: float, channels: int = 1, rejected: Sequence[Order] = ()
-    ) -> list[RecognizedUtterance]:
-        """32-bit numbers, channel by channel of each moment, first at `stamp` [s] → the utterances known with them.
-
-        `rejected`: commands that were understood and then rejected, before the sound's end.
-        """
+    def hear(self, job: HearSound) -> list[RecognizedUtterance]:
+        """Read the words of a piece of sound."""
         assert self._transcriber is not None
-        numbers = np.frombuffer(samples, np.float32).astype(float).reshape(-1, channels)
-        sound = at_16_khz(Sound(stamp=stamp, rate=rate, samples=numbers))
-        for words, ago in rejected:
-            self._rejected.reject(words, stamp + sound.duration - ago)
+        numbers = np.frombuffer(job.samples, np.float32).astype(float).reshape(-1, job.channels)
+        sound = at_16_khz(Sound(stamp=job.stamp, rate=job.rate, samples=numbers))
+        for words, ago in job.rejected:
+            self._rejected.reject(words, job.stamp + sound.duration - ago)
         return list(self._transcriber.feed(sound))
 
-    def finish(self) -> list[RecognizedUtterance]:
-        """End the sound → the utterances that became known with that."""
+    def finish(self, _: FinishListening) -> list[RecognizedUtterance]:
+        """Read what is left of the sound."""
         assert self._transcriber is not None
         return list(self._transcriber.finish())

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any
-
-import msgspec
 
 from core.speech.recognition.decision import Decision, RecognizedUtterance
 from core.speech.understanding.grammar import Refusal, command_of
 
 
-def received(answer: Any) -> list[RecognizedUtterance]:
-    """A worker's answer → its utterances; none asks for more than speech may. Raises msgspec.ValidationError."""
-    utterances = msgspec.convert(answer, list[RecognizedUtterance])
+def received(utterances: Iterable[RecognizedUtterance]) -> list[RecognizedUtterance]:
+    """A worker's utterances as the console takes them: none asks for more than speech may."""
     return [replace(one, decision=within_bounds(one.decision)) for one in utterances]
 
 

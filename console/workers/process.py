@@ -1,8 +1,8 @@
 """A killable worker process: one job at a time, bounded memory and processor time.
 
 `python -m console.workers.process --pipe=N --worker=NAME`, started by `console.workers.worker`. What strangers send
-is decoded here and nowhere else. A worker needs neither files nor network; its answers are plain values, so that the
-console never has to trust them.
+is decoded here and nowhere else. A worker needs neither files nor network; the console decodes its answers with
+their types, so that it never has to trust them.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ import os
 import resource
 import signal
 import socket
-import struct
 import sys
 from importlib import import_module
 from pathlib import Path
 from traceback import format_exception
-from typing import Any
+from typing import Any, Union
 
 import msgspec
 
+from console.workers.job import LENGTH, Job, JobFailure, JobRequest, JobResult, JobWorker, error_name, packed
+from core.errors import BeckonError
 from core.gate.scheduling import stand_back
 
-LENGTH = struct.Struct("<I")
 MOST_BYTES = 2**30  # of address space
 MOST_PIXELS = 2**25  # that OpenCV's own readers may announce
 NICE = 5
@@ -47,13 +47,13 @@ def main() -> None:
     given = dict(word.lstrip("-").split("=", 1) for word in sys.argv[1:])
     restrain()
     module, _, name = WORKERS[given["worker"]].partition(":")
-    worker = getattr(import_module(module), name)()
+    jobs = JobTable(getattr(import_module(module), name)())
     with contextlib.suppress(ValueError, OSError):
         resource.setrlimit(resource.RLIMIT_AS, (MOST_BYTES, MOST_BYTES))
     with contextlib.suppress(ConnectionError), socket.socket(fileno=int(given["pipe"])) as pipe:
-        pipe.sendall(packed({"result": "ready"}))
-        while (job := receive(pipe)) is not None:
-            pipe.sendall(done(worker, job))
+        pipe.sendall(packed(JobResult(None)))
+        while (raw := receive(pipe)) is not None:
+            pipe.sendall(jobs.done(raw))
 
 
 def restrain() -> None:
@@ -69,34 +69,34 @@ def restrain() -> None:
     cv2.setNumThreads(1)
 
 
-def done(worker: Any, job: dict[str, Any]) -> bytes:
-    """One job → its answer, or the sentence that says why not."""
-    from core.errors import BeckonError
+class JobTable:
+    """The jobs of a worker, and the functions that do them."""
 
-    signal.setitimer(signal.ITIMER_PROF, job["budget"])  # of processor time; the signal's default is the end
-    try:
-        return packed({"result": getattr(worker, job["do"])(**job["given"])})
-    except BeckonError as error:
-        return packed({"kind": type(error).__name__, "sentence": str(error)})
-    except MemoryError:
-        return packed({"kind": "BadInput", "sentence": TOO_LARGE})
-    except Exception as fault:
-        return packed({"kind": "Unavailable", "sentence": FAULT, "details": "".join(format_exception(fault))})
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
+    def __init__(self, worker: JobWorker) -> None:
+        self._handlers = dict(worker.handlers)
+        every: Any = Union[tuple(self._handlers)]  # noqa: UP007
+        self._decoder = msgspec.msgpack.Decoder[JobRequest[Job[Any]]](JobRequest[every])
+
+    def done(self, raw: bytes) -> bytes:
+        """One job → its answer, or the sentence that says why not."""
+        try:
+            request = self._decoder.decode(raw)
+            signal.setitimer(signal.ITIMER_PROF, request.budget)  # of processor time; the signal's default is the end
+            return packed(JobResult(self._handlers[type(request.job)](request.job)))
+        except BeckonError as error:
+            return packed(JobFailure(error_name(error), str(error)))
+        except MemoryError:
+            return packed(JobFailure("BadInput", TOO_LARGE))
+        except Exception as fault:
+            return packed(JobFailure("Unavailable", FAULT, "".join(format_exception(fault))))
+        finally:
+            signal.setitimer(signal.ITIMER_PROF, 0.0)
 
 
-def packed(message: dict[str, Any]) -> bytes:
-    """A message as it goes through the pipe."""
-    raw = msgspec.msgpack.encode(message)
-    return LENGTH.pack(len(raw)) + raw
-
-
-def receive(pipe: socket.socket) -> dict[str, Any] | None:
+def receive(pipe: socket.socket) -> bytes | None:
     """The next message; None: the console has hung up."""
     head = exactly(pipe, LENGTH.size)
-    raw = None if head is None else exactly(pipe, LENGTH.unpack(head)[0])
-    return None if raw is None else msgspec.msgpack.decode(raw)
+    return None if head is None else exactly(pipe, LENGTH.unpack(head)[0])
 
 
 def exactly(pipe: socket.socket, count: int) -> bytes | None:

@@ -7,14 +7,23 @@ import logging
 import signal
 import socket
 import threading
-from typing import Any
 
 import msgspec
 
 from console.workers.child_process import ChildProcess
-from console.workers.process import LENGTH, packed
+from console.workers.job import (
+    LENGTH,
+    Answer,
+    Content,
+    Job,
+    JobFailure,
+    JobRequest,
+    JobResult,
+    answer_decoder,
+    packed,
+)
 from core import errors
-from core.errors import BadInput, BeckonError, Unavailable
+from core.errors import BeckonError
 
 log = logging.getLogger(__name__)
 
@@ -22,6 +31,7 @@ STARTING = 30.0  # [s] until a worker has to be ready
 GOING = 1.0  # [s] that a worker whose pipe is closed may take to end by itself
 LONGER = 4.0  # times its processor time that a job may take by the clock
 MOST_ANSWER = 2**26  # [bytes] of one answer
+READY = msgspec.msgpack.Decoder(JobResult[None])  # what a worker says first
 
 
 class WorkerLost(BeckonError):
@@ -67,20 +77,19 @@ class Worker:
         async with self._turn:
             await self._ready()
 
-    async def ask(self, do: str, given: dict[str, Any], *, budget: float) -> Any:
+    async def ask(self, job: Job[Answer], *, budget: float) -> Answer:
         """One job with so much processor time [s] → its answer.
 
         Raises Lost when the worker was killed or broke, otherwise what the job raised: BadInput, Refused.
         """
         async with self._turn:
             await self._ready()
-            answer = await self._converse(packed({"do": do, "given": given, "budget": budget}), LONGER * budget)
-        if "details" in answer:
-            log.error("A worker failed: %s", answer["details"])
-        if "sentence" in answer:
-            kind = getattr(errors, str(answer.get("kind")), BadInput)
-            raise kind(str(answer["sentence"]))
-        return answer.get("result")
+            answer = await self._converse(packed(JobRequest(job, budget)), LONGER * budget, answer_decoder(type(job)))
+        if isinstance(answer, JobFailure):
+            if answer.details:
+                log.error("A worker failed: %s", answer.details)
+            raise getattr(errors, answer.error)(answer.sentence)
+        return answer.result
 
     def kill(self) -> None:
         """End it now; a job under way is lost. Nobody waits here until the process is gone."""
@@ -107,9 +116,9 @@ class Worker:
             self._child = await asyncio.to_thread(ChildProcess, "console.workers.process", arguments, [theirs])
         self._reader, self._writer = await asyncio.open_connection(sock=ours, limit=2**20)
         self.starts += 1
-        await self._converse(b"", STARTING)
+        await self._converse(b"", STARTING, READY)
 
-    async def _converse(self, raw: bytes, patience: float) -> dict[str, Any]:
+    async def _converse(self, raw: bytes, patience: float, decoder: msgspec.msgpack.Decoder[Content]) -> Content:
         """Send, and wait for the answer. Raises Lost; then the worker is gone."""
         reader, writer = self._reader, self._writer
         if reader is None or writer is None:
@@ -121,7 +130,7 @@ class Worker:
                 length = LENGTH.unpack(await reader.readexactly(LENGTH.size))[0]
                 if length > MOST_ANSWER:
                     raise WorkerLost("The calibration's worker talks nonsense; it is started again.")
-                answer = msgspec.msgpack.decode(await reader.readexactly(length))
+                return decoder.decode(await reader.readexactly(length))
         except TimeoutError:
             self.kill()
             raise WorkerLost("That took too long, so it was given up.") from None
@@ -133,9 +142,6 @@ class Worker:
         except BaseException:
             self.kill()
             raise
-        if not isinstance(answer, dict):
-            raise Unavailable("The calibration's worker did not answer properly.")
-        return answer
 
     async def _last_words(self) -> WorkerLost:
         """It has ended by itself, or was killed."""

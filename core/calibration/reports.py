@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Literal, NotRequired, TypedDict
 
 import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from core.calibration.board.board import Board
+from core.calibration.camera.facts import BoardEntry, CameraFacts
 from core.calibration.camera.intrinsics import Calibration
 from core.calibration.camera.uncertainty import uncertainty_map
 from core.calibration.camera.undistortion import errors
-from core.calibration.files.camera_files import camera_entry
-from core.calibration.files.mount_files import mount_entry, static_transform
+from core.calibration.files.camera_files import CameraEntry, camera_entry
+from core.calibration.files.mount_files import MountEntry, mount_entry, static_transform
 from core.calibration.laser.explanation import landings, laser_offset_words, square_words, warnings, weak_words
 from core.calibration.laser.solve import LaserCalibration
 from core.calibration.mount import NAMES
@@ -22,7 +23,189 @@ from core.geometry import OPTICAL
 from core.optics import CameraModel
 
 FORMAT, VERSION = "beckon-calibration", 1
+Method = Literal["exact", "table-1"]
 TARGET_SHARE, TARGET_LEAST = 1 / 1000, 0.5  # of the picture's width, [pixel]: the 95 % uncertainty to be reached
+
+
+class RefusedPicture(TypedDict):
+    """A picture or a pose that was not used, and why."""
+
+    image: str
+    reason: str
+
+
+class ViewFit(TypedDict):
+    """How well one view fits the camera."""
+
+    image: str
+    used: bool
+    rms_px: float
+    remark: str
+    corners_left_out: int
+
+
+class PictureUncertainty(TypedDict):
+    """How exactly the picture is known [pixel]."""
+
+    p95_px: float
+    median_px: float
+    worst_px: float
+    target_px: float
+    reached: bool
+
+
+class MapError(TypedDict):
+    """The error of a way to straighten pictures, over the whole picture [pixel]."""
+
+    rms_px: float
+    max_px: float
+
+
+class CorrectionReport(TypedDict):
+    """The errors of Table 1's inverse and of the exact path."""
+
+    table_1: MapError
+    exact: MapError
+
+
+class StraightPicture(TypedDict):
+    """A picture that was straightened, and its file."""
+
+    image: str
+    file: str
+
+
+class CorrectedPictures(TypedDict):
+    """The result of straightening pictures."""
+
+    method: Method
+    pictures: list[StraightPicture]
+    pictures_refused: list[RefusedPicture]
+    error: CorrectionReport
+
+
+class CameraNumbers(TypedDict):
+    """A camera by its numbers."""
+
+    image_size: list[int]  # width, height
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    k1: float
+    k2: float
+    p1: float
+    p2: float
+    k3: NotRequired[float]  # where it was estimated
+
+
+class CameraReport(CameraNumbers):
+    """Everything there is to say about a camera's calibration."""
+
+    views_used: int
+    rms_px: float
+    noise_px: float
+    sd: dict[str, float]  # of every number that was estimated
+    covariance: list[list[float]]  # in the order of sd
+    views: list[ViewFit]
+    uncertainty: PictureUncertainty
+    warnings: list[str]
+
+
+class CameraFilesReport(CameraReport):
+    """A camera's calibration from picture files, and the files that were written."""
+
+    views_refused: list[RefusedPicture]
+    correction: CorrectionReport
+    files: dict[str, str]
+
+
+class BoardPoseFit(TypedDict):
+    """How well one pose of the board fits the mount."""
+
+    image: str
+    used: bool
+    beams: int
+    residual_rms_m: float | None
+
+
+class ValueSd(TypedDict):
+    """A value with its standard deviation."""
+
+    value: float
+    sd: float
+
+
+class SquareReport(TypedDict):
+    """The board's squares [m], as entered and as the laser measures them."""
+
+    entered: float
+    by_laser: float
+    sd: float
+
+
+class LaserLanding(TypedDict):
+    """How far beside its place a laser point may be drawn, at one distance (95 %)."""
+
+    distance_m: float
+    sideways_px: float
+    up_down_px: float
+
+
+class LaserReport(TypedDict):
+    """Everything there is to say about a mount's calibration."""
+
+    rotation: list[list[float]]
+    translation_m: list[float]
+    turn_deg: list[float]  # roll, pitch, yaw away from looking straight ahead
+    sd_rotation_deg: list[float]
+    sd_translation_m: list[float]
+    axes: list[str]
+    covariance: list[list[float]]  # in the order of axes
+    not_known: list[str]
+    from_ruler: dict[str, str]
+    weak_directions: list[str]
+    poses_used: int
+    poses_refused: list[RefusedPicture]
+    poses: list[BoardPoseFit]
+    residual_rms_m: float
+    range_sd_m: float
+    chi2_per_freedom: float
+    range_offset_m: ValueSd | None
+    square_m: SquareReport
+    square_words: str
+    laser_offset: list[LaserLanding]
+    laser_offset_words: str
+    static_transform: str
+    warnings: list[str]
+
+
+class LaserFilesReport(LaserReport):
+    """A mount's calibration from files, and the files that were written."""
+
+    files: dict[str, str]
+
+
+class SoftwareVersions(TypedDict):
+    """The libraries that computed a calibration."""
+
+    opencv: str
+    numpy: str
+
+
+class CalibratedCameraEntry(CameraEntry, CameraFacts):
+    """The camera in our own file, with what is known of its exactness."""
+
+
+class CalibrationFile(TypedDict):
+    """Our own JSON file."""
+
+    format: str
+    version: int
+    software: SoftwareVersions
+    camera: CalibratedCameraEntry
+    board: NotRequired[BoardEntry]
+    extrinsics: NotRequired[MountEntry]
 
 
 def target(width: int) -> float:
@@ -30,7 +213,7 @@ def target(width: int) -> float:
     return max(TARGET_LEAST, TARGET_SHARE * width)
 
 
-def camera_report(calibration: Calibration) -> dict[str, Any]:
+def camera_report(calibration: Calibration) -> CameraReport:
     """Everything there is to say about a camera's calibration; names and units as the command line prints them."""
     model, sds = calibration.model, calibration.sds
     known = uncertainty_map(calibration)
@@ -44,11 +227,10 @@ def camera_report(calibration: Calibration) -> dict[str, Any]:
     if calibration.free[-1] == "k3":
         doubts.append("k3 was needed: it predicts pictures that took no part in the fit better.")
     return {
-        "image_size": [model.width, model.height],
+        **camera_numbers(model, with_k3="k3" in calibration.free),
         "views_used": int(np.count_nonzero(calibration.used)),
         "rms_px": calibration.rms,
         "noise_px": calibration.noise,
-        **{name: getattr(model, name) for name in calibration.free},
         "sd": sds,
         "covariance": calibration.covariance.tolist(),
         "views": [
@@ -72,7 +254,23 @@ def camera_report(calibration: Calibration) -> dict[str, Any]:
     }
 
 
-def correction_report(model: CameraModel) -> dict[str, Any]:
+def camera_numbers(model: CameraModel, *, with_k3: bool = True) -> CameraNumbers:
+    """A camera by its numbers."""
+    numbers: CameraNumbers = {
+        "image_size": [model.width, model.height],
+        "fx": model.fx,
+        "fy": model.fy,
+        "cx": model.cx,
+        "cy": model.cy,
+        "k1": model.k1,
+        "k2": model.k2,
+        "p1": model.p1,
+        "p2": model.p2,
+    }
+    return {**numbers, "k3": model.k3} if with_k3 else numbers
+
+
+def correction_report(model: CameraModel) -> CorrectionReport:
     """The errors over the whole picture of Table 1's inverse and of the exact path."""
     table_1, exact = errors(model)
     return {
@@ -83,7 +281,7 @@ def correction_report(model: CameraModel) -> dict[str, Any]:
 
 def laser_report(
     calibration: LaserCalibration, names: Sequence[str], board: Board, model: CameraModel
-) -> dict[str, Any]:
+) -> LaserReport:
     """Everything there is to say about a mount's calibration."""
     found = calibration.extrinsics
     covariance = found.shown_covariance
@@ -135,18 +333,18 @@ def laser_report(
 
 def kept(
     model: CameraModel,
-    name: str,
+    name: str = "camera",
     *,
     board: Board | None = None,
-    camera: dict[str, Any] | None = None,
+    camera: CameraReport | None = None,
     laser: LaserCalibration | None = None,
-) -> dict[str, Any]:
+) -> CalibrationFile:
     """Our own JSON file: the camera, the board, and where there is one the mount; with covariances and versions."""
-    document: dict[str, Any] = {
+    document: CalibrationFile = {
         "format": FORMAT,
         "version": VERSION,
         "software": {"opencv": cv2.__version__, "numpy": np.__version__},
-        "camera": camera_entry(model, name) | ({} if camera is None else _camera_facts(camera)),
+        "camera": {**camera_entry(model, name)} if camera is None else _calibrated(model, name, camera),
     }
     if board is not None:
         document["board"] = {
@@ -159,9 +357,10 @@ def kept(
     return document
 
 
-def _camera_facts(report: dict[str, Any]) -> dict[str, Any]:
-    """The part of a camera's report that goes into its file."""
+def _calibrated(model: CameraModel, name: str, report: CameraReport) -> CalibratedCameraEntry:
+    """The camera's entry with the part of its report that goes into its file."""
     return {
+        **camera_entry(model, name),
         "free": list(report["sd"]),
         "sd": list(report["sd"].values()),
         "covariance": report["covariance"],

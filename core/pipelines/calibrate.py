@@ -6,7 +6,6 @@ import json
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from core.calibration.board.board import Board
 from core.calibration.board.chessboard import find_board
@@ -23,7 +22,16 @@ from core.calibration.laser.planes import board_pose
 from core.calibration.laser.range_lines import unit_rays
 from core.calibration.laser.solve import LaserPose
 from core.calibration.mount import Mount
-from core.calibration.reports import camera_report, correction_report, kept, laser_report
+from core.calibration.reports import (
+    CameraFilesReport,
+    CameraReport,
+    LaserFilesReport,
+    RefusedPicture,
+    camera_report,
+    correction_report,
+    kept,
+    laser_report,
+)
 from core.errors import BadInput
 from core.message import Array
 from core.optics import CameraModel
@@ -32,13 +40,12 @@ PICTURES = {".jpg", ".jpeg", ".png", ".bmp", ".webp", ".pgm", ".ppm"}
 SCANS = {".pcd", ".csv"}
 MOST_FILES = 2000
 
-Refused = dict[str, str]
 Say = Callable[[str], None]
 
 
 def calibrate_camera(
     files: Sequence[Path], board: Board, out: Path | None = None, say: Say | None = None
-) -> dict[str, Any]:
+) -> CameraFilesReport:
     """Pictures of a board → the camera as JSON keys; with `out`, files in every form.
 
     `say` receives the progress in words. Raises BadInput when fewer than three pictures can be used.
@@ -52,15 +59,19 @@ def calibrate_camera(
     calibration = calibrate(views, board, size)
     report = camera_report(calibration)
     files_written = {} if out is None else write_camera(calibration, report, out)
-    dropped = [{"image": each.name, "reason": each.reason} for each in calibration.verdicts if not each.used]
-    report["views_refused"] = refused + dropped
-    report["warnings"] = warnings + report["warnings"]
-    report["correction"] = correction_report(calibration.model)
-    report["files"] = files_written
-    return report
+    dropped: list[RefusedPicture] = [
+        {"image": each.name, "reason": each.reason} for each in calibration.verdicts if not each.used
+    ]
+    return {
+        **report,
+        "warnings": warnings + report["warnings"],
+        "views_refused": refused + dropped,
+        "correction": correction_report(calibration.model),
+        "files": files_written,
+    }
 
 
-def write_camera(calibration: Calibration, report: dict[str, Any], out: Path, name: str = "camera") -> dict[str, str]:
+def write_camera(calibration: Calibration, report: CameraReport, out: Path, name: str = "camera") -> dict[str, str]:
     """A calibration and its report → files in a folder; which is which, by form."""
     board, name = calibration.board, plain_name(name)
     document = kept(calibration.model, name, board=board, camera=report)
@@ -86,7 +97,7 @@ def calibrate_laser(
     height: float | None = None,
     with_offset: bool = False,
     say: Say | None = None,
-) -> dict[str, Any]:
+) -> LaserFilesReport:
     """A folder of picture-and-scan pairs and a camera file → the mount as JSON keys; with `out`, files.
 
     `board` defaults to the one in the camera file. `height` [m] of the camera above the laser, measured by ruler,
@@ -97,7 +108,7 @@ def calibrate_laser(
     board = board or board_in(camera)
     pairs, background = _pairs(folder)
     poses: list[LaserPose] = []
-    refused: list[Refused] = []
+    refused: list[RefusedPicture] = []
     for picture, scans in pairs:
         say(f"{picture.name}: looking for the board")
         try:
@@ -119,7 +130,7 @@ def laser_pose(name: str, grey: Array, bearings: Array, ranges: Array, board: Bo
 
 def mount_from(
     poses: Sequence[LaserPose],
-    refused: Sequence[Refused],
+    refused: Sequence[RefusedPicture],
     board: Board,
     model: CameraModel,
     background: Array | None = None,
@@ -127,7 +138,7 @@ def mount_from(
     mount: Mount | None = None,
     with_offset: bool = False,
     out: Path | None = None,
-) -> dict[str, Any]:
+) -> LaserFilesReport:
     """Poses from any source, the pairs refused so far, the empty room (B,) [m] → JSON keys and files."""
     if len(poses) < 3:
         reasons = "; ".join(f"{each['image']}: {each['reason']}" for each in refused[:3])
@@ -135,17 +146,16 @@ def mount_from(
         raise BadInput(f"Only {len(poses)} of {count} pairs can be used; at least 3 are needed. {reasons}".strip())
     found = solve.calibrate_laser(poses, board, background, mount, with_offset=with_offset)
     report = laser_report(found, [pose.name for pose in poses], board, model)
-    report["poses_refused"] = [*refused, *report["poses_refused"]]
-    report["files"] = {}
+    files: dict[str, str] = {}
     if out is not None:
         transform = found.extrinsics.transform
         texts = {
-            "json": ("mount.json", json.dumps(kept(model, "camera", board=board, laser=found), indent=1)),
+            "json": ("mount.json", json.dumps(kept(model, board=board, laser=found), indent=1)),
             "urdf": ("mount.urdf.xml", urdf_joint(transform)),
             "static_transform": ("mount.sh", static_transform(transform) + "\n"),
         }
-        report["files"] = write_all(out, texts)
-    return report
+        files = write_all(out, texts)
+    return {**report, "poses_refused": [*refused, *report["poses_refused"]], "files": files}
 
 
 def board_in(camera: Path) -> Board:
@@ -169,12 +179,12 @@ def board_in(camera: Path) -> Board:
 
 def _views(
     files: Sequence[Path], board: Board, say: Say
-) -> tuple[list[ViewCorners], list[Refused], list[str], tuple[int, int]]:
+) -> tuple[list[ViewCorners], list[RefusedPicture], list[str], tuple[int, int]]:
     """Every picture looked at: the views, why others are refused, remarks, and the size that most have."""
     if len(files) > MOST_FILES:
         raise BadInput(f"{len(files)} pictures are too many; at most {MOST_FILES} are read at once.")
     found: list[tuple[ViewCorners, tuple[int, int]]] = []
-    refused: list[Refused] = []
+    refused: list[RefusedPicture] = []
     warnings: list[str] = []
     twins: dict[bytes, str] = {}
     for name, path in zip(own_names(files), files, strict=True):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from core.calibration.board.board import Board
 from core.calibration.files.camera_files import read_camera
 from core.calibration.laser.still_poses import StillPoses
 from core.calibration.mount import Mount
+from core.calibration.reports import LaserFilesReport
 from core.errors import BadInput
 from core.pipelines.calibrate import mount_from
 from core.recording.images_and_scans import RecordedImage, sights
@@ -29,7 +29,7 @@ def calibrate_laser_recorded(
     with_offset: bool = False,
     say: Callable[[str], None],
     settings: LogSettings | None = None,
-) -> dict[str, Any]:
+) -> LaserFilesReport:
     """A recording in which the board is held still now and then → the mount as JSON keys; with `out`, files.
 
     `height` [m] of the camera above the laser, by ruler, for upright boards. Raises BadInput.

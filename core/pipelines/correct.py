@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal, TypedDict
 
 import cv2
 
@@ -12,36 +11,11 @@ from core.calibration.camera.undistortion import exact_map, straighten, table_1_
 from core.calibration.files.camera_files import read_camera
 from core.calibration.files.pictures import own_names, read_colour, size_words
 from core.calibration.files.written import folder_at, write
-from core.calibration.reports import correction_report
+from core.calibration.reports import CorrectedPictures, Method, RefusedPicture, StraightPicture, correction_report
 from core.errors import BadInput
 
-Method = Literal["exact", "table-1"]
 
-
-class StraightPicture(TypedDict):
-    """A picture that was straightened, as JSON."""
-
-    image: str
-    file: str
-
-
-class RefusedPicture(TypedDict):
-    """A picture that was not, as JSON."""
-
-    image: str
-    reason: str
-
-
-class Correction(TypedDict):
-    """What came of all pictures, as JSON."""
-
-    method: Method
-    pictures: list[StraightPicture]
-    pictures_refused: list[RefusedPicture]
-    error: Mapping[str, object]  # over the whole picture, as `correction_report` gives it
-
-
-def correct(files: Sequence[Path], camera: Path, out: Path, method: Method = "exact") -> Correction:
+def correct(files: Sequence[Path], camera: Path, out: Path, method: Method = "exact") -> CorrectedPictures:
     """Pictures → straight pictures in `out`, with the errors of Table 1's inverse and of the exact one.
 
     Raises BadInput when no picture can be corrected, Unavailable when nothing can be written.

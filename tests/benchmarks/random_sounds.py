@@ -16,7 +16,7 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator
 from copy import copy
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,9 @@ import numpy as np
 
 from console.messages.audio import AUDIO_HEADER, AUDIO_RATE, MOST_BYTES
 from console.speech.browser_microphone import TalkTurn
+from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound
 from console.speech.transcription_worker import TranscriptionWorker
+from console.workers.array_jobs import ArrayMessage
 from core.errors import BadInput, BeckonError
 from core.experiments.side_by_side import side_by_side
 from core.geometry import Pose
@@ -155,7 +157,7 @@ def pieces(chance: np.random.Generator, whole: Array, rate: int, usual: float) -
 def spoken(chance: np.random.Generator, *, held: bool) -> Listener:
     """A browser's microphone: its pieces wait for the worker, which reads them."""
     work = worker()
-    work.begin(asdict(SpeechSettings()), held=held, speaker=int(chance.integers(3)))
+    work.begin(BeginListening(SpeechSettings(), held=held, speaker=int(chance.integers(3))))
     longest = (MOST_BYTES - AUDIO_HEADER.size) // 2
 
     def hear() -> None:
@@ -167,7 +169,7 @@ def spoken(chance: np.random.Generator, *, held: bool) -> Listener:
             if chance.random() < 0.3:
                 feed_waiting(work, turn)
         feed_waiting(work, turn, empty=chance.random() < 0.3)
-        json.dumps(msgspec.to_builtins(work.finish()), allow_nan=False)
+        json.dumps(msgspec.to_builtins(work.finish(FinishListening())), allow_nan=False)
 
     return hear
 
@@ -176,9 +178,8 @@ def feed_waiting(work: TranscriptionWorker, turn: TalkTurn, *, empty: bool = Fal
     """What waits goes to the worker, as `browser_microphone` sends it; `empty`: even where nothing waits."""
     waiting, start = turn.take()
     if len(waiting) or empty:
-        json.dumps(
-            msgspec.to_builtins(work.feed(waiting.astype(np.float32).tobytes(), AUDIO_RATE, start)), allow_nan=False
-        )
+        job = HearSound(waiting.astype(np.float32).tobytes(), AUDIO_RATE, start)
+        json.dumps(msgspec.to_builtins(work.hear(job)), allow_nan=False)
 
 
 def room(chance: np.random.Generator) -> Listener:
@@ -186,9 +187,8 @@ def room(chance: np.random.Generator) -> Listener:
     array = PROFILES[int(chance.integers(len(PROFILES)))]
     beam = array.dimensions >= 2 and chance.random() < 0.8
     count = len(array.positions) if beam else 1
-    told = {"positions": array.positions.tolist(), "name": array.name, "speed": 343.0, "position_sd": 0.0005}
     work = worker()
-    work.begin(asdict(SpeechSettings()), array=told if beam else None)
+    work.begin(BeginListening(SpeechSettings(), array=ArrayMessage.of(array) if beam else None))
 
     def hear() -> None:
         rate = int(chance.choice(RATES))
@@ -196,8 +196,8 @@ def room(chance: np.random.Generator) -> Listener:
         for piece, stamp in pieces(chance, whole, rate, 0.2):
             with np.errstate(over="ignore"):
                 raw = piece.astype(np.float32).tobytes()
-            json.dumps(msgspec.to_builtins(work.feed(raw, rate, stamp, channels=count)), allow_nan=False)
-        json.dumps(msgspec.to_builtins(work.finish()), allow_nan=False)
+            json.dumps(msgspec.to_builtins(work.hear(HearSound(raw, rate, stamp, count))), allow_nan=False)
+        json.dumps(msgspec.to_builtins(work.finish(FinishListening())), allow_nan=False)
 
     return hear
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple, TypedDict
 
 import numpy as np
 
@@ -65,6 +65,22 @@ class AcceptedView:
     name: str
     corners: Array  # (N, 2) [pixel]
     dropped: bool = False  # by the person
+
+
+class StoredView(TypedDict):
+    """A view as it is stored."""
+
+    name: str
+    corners: list[list[float]]  # [pixel]
+    dropped: bool
+
+
+class CameraState(TypedDict):
+    """All that a session needs to go on after a restart, as JSON."""
+
+    board: tuple[int, int, float]  # columns, rows, square [m]
+    size: tuple[int, int] | None  # [pixel]
+    taken: list[StoredView]
 
 
 class CameraSession:
@@ -188,22 +204,22 @@ class CameraSession:
         spanned = bars([measures(corners, self.board, size) for corners in views])
         return SessionProgress(len(views), p95, wanted, ready, spanned, cells(views, size), words)
 
-    def state(self) -> dict[str, Any]:
+    def state(self) -> CameraState:
         """All that is needed to go on after a restart, as JSON."""
         return {
-            "board": [self.board.columns, self.board.rows, self.board.square],
-            "size": None if self.size is None else list(self.size),
+            "board": (self.board.columns, self.board.rows, self.board.square),
+            "size": self.size,
             "taken": [
                 {"name": each.name, "corners": each.corners.tolist(), "dropped": each.dropped} for each in self.taken
             ],
         }
 
     @staticmethod
-    def resumed(state: dict[str, Any], settings: SessionSettings | None = None) -> CameraSession:
+    def resumed(state: CameraState, settings: SessionSettings | None = None) -> CameraSession:
         """Restore a session from `state`; it must be solved again."""
         columns, rows, square = state["board"]
         session = CameraSession(Board(columns=columns, rows=rows, square=square), settings)
-        session.size = None if state["size"] is None else (state["size"][0], state["size"][1])
+        session.size = state["size"]
         session.taken = [
             AcceptedView(each["name"], np.array(each["corners"]), each["dropped"]) for each in state["taken"]
         ]

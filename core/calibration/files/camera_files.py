@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 import cv2
 import numpy as np
@@ -19,6 +19,16 @@ from core.optics import CameraModel
 
 MOST_BYTES = 2**20
 PLUMB_BOB = ("plumb_bob", "radtan", "opencv", "brown_conrady", "")
+
+
+class CameraEntry(TypedDict):
+    """The camera as it stands in our own JSON."""
+
+    name: str
+    image_size: list[int]  # width, height
+    K: list[list[float]]
+    dist_model: str
+    dist: list[float]
 
 
 def ros_yaml(model: CameraModel, name: str = "camera", *, crop: bool = True) -> str:
@@ -63,7 +73,7 @@ def kalibr_yaml(model: CameraModel, topic: str = "/camera/image_raw") -> str:
     )
 
 
-def camera_entry(model: CameraModel, name: str = "camera") -> dict[str, Any]:
+def camera_entry(model: CameraModel, name: str = "camera") -> CameraEntry:
     """The camera as it stands in our own JSON."""
     return {
         "name": plain_name(name),

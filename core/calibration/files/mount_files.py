@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, TypedDict
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -16,6 +17,27 @@ from core.message import Array
 LASER, CAMERA = "laser", "camera_optical_frame"
 FARTHEST = 5.0  # [m] between camera and laser on one robot
 FORWARD, BACK = "P_laser = R P_camera + t", "P_camera = R P_laser + t"
+
+Rows = list[list[float]]
+
+
+class MountFacts(TypedDict):
+    """What is known of a mount besides itself."""
+
+    covariance_rxyz_txyz: dict[str, Rows]  # (6, 6) by direction
+    chi2_per_freedom: float
+    not_known: list[str]
+    from_ruler: dict[str, str]
+    poses_used: int
+
+
+MountMatrices = TypedDict(
+    "MountMatrices", {"P_laser = R P_camera + t": Rows, "P_camera = R P_laser + t": Rows}
+)  # (4, 4) of both directions
+
+
+class MountEntry(MountMatrices, MountFacts):
+    """The mount as it stands in our own JSON."""
 
 
 def static_transform(laser_from_camera: Transform, parent: str = LASER, child: str = CAMERA) -> str:
@@ -44,7 +66,7 @@ def matrix(transform: Transform) -> Array:
     return whole
 
 
-def mount_entry(found: Extrinsics) -> dict[str, Any]:
+def mount_entry(found: Extrinsics) -> MountEntry:
     """The mount as it stands in our own JSON: both directions, each with its covariance as it is shown."""
     return {
         **both_ways(found.transform),
@@ -59,12 +81,12 @@ def mount_entry(found: Extrinsics) -> dict[str, Any]:
     }
 
 
-def both_ways(laser_from_camera: Transform) -> dict[str, Any]:
+def both_ways(laser_from_camera: Transform) -> MountMatrices:
     """The 4x4 matrices of both directions, under the names of our own JSON."""
     return {FORWARD: matrix(laser_from_camera).tolist(), BACK: matrix(laser_from_camera.inverse()).tolist()}
 
 
-def read_mount(entry: dict[str, Any]) -> Transform:
+def read_mount(entry: Mapping[str, object]) -> Transform:
     """The entry of our own JSON → laser_from_camera. Raises BadInput where it is no rigid transform."""
     if FORWARD not in entry:
         raise BadInput(f"The mount needs a 4x4 matrix under '{FORWARD}'.")

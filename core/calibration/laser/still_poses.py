@@ -13,6 +13,7 @@ from core.calibration.laser.board_line import average
 from core.calibration.laser.planes import board_pose
 from core.calibration.laser.range_lines import unit_rays
 from core.calibration.laser.solve import LaserPose
+from core.calibration.reports import RefusedPicture
 from core.errors import BadInput
 from core.message import Array
 from core.optics import CameraModel
@@ -84,10 +85,10 @@ class StillPoses:
             ranges = np.where(scan.valid, scan.ranges, np.nan)
             self._scans.append((scan.stamp, ranges.astype(np.float32)))
 
-    def poses(self) -> tuple[list[LaserPose], list[dict[str, str]], Array | None]:
+    def poses(self) -> tuple[list[LaserPose], list[RefusedPicture], Array | None]:
         """The still poses, those that cannot be used with the reason, and the empty room (B,) [m] if it is known."""
         found: list[LaserPose] = []
-        refused: list[dict[str, str]] = []
+        refused: list[RefusedPicture] = []
         taken: list[Array] = []
         times = np.array([stamp for stamp, _ in self._scans])
         start = min([still.stamps[0] for still in self._stills], default=0.0)

@@ -127,7 +127,7 @@ def test_a_mount_reaches_the_pilot_as_long_as_the_camera_is_the_one_it_was_found
     mount = Transform(rotation=nominal_mount(built).rotation, translation=np.array([0.01, 0.02, 0.07]))
     whole = kept_form(TABLE_3, "camera") | {"extrinsics": {FORWARD: matrix(mount).tolist()}}
     report = {"rotation": mount.rotation.tolist(), "translation_m": mount.translation.tolist()}
-    using = bench.runtime.calibration_service.use("laser", {"document": whole, "report": report}, "operator")
+    using = bench.runtime.calibration_service.use("laser", whole, report, "operator")
     asyncio.run_coroutine_threadsafe(using, bench.loop).result(10)
     found = (laser_in(built) @ mount).translation
     assert np.allclose(mounting(bench), found) and not np.allclose(found, built.camera.mounting.translation)
@@ -142,6 +142,17 @@ def test_a_mount_reaches_the_pilot_as_long_as_the_camera_is_the_one_it_was_found
     assert np.allclose(mounting(bench), found)
     assert undo(bench, "laser") == 200
     assert np.allclose(mounting(bench), built.camera.mounting.translation)
+
+
+def test_a_camera_file_with_an_odd_board_and_a_mount_file_with_an_odd_entry_do_no_harm(bench: Live) -> None:
+    document = dict(kept_form(TABLE_3))
+    odd = {"inner_corners": [9.0, 6.0], "square_m": 0.03}
+    document["camera"] = dict(document["camera"]) | {"views_used": 3.5, "rms_px": 1}  # type: ignore[call-overload]
+    assert bring(bench, json.dumps(document | {"board": odd})) == 200
+    assert seen_with(bench) == TABLE_3.fx and undo(bench) == 200
+    ways = {**both_ways(nominal_mount(bench.robot.profile))}
+    assert bring(bench, json.dumps(dict(kept_form(TABLE_3)) | ways | {"extrinsics": [1]})) == 422
+    assert active(bench)["laser"] is None and bench.runtime.calibration_service.solver.starts <= 1
 
 
 @pytest.mark.parametrize(

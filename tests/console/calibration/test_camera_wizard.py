@@ -17,8 +17,10 @@ import pytest
 
 from console.broadcast import Broadcaster
 from console.calibration.camera_worker import CameraWorker
+from console.calibration.jobs import DropView, OpenCamera, TakeUpload
 from console.calibration.service import MOST_EXPORTS, MOST_PICTURES, CalibrationService
 from console.calibration.storage import SessionStore
+from console.messages.calibration import CalibrationBoard
 from core.calibration.files.camera_files import parse_camera
 from core.errors import Refused
 from core.optics import TABLE_3
@@ -60,8 +62,9 @@ def test_a_picture_that_is_no_use_is_refused_in_words(walked: Wizard) -> None:
 
 def test_a_wrong_board_size_is_noticed() -> None:
     worker = CameraWorker()
-    worker.open({"columns": 10, "rows": 7, "square_m": 0.03, "panel_m": None}, None, None, [])
-    words = " ".join(worker.take(content, "a")["parts"]["verdict"]["words"] for content in boards()[:3])
+    worker.open(OpenCamera(CalibrationBoard(10, 7, 0.03), b"null", None))
+    verdicts = [worker.take_upload(TakeUpload(content, "a")).verdict for content in boards()[:3]]
+    words = " ".join(verdict.words for verdict in verdicts if verdict is not None)
     assert "9x6 inner corners, not 10x7" in words and "squares instead of inner corners" in words
 
 
@@ -205,7 +208,7 @@ def test_sessions_outlast_the_console(walked: Wizard, tmp_path: Path) -> None:
         assert len(bench.sessions) == 1 and damaged.exists()
         report = await bench.accept(session, force=False, who="operator")
         assert report["fx"] == pytest.approx(before["solution"]["fx"]) and bench.active.camera is not None
-        await session.act("drop", {"name": before["views"][0]["name"]})
+        await session.act(DropView(before["views"][0]["name"]))
         assert session.solver is not None
         await session.solver
         assert session.shown.solution is not None and session.shown.solving is None
@@ -214,7 +217,7 @@ def test_sessions_outlast_the_console(walked: Wizard, tmp_path: Path) -> None:
             await session.solve_now()
         for view in session.shown.views[:-3]:
             if not view.dropped:
-                await session.act("drop", {"name": view.name})
+                await session.act(DropView(view.name))
         with pytest.raises(Refused, match="other views"):
             await bench.accept(session, force=True, who="operator")
         assert told == []

@@ -2,15 +2,33 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TypeVar
 
 import msgspec
 import numpy as np
 import pytest
 
-from console.calibration.codec import board_fields, camera_fields
-from console.calibration.laser_worker import LaserWorker, mount_fields, resumed, state_of
+from console.calibration.jobs import (
+    AcceptMount,
+    AdoptSolution,
+    CameraParameters,
+    DropView,
+    ForgetRoom,
+    LaserSolution,
+    LookAtPicture,
+    MountPrior,
+    OpenLaser,
+    SessionAnswer,
+    SessionChange,
+    SolvedViews,
+    SolveLaser,
+    SweepScan,
+)
+from console.calibration.laser_state import LaserState, StoredPose, resumed
+from console.calibration.laser_worker import LaserWorker
 from console.calibration.solver_worker import SolverWorker
+from console.messages.calibration import CalibrationBoard, CalibrationVerdict
+from console.workers.pictures import PixelPicture
 from core.calibration.board.board import Board
 from core.calibration.files.mount_files import read_mount
 from core.calibration.mount import Mount
@@ -19,11 +37,27 @@ from core.calibration.projection import Poses
 from core.errors import BadInput, Refused
 from core.message import Array
 from core.optics import TABLE_3
-from core.sensors.laser import Laser
+from core.sensors.laser import Laser, Scan
 from tests.practice_room import PracticeRoom, RoomSettings
 
 BOARD = Board(columns=9, rows=6, square=0.03, panel=(0.34, 0.25))
+SHOWN = CalibrationBoard(9, 6, 0.03, (0.34, 0.25))
 LASER = Laser()
+T = TypeVar("T")
+
+
+def opening(state: bytes = b"null", solved: SolvedViews | None = None) -> OpenLaser:
+    return OpenLaser(SHOWN, state, solved, CameraParameters.of(TABLE_3), MountPrior.of(Mount()))
+
+
+def solution(state: bytes) -> LaserSolution:
+    job = SolveLaser(SHOWN, state, CameraParameters.of(TABLE_3), MountPrior.of(Mount()))
+    return crossed(SolverWorker().solve_laser(job))
+
+
+def crossed(answer: T) -> T:
+    """An answer as the console decodes it."""
+    return msgspec.msgpack.decode(msgspec.msgpack.encode(answer), type=type(answer))
 
 
 class Assistant:
@@ -33,32 +67,52 @@ class Assistant:
         rng = np.random.default_rng(4)
         self.room = PracticeRoom(TABLE_3, LASER, BOARD, Mount().nominal, rng, RoomSettings(noise=0.01))
         self.worker = LaserWorker()
-        self.given = {"board": board_fields(BOARD), "camera": camera_fields(TABLE_3), "mount": mount_fields(Mount())}
-        self.worker.open(state=None, calibration=None, names=[], **self.given)
+        self.worker.open(opening())
         for ranges in self.room.background(30):
             self.newest = self.sweep(ranges)
         self.verdicts = [self.hold() for _ in range(poses)]
 
-    def sweep(self, ranges: Array) -> Any:
-        told = self.worker.sweep(
-            ranges.astype(np.float64).tobytes(), LASER.angle_min, LASER.angle_step, 0.02, 5.6, stamp=0.0
+    def sweep(self, ranges: Array) -> SessionAnswer:
+        scan = Scan(
+            stamp=0.0,
+            ranges=ranges,
+            angle_min=LASER.angle_min,
+            angle_step=LASER.angle_step,
+            range_min=0.02,
+            range_max=5.6,
         )
-        return msgspec.msgpack.decode(msgspec.msgpack.encode(told))
+        return crossed(self.worker.sweep(SweepScan.of(scan)))
 
-    def hold(self) -> Any:
+    @property
+    def change(self) -> SessionChange:
+        """What the newest scan has changed."""
+        assert self.newest.change is not None
+        return self.newest.change
+
+    def hold(self) -> CalibrationVerdict:
         """One still pose → the verdict of its last scan."""
         shot = self.room.shots(1, 23)[0]
         pose = Poses(shot.rotation[None], shot.translation[None])
         grey = picture(self.room.rng, TABLE_3, pose, BOARD)
         verdict = None
         for ranges in shot.scans:
-            told = self.worker.look(grey.tobytes(), 320, 256, stamp=0.0)
-            verdict = told["parts"]["verdict"]
+            told = self.worker.look(LookAtPicture(PixelPicture.of(grey), 0.0))
             self.newest = self.sweep(ranges)
-            verdict = self.newest["parts"].get("verdict", verdict)
-            if verdict["kind"] in ("counted", "same", "refused"):
+            verdict = self.newest.verdict or told.verdict
+            assert verdict is not None
+            if verdict.kind in ("counted", "same", "refused"):
                 break
+        assert verdict is not None
         return verdict
+
+
+def changed(answer: SessionAnswer) -> SessionChange:
+    assert answer.change is not None
+    return answer.change
+
+
+def stored(state: bytes) -> LaserState:
+    return msgspec.json.decode(state, type=LaserState)
 
 
 @pytest.fixture(scope="module")
@@ -67,82 +121,94 @@ def held() -> Assistant:
 
 
 def test_still_poses_are_counted_and_solved_into_a_mount_that_can_be_accepted(held: Assistant) -> None:
-    kinds = [verdict["kind"] for verdict in held.verdicts]
+    kinds = [verdict.kind for verdict in held.verdicts]
     assert kinds.count("counted") >= 6
-    state = held.newest["state"]
     with pytest.raises(Refused):
-        held.worker.accept(force=True)
-    told = SolverWorker().solve_laser(state=state, **held.given)
-    answer = held.worker.adopt(told["calibration"], told["names"])
-    assert not answer["stale"]
-    assert len(answer["parts"]["views"]) == kinds.count("counted") == told["report"]["poses_used"]
-    assert set(told["exports"]) == {"json", "urdf", "static_transform", "matrix"}
-    kept = held.worker.accept(force=True)
-    mount = read_mount(kept["document"]["extrinsics"])
+        held.worker.accept(AcceptMount(force=True))
+    told = solution(held.change.state)
+    answer = changed(held.worker.adopt(AdoptSolution(told.solved)))
+    assert not answer.stale
+    assert len(answer.views) == kinds.count("counted") == told.report["poses_used"]
+    assert set(told.exports) == {"json", "urdf", "static_transform", "matrix"}
+    kept = crossed(held.worker.accept(AcceptMount(force=True)))
+    mount = read_mount(kept.document["extrinsics"])
     assert np.linalg.norm(mount.translation) < 0.02
     tries = 0
-    while held.hold()["kind"] != "counted":
+    while held.hold().kind != "counted":
         assert (tries := tries + 1) < 30, "no pose is new any more"
-    assert held.newest["parts"]["check"]["off_px"] < 3
-    room_known = held.worker.forget_room()
-    state = room_known["state"]
-    assert state["background"] is None and len(state["taken"]) >= 6 and len(state["rooms"]) == 1
-    again = resumed(held.given["board"], held.given["camera"], held.given["mount"], state)
+    assert held.newest.check is not None and held.newest.check.off_px < 3
+    room_known = changed(held.worker.forget_room(ForgetRoom()))
+    state = stored(room_known.state)
+    assert state.background is None and len(state.taken) >= 6 and len(state.rooms) == 1
+    again = resumed(SHOWN, CameraParameters.of(TABLE_3), MountPrior.of(Mount()), room_known.state)
     rooms = [pose.background for pose in again.poses]
     assert all(room is not None and len(room) == LASER.beams for room in rooms)
-    assert state_of(again)["rooms"] == state["rooms"]
-    assert room_known["parts"]["progress"]["views"] == len(rooms) and room_known["parts"]["progress"]["precision"]
+    assert LaserState.of(again).rooms == state.rooms
+    assert room_known.progress.views == len(rooms) and room_known.progress.precision
 
 
 def test_dots_and_scan_show_which_beams_end_on_the_board(held: Assistant) -> None:
     shot = held.room.shots(1, 1)[0]
     fresh = Assistant(0)
-    told = fresh.sweep(shot.scans[0])
-    scan = told["parts"]["scan"]
-    assert len(scan["points"]) > 500 and len(scan["background"]) > 500
-    on_board = np.array(scan["points"])[scan["board"]]
+    scan = fresh.sweep(shot.scans[0]).scan
+    assert scan is not None
+    assert len(scan.points) > 500 and len(scan.background) > 500
+    on_board = np.array(scan.points)[scan.board]
     assert len(on_board) >= 10 and np.ptp(np.linalg.norm(on_board, axis=1)) < 0.5
     grey = np.full((256, 320), 128, np.uint8)
-    verdict = fresh.worker.look(grey.tobytes(), 320, 256, stamp=0.0)["parts"]["verdict"]
-    assert any(dot[3] for dot in verdict["laser"]) and all(0 <= dot[0] < 320 for dot in verdict["laser"])
+    verdict = fresh.worker.look(LookAtPicture(PixelPicture.of(grey), 0.0)).verdict
+    assert verdict is not None and verdict.laser is not None
+    assert any(dot[3] for dot in verdict.laser) and all(0 <= dot[0] < 320 for dot in verdict.laser)
 
 
-def test_a_session_goes_on_from_plain_values(held: Assistant) -> None:
-    state = held.worker.refresh()["state"]
-    again = LaserWorker().open(
-        state=msgspec.json.decode(msgspec.json.encode(state)), calibration=None, names=[], **held.given
-    )
-    assert again["stale"] and again["names"] == [pose["name"] for pose in state["taken"]]
-    first, same = state["taken"][0], again["state"]["taken"][0]
-    assert same["ranges_m"] == first["ranges_m"] and same["covariance"] == first["covariance"]
+def test_a_session_goes_on_from_what_was_stored(held: Assistant) -> None:
+    state = changed(held.worker.refresh()).state
+    again = changed(LaserWorker().open(opening(state)))
+    assert again.stale and again.names == [pose.name for pose in stored(state).taken]
+    first, same = stored(state).taken[0], stored(again.state).taken[0]
+    assert same.ranges_m == first.ranges_m and same.covariance == first.covariance
+
+
+def test_a_session_that_was_stored_before_poses_had_their_own_rooms_goes_on(held: Assistant) -> None:
+    state = msgspec.to_builtins(stored(changed(held.worker.refresh()).state))
+    room = next(room for room in state.pop("rooms") if room is not None)
+    for pose in state["taken"]:
+        del pose["room"]
+    old = msgspec.json.encode(state | {"background": room})
+    again = resumed(SHOWN, CameraParameters.of(TABLE_3), MountPrior.of(Mount()), old)
+    assert again.background is not None and again.poses
+    for pose in again.poses:
+        assert pose.background is not None
+        np.testing.assert_array_equal(pose.background, again.background)
 
 
 def test_pictures_of_another_size_are_refused(held: Assistant) -> None:
     with pytest.raises(BadInput, match="640x480"):
-        held.worker.look(bytes(640 * 480), 640, 480, stamp=0.0)
+        held.worker.look(LookAtPicture(PixelPicture(bytes(640 * 480), 640, 480), 0.0))
 
 
-def laid_out(held: Assistant, taken: list[Any]) -> tuple[LaserWorker, list[str]]:
+def laid_out(held: Assistant, taken: list[StoredPose]) -> tuple[LaserWorker, list[str]]:
     """A worker with the solution of these poses, while the room is looked at anew → it, and their names."""
-    state = held.worker.refresh()["state"] | {"background": None, "taken": taken}
-    told = SolverWorker().solve_laser(state=state, **held.given)
+    before = stored(changed(held.worker.refresh()).state)
+    state = msgspec.json.encode(msgspec.structs.replace(before, background=None, taken=taken))
+    solved = solution(state).solved
     worker = LaserWorker()
-    worker.open(state=state, calibration=told["calibration"], names=told["names"], **held.given)
-    return worker, told["names"]
+    worker.open(opening(state, solved))
+    return worker, solved.names
 
 
 def test_poses_that_are_left_out_are_not_used_all_the_same(held: Assistant) -> None:
-    worker, names = laid_out(held, held.worker.refresh()["state"]["taken"])
-    assert worker.accept(force=True)["report"]["poses_used"] >= 6
+    worker, names = laid_out(held, stored(changed(held.worker.refresh()).state).taken)
+    assert worker.accept(AcceptMount(force=True)).report["poses_used"] >= 6
     for name in names[3:]:
-        worker.drop(name)
+        worker.drop(DropView(name))
     with pytest.raises(Refused, match="other views"):
-        worker.accept(force=True)
+        worker.accept(AcceptMount(force=True))
 
 
 def test_an_open_direction_is_named_also_while_the_room_is_looked_at_anew(held: Assistant) -> None:
-    taken = held.worker.refresh()["state"]["taken"]
-    alike = [pose | {"name": f"again {number}"} for number, pose in enumerate(taken[:1] * 5)]
+    taken = stored(changed(held.worker.refresh()).state).taken
+    alike = [msgspec.structs.replace(pose, name=f"again {number}") for number, pose in enumerate(taken[:1] * 5)]
     worker, _ = laid_out(held, alike)
     with pytest.raises(Refused, match="is not known from these poses"):
-        worker.accept(force=True)
+        worker.accept(AcceptMount(force=True))

@@ -9,8 +9,10 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from console.calibration.jobs import ForgetRoom, SessionAnswer, SweepScan
 from console.calibration.live_capture import LiveCapture, moved
 from console.calibration.session import CalibrationSession
+from console.workers.job import Job
 from core.geometry import Pose
 from core.sensors import SensorFrame
 from core.sensors.laser import Scan
@@ -23,19 +25,21 @@ class Desk:
 
     def __init__(self, stood: Pose | None, room_known: bool) -> None:
         self.card, self.stood, self.room_known = SimpleNamespace(kind="laser"), stood, room_known
-        self.asked: list[str] = []
+        self.asked: list[type[Job[SessionAnswer]]] = []
         self.swept = asyncio.Event()
 
-    async def act(self, do: str, given: dict[str, Any], **_: Any) -> dict[str, Any]:
-        self.asked.append(do)
-        if do == "forget_room":
+    async def act(self, job: Job[SessionAnswer], **_: Any) -> SessionAnswer:
+        self.asked.append(type(job))
+        if isinstance(job, ForgetRoom):
             self.room_known = False
         else:
             self.swept.set()
-        return {"room_known": self.room_known}
+        return SessionAnswer(size=None, room_known=self.room_known)
 
 
-async def asked(stood: Pose | None, here: Pose | None, room_known: bool) -> tuple[list[str], Pose | None]:
+async def asked(
+    stood: Pose | None, here: Pose | None, room_known: bool
+) -> tuple[list[type[Job[SessionAnswer]]], Pose | None]:
     """What one scan leads to, taken where the wheels say `here`."""
     worker = Desk(stood, room_known)
     live = LiveCapture(cast(CalibrationSession, worker))
@@ -53,16 +57,20 @@ HOME, AWAY = Pose(0.0, 0.0, 0.0), Pose(0.1, 0.0, 0.0)
 @pytest.mark.parametrize(
     ("stood", "here", "room_known", "expected", "then"),
     [
-        (None, HOME, False, ["sweep"], HOME),
-        (HOME, HOME, True, ["sweep"], HOME),
-        (HOME, AWAY, True, ["forget_room", "sweep"], AWAY),  # moved between pause and going on
-        (None, HOME, True, ["sweep", "forget_room"], HOME),  # after a restart of the console
-        (None, None, True, ["sweep"], None),  # a robot without wheels tells nothing
-        (HOME, None, True, ["sweep"], HOME),
+        (None, HOME, False, [SweepScan], HOME),
+        (HOME, HOME, True, [SweepScan], HOME),
+        (HOME, AWAY, True, [ForgetRoom, SweepScan], AWAY),  # moved between pause and going on
+        (None, HOME, True, [SweepScan, ForgetRoom], HOME),  # after a restart of the console
+        (None, None, True, [SweepScan], None),  # a robot without wheels tells nothing
+        (HOME, None, True, [SweepScan], HOME),
     ],
 )
 def test_the_room_is_looked_at_anew_when_the_robot_moved_or_nobody_knows(
-    stood: Pose | None, here: Pose | None, room_known: bool, expected: list[str], then: Pose | None
+    stood: Pose | None,
+    here: Pose | None,
+    room_known: bool,
+    expected: list[type[Job[SessionAnswer]]],
+    then: Pose | None,
 ) -> None:
     assert asyncio.run(asked(stood, here, room_known)) == (expected, then)
 

@@ -76,7 +76,7 @@ def test_what_was_accepted_is_used_and_stays(tmp_path: Path) -> None:
         asyncio.run(one.accept("me"))
     for asked in one.wizard.asked:
         assert one.wizard.take(Clap(asked=asked, heard=asked - 0.5, sd=0.03)) == ""
-    assert one.to_dict()["solution"]["yaw_rad"] == pytest.approx(0.5)
+    assert one.state.solution is not None and one.state.solution.yaw_rad == pytest.approx(0.5)
     asyncio.run(one.accept("me"))
     again = bench(tmp_path, robot, changes)
     asyncio.run(again.open())

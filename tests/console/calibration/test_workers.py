@@ -8,15 +8,22 @@ import signal
 import threading
 import time
 from collections.abc import Awaitable, Callable
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from console.calibration.jobs import CameraParameters, StraightenPicture
+from console.people.jobs import LearnPerson
 from console.workers.child_process import ChildProcess
+from console.workers.job import Job, answer_decoder
+from console.workers.process import WORKERS, JobTable
 from console.workers.worker import Worker, WorkerLost
-from core.errors import BadInput
+from core.errors import BadInput, Unavailable
 from core.gate.scheduling import CONSOLE, come_first
+from core.optics import CameraModel
 from tests.console.calibration.wizard import boards, png
 from tests.core.gate.ranks import apart, permitted
 
@@ -36,10 +43,10 @@ def working(work: Callable[[Worker], Awaitable[None]]) -> None:
 
 def test_a_worker_is_modest_and_does_what_it_is_asked() -> None:
     async def work(worker: Worker) -> None:
-        straight = await worker.ask("picture", {"content": boards()[0], "camera": None}, budget=2.0)
+        straight = await worker.ask(StraightenPicture(boards()[0], None), budget=2.0)
         assert straight.startswith(b"\xff\xd8")
         with pytest.raises(BadInput, match="no JPEG or PNG"):
-            await worker.ask("picture", {"content": b"GIF89a", "camera": None}, budget=2.0)
+            await worker.ask(StraightenPicture(b"GIF89a", None), budget=2.0)
         limits = Path(f"/proc/{worker.pid}/limits").read_text()
         assert f"Max address space         {2**30}" in limits
         assert "Max core file size        0 " in limits
@@ -64,24 +71,24 @@ def test_a_worker_of_a_console_that_comes_first_stands_back() -> None:
 
 
 def test_a_worker_that_hangs_or_was_killed_is_given_up_and_started_anew() -> None:
-    job = {"content": boards()[0], "camera": None}
+    job = StraightenPicture(boards()[0], None)
 
     async def work(worker: Worker) -> None:
         await worker.ready()
         first = worker.pid
         os.kill(first or 0, signal.SIGSTOP)
-        hanging = asyncio.create_task(worker.ask("picture", job, budget=2.0))
+        hanging = asyncio.create_task(worker.ask(job, budget=2.0))
         await asyncio.sleep(0.05)
         os.kill(first or 0, signal.SIGKILL)
         with pytest.raises(WorkerLost, match="nothing else was lost") as lost:
             await hanging
         assert lost.value.killed
-        assert await worker.ask("picture", job, budget=2.0)
+        assert await worker.ask(job, budget=2.0)
         assert worker.pid != first and worker.starts == 2
         os.kill(worker.pid or 0, signal.SIGSTOP)
         began = time.monotonic()
         with pytest.raises(WorkerLost, match="too long"):
-            await worker.ask("picture", job, budget=0.05)
+            await worker.ask(job, budget=0.05)
         assert time.monotonic() - began < 2.0 and not worker.alive
 
     working(work)
@@ -111,11 +118,52 @@ def test_a_worker_that_does_not_die_at_once_holds_nobody_up(monkeypatch: pytest.
 
 def test_a_job_has_so_much_processor_time_and_no_more() -> None:
     noise = np.random.default_rng(0).integers(0, 255, (1000, 1500), np.uint8)
-    camera = dict.fromkeys(("k1", "k2", "p1", "p2", "k3"), 0.0)
-    camera |= {"width": 1500, "height": 1000, "fx": 3e3, "fy": 3e3, "cx": 1500, "cy": 1000}
+    camera = CameraParameters.of(CameraModel(width=1500, height=1000, fx=3e3, fy=3e3, cx=1500, cy=1000))
 
     async def work(worker: Worker) -> None:
         with pytest.raises(WorkerLost, match="too long"):
-            await worker.ask("picture", {"content": png(noise), "camera": camera}, budget=0.03)
+            await worker.ask(StraightenPicture(png(noise), camera), budget=0.03)
 
     working(work)
+
+
+class StraightenToNumber(Job[int], frozen=True, tag="StraightenPicture"):
+    """A job whose worker answers something else than it says."""
+
+    content: bytes
+    camera: None = None
+
+
+def test_an_answer_of_another_shape_is_not_believed() -> None:
+    async def work(worker: Worker) -> None:
+        with pytest.raises(WorkerLost, match="talks nonsense") as lost:
+            await worker.ask(StraightenToNumber(boards()[0]), budget=2.0)
+        assert not lost.value.killed and not worker.alive
+        assert (await worker.ask(StraightenPicture(boards()[0], None), budget=2.0)).startswith(b"\xff\xd8")
+
+    working(work)
+
+
+def test_a_job_of_another_worker_is_refused_and_the_worker_stays(caplog: pytest.LogCaptureFixture) -> None:
+    async def work(worker: Worker) -> None:
+        with pytest.raises(Unavailable, match="nothing was lost"):
+            await worker.ask(LearnPerson("Ann", []), budget=2.0)
+        assert worker.alive and worker.starts == 1
+
+    working(work)
+    assert "LearnPerson" in caplog.text
+
+
+def test_every_job_has_a_worker_that_does_it_and_an_answer_that_can_be_decoded() -> None:
+    done: set[type[Job[Any]]] = set()
+    for place in WORKERS.values():
+        module, _, name = place.partition(":")
+        handlers = getattr(import_module(module), name)().handlers
+        kinds = [kind for kind, _ in handlers]
+        assert kinds and len(set(kinds)) == len(kinds), place
+        JobTable(getattr(import_module(module), name)())
+        done |= set(kinds)
+    known = {kind for kind in Job.__subclasses__() if kind.__module__.startswith("console.")}
+    assert known == done
+    for kind in known:
+        answer_decoder(kind)

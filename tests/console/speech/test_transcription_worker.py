@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
-
 import numpy as np
 import pytest
 
 from console.speech import transcription_worker
+from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound
 from console.speech.transcription_worker import TranscriptionWorker
 from core.speech.practice_voice import practice_voice
 from core.speech.recognition.decision import Decision
@@ -43,14 +42,14 @@ def test_an_order_that_was_held_back_is_known_in_the_next_turn_of_who_spoke(
     monkeypatch.setattr(
         transcription_worker, "open_engine", lambda _: ActiveEngine(reader, ENGINES["sphinx"], "A test reads.")
     )
-    worker, settings = TranscriptionWorker(), asdict(SpeechSettings())
+    worker = TranscriptionWorker()
     said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)).astype(np.float32)
     before, long_before = (GO, len(said) / RATE + 1.0), ("turn left", REMEMBERED + len(said) / RATE)
-    rejected = ((), (before, long_before), ())
+    rejected: tuple[list[tuple[str, float]], ...] = ([], [before, long_before], [])
     told = []
     for turn, speaker in enumerate(speakers):
-        worker.begin(settings, held=True, speaker=speaker)
-        worker.feed(said.tobytes(), RATE, 10.0 * turn, rejected=rejected[turn])
-        worker.finish()
+        worker.begin(BeginListening(SpeechSettings(), held=True, speaker=speaker))
+        worker.hear(HearSound(said.tobytes(), RATE, 10.0 * turn, rejected=rejected[turn]))
+        worker.finish(FinishListening())
         told.append(reader.told[-1])
     assert told == known

@@ -9,16 +9,24 @@ from typing import Any
 import msgspec
 import pytest
 
+from console.speech.transcription_jobs import HearSound
 from console.speech.utterance import received
+from console.workers.job import JobResult, answer_decoder
 from core.commands.command import Command
 from core.speech.recognition.decision import Decision, RecognizedUtterance
 from tests.core.speech.ears import confirming, sure, unsure
 
 
-def sent(decision: Decision) -> Any:
+def packed_answer(decision: Decision) -> bytes:
+    """As it goes into the pipe."""
+    return msgspec.msgpack.encode(JobResult([RecognizedUtterance(begin=1.0, end=2.5, decision=decision)]))
+
+
+def sent(decision: Decision) -> list[RecognizedUtterance]:
     """As it comes out of the pipe."""
-    utterance = RecognizedUtterance(begin=1.0, end=2.5, decision=decision)
-    return msgspec.msgpack.decode(msgspec.msgpack.encode([utterance]))
+    answer = answer_decoder(HearSound).decode(packed_answer(decision))
+    assert isinstance(answer, JobResult)
+    return answer.result
 
 
 @pytest.mark.parametrize("made", [sure, confirming, unsure])
@@ -51,7 +59,7 @@ def test_a_rejection_brings_no_command_along() -> None:
 
 
 def test_an_answer_of_another_form_is_refused() -> None:
-    answer = sent(sure("turn left"))
-    answer[0]["decision"]["verdict"] = "obey"
+    answer = msgspec.msgpack.decode(packed_answer(sure("turn left")))
+    answer["result"][0]["decision"]["verdict"] = "obey"
     with pytest.raises(msgspec.ValidationError):
-        received(answer)
+        answer_decoder(HearSound).decode(msgspec.msgpack.encode(answer))

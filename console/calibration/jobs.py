@@ -1,0 +1,364 @@
+"""Jobs of the calibration's workers (camera, laser, solver), and their answers."""
+
+from __future__ import annotations
+
+from typing import Any, NotRequired, TypedDict
+
+import msgspec
+import numpy as np
+
+from console.messages.calibration import (
+    CalibrationAdvice,
+    CalibrationBoard,
+    CalibrationCheck,
+    CalibrationProgress,
+    CalibrationScan,
+    CalibrationUncertainty,
+    CalibrationVerdict,
+    CalibrationView,
+)
+from console.workers.job import Job
+from console.workers.pictures import PixelPicture
+from core.calibration.mount import Mount
+from core.calibration.reports import (
+    CalibrationFile,
+    CameraNumbers,
+    CameraReport,
+    CorrectionReport,
+    LaserReport,
+    RefusedPicture,
+)
+from core.geometry import Transform
+from core.optics import CameraModel
+from core.sensors.laser import Scan
+
+Rows = list[list[float]]
+Exports = dict[str, tuple[str, str]]  # form → file name, text
+Document = dict[str, Any]  # JSON of a file that a stranger may have written
+
+
+class CameraParameters(msgspec.Struct, frozen=True):
+    """A camera by its numbers."""
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    k1: float
+    k2: float
+    p1: float
+    p2: float
+    k3: float = 0.0
+
+    @classmethod
+    def of(cls, model: CameraModel) -> CameraParameters:
+        """A camera as it crosses."""
+        numbers = {name: float(getattr(model, name)) for name in cls.__struct_fields__[2:]}
+        return cls(model.width, model.height, **numbers)
+
+    @property
+    def model(self) -> CameraModel:
+        """The camera. Raises BadInput."""
+        return CameraModel(**msgspec.structs.asdict(self))
+
+
+class MountPrior(msgspec.Struct, frozen=True):
+    """What is known of a mount before it is calibrated: laser_from_camera, and its standard deviations."""
+
+    rotation: Rows
+    translation_m: list[float]
+    spread: list[float]  # [rad, m]
+
+    @classmethod
+    def of(cls, mount: Mount) -> MountPrior:
+        """The prior knowledge as it crosses."""
+        nominal = mount.nominal
+        return cls(nominal.rotation.tolist(), nominal.translation.tolist(), [float(sd) for sd in mount.spread])
+
+    @property
+    def mount(self) -> Mount:
+        """The prior knowledge of the mount."""
+        nominal = Transform(rotation=np.array(self.rotation), translation=np.array(self.translation_m))
+        return Mount(nominal=nominal, spread=tuple(self.spread))
+
+
+class AdvisedBoard(msgspec.Struct, frozen=True):
+    """Where a board is held: camera_from_board."""
+
+    rotation: Rows
+    translation_m: list[float]
+
+    @property
+    def transform(self) -> Transform:
+        """camera_from_board."""
+        return Transform(rotation=np.array(self.rotation), translation=np.array(self.translation_m))
+
+
+class SolvedViews(msgspec.Struct, frozen=True):
+    """A solution as workers hand it to each other, and the names of the views that it was made of."""
+
+    calibration: bytes
+    names: list[str]
+
+
+class CountedPicture(msgspec.Struct, frozen=True):
+    """The picture of a view that was counted."""
+
+    name: str  # of the view
+    picture: bytes | None  # PNG; None: the console has the file that was sent
+    small: bytes  # JPEG
+
+
+class AdvisedView(msgspec.Struct, frozen=True):
+    """The next view to take: as the page shows it, and for a program that can hold the board exactly."""
+
+    shown: CalibrationAdvice
+    pose: AdvisedBoard
+
+
+class SessionChange(msgspec.Struct, frozen=True, kw_only=True):
+    """A session after its views, its solution or its advice have changed."""
+
+    advice: AdvisedView | None
+    progress: CalibrationProgress
+    uncertainty: CalibrationUncertainty | None = None
+    views: list[CalibrationView]  # the worst first
+    state: bytes  # JSON: all that is needed to go on after a restart
+    stale: bool  # the solution does not cover the views
+    names: list[str]  # of the views that take part
+
+
+class SessionAnswer(msgspec.Struct, frozen=True, kw_only=True):
+    """What has changed in a session."""
+
+    size: tuple[int, int] | None  # [pixel] of its pictures
+    verdict: CalibrationVerdict | None = None
+    counted: CountedPicture | None = None
+    change: SessionChange | None = None
+    scan: CalibrationScan | None = None
+    check: CalibrationCheck | None = None  # of the pose that has just been counted
+    room_known: bool = False  # the laser has seen the empty room
+
+
+class AcceptedCamera(msgspec.Struct, frozen=True):
+    """A camera that was accepted: as it is stored, and what is known about it."""
+
+    document: CalibrationFile
+    report: CameraReport
+
+
+class AcceptedMount(msgspec.Struct, frozen=True):
+    """A mount that was accepted: as it is stored, and what is known about it."""
+
+    document: CalibrationFile
+    report: LaserReport
+
+
+class OpenCamera(Job[SessionAnswer], frozen=True):
+    """Begin a camera's session, or go on where `state` ended."""
+
+    board: CalibrationBoard
+    state: bytes
+    solved: SolvedViews | None
+
+
+class OpenLaser(Job[SessionAnswer], frozen=True):
+    """Begin a laser's session, or go on where `state` ended."""
+
+    board: CalibrationBoard
+    state: bytes
+    solved: SolvedViews | None
+    camera: CameraParameters
+    mount: MountPrior
+
+
+class LookAtPicture(Job[SessionAnswer], frozen=True):
+    """A live picture of the robot, grey."""
+
+    picture: PixelPicture
+    stamp: float  # [s]
+
+
+class LookAtWebcam(Job[SessionAnswer], frozen=True):
+    """A live picture of the browser's webcam."""
+
+    content: bytes  # JPEG or PNG
+    stamp: float  # [s]
+
+
+class TakeUpload(Job[SessionAnswer], frozen=True):
+    """A picture that was uploaded on purpose."""
+
+    content: bytes  # JPEG or PNG
+    name: str
+
+
+class TakePicture(Job[SessionAnswer], frozen=True):
+    """The robot's picture, grey, taken on purpose."""
+
+    picture: PixelPicture
+
+
+class SweepScan(Job[SessionAnswer], frozen=True):
+    """A scan of the robot."""
+
+    ranges: bytes  # [m], 64-bit numbers
+    angle_min: float  # [rad]
+    angle_step: float  # [rad]
+    range_min: float  # [m]
+    range_max: float  # [m]
+    stamp: float  # [s]
+
+    @classmethod
+    def of(cls, scan: Scan) -> SweepScan:
+        """A scan as it crosses."""
+        ranges = scan.ranges.astype(np.float64).tobytes()
+        return cls(ranges, scan.angle_min, scan.angle_step, scan.range_min, scan.range_max, scan.stamp)
+
+    @property
+    def scan(self) -> Scan:
+        """The scan."""
+        return Scan(
+            stamp=self.stamp,
+            ranges=np.frombuffer(self.ranges),
+            angle_min=self.angle_min,
+            angle_step=self.angle_step,
+            range_min=self.range_min,
+            range_max=self.range_max,
+        )
+
+
+class ForgetRoom(Job[SessionAnswer], frozen=True):
+    """Look at the empty room again: the robot has moved, or a person stood in the room. Poses stay."""
+
+
+class RefreshSession(Job[SessionAnswer], frozen=True):
+    """Answer all of it, as it is."""
+
+
+class DropView(Job[SessionAnswer], frozen=True):
+    """Leave a view out. Raises BadInput."""
+
+    name: str
+
+
+class RestoreView(Job[SessionAnswer], frozen=True):
+    """Take a view back in. Raises BadInput."""
+
+    name: str
+
+
+class SkipAdvice(Job[SessionAnswer], frozen=True):
+    """Suggest another view."""
+
+
+class AdoptSolution(Job[SessionAnswer], frozen=True):
+    """Take over a solution of the solver worker."""
+
+    solved: SolvedViews
+
+
+class AcceptCamera(Job[AcceptedCamera], frozen=True):
+    """The camera as it is stored; `force`: although it is not as exact as it should be. Raises Refused."""
+
+    force: bool
+
+
+class AcceptMount(Job[AcceptedMount], frozen=True):
+    """The mount as it is stored; `force`: although it is not as exact as it should be. Raises Refused."""
+
+    force: bool
+
+
+class CameraSolutionReport(CameraReport):
+    """A camera's calibration as the page shows it."""
+
+    views_refused: list[RefusedPicture]
+    residuals: Rows  # u, v, du, dv [pixel] of seen corners, thinned
+
+
+class CameraSolution(msgspec.Struct, frozen=True):
+    """A camera that was solved: to be adopted, to be shown, to be taken away."""
+
+    solved: SolvedViews
+    report: CameraSolutionReport
+    exports: Exports
+
+
+class LaserSolution(msgspec.Struct, frozen=True):
+    """A mount that was solved: to be adopted, to be shown, to be taken away."""
+
+    solved: SolvedViews
+    report: LaserReport
+    exports: Exports
+
+
+class ImportedCameraReport(CameraNumbers):
+    """What is known of a camera from a file."""
+
+    warnings: list[str]
+    sd: NotRequired[dict[str, float]]
+
+
+class ImportedMountReport(TypedDict):
+    """What is known of a mount from a file."""
+
+    rotation: Rows
+    translation_m: list[float]
+    warnings: list[str]
+
+
+class ImportedCamera(msgspec.Struct, frozen=True, tag="camera"):
+    """A camera from a file: as it is stored, and what is known about it."""
+
+    document: CalibrationFile
+    report: ImportedCameraReport
+
+
+class ImportedMount(msgspec.Struct, frozen=True, tag="laser"):
+    """A mount from a file: the camera it belongs to, its entry as it is stored, and what is known about it."""
+
+    document: CalibrationFile
+    extrinsics: Document
+    report: ImportedMountReport
+
+
+class SolveCamera(Job[CameraSolution], frozen=True):
+    """Solve a camera's session. Raises BadInput."""
+
+    board: CalibrationBoard
+    state: bytes
+
+
+class SolveLaser(Job[LaserSolution], frozen=True):
+    """Solve a laser's session. Raises BadInput."""
+
+    board: CalibrationBoard
+    state: bytes
+    camera: CameraParameters
+    mount: MountPrior
+
+
+class MeasureCorrection(Job[CorrectionReport], frozen=True):
+    """Measure how well Table 1's inverse and the exact one straighten this camera's pictures."""
+
+    camera: CameraParameters
+
+
+class StraightenPicture(Job[bytes], frozen=True):
+    """A stored picture → JPEG, straight where a camera is given. Raises BadInput."""
+
+    content: bytes  # JPEG or PNG
+    camera: CameraParameters | None
+
+
+class ReadCalibrationFile(Job[ImportedCamera | ImportedMount], frozen=True):
+    """Read a camera's or a mount's file of any form. Raises BadInput.
+
+    A mount belongs to a camera: the one in its own file, else `camera`, which is in use.
+    """
+
+    text: str
+    camera: CameraParameters | None

@@ -1,0 +1,116 @@
+"""What the workers of the camera's and of the laser's session share."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Protocol
+
+from console.calibration.jobs import (
+    AdoptSolution,
+    DropView,
+    RefreshSession,
+    RestoreView,
+    SessionAnswer,
+    SkipAdvice,
+)
+from console.workers.job import Handler
+from core.errors import Refused
+
+OTHER_VIEWS = (
+    "The solution is of other views than those that take part now. Take the views back that it was made of, or show "
+    "more until it is solved again."
+)
+
+
+class WizardProgress(Protocol):
+    """How far a wizard is."""
+
+    @property
+    def words(self) -> str:
+        """A sentence."""
+        ...
+
+
+class WizardSession(Protocol):
+    """A session of core: the camera's or the laser's."""
+
+    @property
+    def stale(self) -> bool:
+        """True when the solution does not cover the views."""
+        ...
+
+    def drop(self, name: str) -> None:
+        """Leave a view out. Raises BadInput."""
+
+    def restore(self, name: str) -> None:
+        """Take it back in. Raises BadInput."""
+
+    def skip(self) -> object:
+        """Another suggestion."""
+
+    def accept(self) -> object:
+        """Raises Refused where the solution is not good enough."""
+
+    def progress(self) -> WizardProgress:
+        """How far it is."""
+        ...
+
+
+class SessionWorker(ABC):
+    """One session. Every job but accepting is answered with what has changed."""
+
+    def __init__(self) -> None:
+        self._solved: tuple[str, ...] = ()  # names of the views in the solution
+
+    @property
+    @abstractmethod
+    def _wizard(self) -> WizardSession:
+        """The session."""
+
+    @property
+    @abstractmethod
+    def _names(self) -> list[str]:
+        """Names of the views that take part."""
+
+    @abstractmethod
+    def adopt(self, job: AdoptSolution) -> SessionAnswer:
+        """Take over a solution of the solver worker."""
+
+    @abstractmethod
+    def refresh(self, _: RefreshSession | None = None) -> SessionAnswer:
+        """All of it, as it is."""
+
+    @property
+    def shared_handlers(self) -> tuple[Handler, ...]:
+        """The jobs of both."""
+        return (
+            RefreshSession.handled_by(self.refresh),
+            DropView.handled_by(self.drop),
+            RestoreView.handled_by(self.restore),
+            SkipAdvice.handled_by(self.skip),
+            AdoptSolution.handled_by(self.adopt),
+        )
+
+    def drop(self, job: DropView) -> SessionAnswer:
+        """Leave a view out."""
+        self._wizard.drop(job.name)
+        return self.refresh()
+
+    def restore(self, job: RestoreView) -> SessionAnswer:
+        """Take it back in."""
+        self._wizard.restore(job.name)
+        return self.refresh()
+
+    def skip(self, _: SkipAdvice) -> SessionAnswer:
+        """Another suggestion."""
+        self._wizard.skip()
+        return self.refresh()
+
+    def check_acceptable(self, *, solved: bool, force: bool) -> None:
+        """Raise Refused unless there is a solution of the present views, and a good one or `force`."""
+        if not force:
+            self._wizard.accept()
+        if not solved or self._wizard.stale:
+            raise Refused(self._wizard.progress().words)
+        if self._solved != tuple(self._names):
+            raise Refused(OTHER_VIEWS)

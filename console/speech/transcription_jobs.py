@@ -1,0 +1,36 @@
+"""Jobs of the worker that reads words out of sound."""
+
+from __future__ import annotations
+
+from console.workers.array_jobs import ArrayMessage
+from console.workers.job import Job
+from core.speech.recognition.decision import RecognizedUtterance
+from core.speech.settings import SpeechSettings
+
+
+class BeginListening(Job[str], frozen=True):
+    """Listen again with the engine that the settings name → which engine reads the words, and why, in a sentence.
+
+    `held`: everything up to `FinishListening` is one utterance. With an array the sound has a channel for each of its
+    microphones, and the beam towards the voice is read; it listens all the time, so `held` says nothing there. What
+    was rejected is forgotten when another `speaker` begins. Raises Unavailable and BadInput with a sentence.
+    """
+
+    settings: SpeechSettings
+    held: bool = False
+    array: ArrayMessage | None = None
+    speaker: int = 0
+
+
+class HearSound(Job[list[RecognizedUtterance]], frozen=True):
+    """The next sound → the utterances known with it. Pieces come in the order in which they were heard."""
+
+    samples: bytes  # 32-bit numbers, channel by channel of each moment
+    rate: int  # [Hz]
+    stamp: float  # [s] of the first
+    channels: int = 1
+    rejected: list[tuple[str, float]] = []  # commands understood and then rejected; how long [s] before the end
+
+
+class FinishListening(Job[list[RecognizedUtterance]], frozen=True):
+    """The sound has ended → the utterances that became known with that."""
