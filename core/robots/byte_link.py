@@ -23,7 +23,7 @@ CONNECTING = 3.0  # [s] until a TCP connection stands
 POLLING = 0.05  # [s] for which a serial port waits at a time
 WRITING = 0.05  # [s] after which what cannot be written is a lost link
 HARDWARE = "Serial ports need the package pyserial of the extra hardware: pip install 'beckon[hardware]'"
-NO_PORT = re.compile(r"com\d+$", re.I)  # a serial port of Windows, not a host
+WINDOWS_PORT = re.compile(r"com\d+$", re.I)  # a serial port, not a host
 
 
 @message
@@ -61,11 +61,13 @@ class LinkAddress:
         return int(value)
 
 
-def link_address(rest: str, example: str, keys: Collection[str], tcp_port: int | None) -> LinkAddress:
+def link_address(
+    rest: str, example: str, keys: Collection[str], *, tcp_port: int | None = None, serial: bool = True
+) -> LinkAddress:
     """What follows the scheme of a URL (`///dev/ttyUSB0?baud=115200`, `//host:10940`) → the address.
 
     `example`: a URL that is right, for the sentence. `keys`: the options there are. `tcp_port`: the usual one; None:
-    serial ports only. Raises BadInput.
+    no TCP. `serial`: a serial port will do. Raises BadInput.
     """
     wrong = BadInput(f"This robot's address cannot be read; it looks like {example}.")
     try:
@@ -78,10 +80,9 @@ def link_address(rest: str, example: str, keys: Collection[str], tcp_port: int |
     if unknown is not None:
         known = ", ".join(sorted(keys)) or "none"
         raise BadInput(f"{example.partition(':')[0]}: has no option {unknown[:40]!r}; known are {known}.")
-    if NO_PORT.match(parts.netloc) and parts.path in ("", "/"):
-        return LinkAddress(port_path=parts.netloc, options=options)
-    if not parts.netloc and parts.path.strip("/"):
-        return LinkAddress(port_path=unquote(parts.path), options=options)
+    windows_port = WINDOWS_PORT.match(parts.netloc) and parts.path in ("", "/")
+    if serial and (windows_port or (not parts.netloc and parts.path.strip("/"))):
+        return LinkAddress(port_path=parts.netloc or unquote(parts.path), options=options)
     if not host or tcp_port is None or parts.path not in ("", "/"):
         raise wrong
     return LinkAddress(host=host, port=tcp_port if port is None else port, options=options)

@@ -394,4 +394,4 @@ class ScipLaser(Device):
 
 def open_device(rest: str) -> ScipLaser:
     """`scip:<rest>` → the laser. Raises BadInput."""
-    return ScipLaser(link_address(rest, EXAMPLE, ("skip", "cluster", "baud"), TCP_PORT))
+    return ScipLaser(link_address(rest, EXAMPLE, ("skip", "cluster", "baud"), tcp_port=TCP_PORT))

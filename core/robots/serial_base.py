@@ -253,4 +253,4 @@ class SerialBase(Device):
 
 def open_device(rest: str) -> SerialBase:
     """`serial:<rest>` → the robot. Raises BadInput."""
-    return SerialBase(link_address(rest, EXAMPLE, ("baud",), TCP_PORT))
+    return SerialBase(link_address(rest, EXAMPLE, ("baud",), tcp_port=TCP_PORT))
