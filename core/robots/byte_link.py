@@ -213,8 +213,8 @@ def _why_not(path: str, trouble: str) -> str:
     return f"The serial port {path} cannot be opened."
 
 
-def open_link(address: LinkAddress, baud: int) -> ByteLink:
-    """Open the serial port at `baud` [bit/s], or connect to the host. Raises Unavailable with a sentence."""
+def open_link(address: LinkAddress, baud: int, *, dtr: bool = True) -> ByteLink:
+    """Open the serial port as SerialLink does, or connect to the host. Raises Unavailable with a sentence."""
     if address.port_path:
-        return SerialLink(address.port_path, baud)
+        return SerialLink(address.port_path, baud, dtr=dtr)
     return TcpLink(address.host, address.port)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
 import math
 import time
 from collections.abc import Callable
@@ -70,12 +69,9 @@ class ScipEmulator:
     def stop(self) -> None:
         self._port.stop()
 
-    def inject(self, data: bytes) -> None:
-        """Send bytes as they are."""
-        wire = self._port.wire
-        if wire is not None:
-            with contextlib.suppress(OSError):
-                wire.send_as_it_is(data)
+    def inject(self, data: bytes) -> bool:
+        """Send bytes as they are → whether a driver was there."""
+        return self._port.inject(data)
 
     def show_scan(self, scan: Scan) -> None:
         """What the simulated laser measured in one turn."""

@@ -67,11 +67,9 @@ class SerialRobot:
     def stop(self) -> None:
         self._port.stop()
 
-    def inject(self, data: bytes) -> None:
-        """Send bytes as they are."""
-        if self._port.wire is not None:
-            with contextlib.suppress(OSError):
-                self._port.wire.send_as_it_is(data)
+    def inject(self, data: bytes) -> bool:
+        """Send bytes as they are → whether a driver was there."""
+        return self._port.inject(data)
 
     def send(self, text: str) -> None:
         wire = self._port.wire

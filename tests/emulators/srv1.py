@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
 import struct
 import time
 
@@ -58,11 +57,9 @@ class Srv1Emulator:
     def stop(self) -> None:
         self._port.stop()
 
-    def inject(self, data: bytes) -> None:
-        """Send bytes as they are."""
-        if self._port.wire is not None:
-            with contextlib.suppress(OSError):
-                self._port.wire.send_as_it_is(data)
+    def inject(self, data: bytes) -> bool:
+        """Send bytes as they are → whether a driver was there."""
+        return self._port.inject(data)
 
     def _see(self, image: Image) -> None:
         self._jpeg = jpeg_of(image.pixels)

@@ -45,13 +45,18 @@ class Wire:
                 return b""
         raise LOST
 
-    def write(self, data: bytes) -> None:
+    def write(self, data: bytes, *, mangled: bool = True) -> None:
         """Send, at the line's rate. Raises OSError when the wire is cut."""
         with self._sending:
-            self.send_as_it_is(self._mangle(data) if self._mangle else data)
+            self._send(self._mangle(data) if self._mangle and mangled else data)
 
-    def send_as_it_is(self, data: bytes) -> None:
-        """Send without mangling."""
+    def close(self) -> None:
+        """Write nothing from now on, the descriptor may be another's soon."""
+        self.cut.set()
+        with self._sending:
+            pass
+
+    def _send(self, data: bytes) -> None:
         size = max(1, self._rate // 10 // 200) if self._rate else 4096
         began, sent = time.monotonic(), 0
         while sent < len(data):
@@ -103,7 +108,20 @@ class Port:
 
     def _speak(self, descriptor: int) -> None:
         self.wire = Wire(descriptor, rate=self._rate, lossy=self.lossy, mangle=self._mangled)
-        self._serve(self.wire)
+        try:
+            self._serve(self.wire)
+        finally:
+            self.wire.close()
+
+    def inject(self, data: bytes) -> bool:
+        """Send bytes as they are → whether a driver was there."""
+        try:
+            if self.wire is not None:
+                self.wire.write(data, mangled=False)
+                return True
+        except OSError:
+            pass
+        return False
 
     def _mangled(self, data: bytes) -> bytes:
         return self.mangle(data) if self.mangle else data

@@ -225,7 +225,7 @@ def fuzz(sensor: ScipEmulator, count: int) -> tuple[int, float]:
         for number in range(count):
             if number == count // 2:
                 before = memory()
-            sensor.inject(malformed(rng, good))
+            until(lambda: sensor.inject(malformed(rng, good)), 30.0)
             scan = robot.read().scan
             wrong += scan is not None and tuple((scan.ranges * 1e3).round()) not in fuzz_sent(sensor)
         growth = memory() - before

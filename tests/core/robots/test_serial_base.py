@@ -186,7 +186,7 @@ def fuzz(emulator: SerialRobot, count: int) -> tuple[set[tuple[float, float]], f
         for number in range(count):
             if number == count // 2:
                 before = memory()
-            emulator.inject(malformed(rng, samples[int(rng.integers(len(samples)))]))
+            until(lambda: emulator.inject(malformed(rng, samples[int(rng.integers(len(samples)))])), 30.0)
             if number % 20 == 0:
                 robot.drive(ZERO)
                 robot.read()

@@ -133,7 +133,6 @@ def test_after_the_robot_was_switched_off_and_on_nothing_moves_before_zero(robot
         robot_there.stop()
         until(lambda: not is_up(robot))
         robot_there.heard.clear()
-        robot_there._port._port = int(robot_there.url.rpartition(":")[2])  # type: ignore[attr-defined]
         robot_there.start()
         until(lambda: robot.drive(moving) or is_up(robot), 20.0)
         frames(robot, 0.5, moving)
@@ -179,7 +178,7 @@ def fuzz(emulator: Srv1Emulator, count: int) -> tuple[set[tuple[int, int]], floa
         for number in range(count):
             if number == count // 2:
                 before = memory()
-            emulator.inject(malformed(rng, samples[int(rng.integers(len(samples)))]))
+            until(lambda: emulator.inject(malformed(rng, samples[int(rng.integers(len(samples)))])), 30.0)
             if number % 20 == 0:
                 robot.drive(ZERO)
                 robot.read()
