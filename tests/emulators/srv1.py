@@ -1,4 +1,4 @@
-"""A Surveyor SRV-1 Blackfin behind its Wi-Fi bridge, on a TCP port."""
+"""A SRV-1 Blackfin behind its Wi-Fi bridge, on a TCP port."""
 
 from __future__ import annotations
 

@@ -117,6 +117,32 @@ def test_an_echo_out_of_range_is_no_echo_and_of_two_the_nearer_one_counts() -> N
     assert scan.ranges[clockwise == 80].tolist() == [0.5]
 
 
+def test_the_motor_of_an_rplidar_a2_is_started(monkeypatch: pytest.MonkeyPatch) -> None:
+    heard: list[bytes] = []
+
+    class Deaf:
+        def read(self, timeout: float) -> bytes:
+            return b""
+
+        def write(self, data: bytes) -> None:
+            heard.append(data)
+
+        def close(self) -> None:
+            heard.append(b"closed")
+
+    def link(address: object, baud: int, *, dtr: bool) -> Deaf:
+        assert (baud, dtr) == (115200, False)  # the adapter's motor turns while DTR is low
+        return Deaf()
+
+    monkeypatch.setattr("core.robots.lds.open_link", link)
+    monkeypatch.setattr("core.robots.lds.OPENING", 0.0)
+    device = open_device("///dev/x?model=rplidar-a2")
+    with pytest.raises(Unavailable):
+        device.open()
+    device.close()
+    assert heard == [b"\xa5\x25", b"\xa5\xf0\x02\x94\x02\xc1", b"\xa5\x20", b"\xa5\x25", b"closed"]
+
+
 def test_flipped_bits_are_noticed_and_the_scans_stay_right(ld19: LidarEmulator) -> None:
     ld19.port.mangle = bit_flips(np.random.default_rng(6), 0.3)
     with live(device_of(ld19)) as robot:
