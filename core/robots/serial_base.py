@@ -43,7 +43,7 @@ WAKING = 5.0  # [s] that it may take to answer: opening the port resets many boa
 LOST_AFTER = 1.0  # [s] without odometry
 SPEED_OVER = 0.06  # [s] over which speeds are taken from the wheels
 COUNTER = 1 << 32  # [ms] at which the robot's counter starts over
-LONGEST_GAP = 60.0  # [s] between readings; more is a robot that was started again
+LONGEST_GAP = 2.0  # [s] between readings; more is a robot that was started again
 CRUISE = 0.1  # [m/s]
 BOUNDS = {
     "wheelbase": (0.01, 5.0),
@@ -129,17 +129,27 @@ class WheelOdometry:
         self._wheelbase = wheelbase  # [m]
         self._pose = Pose()
         self._past: deque[tuple[float, float, float]] = deque()  # [s] of the robot, left, right [m]
+        self._strange: int | None = None  # [ms]: the last reading's counter, where that did not follow
         self.stamp = 0.0  # [s] of the robot's counter, without its turning over
 
     def move(self, counter: int, left: float, right: float) -> tuple[Pose, float, float]:
-        """A reading at `counter` [ms] of wheels [m] → pose, [m/s], [rad/s]. Raises OSError after a restart."""
+        """A reading at `counter` [ms] of wheels [m] → pose, [m/s], [rad/s].
+
+        Raises BadLine where the counter does not follow the last one, OSError where the next follows that one: the
+        robot was started again.
+        """
         if not self._past:
             self.stamp = counter * 1e-3
             self._past.append((self.stamp, left, right))
             return self._pose, 0.0, 0.0
         elapsed = (counter - round(self._past[-1][0] * 1e3)) % COUNTER * 1e-3
         if elapsed > LONGEST_GAP:
-            raise OSError("the robot was started again")
+            again = self._strange is not None and 0 < counter - self._strange < LONGEST_GAP * 1e3
+            self._strange = counter
+            if again:
+                raise OSError("the robot was started again")
+            raise BadLine("a counter that does not follow")
+        self._strange = None
         self.stamp += elapsed
         forward, turn = self._rolled(self._past[-1], left, right)
         self._pose = self._pose @ arc(forward, turn)
