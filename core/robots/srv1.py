@@ -38,6 +38,7 @@ PICTURE = 3.0  # [s] for a whole picture
 REPEATING = 0.2  # [s] after which the same speeds are sent again
 DEADMAN = 0.4  # [s] without `drive` after which the motors are stopped
 IDLE = 0.05  # [s]
+STOPPING = 0.7  # [s] at most that closing waits for the last command; then the firmware's failsafe has to do it
 FAILSAFE = 2.0  # [s], the firmware's own
 LARGEST_PICTURE = 2_000_000  # bytes
 RESYNCHRONISING = 3  # times
@@ -89,12 +90,15 @@ class Srv1(Device):
         self._rate = address.number("pictures", 10.0, 0.1, 40.0) if address.whole("camera", 1, 0, 1) else 0.0
         self._link: ByteLink | None = None
         self._buffer = b""
-        self._changed = threading.Event()
+        self._changed, self._closing = threading.Event(), threading.Event()
+        self._idle = threading.Event()  # `run` is over, and the motors were stopped as far as that was possible
+        self._idle.set()
         self._wanted, self._wanted_at = STOPPED, 0.0
 
     def open(self) -> Equipment:
         """Connect, find the firmware's place between two commands, stop, and switch its failsafe on."""
         self._wanted, self._buffer = STOPPED, b""
+        self._closing.clear()
         self._link = TcpLink(self._address.host, self._address.port)
         end = time.monotonic() + OPENING
         while True:
@@ -123,8 +127,17 @@ class Srv1(Device):
 
     def run(self, readings: Readings) -> None:
         """Motors first, then a picture, and again."""
+        self._idle.clear()
+        try:
+            self._work(readings)
+            self._exchange(motor_command(STOPPED), b"#M", ANSWERING)
+        finally:
+            self._idle.set()
+
+    def _work(self, readings: Readings) -> None:
+        """Talk to the robot until the device is closed."""
         sent, sent_at, asked = STOPPED, 0.0, 0.0
-        while True:
+        while not self._closing.is_set():
             self._changed.clear()
             now = time.monotonic()
             wanted = self._wanted if now - self._wanted_at < DEADMAN else STOPPED
@@ -149,8 +162,10 @@ class Srv1(Device):
         self._changed.set()
 
     def close(self) -> None:
-        """Let go; the motors stop with the firmware's failsafe if they were not stopped before."""
+        """Stop, after the picture under way, and let go."""
+        self._closing.set()
         self._changed.set()
+        self._idle.wait(STOPPING)
         if self._link is not None:
             self._link.close()
 
