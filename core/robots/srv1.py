@@ -1,4 +1,4 @@
-"""SRV-1 Blackfin over its Wi-Fi bridge: `srv1://192.168.0.15:10001`.
+"""An SRV-1 Blackfin over its Wi-Fi bridge: `srv1://192.168.0.15:10001`.
 
 Options: `left`, `right` [m/s] of each side at 100 percent, `wheelbase` [m], `camera=0` without pictures, `pictures`
 [1/s] at most.

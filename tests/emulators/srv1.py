@@ -1,4 +1,4 @@
-"""A SRV-1 Blackfin behind its Wi-Fi bridge, on a TCP port."""
+"""An SRV-1 Blackfin behind its Wi-Fi bridge, on a TCP port."""
 
 from __future__ import annotations
 
