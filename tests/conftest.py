@@ -21,6 +21,7 @@ settings.load_profile("beckon")
 REPOSITORY = Path(__file__).resolve().parent.parent
 BROWSER = "browser/"
 LIVE = (BROWSER, "benchmarks/", "console/", "core/gate/test_gate_process.py")  # these keep real time
+WIRES = "core/robots/"  # real time too, but mostly waiting: any process may run these files
 LONG = "test_conventions.py"  # its reading of types lasts longest of what computes
 
 
@@ -51,7 +52,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """What only computes takes the time that is left over by what keeps real time."""
     if "PYTEST_XDIST_WORKER" in os.environ and hasattr(os, "SCHED_IDLE"):
-        policy = os.SCHED_OTHER if file_of(item).startswith(LIVE) else os.SCHED_IDLE
+        policy = os.SCHED_OTHER if file_of(item).startswith((*LIVE, WIRES)) else os.SCHED_IDLE
         if os.sched_getscheduler(0) != policy:
             with contextlib.suppress(PermissionError):  # some systems let nobody out of idleness
                 os.sched_setscheduler(0, policy, os.sched_param(0))

@@ -95,6 +95,8 @@ class DeviceLink:
         known = self.equipment is not None
         try:
             equipment = self.device.open()
+            if self._over.is_set():
+                return ""
             self.equipment = self.equipment or equipment
             self.up = True
             self.settled.set()

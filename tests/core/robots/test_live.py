@@ -101,6 +101,23 @@ def test_a_device_that_is_lost_is_told_and_comes_back() -> None:
     robot.close()
 
 
+def test_a_robot_that_is_closed_while_it_connects_again_leaves_no_thread() -> None:
+    connecting, go_on = threading.Event(), threading.Event()
+
+    def opens() -> None:
+        if wire.opened:
+            connecting.set()
+            go_on.wait(5.0)
+
+    wire = Wire(opens=opens)
+    robot = LiveRobot([("the base", wire)], shape)
+    wire.cut.set()
+    assert connecting.wait(5.0)
+    threading.Timer(0.2, go_on.set).start()
+    robot.close()
+    until(lambda: not any(thread.name == "device-the base" for thread in threading.enumerate()))
+
+
 def test_a_fault_of_a_driver_is_no_end_of_the_console() -> None:
     wire = Wire()
     robot = LiveRobot([("the base", wire)], shape)

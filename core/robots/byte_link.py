@@ -1,0 +1,220 @@
+"""Bytes to and from a device on a serial port or a TCP connection, closed from any thread."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import re
+import socket
+import threading
+import time
+from collections.abc import Collection
+from typing import TYPE_CHECKING, Protocol
+from urllib.parse import parse_qsl, unquote, urlsplit
+
+from core.errors import BadInput, Unavailable
+from core.message import message
+
+if TYPE_CHECKING:
+    from serial import Serial
+
+CHUNK = 65536  # bytes that are read at once, at most
+CONNECTING = 3.0  # [s] until a TCP connection stands
+POLLING = 0.05  # [s] for which a serial port waits at a time
+WRITING = 0.05  # [s] after which what cannot be written is a lost link
+HARDWARE = "Serial ports need the package pyserial of the extra hardware: pip install 'beckon[hardware]'"
+WINDOWS_PORT = re.compile(r"com\d+$", re.I)  # a serial port, not a host
+
+
+@message
+class LinkAddress:
+    """Where a device is: a serial port or a host, and options."""
+
+    port_path: str = ""  # of the serial port; "": TCP
+    host: str = ""
+    port: int = 0
+    options: dict[str, str]
+
+    @property
+    def name(self) -> str:
+        """For sentences: `/dev/ttyUSB0` or `host:port`."""
+        return self.port_path or f"{self.host}:{self.port}"
+
+    def number(self, key: str, default: float, low: float, high: float) -> float:
+        """An option that is a number from `low` to `high`. Raises BadInput."""
+        text = self.options.get(key)
+        if text is None:
+            return default
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not low <= value <= high:
+            raise BadInput(f"{key} must be a number from {low:g} to {high:g}.")
+        return value
+
+    def whole(self, key: str, default: int, low: int, high: int) -> int:
+        """An option that is a whole number from `low` to `high`. Raises BadInput."""
+        value = self.number(key, default, low, high)
+        if value != int(value):
+            raise BadInput(f"{key} must be a whole number.")
+        return int(value)
+
+
+def link_address(
+    rest: str, example: str, keys: Collection[str], *, tcp_port: int | None = None, serial: bool = True
+) -> LinkAddress:
+    """What follows the scheme of a URL (`///dev/ttyUSB0?baud=115200`, `//host:10940`) → the address.
+
+    `example`: a URL that is right, for the sentence. `keys`: the options there are. `tcp_port`: the usual one; None:
+    no TCP. `serial`: a serial port will do. Raises BadInput.
+    """
+    wrong = BadInput(f"This robot's address cannot be read; it looks like {example}.")
+    try:
+        parts = urlsplit(f"x:{rest}")
+        host, port = parts.hostname or "", parts.port
+    except ValueError:
+        raise wrong from None
+    options = dict(parse_qsl(parts.query, keep_blank_values=True))
+    unknown = next((key for key in options if key not in keys), None)
+    if unknown is not None:
+        known = ", ".join(sorted(keys)) or "none"
+        raise BadInput(f"{example.partition(':')[0]}: has no option {unknown[:40]!r}; known are {known}.")
+    windows_port = WINDOWS_PORT.match(parts.netloc) and parts.path in ("", "/")
+    if serial and (windows_port or (not parts.netloc and parts.path.strip("/"))):
+        return LinkAddress(port_path=parts.netloc or unquote(parts.path), options=options)
+    if not host or tcp_port is None or parts.path not in ("", "/"):
+        raise wrong
+    return LinkAddress(host=host, port=tcp_port if port is None else port, options=options)
+
+
+class ByteLink(Protocol):
+    """One thread reads, any thread writes and closes."""
+
+    def read(self, timeout: float) -> bytes:
+        """What has come, or b"" when nothing came within `timeout` [s]. Raises OSError when the link is gone."""
+        ...
+
+    def write(self, data: bytes) -> None:
+        """Send all of it, without waiting for more than WRITING. Raises OSError when the link is gone."""
+        ...
+
+    def close(self) -> None:
+        """Let go; a `read` under way ends. Harmless when done twice."""
+        ...
+
+
+def drain(link: ByteLink, quiet: float, longest: float) -> None:
+    """Read until nothing came for `quiet` [s], for `longest` [s] at most. Raises OSError."""
+    end = time.monotonic() + longest
+    while link.read(quiet) and time.monotonic() < end:
+        pass
+
+
+class TcpLink:
+    """A TCP connection."""
+
+    def __init__(self, host: str, port: int) -> None:
+        """Connect. Raises Unavailable with a sentence."""
+        try:
+            self._socket = socket.create_connection((host, port), CONNECTING)
+        except OSError as trouble:
+            raise Unavailable(f"{host}:{port} cannot be reached: {trouble.strerror or trouble}.") from None
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._writer = self._socket.dup()  # with a time-out of its own
+        self._writer.settimeout(WRITING)
+
+    def read(self, timeout: float) -> bytes:
+        """See ByteLink."""
+        self._socket.settimeout(max(timeout, 1e-4))
+        try:
+            data = self._socket.recv(CHUNK)
+        except TimeoutError:
+            return b""
+        if not data:
+            raise ConnectionResetError("the other side hung up")
+        return data
+
+    def write(self, data: bytes) -> None:
+        """See ByteLink."""
+        self._writer.sendall(data)
+
+    def close(self) -> None:
+        """See ByteLink."""
+        with contextlib.suppress(OSError):
+            self._socket.shutdown(socket.SHUT_RDWR)
+        self._writer.close()
+        self._socket.close()
+
+
+class SerialLink:
+    """A serial port."""
+
+    def __init__(self, path: str, baud: int, *, dtr: bool = True) -> None:
+        """Open the port at `baud` [bit/s], with the line DTR as said. Raises Unavailable with a sentence."""
+        self._port = _open_port(path, baud, dtr)
+        self._reading, self._writing = threading.Lock(), threading.Lock()
+        self._closed = False
+
+    def read(self, timeout: float) -> bytes:
+        """See ByteLink."""
+        end = time.monotonic() + timeout
+        with self._reading:
+            while True:
+                self._check()
+                first = self._port.read(1)
+                self._check()
+                if first:
+                    return first + self._port.read(min(self._port.in_waiting, CHUNK))
+                if time.monotonic() >= end:
+                    return b""
+
+    def write(self, data: bytes) -> None:
+        """See ByteLink."""
+        with self._writing:
+            self._check()
+            self._port.write(data)
+
+    def close(self) -> None:
+        """See ByteLink."""
+        if self._closed:
+            return
+        self._closed = True
+        self._port.cancel_read()
+        with self._reading, self._writing:
+            self._port.close()
+
+    def _check(self) -> None:
+        if self._closed:
+            raise OSError("the port was closed")
+
+
+def _open_port(path: str, baud: int, dtr: bool) -> Serial:
+    try:
+        from serial import Serial
+    except ModuleNotFoundError:
+        raise Unavailable(f"{HARDWARE}.") from None
+    try:
+        port = Serial(baudrate=baud, timeout=POLLING, write_timeout=WRITING, exclusive=True)
+        port.port, port.dtr = path, dtr
+        port.open()
+        return port
+    except (OSError, ValueError) as trouble:
+        raise Unavailable(_why_not(path, str(trouble))) from None
+
+
+def _why_not(path: str, trouble: str) -> str:
+    if "Errno 2]" in trouble:
+        return f"There is no serial port {path}; is the cable plugged in?"
+    if "Errno 13]" in trouble:
+        return f"The serial port {path} may not be opened; on Linux: sudo adduser $USER dialout, then log in again."
+    if "lock" in trouble:
+        return f"The serial port {path} is in use by another program; close that first."
+    return f"The serial port {path} cannot be opened."
+
+
+def open_link(address: LinkAddress, baud: int, *, dtr: bool = True) -> ByteLink:
+    """Open the serial port as SerialLink does, or connect to the host. Raises Unavailable with a sentence."""
+    if address.port_path:
+        return SerialLink(address.port_path, baud, dtr=dtr)
+    return TcpLink(address.host, address.port)
