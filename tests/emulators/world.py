@@ -1,4 +1,4 @@
-"""The simulated robot in real time, for emulators: what drives it comes from a wire, what it senses goes out on one."""
+"""The simulated robot in real time, for emulators: a wire drives it and carries what it senses."""
 
 from __future__ import annotations
 

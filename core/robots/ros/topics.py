@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any
@@ -38,7 +39,9 @@ NOTHING = "none"  # a setting's value for "do not use any"
 NAME = re.compile(r"/?[A-Za-z_][\w/.-]{0,200}")
 
 SECOND_RATE = re.compile(r"filter|throttle|merged|matched|multi|virtual|raw_?scan|cloud|debug|test")
-NOT_SEEN = re.compile(r"depth|disparity|infra|(?<![a-z])ir\d?(?![a-z])|mask|debug|thermal|costmap|confidence|rect|overlay")
+NOT_SEEN = re.compile(
+    r"depth|disparity|infra|(?<![a-z])ir\d?(?![a-z])|mask|debug|thermal|costmap|confidence|rect|overlay"
+)
 OTHER_ODOMETRY = re.compile(r"visual|vo(?![a-z])|rf2o|icp|gps|imu|global|ground_truth|rtabmap|laser")
 
 
@@ -63,7 +66,7 @@ class RosSettings:
     @staticmethod
     def of(fields: Mapping[str, Any]) -> RosSettings:
         """Keys of robot.toml's [robot] or of the URL → settings. Raises BadInput for what is none."""
-        known = RosSettings.__dataclass_fields__  # type: ignore[attr-defined]
+        known = [field.name for field in dataclasses.fields(RosSettings)]  # type: ignore[arg-type]
         values: dict[str, Any] = {}
         for key, value in fields.items():
             if key not in known:

@@ -21,9 +21,8 @@ AUDIO_DATA = "audio_common_msgs/msg/AudioData"
 LARGEST_DEFINITION = 1_000_000  # [characters] of a type's text; real ones have some thousand
 
 OTHERS = {
-    RAW_AUDIO: (
-        "builtin_interfaces/Time timestamp\nuint8[] data\nstring format\nuint32 sample_rate\nuint32 number_of_channels"
-    ),
+    RAW_AUDIO: "builtin_interfaces/Time timestamp\nuint8[] data\nstring format\n"
+    "uint32 sample_rate\nuint32 number_of_channels",
     AUDIO_DATA: "uint8[] data",
     TF: "geometry_msgs/TransformStamped[] transforms",
 }
