@@ -138,16 +138,21 @@ class RosSensors:
 
     def take(self, topic: str, payload: bytes | memoryview) -> None:
         """A message as it came; what cannot be decoded or used is counted in `types.errors`."""
-        taker = self._takers.get(topic)
-        if taker is None:
-            return
-        received = self._readings.now() if self._readings else time.monotonic()
-        content = self.types.decode(topic, self.topics.types[topic], payload)
-        if content is not None:
-            self.take_decoded(topic, content, received)
+        if topic in self._takers:
+            received = self._now()
+            content = self.types.decode(topic, self.topics.types[topic], payload)
+            if content is not None:
+                self._take(topic, content, received)
 
-    def take_decoded(self, topic: str, content: Any, received: float) -> None:
-        """A message's fields, and when it came [s]."""
+    def take_fields(self, topic: str, content: Any) -> None:
+        """A message as it came, decoded already."""
+        if topic in self._takers:
+            self._take(topic, content, self._now())
+
+    def _now(self) -> float:
+        return self._readings.now() if self._readings else time.monotonic()
+
+    def _take(self, topic: str, content: Any, received: float) -> None:
         try:
             self._takers[topic](topic, content, received)
             self._heard.add(topic)
@@ -287,7 +292,7 @@ def raw_pixels(content: Any) -> Array:
         0 < width * height <= pictures.MOST_PIXELS and width * channels <= step and len(content.data) >= step * height
     ):
         raise BadInput("the picture's size does not fit its data")
-    rows = np.asarray(content.data[: step * height], kind).reshape(height, step)[:, : width * channels]
+    rows = np.frombuffer(bytes(content.data[: step * height]), kind).reshape(height, step)[:, : width * channels]
     pixels = np.ascontiguousarray(rows).reshape(height, width, channels)
     return pixels if conversion is None else cv2.cvtColor(pixels, conversion)
 
