@@ -143,14 +143,11 @@ class RosbridgeRobot(RosSocket):
 def as_fields(value: Any) -> Any:
     """A message in JSON → the same with attributes, named as in ROS 2. Bytes come in base 64, null is no number."""
     if isinstance(value, dict):
-        return SimpleNamespace(
-            **{
-                OF_ROS_1.get(key, key): base64.b64decode(content)
-                if key == "data" and isinstance(content, str)
-                else as_fields(content)
-                for key, content in value.items()
-            }
-        )
+        fields = SimpleNamespace()
+        for key, content in value.items():
+            is_bytes = key == "data" and isinstance(content, str)
+            setattr(fields, OF_ROS_1.get(key, key), base64.b64decode(content) if is_bytes else as_fields(content))
+        return fields
     if isinstance(value, list) and value and isinstance(value[0], dict):
         return [as_fields(entry) for entry in value]
     return value
