@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -164,12 +164,12 @@ def _cbor() -> Callable[[bytes], Any]:
     return loads
 
 
-def open_device(rest: str, table: Mapping[str, Any] | None = None) -> Device:
-    """`//host:9090?encoding=json&cmd_vel=/tab_vel` → the robot; `table`: its keys from a robot's file.
+def open_device(rest: str) -> Device:
+    """`//host:9090?encoding=json&cmd_vel=/tab_vel` → the robot.
 
     Raises BadInput, or Unavailable without the package cbor2.
     """
-    address = parse_address(rest, PORT, ("encoding",), table)
+    address = parse_address(rest, PORT, ("encoding",))
     if address.options.get("encoding", "cbor") not in ("cbor", "json"):
         raise BadInput("encoding is cbor or json.")
     return RosbridgeRobot(address)

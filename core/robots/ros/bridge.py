@@ -29,6 +29,7 @@ from core.robots.readings import Readings
 from core.robots.ros.topics import COMPRESSED_IMAGE, RosTopics
 from core.robots.ros.typestore import RAW_AUDIO, RobotTypes
 from core.sensors import Camera, Image, Laser, Scan, Sound
+from core.sensors.microphones import load_array
 
 FAILSAFE = 0.5  # [s], the cmd_vel_timeout that the usual controllers have
 FAILSAFE_WORDS = "0.5 s where its controller has the usual cmd_vel_timeout"
@@ -160,10 +161,14 @@ class RosSensors:
             self.types.errors[topic] += 1
 
     def equipment(self, name: str) -> Equipment:
-        """What the robot has, as far as its messages have told; `notices` says what they have not."""
+        """What the robot has, as far as its messages say it; `notices` names what they leave out."""
         topics = self.topics
         for topic in self.missing:
             self.notices.append(f"{topic} is there, but nothing comes on it.")
+        if topics.sound and not topics.array:
+            self.notices.append(
+                f"Where the microphones of {topics.sound} sit is not known; the setting array says it."
+            )
         lasers = tuple(self._mounted(topic) for topic in topics.scans if topic in self._lasers)
         camera = self._camera()
         base = Base(failsafe=FAILSAFE, failsafe_words=FAILSAFE_WORDS, odometry=bool(topics.odometry))
@@ -172,6 +177,7 @@ class RosSensors:
             base=base if topics.cmd_vel else None,
             lasers=lasers,
             cameras=(camera,) if camera else (),
+            microphones=(load_array(topics.array),) if topics.array and topics.sound else (),
         )
 
     def _take_frames(self, topic: str, content: Any, received: float) -> None:
