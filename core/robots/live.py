@@ -36,6 +36,7 @@ class DeviceLink:
         self.equipment: Equipment | None = None
         self.trouble: BeckonError | None = None  # why it was not there at the first try
         self.up = False
+        self.times_up = 0  # how often the link came up
         self.settled = threading.Event()  # the first try is over
         self._names: Names = {}  # of its sensors on this robot, where another device took theirs
         self._readings = readings.renaming(self._names)
@@ -98,6 +99,7 @@ class DeviceLink:
             if self._over.is_set():
                 return ""
             self.equipment = self.equipment or equipment
+            self.times_up += 1
             self.up = True
             self.settled.set()
             if known:
@@ -156,6 +158,7 @@ class LiveRobot:
         self._base = next((link for link in self._links if link.equipment and link.equipment.base), None)
         self._profile = shape(equipment)
         self._was_up = True
+        self._times_up = self._base.times_up if self._base else 0
         self._neutral = True  # zero was asked for since the base came back
 
     @property
@@ -169,6 +172,8 @@ class LiveRobot:
         if base is None or not base.up:
             self._neutral = False
             return
+        if base.times_up != self._times_up:  # it was lost and is back since the last call
+            self._times_up, self._neutral = base.times_up, False
         self._neutral = self._neutral or not twist.moves
         try:
             base.device.drive(twist if self._neutral else ZERO)
