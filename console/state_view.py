@@ -182,6 +182,7 @@ def robot(snapshot: Snapshot, around: StateContext) -> messages.RobotState:
             messages.SensorLine(one.kind, one.name, one.state, round(one.age, 2), one.rate)
             for one in snapshot.sensors
         ],
+        battery=snapshot.battery,
     )
 
 

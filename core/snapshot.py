@@ -141,6 +141,7 @@ class Snapshot:
     notices: tuple[Notice, ...] = ()  # newest last, at most 20
     sensors: tuple[SensorStatus, ...] = ()
     contact: bool = False
+    battery: float | None = None  # 0..1
     running: bool = True
     progress: float | None = None
     truth: Pose | None = None  # simulator only, passed through for scoring; never read by an estimator

@@ -139,6 +139,7 @@ class RobotState(Struct):
     progress: float | None
     speed: float
     sensors: list[SensorLine]
+    battery: float | None
 
 
 class GateState(Struct):

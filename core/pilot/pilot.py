@@ -289,6 +289,7 @@ class Pilot:
             notices=self._notices.newest,
             sensors=self._sensor_status,
             contact=frame.contact,
+            battery=frame.battery,
             running=frame.running,
             progress=frame.progress,
             truth=frame.truth,

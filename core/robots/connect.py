@@ -50,6 +50,41 @@ SCHEMES = {
         section="simulation",
     ),
     "log": Scheme("core.robots.replayed", "log:run.mcap", "recording", "what was recorded", section="log"),
+    "foxglove": Scheme(
+        "core.robots.foxglove",
+        "foxglove://robot:8765",
+        "ROS 2 or ROS 1 robot behind foxglove_bridge",
+        "drives; odometry, lasers, cameras, microphones as its topics have them",
+    ),
+    "rosbridge": Scheme(
+        "core.robots.rosbridge",
+        "rosbridge://robot:9090",
+        "ROS 1 or ROS 2 robot behind rosbridge_server",
+        "drives; odometry, lasers, cameras as its topics have them",
+        extra="rosbridge",
+    ),
+    "serial": Scheme(
+        "core.robots.serial_base",
+        "serial:///dev/ttyUSB0",
+        "differential drive on a serial port, Beckon's line protocol",
+        "drives, odometry, bumper, battery",
+        extra="hardware",
+    ),
+    "srv1": Scheme("core.robots.srv1", "srv1://192.168.0.15:10001", "SRV-1 Blackfin", "drives, camera"),
+    "scip": Scheme(
+        "core.robots.scip",
+        "scip:///dev/ttyACM0",
+        "Hokuyo URG-04LX and other SCIP 2.0 lasers",
+        "laser",
+        extra="hardware",
+    ),
+    "lds": Scheme(
+        "core.robots.lds",
+        "lds:///dev/ttyUSB1?model=ld19",
+        "turning lidars: RPLIDAR, YDLIDAR, LDROBOT and others",
+        "laser",
+        extra="hardware",
+    ),
 }
 
 Opener = Callable[[str], Device]

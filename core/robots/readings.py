@@ -124,6 +124,7 @@ class Readings:
                 image=self._here.image,
                 sound=self._here.sound,
                 contact=self._here.contact or self._here.touched,
+                battery=self._here.battery,
                 note=" ".join(self._here.notes),
             )
             self._here.image = self._here.sound = None

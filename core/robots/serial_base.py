@@ -254,7 +254,7 @@ class SerialBase(Device):
             case ["B", ("0" | "1") as pressed]:
                 readings.contact(pressed == "1")
             case ["P", charge]:
-                readings.battery = min(max(parse_numbers([charge], 1)[0], 0.0), 1.0)
+                readings.battery(min(max(parse_numbers([charge], 1)[0], 0.0), 1.0))
             case ["I", *_]:
                 pass
             case _:

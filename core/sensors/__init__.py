@@ -24,6 +24,7 @@ class SensorFrame:
     image: Image | None = None
     sound: Sound | None = None  # since the last frame; None: no sound was recorded
     contact: bool = False  # the bumper is pressed
+    battery: float | None = None  # 0..1; None: not known
     truth: Pose | None = None  # simulator only: the true pose in the world frame. For scoring, never for an estimator
     trouble: str = ""  # why the base cannot be driven now, a sentence; what is under way ends with it
     note: str = ""  # what the driver wants the operator to know: "the recording ends here"

@@ -7,6 +7,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import cv2
@@ -194,11 +195,11 @@ class RosSensors:
             content.time_increment,
         )
         self._lasers.setdefault(topic, (content.header.frame_id.strip("/"), _laser_of(scan, content.scan_time)))
-        first = self.topics.scans[0]  # a scan does not say which laser it is of
-        if self._readings is None or topic != first or scan.stamp <= self._last.get(topic, -math.inf):
+        if self._readings is None or scan.stamp <= self._last.get(topic, -math.inf):
             return
         self._last[topic] = scan.stamp
-        self._readings.scan(turned_over(scan) if topic in self._turned else scan)
+        seen = turned_over(scan) if topic in self._turned else scan
+        self._readings.scan(replace(seen, laser=laser_name(topic, self.topics)))
 
     def _take_odometry(self, topic: str, content: Any, received: float) -> None:
         place, q, twist = content.pose.pose.position, content.pose.pose.orientation, content.twist.twist
@@ -225,7 +226,7 @@ class RosSensors:
     def _take_battery(self, topic: str, content: Any, received: float) -> None:
         share = float(content.percentage)
         if 0 <= share <= 100 and self._readings is not None:
-            self._readings.battery = share if share <= 1 else share / 100  # some drivers say per cent
+            self._readings.battery(share if share <= 1 else share / 100)  # some drivers say per cent
 
     def _take_sound(self, topic: str, content: Any, received: float) -> None:
         rate, channels, own = AUDIO_RATE, 1, 0.0
@@ -253,19 +254,16 @@ class RosSensors:
             self.notices.append(
                 f"The robot does not say where {frame or topic} is mounted; it is taken to be central."
             )
-            return laser
+            return replace(laser, name=laser_name(topic, self.topics))
         beams_end = laser.angle_min + (laser.beams - 1) * laser.angle_step
         if placed.upside_down:
             self._turned.add(topic)
-        return Laser(
+        return replace(
+            laser,
+            name=laser_name(topic, self.topics),
             mounting=placed.pose,
             height=placed.height,
-            beams=laser.beams,
             angle_min=-beams_end if placed.upside_down else laser.angle_min,
-            angle_step=laser.angle_step,
-            range_min=laser.range_min,
-            range_max=laser.range_max,
-            rate=laser.rate,
             time_step=-laser.time_step if placed.upside_down else laser.time_step,
         )
 
@@ -286,6 +284,11 @@ class RosSensors:
             self.notices.append(f"The robot does not say where {frame or self.topics.image} is mounted.")
             return Camera(model=model)
         return Camera(model=model, mounting=_optical(found, frame))
+
+
+def laser_name(topic: str, topics: RosTopics) -> str:
+    """What a laser is called on this robot: "laser" where it is the only one, else by its topic, "front_scan"."""
+    return "laser" if len(topics.scans) == 1 else topic.strip("/").replace("/", "_")
 
 
 def raw_pixels(content: Any) -> Array:

@@ -194,6 +194,7 @@
  * @property {number | null} progress
  * @property {number} speed
  * @property {SensorLine[]} sensors
+ * @property {number | null} battery
  */
 
 /**

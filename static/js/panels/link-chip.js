@@ -67,6 +67,9 @@ class LinkChip extends Panel {
       ["State", `${fixed(link.rate_hz, 1)} Hz, ${age(link.age_s)} old`],
       ["Robot", state ? `${WORDS[state.robot.link]}, ${fixed(state.robot.rate_hz, 0)} frames/s` : "–"],
       .../** @type {Array<[string, string]>} */ ((state?.robot.sensors ?? []).map(sensorRow)),
+      ...(state?.robot.battery == null
+        ? []
+        : [/** @type {[string, string]} */ (["Battery", `${fixed(100 * state.robot.battery, 0)} %`])]),
       ["Without a word", hello?.robot.failsafe || "–"],
       ["Gate", state ? `${state.gate.state}${state.gate.reason ? ` (${state.gate.reason})` : ""}` : "–"],
       ["Pages open", String(state?.viewers ?? "–")],

@@ -24,10 +24,9 @@ def shape(equipment: tuple[Equipment, ...]) -> Profile:
     cameras = [camera for one in equipment for camera in one.cameras]
     return Profile(
         name=equipment[0].name,
-        kind="LIVE",
         url="",
-        laser=lasers[0] if lasers else None,
-        camera=cameras[0] if cameras else None,
+        lasers=tuple(lasers),
+        cameras=tuple(cameras),
     )
 
 

@@ -41,4 +41,4 @@ def test_a_driver_is_given_no_more_than_its_section() -> None:
     assert vars(excerpt("sim:lab", whole)) == {"simulation": 1}
     assert vars(excerpt("log:x", whole)) == {"log": None}
     assert split("log:C:/x") == ("log", "C:/x")
-    assert list(SCHEMES) == ["sim", "log"]
+    assert list(SCHEMES)[:2] == ["sim", "log"]

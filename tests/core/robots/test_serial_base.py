@@ -162,7 +162,7 @@ def test_bumper_and_battery_arrive(robot_there: SerialRobot) -> None:
         robot_there.send("B 0")
         until(lambda: not robot.read().contact)
         robot_there.send("P 0.5")
-        until(lambda: robot._readings.battery == 0.5)
+        until(lambda: robot.read().battery == 0.5)
 
 
 def test_flipped_bits_neither_move_the_robot_otherwise_nor_its_odometry(robot_there: SerialRobot) -> None:

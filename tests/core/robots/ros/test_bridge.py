@@ -125,6 +125,20 @@ def test_a_laser_that_hangs_upside_down_is_turned_over() -> None:
     assert scan is not None and scan.ranges[0] == 2.0 and scan.angle_min == pytest.approx(laser.angle_min)
 
 
+def test_two_lasers_have_names_and_so_have_their_scans() -> None:
+    wire = Wire()
+    found = [("/front/scan", TOPICS["/scan"]), ("/rear/scan", TOPICS["/scan"])]
+    wire.sensors = RosSensors(wire.types, choose_topics(found, RosSettings()))
+    for topic, _ in found:
+        wire.take(topic, wire.maker.scan(wire.scan(0.0)))
+    assert {laser.name for laser in wire.sensors.equipment("robot").lasers} == {"front_scan", "rear_scan"}
+    wire.sensors.attach(wire.readings)
+    for topic, _ in found:
+        wire.take(topic, wire.maker.scan(wire.scan(1.0)))
+        scan = wire.readings.frame().scan
+        assert scan is not None and scan.laser == topic[1:].replace("/", "_")
+
+
 def test_odometry_begins_where_the_console_connects() -> None:
     wire = Wire()
     wire.sensors.attach(wire.readings)
@@ -152,9 +166,11 @@ def test_blocks_of_sound_follow_each_other_whenever_they_come() -> None:
 def test_the_battery_is_a_share_even_where_it_is_said_in_per_cent() -> None:
     wire = Wire()
     wire.sensors.attach(wire.readings)
-    for said, share in ((0.5, 0.5), (80.0, 0.8), (math.nan, 0.8)):
+    shares: list[float] = []
+    wire.readings.battery = shares.append  # type: ignore[method-assign]
+    for said in (0.5, 80.0, math.nan):
         wire.take("/battery", wire.maker.battery(said))
-        assert wire.readings.battery == pytest.approx(share)
+    assert shares == pytest.approx([0.5, 0.8])
 
 
 def test_damaged_messages_are_counted_and_change_nothing() -> None:
