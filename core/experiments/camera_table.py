@@ -53,7 +53,7 @@ class Table3Row(TypedDict):
     paper_standard_dev: float
 
 
-class CameraTable(ExperimentResult):
+class Table3(ExperimentResult):
     """The result, as JSON."""
 
     runs: int
@@ -70,7 +70,7 @@ class CameraTable(ExperimentResult):
 
 def run(
     *, runs: int | None = None, seed: int = 0, out: Path | None = None, tell: Callable[[str], None] | None = None
-) -> CameraTable:
+) -> Table3:
     """Calibrate `runs` times from 20 rendered pictures each → the table of the first run and figures over all."""
     wanted, shown, errors, sds = runs or RUNS, 0, [], []
     first: tuple[Calibration, Captured] | None = None
@@ -87,7 +87,7 @@ def run(
             log.add({"errors": dict(zip(PARAMETERS, errors[-1], strict=False)), "boards_shown": captured.shown})
     assert first is not None
     off, stated = np.array(errors), np.array(sds)
-    result: CameraTable = {
+    result: Table3 = {
         "runs": wanted,
         "seed": seed,
         "views": VIEWS,
@@ -155,7 +155,7 @@ def boards(calibration: Calibration) -> list[BoardPoseFigures]:
     ]
 
 
-def save(out: Path, result: CameraTable, calibration: Calibration, captured: Captured) -> dict[str, str]:
+def save(out: Path, result: Table3, calibration: Calibration, captured: Captured) -> dict[str, str]:
     """Figures 13 (pictures), 14 (corners) and 15 (boards about the camera) → what lies where. Raises Unwritable.
 
     Without matplotlib there are none, and the result says so under `not_drawn`.

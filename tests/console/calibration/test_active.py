@@ -152,7 +152,7 @@ def test_a_camera_file_with_an_odd_board_and_a_mount_file_with_an_odd_entry_do_n
     assert seen_with(bench) == TABLE_3.fx and undo(bench) == 200
     ways = {**both_ways(nominal_mount(bench.robot.profile))}
     assert bring(bench, json.dumps(dict(kept_form(TABLE_3)) | ways | {"extrinsics": [1]})) == 422
-    assert active(bench)["laser"] is None and bench.runtime.calibration_service.solver.starts <= 1
+    assert active(bench)["laser"] is None
 
 
 @pytest.mark.parametrize(
