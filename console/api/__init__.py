@@ -3,14 +3,31 @@
 from __future__ import annotations
 
 import time
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Request
 from pydantic import BaseModel, ConfigDict
 
+from console.access.guard import Access
 from console.access.logins import Person
+from console.access.open_sockets import OpenSockets
 from console.api.typed_route import Responses, TypedRoute
+from console.calibration.microphones import MicrophoneCalibration
+from console.calibration.service import CalibrationService
+from console.control.dispatcher import CommandDispatcher
+from console.control.history import History
+from console.control.lease import Lease
+from console.control.notices import Notifications
+from console.control.pending_commands import PendingCommands
+from console.control.playback import PlaybackController
+from console.http.problems import Problem
+from console.maps.service import MapService
+from console.people.service import EnrollmentService
+from console.robot.link import RobotLink
 from console.runtime import Runtime
+from console.speech.quality_runs import QualityRuns
+from console.speech.robot_voice import RobotVoice
+from core.robots.requests import Ask
 
 SENTENCES = {
     400: "The request is malformed.",
@@ -62,6 +79,13 @@ async def runtime_of(request: Request) -> Runtime:
     return runtime
 
 
+async def room_of(runtime: Annotated[Runtime, Depends(runtime_of)]) -> Ask:
+    """The way to a simulated robot's room. Raises Problem 404 for a robot that is not simulated."""
+    if not runtime.robot.profile.simulated:
+        raise Problem(404, "This robot is not simulated.")
+    return runtime.ask
+
+
 async def person_of(request: Request) -> Person:
     """The person who sent the request; the guard has checked it."""
     return request.scope["person"]
@@ -69,6 +93,33 @@ async def person_of(request: Request) -> Person:
 
 Behind = Annotated[Runtime, Depends(runtime_of)]
 Who = Annotated[Person, Depends(person_of)]
+SimulatedRoom = Annotated[Ask, Depends(room_of)]
+
+
+def part(name: str) -> Any:
+    """The dependency of an endpoint on one part of the runtime."""
+
+    async def of(runtime: Behind) -> Any:
+        return getattr(runtime, name)
+
+    return Depends(of)
+
+
+AccessRules = Annotated[Access, part("access")]
+ArrayCalibration = Annotated[MicrophoneCalibration, part("array")]
+CalibrationSessions = Annotated[CalibrationService, part("calibration_service")]
+HistoryInUse = Annotated[History, part("history")]
+Dispatcher = Annotated[CommandDispatcher, part("door")]
+DriversLease = Annotated[Lease, part("lease")]
+NoticeBoard = Annotated[Notifications, part("board")]
+Pending = Annotated[PendingCommands, part("pending_commands")]
+PeopleEnrolled = Annotated[EnrollmentService, part("people")]
+Playback = Annotated[PlaybackController, part("player")]
+QualityTests = Annotated[QualityRuns, part("quality")]
+RobotInUse = Annotated[RobotLink, part("robot")]
+SavedMaps = Annotated[MapService, part("maps")]
+Sockets = Annotated[OpenSockets, part("sockets")]
+SpokenAnswers = Annotated[RobotVoice, part("voice")]
 
 
 async def undisturbed(behind: Behind, who: Who) -> Person:

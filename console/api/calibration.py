@@ -11,7 +11,7 @@ from pydantic import Field
 
 from console import messages
 from console.access.roles import PICTURE, needs
-from console.api import Behind, Driver, RequestBody, Who, router
+from console.api import CalibrationSessions, Driver, HistoryInUse, RequestBody, Who, router
 from console.calibration.jobs import (
     DropView,
     ForgetRoom,
@@ -21,11 +21,10 @@ from console.calibration.jobs import (
     SkipAdvice,
     TakeUpload,
 )
-from console.calibration.service import SessionList, listed
+from console.calibration.service import CalibrationService, SessionList, listed
 from console.calibration.session import PICTURE_BUDGET, CalibrationSession
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationBoard, CalibrationKind, CalibrationSource
-from console.runtime import Runtime
 from console.workers.job import Job
 from core.errors import BeckonError
 
@@ -82,12 +81,14 @@ def session_response(session: CalibrationSession, status: int = 200) -> Response
 
 @calibration.post("/calibration/sessions", status_code=201)
 @needs("operator")
-async def begin(asked: SessionRequest, behind: Behind, who: Who) -> Response:
+async def begin(
+    asked: SessionRequest, calibration_service: CalibrationSessions, history: HistoryInUse, who: Who
+) -> Response:
     """Begin a session of a wizard."""
     panel = None if asked.board.panel_m is None else (asked.board.panel_m[0], asked.board.panel_m[1])
     board = CalibrationBoard(asked.board.columns, asked.board.rows, asked.board.square_m, panel)
-    session = await behind.calibration_service.begin(asked.kind, asked.source, board, asked.height_m)
-    behind.history.add("calibration", who, words=f"begin {asked.kind}")
+    session = await calibration_service.begin(asked.kind, asked.source, board, asked.height_m)
+    history.add("calibration", who, words=f"begin {asked.kind}")
     response = session_response(session, 201)
     response.headers["Location"] = f"sessions/{session.card.id}"
     return response
@@ -95,34 +96,34 @@ async def begin(asked: SessionRequest, behind: Behind, who: Who) -> Response:
 
 @calibration.get("/calibration/sessions")
 @needs("viewer")
-async def sessions(behind: Behind) -> SessionList:
+async def sessions(calibration_service: CalibrationSessions) -> SessionList:
     """All sessions, the newest first."""
-    rows = [listed(session) for session in behind.calibration_service.sessions.values()]
+    rows = [listed(session) for session in calibration_service.sessions.values()]
     return SessionList(sorted(rows, key=lambda row: -row.created_s))
 
 
 @calibration.get("/calibration/sessions/{id}")
 @needs("viewer")
-async def one(id: Id, behind: Behind) -> Response:
+async def one(id: Id, calibration_service: CalibrationSessions) -> Response:
     """Everything about a session."""
-    return session_response(behind.calibration_service.find(id))
+    return session_response(calibration_service.find(id))
 
 
 @calibration.delete("/calibration/sessions/{id}", status_code=204)
 @needs("operator")
-async def delete(id: Id, behind: Behind, who: Who) -> Response:
+async def delete(id: Id, calibration_service: CalibrationSessions, history: HistoryInUse, who: Who) -> Response:
     """Delete a session; a calibration accepted from it stays in use."""
-    await behind.calibration_service.delete(behind.calibration_service.find(id))
-    behind.history.add("calibration", who, words="delete")
+    await calibration_service.delete(calibration_service.find(id))
+    history.add("calibration", who, words="delete")
     return Response(status_code=204)
 
 
 @calibration.post("/calibration/sessions/{id}/live")
 @needs("operator")
-async def live(id: Id, asked: LiveCaptureRequest, behind: Behind) -> Response:
+async def live(id: Id, asked: LiveCaptureRequest, calibration_service: CalibrationSessions) -> Response:
     """Look at the robot's pictures and scans, and take good ones automatically."""
-    session = behind.calibration_service.find(id)
-    behind.calibration_service.live(session, on=asked.on)
+    session = calibration_service.find(id)
+    calibration_service.live(session, on=asked.on)
     return session_response(session)
 
 
@@ -131,13 +132,13 @@ async def live(id: Id, asked: LiveCaptureRequest, behind: Behind) -> Response:
 async def picture(
     id: Id,
     request: Request,
-    behind: Behind,
+    calibration_service: CalibrationSessions,
     name: Annotated[str, Query(max_length=300)] = "",
     live: Annotated[Literal["0", "1"], Query()] = "0",
     stamp_s: Annotated[float, Query(ge=0, le=1e12, allow_inf_nan=False)] = 0.0,
 ) -> Response:
     """A picture, as JPEG or PNG: sent on purpose, or with `live=1` a frame of the browser's webcam."""
-    session = behind.calibration_service.find(id)
+    session = calibration_service.find(id)
     if session.card.kind != "camera":
         raise Problem(409, "The laser's session looks at the robot only; no pictures are sent to it.")
     content = await request.body()
@@ -161,66 +162,66 @@ async def take(session: CalibrationSession, content: bytes, name: str) -> None:
 
 @calibration.post("/calibration/sessions/{id}/capture")
 @needs("operator")
-async def capture(id: Id, behind: Behind) -> Response:
+async def capture(id: Id, calibration_service: CalibrationSessions) -> Response:
     """Take the robot's newest picture on purpose."""
-    session = behind.calibration_service.find(id)
-    await behind.calibration_service.capture(session)
+    session = calibration_service.find(id)
+    await calibration_service.capture(session)
     return Response(messages.encode(session.shown.verdict), media_type="application/json")
 
 
 @calibration.post("/calibration/sessions/{id}/views/{name}/drop")
 @needs("operator")
-async def drop(id: Id, name: Name, behind: Behind) -> Response:
+async def drop(id: Id, name: Name, calibration_service: CalibrationSessions) -> Response:
     """Leave a view out; the rest is solved again."""
-    return await acted(behind, id, DropView(name))
+    return await acted(calibration_service, id, DropView(name))
 
 
 @calibration.post("/calibration/sessions/{id}/views/{name}/restore")
 @needs("operator")
-async def restore(id: Id, name: Name, behind: Behind) -> Response:
+async def restore(id: Id, name: Name, calibration_service: CalibrationSessions) -> Response:
     """Take a view back in."""
-    return await acted(behind, id, RestoreView(name))
+    return await acted(calibration_service, id, RestoreView(name))
 
 
 @calibration.post("/calibration/sessions/{id}/skip")
 @needs("operator")
-async def skip(id: Id, behind: Behind) -> Response:
+async def skip(id: Id, calibration_service: CalibrationSessions) -> Response:
     """Another suggestion, for one who cannot reach the present one."""
-    return await acted(behind, id, SkipAdvice())
+    return await acted(calibration_service, id, SkipAdvice())
 
 
 @calibration.post("/calibration/sessions/{id}/background")
 @needs("operator")
-async def background(id: Id, behind: Behind) -> Response:
+async def background(id: Id, calibration_service: CalibrationSessions) -> Response:
     """Look at the empty room again."""
-    if behind.calibration_service.find(id).card.kind != "laser":
+    if calibration_service.find(id).card.kind != "laser":
         raise Problem(409, "Only the laser's session looks at the empty room.")
-    return await acted(behind, id, ForgetRoom())
+    return await acted(calibration_service, id, ForgetRoom())
 
 
 @calibration.post("/calibration/sessions/{id}/solve", status_code=202)
 @needs("operator")
-async def solve(id: Id, behind: Behind) -> Response:
+async def solve(id: Id, calibration_service: CalibrationSessions) -> Response:
     """Solve in the background; how it goes stands in the session."""
-    session = behind.calibration_service.find(id)
+    session = calibration_service.find(id)
     await session.solve_now()
     return session_response(session, 202)
 
 
 @calibration.post("/calibration/sessions/{id}/accept")
 @needs("operator")
-async def accept(id: Id, asked: AcceptRequest, behind: Behind, who: Driver) -> Mapping[str, object]:
+async def accept(
+    id: Id, asked: AcceptRequest, calibration_service: CalibrationSessions, history: HistoryInUse, who: Driver
+) -> Mapping[str, object]:
     """Use this calibration from now on; the former can be taken back."""
-    report = await behind.calibration_service.accept(
-        behind.calibration_service.find(id), force=asked.force, who=who.name
-    )
-    behind.history.add("calibration", who, words="accept")
+    report = await calibration_service.accept(calibration_service.find(id), force=asked.force, who=who.name)
+    history.add("calibration", who, words="accept")
     return report
 
 
-async def acted(behind: Runtime, id: str, job: Job[SessionAnswer]) -> Response:
+async def acted(sessions: CalibrationService, id: str, job: Job[SessionAnswer]) -> Response:
     """Do a job of the worker and show the session as it is then."""
-    session = behind.calibration_service.find(id)
+    session = sessions.find(id)
     await session.act(job)
     return session_response(session)
 

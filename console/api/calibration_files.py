@@ -9,7 +9,7 @@ from typing import IO, Annotated, Any, Literal
 from fastapi import Path, Query, Request, Response
 
 from console.access.roles import TEXT, needs
-from console.api import Behind, Driver, RequestBody, router
+from console.api import CalibrationSessions, Driver, HistoryInUse, RequestBody, RobotInUse, router
 from console.api.calibration import Id, Name
 from console.calibration.codec import camera_in
 from console.calibration.jobs import CameraParameters, Document, StraightenPicture
@@ -60,12 +60,12 @@ def answers(*kinds: str) -> dict[int | str, dict[str, Any]]:
 async def view(
     id: Id,
     name: Name,
-    behind: Behind,
+    calibration_service: CalibrationSessions,
     full: Annotated[Literal["0", "1"], Query()] = "0",
     corrected: Annotated[Literal["0", "1"], Query()] = "0",
 ) -> Response:
     """The picture of a view: small, or `full=1` in its own size, or `corrected=1` straight by the solution."""
-    session = behind.calibration_service.find(id)
+    session = calibration_service.find(id)
     file = session.pictures.get(name)
     if file is None:
         raise Problem(404, "There is no picture of that view.")
@@ -73,9 +73,9 @@ async def view(
     if small:
         return Response(await read(session, small_name(file)), media_type="image/jpeg")
     camera = straightener(session) if corrected == "1" else None
-    async with behind.calibration_service.picture_turns.taken():
+    async with calibration_service.picture_turns.taken():
         job = StraightenPicture(await read(session, file), camera)
-        picture = await behind.calibration_service.solver.ask(job, budget=PICTURE_BUDGET)
+        picture = await calibration_service.solver.ask(job, budget=PICTURE_BUDGET)
     return Response(picture, media_type="image/jpeg")
 
 
@@ -85,11 +85,11 @@ async def view(
     responses=answers("text/plain", "application/json", "application/zip"),
 )
 @needs("viewer")
-async def export(id: Id, form: Form, behind: Behind) -> Response:
+async def export(id: Id, form: Form, calibration_service: CalibrationSessions) -> Response:
     """A file: of a camera ros, opencv, kalibr, json; of a laser json, urdf, static_transform, matrix; of both all."""
-    session = behind.calibration_service.find(id)
+    session = calibration_service.find(id)
     if form == "all":
-        async with behind.calibration_service.export_turns.taken():
+        async with calibration_service.export_turns.taken():
             packed = await pack(session)
         return await zip_named(packed, f"calibration_{session.card.kind}.zip")
     if form not in session.exports:
@@ -101,28 +101,32 @@ async def export(id: Id, form: Form, behind: Behind) -> Response:
 
 @calibration_files.get("/calibration/in-use")
 @needs("viewer")
-async def active(behind: Behind) -> Mapping[CalibrationKind, Document | None]:
+async def active(calibration_service: CalibrationSessions) -> Mapping[CalibrationKind, Document | None]:
     """The accepted calibrations, each with who accepted it when, and why it is not used, or ''; null: as built."""
-    return behind.calibration_service.used()
+    return calibration_service.used()
 
 
 @calibration_files.post("/calibration/in-use/undo")
 @needs("operator")
-async def undo(asked: UndoRequest, behind: Behind, who: Driver) -> Mapping[CalibrationKind, Document | None]:
+async def undo(
+    asked: UndoRequest, calibration_service: CalibrationSessions, history: HistoryInUse, who: Driver
+) -> Mapping[CalibrationKind, Document | None]:
     """Take the former calibration back."""
-    await behind.calibration_service.undo(asked.kind)
-    behind.history.add("calibration", who, words=f"undo {asked.kind}")
-    return await active(behind)
+    await calibration_service.undo(asked.kind)
+    history.add("calibration", who, words=f"undo {asked.kind}")
+    return calibration_service.used()
 
 
 @calibration_files.post("/calibration/import", openapi_extra=FILE)
 @needs("operator", body=TEXT)
-async def read_file(request: Request, behind: Behind, who: Driver) -> Mapping[str, object]:
+async def read_file(
+    request: Request, calibration_service: CalibrationSessions, history: HistoryInUse, who: Driver
+) -> Mapping[str, object]:
     """Use what is in a file from now on: a camera (ROS camera_info, OpenCV, Kalibr, Beckon's own JSON) or a mount
     (static transform command, URDF joint, 4x4 matrices, Beckon's own JSON). `kind` in the answer tells which."""
     text = (await request.body()).decode("utf-8", "replace")
-    kind, report = await behind.calibration_service.read(text, who.name)
-    behind.history.add("calibration", who, words=f"import {kind}")
+    kind, report = await calibration_service.read(text, who.name)
+    history.add("calibration", who, words=f"import {kind}")
     return {"kind": kind, **report}
 
 
@@ -141,11 +145,13 @@ async def board(
 
 @calibration_files.post("/calibration/demo")
 @needs("operator")
-async def show_demo(asked: CalibrationDemoRequest, behind: Behind) -> dict[str, bool]:
+async def show_demo(
+    asked: CalibrationDemoRequest, robot: RobotInUse, calibration_service: CalibrationSessions
+) -> dict[str, bool]:
     """The simulated assistant holds the board as advised until the session is ready."""
-    if not behind.robot.profile.simulated:
+    if not robot.profile.simulated:
         raise Problem(404, "Only in the simulation can an assistant show how it goes.")
-    await behind.calibration_service.show_demo(behind.calibration_service.find(asked.session), on=asked.on)
+    await calibration_service.show_demo(calibration_service.find(asked.session), on=asked.on)
     return {"demo": asked.on}
 
 

@@ -9,7 +9,7 @@ from fastapi import Query, Response
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import Behind, RequestBody, Who, router
+from console.api import Dispatcher, HistoryInUse, RequestBody, Who, router
 from console.control.history_store import REMEMBERED, HistoryEntry
 from console.http.problems import Problem
 from core.commands import VOCABULARY, particulars
@@ -97,13 +97,13 @@ class AuditLog(msgspec.Struct, frozen=True):
 
 @commands.post("/commands", status_code=202)
 @needs("viewer")
-async def submit(words: CommandRequest, behind: Behind, who: Who, response: Response) -> CommandReceipt:
+async def submit(words: CommandRequest, door: Dispatcher, who: Who, response: Response) -> CommandReceipt:
     """Understand words and obey them. Viewers may only stop.
 
     Follow wall and follow me have no end of their own: they are cancelled after 5 s without a sign of life of their
     sender. See `POST /api/lease`. 409 with “already doing that” leaves what is under way alone.
     """
-    entry = behind.door.submit(words.text, "rest", who)
+    entry = door.submit(words.text, "rest", who)
     response.headers["Location"] = f"commands/{entry.id}"
     command = {"name": entry.name, **particulars(entry.name, entry.numbers)}
     return CommandReceipt(entry.id, command, entry.heard_as, entry.source)
@@ -118,17 +118,19 @@ async def vocabulary() -> Vocabulary:
 
 @commands.get("/commands/history")
 @needs("viewer")
-async def history(behind: Behind, limit: Annotated[int, Query(ge=1, le=REMEMBERED)] = REMEMBERED) -> CommandHistory:
+async def history(
+    history: HistoryInUse, limit: Annotated[int, Query(ge=1, le=REMEMBERED)] = REMEMBERED
+) -> CommandHistory:
     """The newest commands, each with its sender and how it ended; newest first, at most `limit`."""
-    entries = behind.history.newest_first(commands_only=True, limit=limit)
-    return CommandHistory(behind.history.revision, [entry_row(entry) for entry in entries])
+    entries = history.newest_first(commands_only=True, limit=limit)
+    return CommandHistory(history.revision, [entry_row(entry) for entry in entries])
 
 
 @commands.get("/commands/{number}")
 @needs("viewer")
-async def one(number: int, behind: Behind) -> HistoryRow:
+async def one(number: int, history: HistoryInUse) -> HistoryRow:
     """How one command goes, or how it ended."""
-    entry = behind.history.find(number)
+    entry = history.find(number)
     if entry is None or entry.what != "command":
         raise Problem(404, "There is no such command since the console started.")
     return entry_row(entry)
@@ -136,9 +138,9 @@ async def one(number: int, behind: Behind) -> HistoryRow:
 
 @commands.get("/audit")
 @needs("operator")
-async def audit(behind: Behind) -> AuditLog:
+async def audit(history: HistoryInUse) -> AuditLog:
     """All events that gave, took, bounded or ended motion; newest first."""
-    return AuditLog([entry_row(entry) for entry in behind.history.newest_first(commands_only=False)])
+    return AuditLog([entry_row(entry) for entry in history.newest_first(commands_only=False)])
 
 
 def row_of(kind: CommandSpec) -> VocabularyRow:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from console.access.roles import needs
-from console.api import Behind, RequestBody, Who, router
+from console.api import Dispatcher, DriversLease, RequestBody, Who, router
 from console.messages import LeaseState
 from console.state_view import lease as lease_state
 
@@ -20,14 +20,14 @@ class LeaseRequest(RequestBody):
 
 @lease.get("/lease")
 @needs("viewer")
-async def held(behind: Behind) -> LeaseState:
+async def held(lease: DriversLease) -> LeaseState:
     """The operator who drives now."""
-    return lease_state(behind.lease)
+    return lease_state(lease)
 
 
 @lease.post("/lease")
 @needs("operator")
-async def wish(asked: LeaseRequest, behind: Behind, who: Who) -> LeaseState:
+async def wish(asked: LeaseRequest, door: Dispatcher, lease: DriversLease, who: Who) -> LeaseState:
     """Ask for control. A take-over goes through zero.
 
     The lease lapses, and what is under way is cancelled, after 5 s without a sign of life of its holder: a message of
@@ -35,5 +35,5 @@ async def wish(asked: LeaseRequest, behind: Behind, who: Who) -> LeaseState:
     sends `{"do": "renew"}` every second while it wants the robot to go on; what ends by itself (continue, stop at …)
     keeps the lease until it has ended. Who does not drive renews nothing: 409.
     """
-    behind.door.wish(asked.do, who)
-    return lease_state(behind.lease)
+    door.wish(asked.do, who)
+    return lease_state(lease)

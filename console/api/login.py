@@ -12,7 +12,7 @@ from pydantic import Field
 
 from console.access.logins import ANYBODY, BY_KEY, LIFE, Person
 from console.access.roles import KEY, needs
-from console.api import Behind, RequestBody, Who, router
+from console.api import AccessRules, Dispatcher, HistoryInUse, RequestBody, Sockets, Who, router
 from console.http.problems import Problem
 from console.people.store import LONGEST, name_of
 
@@ -45,14 +45,21 @@ OURS = re.compile(r"(operator|viewer|admin|local|console)[\s\d()]*")  # what tho
 
 @login.post("/login")
 @needs("public", body=KEY)
-async def sign_in(shown: LoginRequest, behind: Behind, request: Request, response: Response) -> PersonRow:
+async def sign_in(
+    shown: LoginRequest,
+    access: AccessRules,
+    sockets: Sockets,
+    history: HistoryInUse,
+    request: Request,
+    response: Response,
+) -> PersonRow:
     """A token → a cookie."""
-    access, now = behind.access, time.monotonic()
+    now = time.monotonic()
     if access.no_auth:
         return person_row(ANYBODY)
     address = request.client.host if request.client else ""
     own = request.cookies.get(access.cookie, "")
-    opened = access.logins.open(shown.token, called(shown.name), now, own, behind.sockets.are_open)
+    opened = access.logins.open(shown.token, called(shown.name), now, own, sockets.are_open)
     if opened is None:
         if access.logins.blocked(address, now):
             headers = {"Retry-After": "60"}
@@ -70,23 +77,31 @@ async def sign_in(shown: LoginRequest, behind: Behind, request: Request, respons
         secure=request.url.scheme == "https",
     )
     if cookie != own:
-        behind.history.add("login", person)
+        history.add("login", person)
     return person_row(person)
 
 
 @login.post("/logout")
 @needs("viewer")
-async def sign_out(behind: Behind, who: Who, request: Request, response: Response) -> SignedOut:
+async def sign_out(
+    door: Dispatcher,
+    access: AccessRules,
+    sockets: Sockets,
+    history: HistoryInUse,
+    who: Who,
+    request: Request,
+    response: Response,
+) -> SignedOut:
     """Ends the login, its sockets and its lease. A key that is shown with every request has no login to end."""
     if who.id.startswith(BY_KEY):
         raise Problem(
             409, "You show your key with every request, so there is nothing to sign out; a restart makes new keys."
         )
-    behind.door.forget(who)
-    behind.access.logins.close(who)
-    behind.sockets.close_of(who, 1008, "Signed out.")
-    behind.history.add("logout", who)
-    response.delete_cookie(behind.access.cookie, path=request.scope.get("root_path") or "/", samesite="strict")
+    door.forget(who)
+    access.logins.close(who)
+    sockets.close_of(who, 1008, "Signed out.")
+    history.add("logout", who)
+    response.delete_cookie(access.cookie, path=request.scope.get("root_path") or "/", samesite="strict")
     return SignedOut()
 
 

@@ -13,7 +13,7 @@ from fastapi import Path, Query, Response
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import Behind, RequestBody, Who, router
+from console.api import RequestBody, SavedMaps, Who, router
 from console.api.typed_route import Responses
 from console.http.downloads import file_named, zip_named
 from console.maps.export import known_part, png
@@ -72,20 +72,20 @@ def answers(kind: str) -> Responses:
 
 @maps.get("/map", response_class=Response, responses=answers("application/zip"))
 @needs("viewer")
-async def nav2(behind: Behind) -> Response:
+async def nav2(maps: SavedMaps) -> Response:
     """YAML and PGM as Nav2's map server reads them, in a zip."""
-    packed = await asyncio.to_thread(zipped, behind.maps.grid)
+    packed = await asyncio.to_thread(zipped, maps.grid)
     return file_named(packed, "map.zip", "application/zip")
 
 
 @maps.get("/map.png", response_class=Response, responses=answers("image/png"))
 @needs("viewer")
-async def picture(behind: Behind, style: Annotated[Literal["nav2", "page"], Query()] = "nav2") -> Response:
+async def picture(maps: SavedMaps, style: Annotated[Literal["nav2", "page"], Query()] = "nav2") -> Response:
     """The map as PNG: free 254, occupied 0, unknown 205; or as the page draws it, without the unknown around.
 
     The headers tell a cell's size and the lower left corner in the world frame, in metres.
     """
-    grid = behind.maps.grid if style == "nav2" else known_part(behind.maps.grid)
+    grid = maps.grid if style == "nav2" else known_part(maps.grid)
     packed = await asyncio.to_thread(drawn, grid, style)
     x, y = (float(value) for value in grid.origin)
     frame = {"Map-Resolution-M": f"{grid.resolution:.9g}", "Map-Origin-M": f"{x:.6f}, {y:.6f}"}
@@ -95,63 +95,63 @@ async def picture(behind: Behind, style: Annotated[Literal["nav2", "page"], Quer
 
 @maps.get("/landmarks.csv", response_class=Response, responses=answers("text/csv"))
 @needs("viewer")
-async def landmarks(behind: Behind) -> Response:
+async def landmarks(maps: SavedMaps) -> Response:
     """The table of landmarks, one a line."""
-    return file_named(landmarks_csv(behind.maps.snapshot.landmarks).encode(), "landmarks.csv", "text/csv")
+    return file_named(landmarks_csv(maps.snapshot.landmarks).encode(), "landmarks.csv", "text/csv")
 
 
 @maps.get("/trajectory.tum", response_class=Response, responses=answers("text/plain"))
 @needs("viewer")
-async def trajectory(behind: Behind) -> Response:
+async def trajectory(maps: SavedMaps) -> Response:
     """The robot's trajectory: `t tx ty tz qx qy qz qw` a line, as the submaps lie now, every tenth of a second."""
-    rows, floor = behind.maps.trajectory.rows(), behind.maps.snapshot.floor
+    rows, floor = maps.trajectory.rows(), maps.snapshot.floor
     text = await asyncio.to_thread(lambda: trajectory_tum(*laid_out(rows, floor)))
     return file_named(text.encode(), "trajectory.tum", "text/plain")
 
 
 @maps.get("/maps")
 @needs("viewer")
-async def saved(behind: Behind) -> SavedMapList:
+async def saved(maps: SavedMaps) -> SavedMapList:
     """Every saved map, the newest first, and the name of the one that the robot goes on in."""
-    return SavedMapList(behind.maps.shown.name, [map_row(card) for card in await behind.maps.all()])
+    return SavedMapList(maps.shown.name, [map_row(card) for card in await maps.all()])
 
 
 @maps.post("/maps", status_code=201)
 @needs("operator")
-async def save(asked: SaveMapRequest, behind: Behind, who: Who) -> SavedMapRow:
+async def save(asked: SaveMapRequest, maps: SavedMaps, who: Who) -> SavedMapRow:
     """Keep the map in use under a name."""
-    return map_row(await behind.maps.save(asked.name, who, replace=asked.replace))
+    return map_row(await maps.save(asked.name, who, replace=asked.replace))
 
 
 @maps.post("/maps/{name}/load", status_code=202)
 @needs("operator")
-async def load(name: Name, behind: Behind, who: Who) -> LoadingMap:
+async def load(name: Name, maps: SavedMaps, who: Who) -> LoadingMap:
     """Go on in a saved map; the robot finds its place in it. Unsaved parts of the present map are lost."""
-    await behind.maps.load(name, who)
-    return LoadingMap(behind.maps.shown.name)
+    await maps.load(name, who)
+    return LoadingMap(maps.shown.name)
 
 
 @maps.delete("/maps/{name}", status_code=204)
 @needs("operator")
-async def delete(name: Name, behind: Behind, who: Who) -> Response:
+async def delete(name: Name, maps: SavedMaps, who: Who) -> Response:
     """Away with a saved map; who goes on in it keeps it in memory."""
-    await behind.maps.delete(name, who)
+    await maps.delete(name, who)
     return Response(status_code=204)
 
 
 @maps.get("/maps/{name}.zip", response_class=Response, responses=answers("application/zip"))
 @needs("viewer")
-async def packed(name: Name, behind: Behind) -> Response:
+async def packed(name: Name, maps: SavedMaps) -> Response:
     """Everything of a saved map: Nav2's YAML and PGM, landmarks, trajectory, and what Beckon goes on with."""
-    kept = await behind.maps.kept(name)
-    return await zip_named(await behind.maps.packed(name), f"{kept.card.name}.zip")
+    kept = await maps.kept(name)
+    return await zip_named(await maps.packed(name), f"{kept.card.name}.zip")
 
 
 @maps.get("/maps/{name}.png", response_class=Response, responses=answers("image/png"))
 @needs("viewer")
-async def preview(name: Name, behind: Behind) -> Response:
+async def preview(name: Name, maps: SavedMaps) -> Response:
     """A small picture of a saved map."""
-    return Response(await behind.maps.preview(name), media_type="image/png")
+    return Response(await maps.preview(name), media_type="image/png")
 
 
 def zipped(grid: OccupancyGrid) -> bytes:

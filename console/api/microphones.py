@@ -8,7 +8,7 @@ from fastapi import Path
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import Behind, Driver, RequestBody, router
+from console.api import ArrayCalibration, Driver, HistoryInUse, RequestBody, router
 from console.calibration.microphones import ArrayCheck, MicrophonesState
 
 microphones = router("microphones")
@@ -31,63 +31,63 @@ class ClapRequest(RequestBody):
 
 @microphones.post("/hearing/check", status_code=202)
 @needs("operator")
-async def check(asked: CheckRequest, behind: Behind, _: Driver) -> ArrayCheck:
+async def check(asked: CheckRequest, array: ArrayCalibration, _: Driver) -> ArrayCheck:
     """Listen for three seconds, in which a person should speak; then ask for the result."""
-    behind.array.check(show=asked.show)
-    return behind.array.checked()
+    array.check(show=asked.show)
+    return array.checked()
 
 
 @microphones.get("/hearing/check")
 @needs("viewer")
-async def checked(behind: Behind) -> ArrayCheck:
+async def checked(array: ArrayCalibration) -> ArrayCheck:
     """The result of the newest self-check: identical, dead, faint, swapped, clipped channels."""
-    return behind.array.checked()
+    return array.checked()
 
 
 @microphones.get("/calibration/microphones")
 @needs("viewer")
-async def shown(behind: Behind) -> MicrophonesState:
+async def shown(array: ArrayCalibration) -> MicrophonesState:
     """The state of the microphones' wizard, and the orientation in use."""
-    return behind.array.state
+    return array.state
 
 
 @microphones.post("/calibration/microphones/clap", status_code=202)
 @needs("operator")
-async def clap(asked: ClapRequest, behind: Behind, _: Driver) -> MicrophonesState:
+async def clap(asked: ClapRequest, array: ArrayCalibration, _: Driver) -> MicrophonesState:
     """Listen for three seconds to a clap or a word from a known direction; it is `busy` meanwhile."""
-    behind.array.clap(asked.azimuth_rad, show=asked.show)
-    return behind.array.state
+    array.clap(asked.azimuth_rad, show=asked.show)
+    return array.state
 
 
 @microphones.post("/calibration/microphones/claps/{number}/drop")
 @needs("operator")
-async def drop(number: Number, behind: Behind) -> MicrophonesState:
+async def drop(number: Number, array: ArrayCalibration) -> MicrophonesState:
     """Leave a clap out."""
-    behind.array.drop(number)
-    return behind.array.state
+    array.drop(number)
+    return array.state
 
 
 @microphones.post("/calibration/microphones/again")
 @needs("operator")
-async def again(behind: Behind) -> MicrophonesState:
+async def again(array: ArrayCalibration) -> MicrophonesState:
     """Forget all claps and begin again."""
-    behind.array.forget()
-    return behind.array.state
+    array.forget()
+    return array.state
 
 
 @microphones.post("/calibration/microphones/accept")
 @needs("operator")
-async def accept(behind: Behind, who: Driver) -> MicrophonesState:
+async def accept(array: ArrayCalibration, history: HistoryInUse, who: Driver) -> MicrophonesState:
     """Use this orientation from now on."""
-    await behind.array.accept(who.name)
-    behind.history.add("calibration", who, words="accept microphones")
-    return behind.array.state
+    await array.accept(who.name)
+    history.add("calibration", who, words="accept microphones")
+    return array.state
 
 
 @microphones.post("/calibration/microphones/undo")
 @needs("operator")
-async def undo(behind: Behind, who: Driver) -> MicrophonesState:
+async def undo(array: ArrayCalibration, history: HistoryInUse, who: Driver) -> MicrophonesState:
     """The profile's own orientation again."""
-    await behind.array.undo()
-    behind.history.add("calibration", who, words="undo microphones")
-    return behind.array.state
+    await array.undo()
+    history.add("calibration", who, words="undo microphones")
+    return array.state

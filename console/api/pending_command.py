@@ -6,7 +6,7 @@ import msgspec
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import Behind, RequestBody, Who, router
+from console.api import Pending, RequestBody, Who, router
 
 pending_command = router("pending_command")
 
@@ -34,15 +34,15 @@ class DroppedCommand(msgspec.Struct, frozen=True):
 
 @pending_command.post("/pending-command/begin", status_code=202)
 @needs("operator")
-async def begin(order: PendingCommandRequest, behind: Behind, who: Who) -> BegunCommand:
+async def begin(order: PendingCommandRequest, pending_commands: Pending, who: Who) -> BegunCommand:
     """Begin the waiting order at once; the driver only. `entry` is its number in the history."""
-    entry = behind.pending_commands.begin(order.id, who)
+    entry = pending_commands.begin(order.id, who)
     return BegunCommand(order.id, entry.id, entry.heard_as)
 
 
 @pending_command.post("/pending-command/drop")
 @needs("viewer")
-async def drop(order: PendingCommandRequest, behind: Behind, who: Who) -> DroppedCommand:
+async def drop(order: PendingCommandRequest, pending_commands: Pending, who: Who) -> DroppedCommand:
     """Drop the pending command: it does not begin. Anyone who may stop the robot may do this."""
-    behind.pending_commands.drop(order.id, who)
+    pending_commands.drop(order.id, who)
     return DroppedCommand(order.id)

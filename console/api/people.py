@@ -9,7 +9,7 @@ from fastapi import Path, Request, Response
 from pydantic import Field
 
 from console.access.roles import PICTURE, needs
-from console.api import Behind, Driver, RequestBody, Who, router
+from console.api import Driver, DriversLease, HistoryInUse, PeopleEnrolled, RequestBody, Who, router
 from console.api.typed_route import OpenApi
 from console.http.problems import Problem
 from console.people.enrollment import EnrollmentState
@@ -64,59 +64,59 @@ class NamedPerson(msgspec.Struct, frozen=True):
 
 @people.get("/people")
 @needs("viewer")
-async def known(behind: Behind) -> PeopleState:
+async def known(people: PeopleEnrolled) -> PeopleState:
     """The known people, the `chosen` one, and the enrollment: what to do next, the result of each picture."""
-    return behind.people.shown
+    return people.shown
 
 
 @people.post("/people", status_code=201)
 @needs("operator")
-async def begin(behind: Behind, who: Who) -> EnrollmentState:
+async def begin(people: PeopleEnrolled, who: Who) -> EnrollmentState:
     """Begin an enrollment. Pictures are kept in memory until it is over, and never written."""
-    return behind.people.begin(who).shown
+    return people.begin(who).shown
 
 
 @people.put("/people/chosen")
 @needs("operator")
-async def choose(asked: ChoiceRequest, behind: Behind, who: Driver) -> PeopleState:
+async def choose(asked: ChoiceRequest, people: PeopleEnrolled, history: HistoryInUse, who: Driver) -> PeopleState:
     """Come to and follow only this person, or anybody; it outlasts a restart. Other commands are obeyed as before."""
-    await behind.people.choose(asked.id)
-    behind.history.add("people", who, words="anybody" if asked.id is None else "choose")
-    return behind.people.shown
+    await people.choose(asked.id)
+    history.add("people", who, words="anybody" if asked.id is None else "choose")
+    return people.shown
 
 
 @people.delete("/people/assistant", status_code=204)
 @needs("operator")
-async def send_away(behind: Behind) -> Response:
+async def send_away(people: PeopleEnrolled) -> Response:
     """Send the person who showed the gestures out of the simulated room."""
-    await behind.people.send_away()
+    await people.send_away()
     return Response(status_code=204)
 
 
 @people.post("/people/{id}/background", openapi_extra=PICTURES)
 @needs("operator", body=PICTURE)
-async def background(id: Id, request: Request, behind: Behind) -> EnrollmentState:
+async def background(id: Id, request: Request, people: PeopleEnrolled) -> EnrollmentState:
     """A picture without anybody, as JPEG or PNG; restarts the pictures that were taken with another background."""
-    enrollment = behind.people.find(id)
-    await behind.people.background(enrollment, UploadedPicture(await request.body()))
+    enrollment = people.find(id)
+    await people.background(enrollment, UploadedPicture(await request.body()))
     return enrollment.shown
 
 
 @people.post("/people/{id}/pictures", openapi_extra=PICTURES)
 @needs("operator", body=PICTURE)
-async def picture(id: Id, request: Request, behind: Behind) -> EnrollmentState:
+async def picture(id: Id, request: Request, people: PeopleEnrolled) -> EnrollmentState:
     """A picture of the whole person by the same camera; `newest` says whether it is good, or what to do better."""
-    enrollment = behind.people.find(id)
-    await behind.people.take(enrollment, UploadedPicture(await request.body()))
+    enrollment = people.find(id)
+    await people.take(enrollment, UploadedPicture(await request.body()))
     return enrollment.shown
 
 
 @people.post("/people/{id}/capture")
 @needs("operator")
-async def capture(id: Id, asked: CaptureRequest, behind: Behind) -> EnrollmentState:
+async def capture(id: Id, asked: CaptureRequest, people: PeopleEnrolled) -> EnrollmentState:
     """The same with the newest picture of the robot's own camera."""
-    enrollment = behind.people.find(id)
-    await behind.people.capture(enrollment, asked.what)
+    enrollment = people.find(id)
+    await people.capture(enrollment, asked.what)
     return enrollment.shown
 
 
@@ -124,9 +124,9 @@ async def capture(id: Id, asked: CaptureRequest, behind: Behind) -> EnrollmentSt
     "/people/{id}/pictures/{number}.jpg", response_class=Response, responses={200: {"content": {"image/jpeg": {}}}}
 )
 @needs("operator")
-async def shown(id: Id, number: Number, behind: Behind) -> Response:
+async def shown(id: Id, number: Number, people: PeopleEnrolled) -> Response:
     """A picture of the enrolment under way; gone when that is over."""
-    found = behind.people.find(id).picture(number)
+    found = people.find(id).picture(number)
     if found is None:
         raise Problem(404, "There is no such picture any more.")
     return Response(found, media_type="image/jpeg", headers={"Cache-Control": "no-store"})
@@ -134,9 +134,9 @@ async def shown(id: Id, number: Number, behind: Behind) -> Response:
 
 @people.post("/people/{id}/pictures/{number}/drop")
 @needs("operator")
-async def drop(id: Id, number: Number, behind: Behind) -> EnrollmentState:
+async def drop(id: Id, number: Number, people: PeopleEnrolled) -> EnrollmentState:
     """Leave a picture out."""
-    enrollment = behind.people.find(id)
+    enrollment = people.find(id)
     if not enrollment.drop(number):
         raise Problem(404, "There is no such picture any more.")
     return enrollment.shown
@@ -144,41 +144,41 @@ async def drop(id: Id, number: Number, behind: Behind) -> EnrollmentState:
 
 @people.post("/people/{id}/demo", status_code=202)
 @needs("operator")
-async def show_demo(id: Id, asked: EnrollmentDemoRequest, behind: Behind) -> EnrollmentState:
+async def show_demo(id: Id, asked: EnrollmentDemoRequest, people: PeopleEnrolled) -> EnrollmentState:
     """In the simulated room a person steps before the camera and takes every gesture, or leaves."""
-    enrollment = behind.people.find(id)
-    await behind.people.show_demo(enrollment, on=asked.on)
+    enrollment = people.find(id)
+    await people.show_demo(enrollment, on=asked.on)
     return enrollment.shown
 
 
 @people.post("/people/{id}/finish", status_code=201)
 @needs("operator")
-async def finish(id: Id, asked: NameRequest, behind: Behind, who: Who) -> NamedPerson:
+async def finish(id: Id, asked: NameRequest, people: PeopleEnrolled, history: HistoryInUse, who: Who) -> NamedPerson:
     """Save the enrolled person under a name; the pictures are gone."""
-    enrollment = behind.people.find(id)
-    card = await behind.people.finish(enrollment, asked.name)
-    behind.history.add("people", who, words="learn")
+    enrollment = people.find(id)
+    card = await people.finish(enrollment, asked.name)
+    history.add("people", who, words="learn")
     return NamedPerson(card.id, card.name, card.pictures)
 
 
 @people.post("/people/{id}/rename")
 @needs("operator")
-async def rename(id: Id, asked: NameRequest, behind: Behind, who: Who) -> NamedPerson:
+async def rename(id: Id, asked: NameRequest, people: PeopleEnrolled, history: HistoryInUse, who: Who) -> NamedPerson:
     """Rename a person."""
-    card = await behind.people.rename(id, asked.name)
-    behind.history.add("people", who, words="rename")
+    card = await people.rename(id, asked.name)
+    history.add("people", who, words="rename")
     return NamedPerson(card.id, card.name, card.pictures)
 
 
 @people.delete("/people/{id}", status_code=204)
 @needs("operator")
-async def forget(id: Id, behind: Behind, who: Who) -> Response:
+async def forget(id: Id, people: PeopleEnrolled, lease: DriversLease, history: HistoryInUse, who: Who) -> Response:
     """Forget a person for good, or cancel an enrollment. A chosen person is no longer chosen."""
-    if behind.people.enrollment is not None and behind.people.enrollment.id == id:
-        await behind.people.cancel(behind.people.enrollment)
+    if people.enrollment is not None and people.enrollment.id == id:
+        await people.cancel(people.enrollment)
     else:
-        if id == behind.people.shown.chosen:
-            behind.lease.check_not_anothers(who)
-        await behind.people.forget(id)
-        behind.history.add("people", who, words="forget")
+        if id == people.shown.chosen:
+            lease.check_not_anothers(who)
+        await people.forget(id)
+        history.add("people", who, words="forget")
     return Response(status_code=204)

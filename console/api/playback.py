@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from console.access.roles import needs
-from console.api import Behind, RequestBody, Who, router
+from console.api import Playback, RequestBody, Who, router
 from console.control.playback import PlaybackAction
 
 playback = router("playback")
@@ -26,7 +26,7 @@ class SteeredPlayback(msgspec.Struct, frozen=True):
 
 @playback.post("/playback")
 @needs("operator")
-async def steer(asked: PlaybackRequest, behind: Behind, who: Who) -> SteeredPlayback:
+async def steer(asked: PlaybackRequest, player: Playback, who: Who) -> SteeredPlayback:
     """Play, pause, change the speed, seek. A recording that was just opened waits at its first scan to be played."""
-    await behind.player.steer(asked.do, asked.value, who)
+    await player.steer(asked.do, asked.value, who)
     return SteeredPlayback(asked.do)

@@ -11,11 +11,10 @@ from msgspec.structs import replace
 from pydantic import Field
 
 from console.access.roles import SOUND, needs
-from console.api import Behind, RequestBody, Who, router
-from console.http.problems import Problem
-from console.runtime import Runtime
+from console.api import DriversLease, HistoryInUse, RequestBody, SimulatedRoom, Who, router
 from core.errors import BadInput
 from core.robots.requests import (
+    Ask,
     CarryRobot,
     FloorPlan,
     GroundTruth,
@@ -140,52 +139,55 @@ class RemoveRequest(RequestBody):
 
 @simulation.get("/sim/truth")
 @needs("viewer")
-async def truth(behind: Behind) -> GroundTruth:
+async def truth(room: SimulatedRoom) -> GroundTruth:
     """The true pose in the world frame. For scoring; no estimator sees it."""
-    return await simulated(behind).ask(ReadTruth())
+    return await room(ReadTruth())
 
 
 @simulation.get("/sim/plan")
 @needs("viewer")
-async def plan(behind: Behind) -> FloorPlan:
+async def plan(room: SimulatedRoom) -> FloorPlan:
     """The true floor plan: walls as segments, and the things in the room."""
-    return await simulated(behind).ask(ReadPlan())
+    return await room(ReadPlan())
 
 
 @simulation.post("/sim/place", status_code=201)
 @needs("operator")
 async def place(
-    asked: Annotated[PlaceRequest | PlaceBoardRequest, Field(discriminator="what")], behind: Behind, who: Who
+    asked: Annotated[PlaceRequest | PlaceBoardRequest, Field(discriminator="what")],
+    room: SimulatedRoom,
+    lease: DriversLease,
+    history: HistoryInUse,
+    who: Who,
 ) -> PlacedThing | PlacedBoard | GroundTruth:
     """Put a person or a box into the room, hold up a chessboard, or carry the robot."""
     if asked.what == "robot":
-        behind.lease.check_not_anothers(who)
-    answer = await simulated(behind).ask(asked.request())
-    behind.history.add("place", who, words=asked.what)
+        lease.check_not_anothers(who)
+    answer = await room(asked.request())
+    history.add("place", who, words=asked.what)
     return answer
 
 
 @simulation.post("/sim/say", status_code=202)
 @needs("operator", body=SOUND)
-async def say(asked: SayRequest, behind: Behind, who: Who) -> SpokenSound:
+async def say(asked: SayRequest, room: SimulatedRoom, history: HistoryInUse, who: Who) -> SpokenSound:
     """A voice in the room: through its acoustics to the robot's microphones, and on as any voice."""
-    simulated(behind)
     request = asked.request()
     if asked.text is not None and request.pcm is None:
         chosen = VoiceSettings(voice=asked.voice, speed=asked.speed)
         sound = await asyncio.to_thread(speak, asked.text, chosen)  # not in the driver
         request = replace(request, pcm=pcm(sound), rate_hz=sound.rate)
-    answer = await speak_in_pieces(behind, request)
-    behind.history.add("say", who, words=asked.text or "")
+    answer = await speak_in_pieces(room, request)
+    history.add("say", who, words=asked.text or "")
     return answer
 
 
-async def speak_in_pieces(behind: Runtime, request: Speak) -> SpokenSound:
+async def speak_in_pieces(room: Ask, request: Speak) -> SpokenSound:
     """Let it sound, in pieces that go through the driver's pipe. Raises BadInput, Refused, Unavailable."""
     first, *rest = pieces(request)
-    answer = await behind.ask(first)
+    answer = await room(first)
     for piece in rest:
-        answer = await behind.ask(replace(piece, id=answer.id))
+        answer = await room(replace(piece, id=answer.id))
     return answer
 
 
@@ -203,10 +205,10 @@ def pieces(request: Speak) -> list[Speak]:
 
 @simulation.post("/sim/remove")
 @needs("operator")
-async def remove(asked: RemoveRequest, behind: Behind, who: Who) -> RemovedThing:
+async def remove(asked: RemoveRequest, room: SimulatedRoom, history: HistoryInUse, who: Who) -> RemovedThing:
     """Take it away again."""
-    answer = await simulated(behind).ask(RemoveThing(id=asked.id))
-    behind.history.add("place", who, words="remove")
+    answer = await room(RemoveThing(id=asked.id))
+    history.add("place", who, words="remove")
     return answer
 
 
@@ -216,10 +218,3 @@ def samples_in(text: str) -> bytes:
         return base64.b64decode(text, validate=True)
     except ValueError:
         raise BadInput("pcm must be 16-bit samples in base64.") from None
-
-
-def simulated(behind: Runtime) -> Runtime:
-    """Raises Problem 404 for a robot that is not simulated."""
-    if not behind.robot.profile.simulated:
-        raise Problem(404, "This robot is not simulated.")
-    return behind

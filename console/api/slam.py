@@ -10,7 +10,7 @@ from fastapi import Path
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import Behind, RequestBody, Who, router
+from console.api import RequestBody, SavedMaps, Who, router
 from console.messages.map import ClosureRow, closure
 from core.message import Array
 
@@ -61,39 +61,39 @@ class LaserPoints(msgspec.Struct, frozen=True):
 
 @slam.get("/slam/closures")
 @needs("viewer")
-async def closures(behind: Behind) -> ClosureList:
+async def closures(maps: SavedMaps) -> ClosureList:
     """Every place that was recognised, the oldest first."""
-    return ClosureList([closure(row) for row in behind.maps.snapshot.floor.closures])
+    return ClosureList([closure(row) for row in maps.snapshot.floor.closures])
 
 
 @slam.post("/slam/closures/{number}/undo", status_code=202)
 @needs("operator")
-async def undo(number: Number, behind: Behind, who: Who) -> ClosureChange:
+async def undo(number: Number, maps: SavedMaps, who: Who) -> ClosureChange:
     """A closure does not hold: the rooms go back to where they would be without it."""
-    behind.maps.undo(number, who)
+    maps.undo(number, who)
     return ClosureChange(number, "undone")
 
 
 @slam.post("/slam/closures/{number}/redo", status_code=202)
 @needs("operator")
-async def redo(number: Number, behind: Behind, who: Who) -> ClosureChange:
+async def redo(number: Number, maps: SavedMaps, who: Who) -> ClosureChange:
     """It holds after all."""
-    behind.maps.redo(number, who)
+    maps.redo(number, who)
     return ClosureChange(number, "accepted")
 
 
 @slam.post("/slam/here", status_code=202)
 @needs("operator")
-async def here(asked: RelocalizeRequest, behind: Behind, who: Who) -> ClaimedPlace:
+async def here(asked: RelocalizeRequest, maps: SavedMaps, who: Who) -> ClaimedPlace:
     """The robot is here. It looks around this place, and goes on when its scan agrees."""
-    behind.maps.here(asked.x_m, asked.y_m, asked.heading_rad, who, force=asked.force)
+    maps.here(asked.x_m, asked.y_m, asked.heading_rad, who, force=asked.force)
     return ClaimedPlace(asked.x_m, asked.y_m, asked.heading_rad)
 
 
 @slam.get("/scan")
 @needs("viewer")
-async def scan(behind: Behind) -> LaserPoints:
+async def scan(maps: SavedMaps) -> LaserPoints:
     """The points that the newest scan of the laser hit, seen from the robot: x forward, y left."""
-    snapshot = behind.maps.snapshot
+    snapshot = maps.snapshot
     points: Array = snapshot.estimate.pose.inverse().apply(snapshot.scan_points)
     return LaserPoints(snapshot.stamp, [(x, y) for x, y in np.round(points, 3).tolist()])

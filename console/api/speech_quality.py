@@ -12,8 +12,7 @@ from fastapi import Path, Response
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import Behind, RequestBody, Who, router
-from console.api.simulation import simulated
+from console.api import Behind, HistoryInUse, QualityTests, RequestBody, RobotInUse, Who, router
 from console.api.typed_route import Responses
 from console.http.problems import Problem
 from console.speech.quality_runs import QualityRunState, QualityWish
@@ -59,19 +58,21 @@ class QualityRunList(msgspec.Struct, frozen=True):
 
 @speech_quality.get("/speech-quality")
 @needs("viewer")
-async def runs(behind: Behind) -> QualityRunList:
+async def runs(robot: RobotInUse, quality: QualityTests) -> QualityRunList:
     """All runs, newest first; `why_not` says why another one cannot begin."""
-    why_not = "" if behind.robot.profile.simulated else ONLY_SIMULATED
-    return QualityRunList([run.shown for run in reversed(behind.quality.runs.values())], why_not)
+    why_not = "" if robot.profile.simulated else ONLY_SIMULATED
+    return QualityRunList([run.shown for run in reversed(quality.runs.values())], why_not)
 
 
 @speech_quality.post("/speech-quality", status_code=202)
 @needs("operator")
-async def begin(asked: QualityRequest, behind: Behind, who: Who) -> QualityRunState:
+async def begin(
+    asked: QualityRequest, behind: Behind, quality: QualityTests, history: HistoryInUse, who: Who
+) -> QualityRunState:
     """Measure in the simulated room, from where the robot is now; how it goes stands in the run."""
     if not behind.robot.profile.simulated:
         raise Problem(409, ONLY_SIMULATED)
-    robot = await simulated(behind).ask(ReadTruth())
+    robot = await behind.ask(ReadTruth())
     world = (await behind.ask(ReadPlan())).name
     towards, distances = robot.heading_rad + asked.azimuth_rad, list(DISTANCES)
     if asked.x_m is not None and asked.y_m is not None:
@@ -87,40 +88,40 @@ async def begin(asked: QualityRequest, behind: Behind, who: Who) -> QualityRunSt
         snr_db=asked.snr_db,
         phrases=asked.phrases,
     )
-    run = behind.quality.begin(wish, who)
-    behind.history.add("speech quality", who, words="begin")
+    run = quality.begin(wish, who)
+    history.add("speech quality", who, words="begin")
     return run.shown
 
 
 @speech_quality.get("/speech-quality/{id}")
 @needs("viewer")
-async def one(id: Id, behind: Behind) -> QualityRunState:
+async def one(id: Id, quality: QualityTests) -> QualityRunState:
     """One run: how far it is, and a row of figures for every place."""
-    return behind.quality.find(id).shown
+    return quality.find(id).shown
 
 
 @speech_quality.post("/speech-quality/{id}/cancel")
 @needs("operator")
-async def cancel(id: Id, behind: Behind) -> QualityRunState:
+async def cancel(id: Id, quality: QualityTests) -> QualityRunState:
     """Give it up; the results so far stay."""
-    run = behind.quality.find(id)
-    await behind.quality.cancel(run)
+    run = quality.find(id)
+    await quality.cancel(run)
     return run.shown
 
 
 @speech_quality.delete("/speech-quality/{id}", status_code=204)
 @needs("operator")
-async def delete(id: Id, behind: Behind) -> Response:
+async def delete(id: Id, quality: QualityTests) -> Response:
     """Delete it for good."""
-    await behind.quality.delete(behind.quality.find(id))
+    await quality.delete(quality.find(id))
     return Response(status_code=204)
 
 
 @speech_quality.get("/speech-quality/{id}/report/{row}", response_class=Response, responses=PAGE)
 @needs("viewer")
-async def report(id: Id, row: Annotated[int, Path(ge=0, le=100)], behind: Behind) -> Response:
+async def report(id: Id, row: Annotated[int, Path(ge=0, le=100)], quality: QualityTests) -> Response:
     """The page of one place: texts side by side, figures, spectrograms."""
-    pages = behind.quality.find(id).pages
+    pages = quality.find(id).pages
     if row >= len(pages) or not pages[row]:
         raise Problem(404, "Nothing was measured there (yet).")
     return Response(pages[row], media_type="text/html", headers={"Content-Security-Policy": POLICY})

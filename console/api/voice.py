@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import Behind, Driver, RequestBody, router
+from console.api import Behind, Driver, RequestBody, SpokenAnswers, router
 from console.api.simulation import speak_in_pieces
 from console.runtime import Runtime
 from console.speech.robot_voice import MOST, MOST_MOVING
@@ -55,23 +55,23 @@ class VoiceState(msgspec.Struct, frozen=True):
 
 @voice.post("/voice")
 @needs("operator")
-async def say(asked: SpeechRequest, behind: Behind, _: Driver) -> SpokenAnswer:
+async def say(asked: SpeechRequest, behind: Behind, voice: SpokenAnswers, _: Driver) -> SpokenAnswer:
     """A text → 16-bit samples of one channel in base64, to be played at once; meanwhile nobody is listened to.
 
     While somebody drives, only the driver makes the robot speak: it hears no STOP meanwhile.
     """
     moves = behind.snapshot is not None and behind.snapshot.active_command is not None
-    number, sound = await behind.voice.say(asked.text, MOST_MOVING if moves else MOST)
+    number, sound = await voice.say(asked.text, MOST_MOVING if moves else MOST)
     await in_room(behind, sound)
     return SpokenAnswer(number, round(sound.duration, 3), sound.rate, pcm(sound))
 
 
 @voice.post("/voice/hush")
 @needs("operator")
-async def hush(asked: PlayedRequest, behind: Behind) -> VoiceState:
+async def hush(asked: PlayedRequest, voice: SpokenAnswers) -> VoiceState:
     """It was said: listening goes on in a moment."""
-    behind.voice.hush(asked.id)
-    return VoiceState(behind.voice.muted)
+    voice.hush(asked.id)
+    return VoiceState(voice.muted)
 
 
 async def in_room(behind: Runtime, sound: Sound) -> None:
@@ -90,4 +90,4 @@ async def in_room(behind: Runtime, sound: Sound) -> None:
     with contextlib.suppress(BeckonError):  # no room for a loudspeaker, or too many talk: only the browser is heard
         here = await behind.ask(ReadTruth())
         place = Speak(id=NAME, x_m=here.x_m, y_m=here.y_m, z_m=array.height + ABOVE)
-        await speak_in_pieces(behind, replace(place, pcm=pcm(sound), rate_hz=sound.rate))
+        await speak_in_pieces(behind.ask, replace(place, pcm=pcm(sound), rate_hz=sound.rate))
