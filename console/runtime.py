@@ -49,6 +49,7 @@ from core.gate.suspend import SleepWatch
 from core.robots import Profile
 from core.robots.requests import AnswerT, RobotRequest
 from core.sensors import SensorFrame
+from core.settings import Settings
 from core.snapshot import Snapshot
 
 log = logging.getLogger(__name__)
@@ -61,8 +62,15 @@ class Runtime:
     """Starts and supervises everything. One per console; its methods run on the event loop."""
 
     def __init__(
-        self, robot: RobotLink, make_pilot: Callable[[], PilotLike], *, home: Path, access: Access | None = None
+        self,
+        robot: RobotLink,
+        make_pilot: Callable[[], PilotLike],
+        *,
+        home: Path,
+        access: Access | None = None,
+        settings: Settings | None = None,
     ) -> None:
+        settings = settings or Settings()
         self.robot = robot
         self.access = access or Access()
         self.broadcaster = Broadcaster()
@@ -74,12 +82,12 @@ class Runtime:
         self.history = History(home, partial(self._call, self.folder.history))
         self.door = CommandDispatcher(robot, self.lease, self.history, self.board)
         self.maps = MapService(home, robot, self.door, self.lease, self.history)
-        self.ears = RoomTranscriber(self.door, self.history, self.board)
+        self.ears = RoomTranscriber(self.door, self.history, self.board, settings.speech)
         self.pending_commands = PendingCommands(self.door, self.lease, self.history, self.board)
         self.spoken = VoiceCommands(self.ears, self.door, self.lease, self.pending_commands, self.board)
-        self.microphone = BrowserMicrophone()
-        self.voice = RobotVoice()
-        self.quality = QualityRuns(home)
+        self.microphone = BrowserMicrophone(settings.speech)
+        self.voice = RobotVoice(settings=settings.voice)
+        self.quality = QualityRuns(home, settings.simulation, settings.speech)
         self.player = PlaybackController(robot, self.history, self.board)
         self.scene = Scene(
             robot, partial(self._call, self.board.tell, "warning"), lambda: self.pending_commands.command
@@ -102,11 +110,27 @@ class Runtime:
         self.pilots = PilotSupervisor(self._start_pilot, self._pilot_failed, self._leave_out, self.board)
         self._seq = 0
         self._state_at = 0.0
-        self._watch = LinkMonitor(robot, self.door, self.board)
+        self._link_monitor = LinkMonitor(robot, self.door, self.board)
         self._sleep = SleepWatch()
         self._opening = False
         self._tasks: set[asyncio.Task[None]] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
+        self.snapshot_subscribers: list[Callable[[Snapshot, SensorFrame], None]] = [
+            lambda snapshot, _: self.maps.took(snapshot),
+            lambda snapshot, _: self.people.took(snapshot),
+            self._let_hear,
+            lambda snapshot, _: self.pending_commands.took(snapshot),
+            lambda snapshot, frame: self.array.took(snapshot, frame.sound),
+            lambda snapshot, _: self.board.adopt(snapshot.notices, snapshot.stamp),
+            lambda snapshot, _: self.door.all_ended(snapshot.endings),
+        ]  # called in this order on the event loop
+        self.tick_subscribers: list[Callable[[float], None]] = [
+            self.door.tick,
+            self._expire_logins,
+            self._watch_link,
+            self.calibration_service.tick,
+            self.microphone.tick,
+        ]  # called twenty times a second with the steady clock [s]
 
     # life
 
@@ -232,8 +256,7 @@ class Runtime:
         """From the pilot's thread."""
         picture = self.feed.encoded(frame.image)
         self.scene.show(snapshot)
-        self.calibration_service.newest = frame.image or self.calibration_service.newest
-        if self.calibration_service.watching:
+        if self.calibration_service.frame_came(frame):
             self._call(self.calibration_service.saw, frame)
         self._call(self._took, snapshot, picture, frame)
 
@@ -253,19 +276,16 @@ class Runtime:
         if not self.over:
             self.robot.beat()  # the loop runs and the pilot steps: that is what the gate wants to know
         self.snapshot = snapshot
-        self.maps.took(snapshot)
-        self.people.took(snapshot)
-        sound = None if self.array.helped else frame.sound
-        self.ears.took(snapshot, sound, self.robot.profile.microphones, frame.sensed)
-        self.pending_commands.took(snapshot)
-        self.array.took(snapshot, frame.sound)
-        self.board.adopt(snapshot.notices, snapshot.stamp)
-        for ending in snapshot.endings:
-            self.door.ended(ending)
+        for take in self.snapshot_subscribers:
+            take(snapshot, frame)
         if picture is not None:
             self.feed.show(picture)
         if time.monotonic() - self._state_at >= STATE_GAP:
             self._tell_state()
+
+    def _let_hear(self, snapshot: Snapshot, frame: SensorFrame) -> None:
+        sound = None if self.array.helped else frame.sound
+        self.ears.took(snapshot, sound, self.robot.profile.microphones, frame.sensed)
 
     def _tell_state(self) -> None:
         self._state_at = time.monotonic()
@@ -288,16 +308,19 @@ class Runtime:
         self._look_for_sleep()
         if self.pilots.steps and not self.over:
             self.robot.beat()
-        self.door.tick(now)
+        for tick in self.tick_subscribers:
+            tick(now)
+        if now - self._state_at > BEAT + STATE_GAP:
+            self._tell_state()
+
+    def _expire_logins(self, now: float) -> None:
         for person in self.access.logins.expire(now):
             self.door.forget(person)
             self.sockets.close_of(person, 1008, "Your login has expired; sign in again.")
-        if self._watch.look(hangs=self.pilots.hangs):
+
+    def _watch_link(self, now: float) -> None:
+        if self._link_monitor.look(hangs=self.pilots.hangs):
             self._nothing_under_way()
-        self.calibration_service.tick(now)
-        self.microphone.tick(now)
-        if now - self._state_at > BEAT + STATE_GAP:
-            self._tell_state()
 
     def _look_for_sleep(self) -> None:
         """End commands, active or pending, that were given before the machine slept."""

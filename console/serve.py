@@ -129,10 +129,7 @@ def serve(options: Options) -> None:
             gate_trace=options.gate_trace,
             settings_file=options.settings,
         )
-        runtime = Runtime(robot, lambda: Pilot(robot.profile, settings), home=home, access=access)
-        runtime.ears.settings = runtime.microphone.settings = settings.speech
-        runtime.voice.settings = settings.voice
-        runtime.quality.ears, runtime.quality.speech = settings.simulation, settings.speech
+        runtime = Runtime(robot, lambda: Pilot(robot.profile, settings), home=home, access=access, settings=settings)
         if options.text_files is not None:
             files = TextFileReader(options.text_files)
             parts = (runtime.door, runtime.lease, runtime.history, runtime.board)

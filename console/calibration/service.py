@@ -253,6 +253,11 @@ class CalibrationService:
         if self._live.get(session.card.id) is live and not live.task.cancelled():
             self.live(session, on=False)
 
+    def frame_came(self, frame: SensorFrame) -> bool:
+        """Keep its picture → whether a session wants to see the frame. From the pilot's thread."""
+        self.newest = frame.image or self.newest
+        return self.watching
+
     def saw(self, frame: SensorFrame) -> None:
         """A frame of the robot."""
         for live in self._live.values():

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Sequence
 from functools import partial
 
 from console import messages
@@ -203,6 +203,11 @@ class CommandDispatcher:
         status = self._robot.status()
         self._stop_controller.tick(status, now)
         self._watch_gate(status, now)
+
+    def all_ended(self, endings: Sequence[ActiveCommandStatus]) -> None:
+        """The pilot reports which active commands ended."""
+        for status in endings:
+            self.ended(status)
 
     def ended(self, status: ActiveCommandStatus) -> None:
         """The pilot reports how an active command ended."""

@@ -88,8 +88,10 @@ class QualityRun(msgspec.Struct):
 class QualityRuns:
     """Lives on the event loop. The worker is there only while something runs."""
 
-    def __init__(self, home: Path) -> None:
-        self.ears, self.speech = MicrophoneSettings(), SpeechSettings()
+    def __init__(
+        self, home: Path, ears: MicrophoneSettings | None = None, speech: SpeechSettings | None = None
+    ) -> None:
+        self.ears, self.speech = ears or MicrophoneSettings(), speech or SpeechSettings()
         self.runs: dict[str, QualityRun] = {}  # oldest first
         self._folder = home / "speech_quality"
         self._worker = Worker("quality")

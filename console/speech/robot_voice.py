@@ -27,8 +27,9 @@ class RobotVoice:
         self,
         speaker: Callable[[str, VoiceSettings], Sound] = speak,
         clock: Callable[[], float] = time.monotonic,
+        settings: VoiceSettings | None = None,
     ) -> None:
-        self.settings = VoiceSettings()
+        self.settings = settings or VoiceSettings()
         self._speaker, self._clock = speaker, clock
         self._until: dict[int, float] = {}  # [s] until when each utterance is heard
         self._end = 0.0  # [s] until when any is

@@ -87,8 +87,14 @@ class RoomUtterance:
 class RoomTranscriber:
     """Lives on the event loop."""
 
-    def __init__(self, door: CommandDispatcher, history: History, board: Notifications) -> None:
-        self.settings = SpeechSettings()
+    def __init__(
+        self,
+        door: CommandDispatcher,
+        history: History,
+        board: Notifications,
+        settings: SpeechSettings | None = None,
+    ) -> None:
+        self.settings = settings or SpeechSettings()
         self.stamp = 0.0  # [s] robot clock of the newest snapshot
         self.trouble = ""  # why words are not read
         self.utterances: deque[RoomUtterance] = deque(maxlen=REMEMBERED)
