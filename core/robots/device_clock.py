@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 
 SPAN = 10.0  # [s] over which the quickest message is looked for: a drift of 100 ppm makes 1 ms of it
+SOON, FELL_BEHIND = 2.0, 0.15  # [s]: even the quickest of the last messages is so much later: the clock was held up
 JUMP = 1.0  # [s] backwards by which a clock was reset
 
 
@@ -31,6 +32,11 @@ class DeviceClock:
         while self._quickest and self._quickest[-1][1] >= difference:
             self._quickest.pop()
         self._quickest.append((received, difference))
-        while self._quickest[0][0] < received - SPAN:
+        while self._quickest[0][0] < received - SPAN or self._held_up(received):
             self._quickest.popleft()
         return device + self._quickest[0][1] - self._delay
+
+    def _held_up(self, now: float) -> bool:
+        """True when what came within the last seconds is all late by what came before."""
+        recent = next(difference for received, difference in self._quickest if received >= now - SOON)
+        return recent - self._quickest[0][1] > FELL_BEHIND

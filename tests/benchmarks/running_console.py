@@ -20,10 +20,10 @@ import psutil
 class Console:
     """`beckon run` in a process of its own, on the simulator, with the gate's diary."""
 
-    def __init__(self, folder: Path, *, auth: bool = False) -> None:
+    def __init__(self, folder: Path, *, auth: bool = False, robot: str = "sim:lab") -> None:
         """`auth`: who comes has to show one of the `keys`, the operator's or the viewer's."""
         self.trace = folder / "gate.csv"
-        command = [sys.executable, "-m", "console", "run", "--no-browser", "--port", "0"]
+        command = [sys.executable, "-m", "console", "run", "--no-browser", "--port", "0", "--robot", robot]
         self.process = subprocess.Popen(
             [*command, *(() if auth else ("--no-auth",)), "--gate-trace", str(self.trace), "--data", str(folder)],
             stdout=subprocess.PIPE,
@@ -33,12 +33,14 @@ class Console:
         lines = [self.process.stdout.readline() for _ in range(2 if auth else 1)]
         self.port = int(lines[0].split("127.0.0.1:")[1].split("/")[0].split()[0])
         self.keys = tuple(line.strip().partition("#t=")[2] for line in lines)
+        self.signed = {"Authorization": f"Bearer {self.keys[0]}"} if auth else {}  # as the operator
         self.children = psutil.Process(self.process.pid).children(recursive=True)
 
     def get(self, path: str) -> Any:
         """GET → what the JSON says, also where it is a problem."""
+        asked = urllib.request.Request(f"http://127.0.0.1:{self.port}{path}", headers=self.signed)
         try:
-            with urllib.request.urlopen(f"http://127.0.0.1:{self.port}{path}", timeout=5) as answer:
+            with urllib.request.urlopen(asked, timeout=5) as answer:
                 return json.load(answer)
         except urllib.error.HTTPError as refused:
             return json.load(refused)
@@ -57,7 +59,11 @@ class Console:
         return urllib.request.Request(
             f"http://127.0.0.1:{self.port}{path}",
             data=json.dumps(body or {}).encode(),
-            headers={"Content-Type": "application/json", "Origin": f"http://127.0.0.1:{self.port}"},
+            headers={
+                "Content-Type": "application/json",
+                "Origin": f"http://127.0.0.1:{self.port}",
+                **self.signed,
+            },
         )
 
     def close(self) -> None:
@@ -77,10 +83,10 @@ class Console:
 
 
 @contextlib.contextmanager
-def console(*, auth: bool = False) -> Iterator[Console]:
+def console(*, auth: bool = False, robot: str = "sim:lab") -> Iterator[Console]:
     """A console for a few trials."""
     with tempfile.TemporaryDirectory() as folder:
-        running = Console(Path(folder), auth=auth)
+        running = Console(Path(folder), auth=auth, robot=robot)
         try:
             yield running
         finally:

@@ -199,3 +199,14 @@ def test_a_clock_that_was_set_back_is_learnt_anew() -> None:
     clock = DeviceClock()
     clock.stamp(100.0, 1.0)
     assert clock.stamp(5.0, 2.0) == pytest.approx(2.0)
+
+
+def test_a_clock_that_was_held_up_is_followed_within_seconds() -> None:
+    rng, clock = np.random.default_rng(3), DeviceClock()
+    lag, late = 0.0, list[float]()
+    for number in range(400):
+        received = 0.1 * number
+        lag = 1.0 if received > 20 else 0.0  # the device's computer stood for a second
+        stamp = clock.stamp(received - lag - float(rng.uniform(0.0, 0.05)), received)
+        late.append(received - stamp)
+    assert max(late[:200]) < 0.06 and max(late[225:]) < 0.06
