@@ -39,7 +39,8 @@ class Driver(Device):
                 scanned, angles = scanned + 0.1, self.pose.heading + np.radians(np.arange(-180, 180))
                 beams = np.column_stack((np.cos(angles), np.sin(angles)))  # to the walls of a room of 6 m by 4 m
                 walls = ([3.0, 2.0] - np.sign(beams) * [self.pose.x, self.pose.y]) / (np.abs(beams) + 1e-9)
-                readings.scan(Scan(stamp=now, ranges=walls.min(1), angle_min=-np.pi, angle_step=np.pi / 180))
+                ranges = walls.min(1) + np.random.normal(0.0, 0.01, 360)  # [m], right to left
+                readings.scan(Scan(stamp=now, ranges=ranges, angle_min=-np.pi, angle_step=np.pi / 180))
 
     def drive(self, twist: Twist) -> None:  # TODO: send the speeds to the robot; called 40 times a second
         self.twist = twist
