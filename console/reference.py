@@ -20,6 +20,7 @@ from console.cli.settings import rows, section_kinds
 from console.messages.generate_js import js_type
 from console.runtime import Runtime
 from core.commands import VOCABULARY
+from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile
 
 NOTE = "<!-- Written by `python -m console.reference`; a test keeps it equal to the code. Do not edit. -->"
 
@@ -29,6 +30,7 @@ def reference_pages() -> dict[str, str]:
     return {
         "cli.md": cli_page(),
         "settings.md": settings_page(),
+        "robot-file.md": robot_file_page(),
         "rest.md": rest_page(),
         "socket.md": socket_page(),
         "commands.md": commands_page(),
@@ -114,6 +116,72 @@ def settings_page() -> str:
         about = (inspect.getdoc(kind) or "").splitlines()[0]
         parts.append(f"## [{name}]\n\n{about}\n\n{table(('setting', 'default', 'values', 'unit', 'meaning'), cells)}")
     return page("Settings", intro, *parts)
+
+
+# the robot file
+
+EXAMPLE = """```toml
+url = "py:my_robot.py:/dev/ttyUSB0"
+name = "Marvin"
+wheelbase = 0.23
+
+[lasers.laser]
+x = 0.08
+height = 0.17
+
+[robot]
+baud = 57600
+```"""
+
+
+def robot_file_page() -> str:
+    """Every table of robot.toml with its entries."""
+    intro = (
+        "A file robot.toml describes one robot: `beckon run --robot robot.toml`, `beckon robot check robot.toml`. An "
+        "unknown entry, or a value outside its bounds, is refused and named. Places are seen from the middle between "
+        "the wheels, on the floor: x forward, y to the left. A sensor's table has the name of the sensor, which "
+        "`beckon robot check` prints."
+    )
+    parts = [
+        file_table(title, kind)
+        for title, kind in (
+            ("At the top", RobotFile),
+            ("[lasers.NAME]", LaserTable),
+            ("[cameras.NAME]", CameraTable),
+            ("[microphones.NAME]", MicrophonesTable),
+        )
+    ]
+    own = (
+        "## [robot]\n\nThe driver's own entries, which the driver checks. They go behind the `?` of its URL, "
+        "`baud = 57600` as `?baud=57600`; what the URL says itself counts more."
+    )
+    return page("Robot file", intro, EXAMPLE, *parts, own)
+
+
+def file_table(title: str, kind: type[msgspec.Struct]) -> str:
+    """One table of the robot file."""
+    info = cast(msgspec.inspect.StructType, msgspec.inspect.type_info(kind))
+    rows = [file_entry(each) for each in info.fields if isinstance(each.type, msgspec.inspect.Metadata)]
+    body = table(("entry", "default", "values", "unit", "meaning"), rows)
+    return f"## {title}\n\n{inspect.getdoc(kind)}\n\n{body}"
+
+
+def file_entry(each: msgspec.inspect.Field) -> tuple[str, ...]:
+    """One entry: its name, default, bounds, unit and meaning, as they are declared."""
+    meaning, unit, inner = "", "", each.type
+    while isinstance(inner, (msgspec.inspect.Metadata, msgspec.inspect.UnionType)):
+        if isinstance(inner, msgspec.inspect.UnionType):
+            inner = next(one for one in inner.types if not isinstance(one, msgspec.inspect.NoneType))
+            continue
+        meaning = (inner.extra_json_schema or {}).get("description", meaning)
+        unit = (inner.extra or {}).get("unit", unit)
+        inner = inner.type
+    values = "text"
+    if isinstance(inner, msgspec.inspect.FloatType):
+        low = f"above {inner.gt:g}" if inner.gt is not None else f"{inner.ge:g}"
+        values = f"{low} to {inner.le:g}"
+    default = f"`{each.default:g}`" if isinstance(each.default, float) else ""
+    return f"`{each.name}`", default, values, unit, meaning
 
 
 # HTTP

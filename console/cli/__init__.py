@@ -12,6 +12,8 @@ from console.cli import (
     doctor,
     experiment,
     hear,
+    robot,
+    robots,
     run,
     settings,
     slam,
@@ -21,6 +23,8 @@ from console.cli import (
 
 SUBCOMMANDS = (
     run,
+    robots,
+    robot,
     calibrate,
     correct,
     slam,

@@ -24,6 +24,7 @@ PORT = 8420
 CHECKOUT = Path(__file__).resolve().parents[2]
 PACKAGE = re.compile(r"[A-Za-z0-9._-]+")
 PYTHONS = re.compile(r"python_version\s*==\s*['\"]([0-9.]+)['\"]")  # the only condition that Beckon sets
+EXTRA = re.compile(r"extra\s*==\s*['\"]([^'\"]+)['\"]")
 HERE = f"{sys.version_info.major}.{sys.version_info.minor}"
 WELL = "All that is needed is here."
 MISSING = "Something that is needed is missing; see the arrows above."
@@ -114,13 +115,20 @@ def examine() -> list[CheckResult]:
     ]
 
 
-def declared() -> list[str]:
-    """Return the requirements of Beckon, a line each with its conditions, without extras."""
+def declared(extra: str = "") -> list[str]:
+    """Return the requirements of Beckon, or of one of its extras, a line each with its conditions."""
     try:
         lines: list[str] = requires("beckon") or []
     except PackageNotFoundError:  # a bare checkout
-        lines = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["project"]["dependencies"]
-    return [line for line in lines if "extra ==" not in line]
+        project = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["project"]
+        return project["optional-dependencies"].get(extra, []) if extra else project["dependencies"]
+    return [line for line in lines if extra == next(iter(EXTRA.findall(line)), "")]
+
+
+def missing_packages(extra: str) -> list[str]:
+    """The packages of an extra that are not installed."""
+    names = [name[0] for line in declared(extra) if (name := PACKAGE.match(line))]
+    return [name for name in names if not package(name).good]
 
 
 def needed(python: str = HERE) -> list[str]:

@@ -69,12 +69,13 @@ class DriverLoop:
         """Until both the console and the gate are gone, or the console says so."""
         take_packets(self._gate)  # twists from before this robot was awake
         self._pace.start(time.monotonic())
-        while not self._over:
-            wait = self._pace.due - time.monotonic()
-            for key, _ in self._selector.select(max(0.0, wait)):
-                key.data()
-            if time.monotonic() >= self._pace.due:
-                self._step()
+        with self._selector:
+            while not self._over:
+                wait = self._pace.due - time.monotonic()
+                for key, _ in self._selector.select(max(0.0, wait)):
+                    key.data()
+                if time.monotonic() >= self._pace.due:
+                    self._step()
         self._robot.drive(ZERO)
 
     def _step(self) -> None:

@@ -33,11 +33,21 @@ from core.sensors.microphones import MicrophoneArray, load_array
 
 LARGEST = 200_000  # bytes of a robot file
 
-Length = Annotated[float, msgspec.Meta(gt=0.0, le=10.0)]
-Place = Annotated[float, msgspec.Meta(ge=-10.0, le=10.0)]
-Angle = Annotated[float, msgspec.Meta(ge=-360.0, le=360.0)]
-Speed = Annotated[float, msgspec.Meta(gt=0.0, le=5.0)]
-Rate = Annotated[float, msgspec.Meta(gt=0.0, le=200.0)]
+
+def about(meaning: str) -> msgspec.Meta:
+    """What an entry says, for the reference page."""
+    return msgspec.Meta(description=meaning)
+
+
+Length = Annotated[float, msgspec.Meta(gt=0.0, le=10.0, extra={"unit": "m"})]
+Place = Annotated[float, msgspec.Meta(ge=-10.0, le=10.0, extra={"unit": "m"})]
+Angle = Annotated[float, msgspec.Meta(ge=-360.0, le=360.0, extra={"unit": "deg"})]
+Speed = Annotated[float, msgspec.Meta(gt=0.0, le=5.0, extra={"unit": "m/s"})]
+TurnRate = Annotated[float, msgspec.Meta(gt=0.0, le=20.0, extra={"unit": "rad/s"})]
+Rate = Annotated[float, msgspec.Meta(gt=0.0, le=200.0, extra={"unit": "Hz"})]
+FrameRate = Annotated[float, msgspec.Meta(ge=5.0, le=100.0, extra={"unit": "Hz"})]
+Range = Annotated[float, msgspec.Meta(gt=0.0, le=200.0, extra={"unit": "m"})]
+TimeOffset = Annotated[float, msgspec.Meta(ge=-1.0, le=1.0, extra={"unit": "s"})]
 
 
 class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -45,53 +55,53 @@ class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class LaserTable(Table, frozen=True):
-    """A laser: its place on the robot, x forward and y left, from the middle between the wheels."""
+    """A laser and its place on the robot. Without x, the driver's own place holds."""
 
-    x: Place | None = None  # [m]
-    y: Place = 0.0  # [m]
-    heading_deg: Angle = 0.0
-    height: Length | None = None  # [m] of the scanning plane above the floor
-    range_min: Length | None = None  # [m]
-    range_max: Annotated[float, msgspec.Meta(gt=0.0, le=200.0)] | None = None  # [m]
-    rate: Rate | None = None  # [Hz]
-    time_offset: Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)] = 0.0  # [s] to add to its stamps
+    x: Annotated[Place | None, about("forward; y and heading_deg count only with it")] = None
+    y: Annotated[Place, about("to the left")] = 0.0
+    heading_deg: Annotated[Angle, about("where its middle looks, counter-clockwise from straight ahead")] = 0.0
+    height: Annotated[Length | None, about("of the scanning plane above the floor")] = None
+    range_min: Annotated[Length | None, about("nearest range that is a measurement")] = None
+    range_max: Annotated[Range | None, about("farthest range that is a measurement")] = None
+    rate: Annotated[Rate | None, about("turns of the mirror")] = None
+    time_offset: Annotated[TimeOffset, about("to add to its stamps")] = 0.0
 
 
 class CameraTable(Table, frozen=True):
-    """A camera: its place, where it looks, and its calibration."""
+    """A camera, its place and its calibration. Without x, the driver's own place and angles hold."""
 
-    x: Place | None = None  # [m]
-    y: Place = 0.0  # [m]
-    z: Place = 0.16  # [m] above the floor
-    yaw_deg: Angle = 0.0  # to the left
-    pitch_deg: Angle = 0.0  # downwards
-    roll_deg: Angle = 0.0
-    rate: Rate | None = None  # [Hz]
-    calibration: str = ""  # file with the camera model, beside the robot file
+    x: Annotated[Place | None, about("forward; the other places and the angles count only with it")] = None
+    y: Annotated[Place, about("to the left")] = 0.0
+    z: Annotated[Place, about("above the floor")] = 0.16
+    yaw_deg: Annotated[Angle, about("turned to the left")] = 0.0
+    pitch_deg: Annotated[Angle, about("turned downwards")] = 0.0
+    roll_deg: Annotated[Angle, about("turned about its own axis, clockwise seen from behind")] = 0.0
+    rate: Annotated[Rate | None, about("pictures")] = None
+    calibration: Annotated[str, about("file of the camera model (JSON or YAML), beside the robot file")] = ""
 
 
 class MicrophonesTable(Table, frozen=True):
     """A microphone array: its geometry and its place."""
 
-    profile: str = ""  # name of a known array, or a TOML file beside the robot file
-    x: Place = 0.0  # [m]
-    y: Place = 0.0  # [m]
-    heading_deg: Angle = 0.0
-    height: Length = 0.25  # [m] above the floor
+    profile: Annotated[str, about("name of a known array, or a TOML file beside the robot file")] = ""
+    x: Annotated[Place, about("forward")] = 0.0
+    y: Annotated[Place, about("to the left")] = 0.0
+    heading_deg: Annotated[Angle, about("where its +x looks, counter-clockwise from straight ahead")] = 0.0
+    height: Annotated[Length, about("above the floor")] = 0.25
 
 
 class RobotFile(Table, frozen=True):
-    """The whole file."""
+    """The robot itself. What is left out is as the driver says it."""
 
-    url: str = ""
-    name: str = ""
-    radius: Length | None = None  # [m] of the round footprint
-    wheelbase: Length | None = None  # [m]
-    cruise: Speed | None = None  # [m/s]
-    max_speed: Speed | None = None  # [m/s]
-    max_turn_rate: Annotated[float, msgspec.Meta(gt=0.0, le=20.0)] | None = None  # [rad/s]
-    rate: Annotated[float, msgspec.Meta(ge=5.0, le=100.0)] = 40.0  # [Hz] of frames
-    urdf: str = ""  # file beside this one: mountings and looks
+    url: Annotated[str, about("how the robot is reached, see `beckon robots`")] = ""
+    name: Annotated[str, about("shown to the operator")] = ""
+    radius: Annotated[Length | None, about("of the round footprint")] = None
+    wheelbase: Annotated[Length | None, about("between the wheels")] = None
+    cruise: Annotated[Speed | None, about("speed of commands")] = None
+    max_speed: Annotated[Speed | None, about("the highest speed that is ever asked for")] = None
+    max_turn_rate: Annotated[TurnRate | None, about("the highest turn rate that is ever asked for")] = None
+    rate: Annotated[FrameRate, about("frames, that is control updates")] = 40.0
+    urdf: Annotated[str, about("file with mountings and looks, beside the robot file")] = ""
     lasers: dict[str, LaserTable] = {}
     cameras: dict[str, CameraTable] = {}
     microphones: dict[str, MicrophonesTable] = {}

@@ -42,6 +42,7 @@ def test_every_subcommand_that_writes_looks_first_whether_it_can() -> None:
 
 
 COMMANDS: dict[str, list[str]] = {
+    "robot new": ["my_robot"],
     "slam": ["missing.bag"],
     "calibrate camera": ["missing.png", "--board", "9x6", "--square", "0.03"],
     "calibrate laser": ["missing", "--camera", "missing.json"],

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from console.reference import robot_file_page
 from core.errors import BadInput
 from core.geometry import Pose
 from core.optics import TABLE_3
@@ -172,3 +173,10 @@ def test_only_the_first_base_drives(tmp_path: Path) -> None:
         scans |= {scan.laser} if scan is not None else set()
     assert scans == {"top", "top-2"}
     robot.close()
+
+
+def test_every_entry_of_the_file_declares_what_it_means_and_every_number_its_unit() -> None:
+    rows = [line.split("|")[1:-1] for line in robot_file_page().splitlines() if line.startswith("| `")]
+    assert len(rows) >= 30
+    for _, _, values, unit, meaning in ([cell.strip() for cell in row] for row in rows):
+        assert meaning and bool(unit) is (values != "text")

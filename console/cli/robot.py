@@ -1,0 +1,94 @@
+"""`beckon robot`: check a robot with its driver, or begin a driver."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from console.cli.answer import add_json, add_out, progress, tell, write, write_json
+from core.errors import BadInput, Refused
+from core.files import write_atomic
+
+CONSENT = "The robot will move at 2 cm/s for about a second, twice. Are the wheels free, or the floor? [y/N] "
+CUT = "Pull the robot's cable or switch its radio off, then press Enter. "
+RESTORE = "Plug it in again, then press Enter. "
+
+
+def add(places: Any) -> None:
+    """Add the subcommand with its kinds."""
+    parser: argparse.ArgumentParser = places.add_parser("robot", help="check a robot, or begin a driver of one's own")
+    kinds = parser.add_subparsers(dest="kind", metavar="check|new", required=True)
+    check: argparse.ArgumentParser = kinds.add_parser("check", help="try whether a robot does what a driver promises")
+    check.add_argument("robot", metavar="URL|robot.toml", help="how it is reached, see beckon robots")
+    check.add_argument("--drive", action="store_true", help="let it move, after a question")
+    check.add_argument("--yes", action="store_true", help="answer the question: the robot may move")
+    check.add_argument("--interactive", action="store_true", help="ask to pull the cable, and to plug it in again")
+    add_json(check)
+    check.set_defaults(run=run_check)
+    new: argparse.ArgumentParser = kinds.add_parser("new", help="write a driver that simulates itself, and its test")
+    new.add_argument("name", metavar="NAME", help="of the robot: small letters, digits, underscores")
+    add_out(new, "where the two files go (default: here)")
+    add_json(new)
+    new.set_defaults(run=run_new)
+
+
+def run_check(chosen: argparse.Namespace) -> int:
+    """Print the table. Exit code 1 when a check failed."""
+    from core.robots.conformance import Interruption, check_robot  # robots take a second to import: only here
+
+    if chosen.drive and not chosen.yes and asked(CONSENT).strip().lower() not in ("y", "yes"):
+        raise Refused("Nothing was moved. Lift the wheels off the floor and answer y, or check without --drive.")
+    pulled = Interruption(lambda: asked(CUT), lambda: asked(RESTORE)) if chosen.interactive else None
+    with progress() as say:
+        report = check_robot(chosen.robot, drive=chosen.drive, interruption=pulled, say=say)
+    if chosen.json:
+        checks = [
+            {"name": one.name, "passed": one.passed, "figure": one.figure, "unit": one.unit, "advice": one.advice}
+            for one in report.checks
+        ]
+        skipped = [one._asdict() for one in report.not_checked]
+        write_json({"robot": chosen.robot, "passed": report.passed, "checks": checks, "not_checked": skipped})
+        return 0 if report.passed else 1
+    width = 2 + max(len(one.name) for one in (*report.checks, *report.not_checked))
+    for one in report.checks:
+        figure = "" if one.figure is None else f"{one.figure:.4g} {one.unit}"
+        write(f"{one.name:{width}}{'passed' if one.passed else 'FAILED':13}{figure}".rstrip())
+        if not one.passed:
+            write(f"{'':{width}}→ {one.advice}")
+    for skipped in report.not_checked:
+        write(f"{skipped.name:{width}}not checked  {skipped.reason}")
+    failed = sum(not one.passed for one in report.checks)
+    write(
+        f"{failed} of {len(report.checks)} checks failed." if failed else f"All {len(report.checks)} checks passed."
+    )
+    return 1 if failed else 0
+
+
+def run_new(chosen: argparse.Namespace) -> int:
+    """Write the driver and its test. Raises BadInput where one of them is there already."""
+    from core.robots.driver_template import check_name, sources
+
+    folder: Path = chosen.out or Path()
+    files = {folder / name: text for name, text in sources(chosen.name).items()}
+    there = next((path for path in files if path.exists()), None)
+    if there is not None:
+        raise BadInput(f"{there.name} is there already; choose another name, or another folder with --out.")
+    check_name(chosen.name)
+    for path, text in files.items():
+        write_atomic(path, text)
+    driver, test = files
+    if chosen.json:
+        write_json({"files": {"driver": str(driver), "test": str(test)}, "url": f"py:{driver}:"})
+        return 0
+    write(f"{driver} and {test} are written. The robot simulates itself until you have done the TODOs.")
+    write(f"Try it with    beckon robot check py:{driver}:")
+    write(f"Drive it with  beckon run --robot py:{driver}:")
+    return 0
+
+
+def asked(question: str) -> str:
+    """A line of the person at the terminal; "" where there is nobody."""
+    tell(question)
+    return sys.stdin.readline()

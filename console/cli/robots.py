@@ -1,0 +1,82 @@
+"""`beckon robots`: the kinds of robots and devices that can be connected."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any, NamedTuple
+
+from console.cli.answer import add_json, write, write_json
+from console.cli.doctor import missing_packages
+from core.robots.connect import OWN, SCHEMES, brought
+
+HEAD = ("example", "what", "has", "needs")
+MORE = (
+    "URL+URL joins devices; the first with a base drives. A file robot.toml describes a robot and names its URL.",
+    "Try one with: beckon robot check URL. Write a driver of your own with: beckon robot new NAME.",
+)
+
+
+class SchemeRow(NamedTuple):
+    """One line of the table."""
+
+    scheme: str
+    example: str
+    what: str
+    has: str
+    extra: str = ""  # of Beckon that it needs
+    missing: tuple[str, ...] = ()  # packages of the extra that are not installed
+    package: str = ""  # that brings it; "": Beckon
+
+    @property
+    def needs(self) -> str:
+        """What has to be installed, for people."""
+        if not self.extra:
+            return self.package
+        return f"pip install 'beckon[{self.extra}]'" if self.missing else f"{self.extra} (installed)"
+
+    @property
+    def fields(self) -> dict[str, object]:
+        """The line as JSON."""
+        return {
+            **self._asdict(),
+            "extra": self.extra or None,
+            "package": self.package or None,
+            "installed": not self.missing,
+        }
+
+
+def add(places: Any) -> None:
+    """Add the subcommand."""
+    parser: argparse.ArgumentParser = places.add_parser("robots", help="the kinds of robots and what each can")
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(chosen: argparse.Namespace) -> int:
+    """Print the table."""
+    rows = scheme_rows()
+    if chosen.json:
+        write_json({"schemes": [row.fields for row in rows]})
+        return 0
+    lines = [HEAD, *((row.example, row.what, row.has, row.needs) for row in rows)]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(HEAD))]
+    for line in lines:
+        write("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip())
+    for line in ("", *MORE):
+        write(line)
+    return 0
+
+
+def scheme_rows() -> list[SchemeRow]:
+    """Beckon's own schemes, a driver in a file, and what installed packages bring."""
+    rows = [
+        SchemeRow(
+            name, one.example, one.what, one.has, one.extra, tuple(missing_packages(one.extra)) if one.extra else ()
+        )
+        for name, one in SCHEMES.items()
+    ]
+    rows.append(SchemeRow(OWN, f"{OWN}:FILE.py:ARGUMENTS", "driver of one's own", "what the file declares"))
+    for name, point in brought().items():
+        package = f"{point.dist.name} {point.dist.version}" if point.dist else point.value
+        rows.append(SchemeRow(name, f"{name}:…", "driver of a package", "see its documentation", package=package))
+    return rows

@@ -1,0 +1,383 @@
+"""The conformance suite: what every driver has to hold, tried on the robot itself (`beckon robot check`).
+
+The robot runs behind the driver's own loop, as it does for the console, so that the same watchdog stops it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import stat
+import threading
+import time
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from core.errors import BadInput, Unavailable
+from core.gate.twist import ZERO, Twist
+from core.message import message
+from core.robots import Profile
+from core.robots.connect import connect
+from core.robots.driver_session import DriverSession
+from core.robots.process import TIMEOUT
+from core.robots.requests import SetListening
+from core.sensors import SensorFrame
+
+SPEED, DRIVING = 0.02, 1.0  # [m/s], [s]: what the robot is asked to do
+STANDING = 0.25 * SPEED  # [m/s] below which it stands
+SENSOR_START = 10.0  # [s] in which every sensor has to deliver for the first time
+MEASURING = 3.0  # [s] at least
+READINGS = 12  # of the slowest sensor that are waited for
+LONGEST = 12.0  # [s] of measuring
+SLOWER, FASTER = 0.8, 1.25  # times the rate of the profile that a sensor may have
+FRAME_SHARE = 0.8  # of the frames that must come
+FUTURE, OLD = 0.010, 0.5  # [s] by which a stamp may lead, and which age a reading may have
+STOPPING = 0.5  # [s] from a request to a base that stands
+LOST_WITHIN, BACK_WITHIN = 15.0, 30.0  # [s] after the link was cut, and after it was restored
+LETTING_GO = 2.0  # [s] that threads and sockets may take to end
+
+
+@message
+class ConformanceCheck:
+    """One line of the table."""
+
+    name: str
+    passed: bool
+    figure: float | None = None
+    unit: str = ""
+    advice: str = ""  # what failed and what to do
+
+
+class SkippedCheck(NamedTuple):
+    """A check that could not be made."""
+
+    name: str
+    reason: str
+
+
+@message
+class ConformanceReport:
+    """What was found."""
+
+    checks: tuple[ConformanceCheck, ...]
+    not_checked: tuple[SkippedCheck, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """Return whether all that was checked is as it has to be."""
+        return all(check.passed for check in self.checks)
+
+
+class Interruption(NamedTuple):
+    """How the link to the robot is cut, and restored."""
+
+    cut: Callable[[], object]
+    restore: Callable[[], object]
+
+
+class SensorSeries(NamedTuple):
+    """What one sensor delivered while it was watched."""
+
+    name: str
+    rate: float  # [Hz] of the profile
+    entry: str  # of robot.toml that describes it
+    stamps: list[float]  # [s] of its readings
+    ages: list[float]  # [s] of its readings in the frames that carried them
+
+    @property
+    def measured(self) -> float:
+        """[Hz] by its stamps; 0 of fewer than two readings."""
+        lasted = max(self.stamps, default=0.0) - min(self.stamps, default=0.0)
+        return (len(self.stamps) - 1) / lasted if lasted > 0 else 0.0
+
+
+def check_robot(
+    url: str,
+    *,
+    drive: bool = False,
+    interruption: Interruption | None = None,
+    say: Callable[[str], object] = lambda _: None,
+) -> ConformanceReport:
+    """Try everything on the robot. With `drive` it moves at 2 cm/s, twice for about a second.
+
+    `say` is given what goes on. Raises BadInput where the URL names no robot that can be checked.
+    """
+    before, began = Holdings.now(), time.monotonic()
+    try:
+        robot = connect(url)
+    except Unavailable as trouble:
+        return ConformanceReport(checks=(ConformanceCheck(name="connect", passed=False, advice=str(trouble)),))
+    if robot.profile.kind == "LOG":
+        robot.close()
+        raise BadInput("A recording is not checked, it has no driver; give the URL of a robot or its robot.toml.")
+    if SetListening in robot.requests:
+        robot.ask(SetListening(on=True))
+    suite = Suite(DriverSession(robot), say)
+    suite.add("connect", True, time.monotonic() - began, "s")
+    try:
+        suite.check_streams()
+        suite.check_driving(allowed=drive)
+        suite.check_reconnecting(interruption, drive=drive)
+    finally:
+        suite.session.close()
+    suite.check_holdings(before)
+    return ConformanceReport(checks=tuple(suite.checks), not_checked=tuple(suite.not_checked))
+
+
+class Suite:
+    """The checks of one robot, in their order."""
+
+    def __init__(self, session: DriverSession, say: Callable[[str], object]) -> None:
+        self.session, self._say = session, say
+        self.checks: list[ConformanceCheck] = []
+        self.not_checked: list[SkippedCheck] = []
+        self._moved = False  # odometry has shown that it moves when asked to
+
+    def add(self, name: str, passed: bool, figure: float | None = None, unit: str = "", advice: str = "") -> None:
+        """Write down one result; `advice` is for the case that it failed."""
+        shown = "" if passed else advice
+        self.checks.append(ConformanceCheck(name=name, passed=passed, figure=figure, unit=unit, advice=shown))
+
+    def skip(self, reason: str, *names: str) -> None:
+        """Write down that something is not checked."""
+        self.not_checked += [SkippedCheck(name, reason) for name in names]
+
+    # what comes
+
+    def check_streams(self) -> None:
+        """Rate of frames; rate, stamps and age of every sensor."""
+        profile = self.session.profile
+        missing = set(sensor_names(profile))
+
+        def all_there(frame: SensorFrame) -> bool:
+            missing.difference_update(one.name for one in series_of([frame], profile) if one.stamps)
+            return not missing
+
+        self._say(f"waiting for {', '.join(missing) or 'the first frame'}")
+        self.session.frames(SENSOR_START, until=all_there)
+        slowest = min((one.rate for one in series_of([], profile)), default=profile.rate)
+        seconds = min(max(MEASURING, READINGS / slowest), LONGEST)
+        self._say(f"measuring for {seconds:.0f} s")
+        began = time.monotonic()
+        read = self.session.frames(seconds)
+        rate = len(read) / (time.monotonic() - began)
+        self.add(
+            "frames",
+            rate >= FRAME_SHARE * profile.rate,
+            rate,
+            "Hz",
+            f"{profile.rate:g} Hz are expected; this computer is too busy, or the driver keeps `drive` waiting.",
+        )
+        for series in series_of(read, profile):
+            self._check_series(series)
+        for array in profile.arrays[:1]:
+            self._check_sound(array.name, read, seconds)
+        if profile.drives and all(frame.wheels is None for frame in read):
+            self.skip("The base sends no odometry.", "odometry")
+
+    def _check_series(self, one: SensorSeries) -> None:
+        expected = min(one.rate, self.session.profile.rate)
+        fits = SLOWER * expected <= one.measured <= FASTER * expected
+        nothing = f"Nothing came within {SENSOR_START:g} s; is it switched on and connected?"
+        other = (
+            f"The profile says {expected:g} Hz; write rate = {one.measured:.3g} under [{one.entry}] of robot.toml."
+        )
+        self.add(f"{one.name} rate", fits, one.measured, "Hz", other if one.stamps else nothing)
+        if len(one.stamps) < 2:
+            self.skip("Too few readings came.", f"{one.name} stamps", f"{one.name} age")
+            return
+        disordered = int(np.count_nonzero(np.diff(one.stamps) <= 0))
+        self.add(
+            f"{one.name} stamps",
+            disordered == 0,
+            disordered,
+            "out of order",
+            "Every reading needs a later stamp than the one before; hand on each only once.",
+        )
+        self._check_ages(one)
+
+    def _check_ages(self, one: SensorSeries) -> None:
+        first, typical = min(one.ages), float(np.median(one.ages))
+        passed = first >= -FUTURE and typical <= OLD
+        ahead = (
+            f"Stamps lie {-1000 * first:.0f} ms in the future; stamp every reading with readings.now() as it comes."
+        )
+        late = f"Readings are {1000 * typical:.0f} ms old when they come; look for a slow link or a queue on the way."
+        figure = typical if first >= -FUTURE else first
+        self.add(f"{one.name} age", passed, 1000 * figure, "ms", late if first >= -FUTURE else ahead)
+
+    def _check_sound(self, name: str, read: Sequence[SensorFrame], seconds: float) -> None:
+        share = sum(frame.sound.duration for frame in read if frame.sound is not None) / seconds
+        advice = "of the sound comes; samples are lost on the way, or the rate of the array is another one."
+        self.add(f"{name} sound", SLOWER <= share <= FASTER, 100 * share, "%", f"{100 * share:.0f} % {advice}")
+
+    # what moves
+
+    def check_driving(self, *, allowed: bool) -> None:
+        """Speeds reach the base, a stop does, and silence is one."""
+        names = ("drive", "stop", "silence")
+        if not self.session.profile.drives:
+            self.skip("The robot has no base.", *names)
+        elif not allowed:
+            self.skip("It moves the robot: ask for it with --drive.", *names)
+        elif not any(frame.wheels for frame in self.session.frames(1.0, ZERO)):
+            self.skip("The base sends no odometry: watch the wheels while you drive.", *names)
+        else:
+            self._check_drive()
+            if self._moved:
+                self._check_stop()
+                self._check_silence()
+            else:
+                self.session.frames(STOPPING, ZERO)
+                self.skip("The robot does not move.", "stop", "silence")
+
+    def _check_drive(self) -> None:
+        self._say(f"driving at {100 * SPEED:g} cm/s")
+        read = [frame.wheels for frame in self.session.frames(DRIVING, Twist(SPEED, 0.0)) if frame.wheels]
+        asked = SPEED * DRIVING
+        moved = (read[0].odometry.inverse() @ read[-1].odometry).x if read else 0.0
+        self._moved = moved > 0.3 * asked
+        passed = self._moved and moved < 2 * asked
+        if moved < -0.3 * asked:
+            advice = "The odometry runs backwards; swap the sign of the motors or of the encoders."
+        elif passed or self._moved:
+            advice = f"Only {100 * asked:g} cm were asked for; check the unit of the speeds and of the odometry."
+        else:
+            advice = "The odometry did not answer; are the motors switched on, and do they turn at 2 cm/s at all?"
+        self.add("drive", passed, 100 * moved, "cm", advice)
+
+    def _check_stop(self) -> None:
+        self.session.ask(ZERO)
+        lasted = self._until_it_stands(ZERO)
+        self._add_stop("stop", lasted, STOPPING, "The base goes on after a stop; does `drive` pass zero on at once?")
+
+    def _check_silence(self) -> None:
+        self._say("driving once more, then saying nothing")
+        self.session.frames(DRIVING / 2, Twist(SPEED, 0.0))
+        lasted = self._until_it_stands(None)
+        self._add_stop("silence", lasted, TIMEOUT + STOPPING, "The base goes on although nothing was asked of it.")
+        self.session.frames(STOPPING, ZERO)
+
+    def _until_it_stands(self, twist: Twist | None) -> float | None:
+        """How long [s] after the newest request the odometry stands; None: it does not."""
+        asked = self.session.asked_at
+        self.session.drain()
+        read = self.session.frames(2.0, twist, until=stands)
+        return read[-1].sensed - asked if read and stands(read[-1]) else None
+
+    def _add_stop(self, name: str, lasted: float | None, limit: float, advice: str) -> None:
+        figure = None if lasted is None else 1000 * lasted
+        self.add(name, lasted is not None and lasted <= limit, figure, "ms", advice)
+
+    # what is lost
+
+    def check_reconnecting(self, interruption: Interruption | None, *, drive: bool) -> None:
+        """The link is cut and restored: everything comes again, and nothing moves."""
+        if interruption is None:
+            self.skip("Somebody has to pull the cable: ask for it with --interactive.", "reconnect")
+            return
+        interruption.cut()
+        read = self.session.frames(LOST_WITHIN, until=lambda frame: frame.trouble or frame.note)
+        lost = bool(read and (read[-1].trouble or read[-1].note))
+        advice = "`run` has to return or raise OSError when the link is lost; a link that is silent for a second is."
+        self.add("loss noticed", lost, advice=advice)
+        interruption.restore()
+        twist = Twist(SPEED, 0.0) if drive else None
+        began = time.monotonic()
+        missing = set(sensor_names(self.session.profile))
+
+        def is_back(frame: SensorFrame) -> bool:
+            missing.difference_update(one.name for one in series_of([frame], self.session.profile) if one.stamps)
+            return not missing and not frame.trouble
+
+        read = self.session.frames(BACK_WITHIN, twist, until=is_back)
+        back = bool(read) and not missing and not read[-1].trouble
+        silent = ", ".join(sorted(missing)) or "the robot"
+        advice = f"{silent} did not come back within {BACK_WITHIN:g} s; `open` has to work again after `close`."
+        self.add("reconnect", back, time.monotonic() - began, "s", advice)
+        self._check_standing(twist)
+
+    def _check_standing(self, twist: Twist | None) -> None:
+        """What was asked for before, and still is, moves nothing after the link is back."""
+        if not self._moved:
+            self.skip("It was not seen to move.", "standing after reconnect")
+            return
+        speeds = [abs(frame.wheels.speed) for frame in self.session.frames(1.0, twist) if frame.wheels]
+        fastest = max(speeds, default=0.0)
+        advice = "The robot goes on by itself when the link is back; it has to stand until zero was asked for."
+        self.add("standing after reconnect", fastest < STANDING, 100 * fastest, "cm/s", advice)
+        self.session.frames(STOPPING, ZERO)
+
+    # what is left
+
+    def check_holdings(self, before: Holdings) -> None:
+        """No thread and no socket is left."""
+        deadline = time.monotonic() + LETTING_GO
+        while (left := Holdings.now().beyond(before)) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        advice = f"Left behind: {', '.join(left)}; let go of them in `close`."
+        self.add("close", not left, len(left), "left", advice)
+
+
+class Holdings(NamedTuple):
+    """What this process holds."""
+
+    threads: list[threading.Thread]
+    links: int  # open sockets, pipes and devices
+
+    @classmethod
+    def now(cls) -> Holdings:
+        """Look."""
+        own = [one for one in threading.enumerate() if not one.name.startswith("Dummy-")]  # others are a library's
+        return cls(own, open_links())
+
+    def beyond(self, before: Holdings) -> list[str]:
+        """What there is more of than before, in words."""
+        threads = [f"thread {one.name}" for one in self.threads if one not in before.threads]
+        more = [f"{self.links - before.links} sockets or devices"] if self.links > before.links else []
+        return threads[: max(len(self.threads) - len(before.threads), 0)] + more
+
+
+def open_links() -> int:
+    """How many sockets, pipes and devices this process has open; 0 where that cannot be found out."""
+    count = 0
+    with contextlib.suppress(OSError):
+        for descriptor in os.listdir("/dev/fd"):
+            with contextlib.suppress(OSError):
+                mode = os.fstat(int(descriptor)).st_mode
+                count += not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)
+    return count
+
+
+def stands(frame: SensorFrame) -> bool:
+    """Return whether the odometry says that the robot stands."""
+    return frame.wheels is not None and abs(frame.wheels.speed) < STANDING
+
+
+def sensor_names(profile: Profile) -> list[str]:
+    """The lasers and cameras of a robot."""
+    return [one.name for one in series_of([], profile)]
+
+
+def series_of(read: Sequence[SensorFrame], profile: Profile) -> list[SensorSeries]:
+    """The readings of every laser and camera; one that names no sensor is the first one's."""
+    scans = [(frame, frame.scan) for frame in read if frame.scan is not None]
+    images = [(frame, frame.image) for frame in read if frame.image is not None]
+    found: list[SensorSeries] = []
+    for number, laser in enumerate(profile.lasers):
+        mine = [(frame, scan) for frame, scan in scans if scan.laser == laser.name or not (scan.laser or number)]
+        ages = [frame.stamp - float(scan.times[-1]) for frame, scan in mine]
+        found.append(
+            SensorSeries(laser.name, laser.rate, f"lasers.{laser.name}", [scan.stamp for _, scan in mine], ages)
+        )
+    for number, camera in enumerate(profile.cameras):
+        mine = [
+            (frame, image) for frame, image in images if image.camera == camera.name or not (image.camera or number)
+        ]
+        ages = [frame.stamp - image.stamp for frame, image in mine]
+        found.append(
+            SensorSeries(camera.name, camera.rate, f"cameras.{camera.name}", [image.stamp for _, image in mine], ages)
+        )
+    return found

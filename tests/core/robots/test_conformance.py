@@ -1,0 +1,317 @@
+"""The conformance suite over all schemes. A new driver is one row of `SUBJECTS`."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Generator, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import pytest
+
+from core.errors import BadInput
+from core.gate import ZERO, Twist
+from core.robots.conformance import ConformanceReport, Holdings, Interruption, check_robot
+from core.robots.connect import connect
+from core.robots.driver_session import DriverSession
+from core.robots.process import TIMEOUT
+from tests.emulators.toy_robot import ToyRobot
+
+Speeds = list[tuple[float, float, float]]  # time.monotonic(), speeds that are zero when the robot shall stand
+
+STOPS = 100  # requests of which the slowest but one counts
+TRIES = 3  # examinations of a robot: other tests take the computer's time
+GARBAGE = 200  # malformed messages
+SLOW = Twist(0.02, 0.0)
+
+
+class Emulator(Protocol):
+    """The other end of the wire."""
+
+    @property
+    def url(self) -> str: ...
+
+    def start(self) -> None: ...
+
+    def stop(self) -> None: ...
+
+
+@dataclass
+class Emulated:
+    """A robot on a wire, and what a test can do to it."""
+
+    url: str
+    restart: Interruption | None = None
+    garble: Callable[[bytes], object] | None = None  # send these bytes to the driver
+    applied: Callable[[], Speeds] | None = None  # every speed that came through the wire
+
+
+@dataclass
+class Subject:
+    """A row of the table: a scheme and its emulator."""
+
+    make: Callable[[], AbstractContextManager[Emulated]]
+    stop_within: float = 0.030  # [s], 99 of 100 requests, from the request to zero on the wire
+    lacks: tuple[str, ...] = field(default=())  # checks that say nothing about this robot
+
+
+@contextmanager
+def wired(emulator: Any, *parts: Any, heard: str = "heard") -> Generator[Emulated]:
+    """An emulator with `start`, `stop`, `url`, `inject` and a list of what it heard, after the `parts` it needs."""
+    for part in (emulator, *parts):
+        part.start()
+    yield Emulated(
+        emulator.url,
+        restart=Interruption(emulator.stop, emulator.start),
+        garble=getattr(emulator, "inject", None),
+        applied=(lambda: getattr(emulator, heard)) if hasattr(emulator, heard) else None,
+    )
+    for part in (*parts, emulator):
+        part.stop()
+
+
+@contextmanager
+def without_wire(url: str) -> Generator[Emulated]:
+    yield Emulated(url)
+
+
+SUBJECTS = {
+    "sim": Subject(lambda: without_wire("sim:lab"), lacks=("loss noticed", "reconnect", "standing after reconnect")),
+    "py": Subject(lambda: wired(ToyRobot()), lacks=("sound",)),
+}
+CHECKS = (
+    "connect",
+    "frames",
+    "rate",
+    "stamps",
+    "age",
+    "sound",
+    "drive",
+    "stop",
+    "silence",
+    "loss noticed",
+    "reconnect",
+    "standing after reconnect",
+)
+
+
+@pytest.fixture(scope="module", params=SUBJECTS)
+def examined(request: pytest.FixtureRequest) -> tuple[Subject, ConformanceReport]:
+    """Each subject as `beckon robot check --drive --interactive` does it; again where the computer was too busy."""
+    subject = SUBJECTS[request.param]
+    with subject.make() as robot:
+        for _ in range(TRIES - 1):
+            report = check_robot(robot.url, drive=True, interruption=robot.restart)
+            if report.passed:
+                return subject, report
+        return subject, check_robot(robot.url, drive=True, interruption=robot.restart)
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_a_driver_holds(examined: tuple[Subject, ConformanceReport], name: str) -> None:
+    subject, report = examined
+    if name in subject.lacks:
+        pytest.skip("This robot has no such thing.")
+    mine = [check for check in report.checks if check.name == name or check.name.endswith(f" {name}")]
+    assert mine, report.not_checked
+    assert [(check.name, check.figure, check.advice) for check in mine if not check.passed] == []
+
+
+@pytest.fixture(params=[name for name, subject in SUBJECTS.items() if "reconnect" not in subject.lacks])
+def wire(request: pytest.FixtureRequest) -> Iterator[tuple[Subject, Emulated, DriverSession]]:
+    """Each subject with a wire, and a session on it that may drive."""
+    subject = SUBJECTS[request.param]
+    with subject.make() as robot:
+        session = DriverSession(connect(robot.url))
+        session.frames(0.3, ZERO)
+        yield subject, robot, session
+        session.close()
+
+
+@pytest.fixture(params=SUBJECTS)
+def wire_url(request: pytest.FixtureRequest) -> Iterator[str]:
+    with SUBJECTS[request.param].make() as robot:
+        yield robot.url
+
+
+def speeds(robot: Emulated) -> Speeds:
+    if robot.applied is None:
+        pytest.skip("This robot has no base.")
+    return robot.applied()
+
+
+def until(true: Callable[[], object], seconds: float = 5.0) -> None:
+    end = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.001)
+
+
+def moves(robot: Emulated) -> bool:
+    heard = speeds(robot)
+    return bool(heard) and any(heard[-1][1:])
+
+
+def nth_slowest(values: list[float], share: float) -> float:
+    """The value that this share of all does not exceed."""
+    return sorted(values)[math.ceil(share * len(values)) - 1]
+
+
+def test_a_stop_is_on_the_wire_at_once(wire: tuple[Subject, Emulated, DriverSession]) -> None:
+    subject, robot, session = wire
+    chance, delays = np.random.default_rng(1), list[float]()
+    for _ in range(STOPS):
+        session.ask(SLOW)
+        until(lambda: moves(robot))
+        session.frames(float(chance.uniform(0.0, 0.05)))
+        session.ask(ZERO)
+        until(lambda: not moves(robot))
+        delays.append(speeds(robot)[-1][0] - session.asked_at)
+    assert nth_slowest(delays, 0.99) <= subject.stop_within, sorted(delays)[-5:]
+
+
+def test_silence_is_zero_on_the_wire(wire: tuple[Subject, Emulated, DriverSession]) -> None:
+    _, robot, session = wire
+    session.ask(SLOW)
+    until(lambda: moves(robot))
+    until(lambda: not moves(robot))
+    assert TIMEOUT - 0.02 < speeds(robot)[-1][0] - session.asked_at < TIMEOUT + 0.1
+
+
+def test_after_a_restart_only_zero_comes_until_zero_was_asked_for(
+    wire: tuple[Subject, Emulated, DriverSession],
+) -> None:
+    _, robot, session = wire
+    session.frames(0.2, SLOW)
+    assert moves(robot) and robot.restart is not None
+    robot.restart.cut()
+    assert session.frames(5.0, SLOW, until=lambda frame: frame.trouble)[-1].trouble
+    before = len(speeds(robot))
+    robot.restart.restore()
+    session.frames(20.0, SLOW, until=lambda frame: not frame.trouble)
+    session.frames(0.5, SLOW)
+    after = speeds(robot)[before:]
+    assert after and not any(v or w for _, v, w in after)
+    session.frames(0.2, ZERO)
+    session.frames(0.2, SLOW)
+    assert moves(robot)
+
+
+def test_malformed_bytes_move_nothing_and_end_nothing(wire: tuple[Subject, Emulated, DriverSession]) -> None:
+    _, robot, session = wire
+    if robot.garble is None:
+        pytest.skip("The other end of this wire cannot be made to talk nonsense.")
+    rng, before = np.random.default_rng(5), len(speeds(robot)) if robot.applied else 0
+    for _ in range(GARBAGE):
+        robot.garble(rng.integers(0, 256, int(rng.integers(1, 300)), dtype=np.uint8).tobytes())
+        session.frames(0.005, ZERO)
+    assert not any(v or w for _, v, w in (speeds(robot)[before:] if robot.applied else []))
+    robot.garble(b"\n")
+    blind = not session.profile.lasers
+    read = session.frames(20.0, ZERO, until=lambda frame: not frame.trouble and (blind or frame.scan is not None))
+    assert read and not read[-1].trouble and (blind or read[-1].scan is not None)
+    assert read[-1].wheels is None or abs(read[-1].wheels.odometry.x) < 0.01
+
+
+def test_nothing_is_left_after_close(wire_url: str) -> None:
+    before = Holdings.now()
+    session = DriverSession(connect(wire_url))
+    session.frames(0.5, ZERO)
+    assert Holdings.now().beyond(before)
+    session.close()
+    until(lambda: not Holdings.now().beyond(before))
+
+
+# The suite finds what is wrong: drivers with one fault each.
+
+FAULTY = """
+import threading, time
+import numpy as np
+from core.geometry import Pose
+from core.robots.device import Base, Device, Equipment
+from core.sensors import Camera, Image, Laser, Scan
+
+FAULT = "{fault}"
+
+
+class Faulty(Device):
+    def __init__(self, arguments=""):
+        self.over, self.v = threading.Event(), 0.0
+
+    def open(self):
+        self.over.clear()
+        return Equipment(name="faulty", base=Base(), lasers=(Laser(rate=20.0),))
+
+    def run(self, readings):
+        x, stamp = 0.0, 0.0
+        while not self.over.wait(0.05):
+            x += self.v * 0.05 * (-1 if FAULT == "drive" else 1)
+            readings.wheels(Pose(x, 0.0, 0.0), self.v, 0.0)
+            if FAULT == "no readings":
+                continue
+            stamp = readings.now() + (0.2 if FAULT == "age" else 0.0) if FAULT != "stamps" or not stamp else stamp
+            readings.scan(Scan(stamp=stamp, ranges=np.ones(5), angle_min=0.0, angle_step=0.1))
+            if FAULT == "rate":
+                time.sleep(0.05)
+
+    def drive(self, twist):
+        if twist.v or FAULT != "stop":
+            self.v = twist.v
+
+    def close(self):
+        self.over.set()
+        if FAULT == "close":
+            threading.Thread(target=time.sleep, args=(4.0,), daemon=True, name="forgotten").start()
+"""
+
+
+@pytest.mark.parametrize(
+    ("fault", "failed", "advice"),
+    [
+        ("age", "laser age", "200 ms in the future"),
+        ("stamps", "laser stamps", "later stamp"),
+        ("rate", "laser rate", "under [lasers.laser] of robot.toml"),
+        ("no readings", "laser rate", "switched on"),
+        ("drive", "drive", "swap the sign"),
+        ("stop", "stop", "goes on after a stop"),
+        ("close", "close", "thread forgotten"),
+        ("", "", ""),
+    ],
+)
+def test_a_fault_of_a_driver_is_found_and_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fault: str, failed: str, advice: str
+) -> None:
+    for name in ("SENSOR_START", "MEASURING"):
+        monkeypatch.setattr(f"core.robots.conformance.{name}", 1.0)
+    (tmp_path / "faulty_robot.py").write_text(FAULTY.replace("{fault}", fault))
+    report = check_robot(f"py:{tmp_path}/faulty_robot.py:", drive=fault in ("drive", "stop"))
+    bad = {check.name: check.advice for check in report.checks if not check.passed}
+    assert report.passed is (not fault) and (failed in bad) is bool(fault)
+    assert advice in bad.get(failed, "")
+
+
+def test_a_robot_that_is_not_there_is_one_failed_check() -> None:
+    robot = ToyRobot()
+    robot.start()
+    robot.stop()
+    report = check_robot(robot.url)
+    (check,) = report.checks
+    assert (check.name, check.passed) == ("connect", False) and "cannot be reached" in check.advice
+
+
+def test_without_consent_nothing_is_asked_to_move() -> None:
+    with wired(ToyRobot()) as robot:
+        report = check_robot(robot.url)
+        assert not any(v or w for _, v, w in speeds(robot))
+    assert {one.name for one in report.not_checked} == {"drive", "stop", "silence", "reconnect"}
+
+
+def test_a_recording_has_no_driver(tmp_path: Path) -> None:
+    log = tmp_path / "walk.log"
+    log.write_text("".join(f"FLASER 3 1.0 1.0 1.0 0 0 0 0 0 0 {t} host {t}\n" for t in (1.0, 1.1, 1.2)))
+    with pytest.raises(BadInput, match="has no driver"):
+        check_robot(f"log:{log}")

@@ -1,0 +1,144 @@
+"""*Write your own driver in 40 lines*, done from top to bottom, up to a command that drives it in the console."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import signal
+import subprocess
+import sys
+import time
+import urllib.request
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from core.robots.conformance import Interruption, check_robot
+from tests.emulators.toy_robot import ToyRobot
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "static/docs/how-to/write-your-own-driver.md").read_text()
+
+
+def fences(language: str) -> list[str]:
+    """The blocks of the page in that language, in order."""
+    return re.findall(rf"^ *```{language}\n(.*?)^ *```", PAGE, re.M | re.S)
+
+
+def environment(home: Path) -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": str(ROOT), "BECKON_HOME": str(home)}
+
+
+def run(folder: Path, words: list[str], answer: str = "") -> str:
+    """Run a command of the page → what it prints."""
+    done = subprocess.run(
+        [sys.executable, "-m", *words],
+        cwd=folder,
+        env=environment(folder / "home"),
+        input=answer,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+class Client:
+    """A program with the operator's key."""
+
+    def __init__(self, base: str, key: str) -> None:
+        self._base, self._key = base, key
+
+    def ask(self, path: str, body: dict[str, str] | None = None) -> Any:
+        headers = {"Authorization": f"Bearer {self._key}", "Content-Type": "application/json"}
+        content = None if body is None else json.dumps(body).encode()
+        request = urllib.request.Request(self._base + path, content, headers)
+        with urllib.request.urlopen(request, timeout=10) as answer:
+            return json.load(answer)
+
+
+@contextmanager
+def console(folder: Path, words: list[str]) -> Iterator[Client]:
+    """`beckon run …` of the page, on any free port and without a browser."""
+    said = folder / "said"
+    command = [sys.executable, "-m", *words, "--port", "0", "--no-browser"]
+    with said.open("w") as output:
+        process = subprocess.Popen(
+            command, cwd=folder, env=environment(folder / "home"), stdout=output, stderr=subprocess.STDOUT
+        )
+    try:
+        links = until(lambda: re.findall(r"(http://\S+/)#t=(\S+)", said.read_text()), 60.0)
+        client = Client(*links[0])
+        until(lambda: client.ask("api/state")["robot"]["link"] == "live", 20.0)
+        yield client
+    finally:
+        process.send_signal(signal.SIGTERM)
+        process.wait(20)
+
+
+def until(true: Callable[[], Any], seconds: float) -> Any:
+    end = time.monotonic() + seconds
+    while not (value := true()):
+        assert time.monotonic() < end, "it never came"
+        time.sleep(0.1)
+    return value
+
+
+def drive(client: Client) -> None:
+    """Say the page's words, and half a metre."""
+    for text in ("turn left", "continue 0.5 meters"):
+        number = client.ask("api/commands", {"text": text})["id"]
+        ended = until(
+            lambda number=number: [
+                one
+                for one in client.ask("api/commands/history")["commands"]
+                if one["id"] == number and one["ended_s"]
+            ],
+            40.0,
+        )
+        assert ended[0]["state"] == "done", ended
+    state = client.ask("api/state")
+    pose, warnings = state["pose"], [one["text"] for one in state["notices"] if one["level"] == "warning"]
+    assert warnings == []
+    assert abs(pose["heading_rad"] - 1.5708) < 0.1 and abs(pose["y_m"] - 0.5) < 0.05, pose
+
+
+def test_the_page_works_from_top_to_bottom(tmp_path: Path) -> None:
+    (description,) = fences("toml")
+    (tmp_path / "robot.toml").write_text(description)
+    lines = [line.strip() for fence in fences("sh") for line in fence.splitlines()]
+    assert len(lines) >= 7
+    for line in lines:
+        program, *words = shlex.split(line)
+        module = {"beckon": "console", "pytest": "pytest"}[program]
+        if words[0] == "run":
+            with console(tmp_path, [module, *words]) as client:
+                drive(client)
+        elif "--interactive" in words:
+            assert "asks you to pull" in PAGE
+        else:
+            printed = run(tmp_path, [module, *words], answer="y\n")
+            if "check" in words:
+                assert printed.splitlines()[-1].startswith("All ")
+    assert len((tmp_path / "my_robot.py").read_text().splitlines()) <= 40
+
+
+def test_the_example_of_the_page_drives_a_robot(tmp_path: Path) -> None:
+    (source,) = fences("python")
+    assert len(source.splitlines()) <= 45
+    (tmp_path / "rover.py").write_text(source)
+    robot = ToyRobot()
+    robot.start()
+    address = robot.url.partition(".py:")[2]
+    interruption = Interruption(robot.stop, robot.start)
+    report = check_robot(f"py:{tmp_path}/rover.py:{address}", drive=True, interruption=interruption)
+    robot.stop()
+    assert [(check.name, check.advice) for check in report.checks if not check.passed] == []
+    assert {"stop", "silence", "reconnect", "standing after reconnect", "close"} <= {
+        check.name for check in report.checks
+    }
