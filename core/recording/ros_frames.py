@@ -83,23 +83,27 @@ class FrameTree:
 
         None when no chain of transforms leads there.
         """
-        if not laser:
+        found = self.transform(base, laser)
+        if found is None:
             return None
-        usual = sorted(frame for frame in self.frames if _known(frame, BASES))
-        for name in [base, *usual]:
-            found = self._chain(name, laser)
-            if found is not None:
-                forward = found.rotation[:, 0]
-                return Placed(
-                    pose=Pose(
-                        float(found.translation[0]),
-                        float(found.translation[1]),
-                        math.atan2(float(forward[1]), float(forward[0])),
-                    ),
-                    height=float(found.translation[2]),
-                    upside_down=bool(found.rotation[2, 2] < -0.5),
-                )
-        return None
+        forward = found.rotation[:, 0]
+        return Placed(
+            pose=Pose(
+                float(found.translation[0]),
+                float(found.translation[1]),
+                math.atan2(float(forward[1]), float(forward[0])),
+            ),
+            height=float(found.translation[2]),
+            upside_down=bool(found.rotation[2, 2] < -0.5),
+        )
+
+    def transform(self, base: str, frame: str) -> Transform | None:
+        """base_from_frame, where `base` is the robot's frame, or else one of its usual names; None: no chain."""
+        if not frame:
+            return None
+        usual = sorted(known for known in self.frames if _known(known, BASES))
+        chains = (self._chain(name, frame) for name in [base, *usual])
+        return next((found for found in chains if found is not None), None)
 
     def _chain(self, start: str, goal: str) -> Transform | None:
         """start_from_goal through transforms that do not move, by the shortest chain."""

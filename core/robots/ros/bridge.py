@@ -1,0 +1,410 @@
+"""A ROS robot's messages → readings, and speeds → messages; the same for every link that carries them."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+import cv2
+import numpy as np
+
+from core.calibration.files import pictures
+from core.errors import BadInput
+from core.gate import ZERO, Twist
+from core.geometry import OPTICAL, Pose, Transform
+from core.message import Array
+from core.optics import CameraModel
+from core.recording.odometry_track import heading_of
+from core.recording.read_report import BadRecord
+from core.recording.ros import stamp_of, turned_over
+from core.recording.ros_frames import FrameTree
+from core.recording.scans import make_scan
+from core.robots.device import Base, Equipment
+from core.robots.device_clock import DeviceClock
+from core.robots.readings import Readings
+from core.robots.ros.topics import COMPRESSED_IMAGE, RosTopics
+from core.robots.ros.typestore import RAW_AUDIO, RobotTypes
+from core.sensors import Camera, Image, Laser, Scan, Sound
+
+FAILSAFE = 0.5  # [s], the cmd_vel_timeout that the usual controllers have
+FAILSAFE_WORDS = "0.5 s where its controller has the usual cmd_vel_timeout"
+ZEROS = 5  # messages that say zero, then silence: somebody else may drive
+ZERO_PERIOD = 0.02  # [s] between them
+LOCK_PERIOD = 0.1  # [s] of the lock's heartbeat
+
+SAME_CLOCK = 5.0  # [s] by which stamps of one clock differ at most
+MOST_CLOCKS = 8
+VIEW = 0.9  # focal length of an uncalibrated camera, in widths of its picture: it sees 58°
+AUDIO_RATE = 16_000  # [Hz] of audio that does not say it
+SOUND_GAP = 0.1  # [s] by which a block of sound may come early or late and still follow the one before
+MOST_CHANNELS = 32
+SCAN_PERIOD = 0.1  # [s] of a laser that does not say it
+
+COLOURS: dict[str, tuple[type, int, int | None]] = {
+    "bgr8": (np.uint8, 3, None),
+    "8UC3": (np.uint8, 3, None),
+    "rgb8": (np.uint8, 3, cv2.COLOR_RGB2BGR),
+    "bgra8": (np.uint8, 4, cv2.COLOR_BGRA2BGR),
+    "rgba8": (np.uint8, 4, cv2.COLOR_RGBA2BGR),
+    "mono8": (np.uint8, 1, cv2.COLOR_GRAY2BGR),
+    "8UC1": (np.uint8, 1, cv2.COLOR_GRAY2BGR),
+    "yuv422": (np.uint8, 2, cv2.COLOR_YUV2BGR_UYVY),
+    "uyvy": (np.uint8, 2, cv2.COLOR_YUV2BGR_UYVY),
+    "yuv422_yuy2": (np.uint8, 2, cv2.COLOR_YUV2BGR_YUY2),
+    "yuyv": (np.uint8, 2, cv2.COLOR_YUV2BGR_YUY2),
+    "bayer_rggb8": (np.uint8, 1, cv2.COLOR_BayerRGGB2BGR),
+    "bayer_bggr8": (np.uint8, 1, cv2.COLOR_BayerBGGR2BGR),
+    "bayer_gbrg8": (np.uint8, 1, cv2.COLOR_BayerGBRG2BGR),
+    "bayer_grbg8": (np.uint8, 1, cv2.COLOR_BayerGRBG2BGR),
+}
+"""A raw picture's encoding → type and number of its channels, and what makes blue-green-red of it."""
+
+
+class RosClocks:
+    """Stamps on the robot's computers' clocks → the console's. Topics whose stamps agree share one clock."""
+
+    def __init__(self) -> None:
+        self._clocks: deque[DeviceClock] = deque(maxlen=MOST_CLOCKS)
+
+    def stamp(self, own: float, received: float) -> float:
+        """A message's own stamp [s], 0 for none, and when it came → when it was measured."""
+        if own <= 0 or not math.isfinite(own):
+            return received
+        for clock in self._clocks:
+            if clock.offset is not None and abs(received - own - clock.offset) < SAME_CLOCK:
+                return clock.stamp(own, received)
+        clock = DeviceClock()
+        self._clocks.appendleft(clock)
+        return clock.stamp(own, received)
+
+
+class RosSensors:
+    """Takes the messages of the chosen topics: first to learn what the robot has, then to hand them on."""
+
+    def __init__(self, types: RobotTypes, topics: RosTopics) -> None:
+        self.types, self.topics = types, topics
+        self.notices: list[str] = list(topics.notices)
+        self._readings: Readings | None = None
+        self._clocks = RosClocks()
+        self._tree = FrameTree()
+        self._base_frame = topics.base_frame
+        self._lasers: dict[str, tuple[str, Laser]] = {}  # topic → frame, geometry
+        self._turned: set[str] = set()  # lasers that hang upside down
+        self._last: dict[str, float] = {}  # topic → stamp of its last scan
+        self._view: tuple[str, int, int] | None = None  # the pictures' frame, width, height
+        self._info: Any | None = None
+        self._heard: set[str] = set()  # topics of which something could be used
+        self._sound_end = 0.0
+        self._takers: dict[str, Callable[[str, Any, float], None]] = {
+            topic: taker
+            for topic, taker in (
+                (topics.odometry, self._take_odometry),
+                (topics.image, self._take_image),
+                (topics.camera_info, self._take_info),
+                (topics.sound, self._take_sound),
+                (topics.battery, self._take_battery),
+                (topics.frames, self._take_frames),
+                *((scan, self._take_scan) for scan in topics.scans),
+            )
+            if topic
+        }
+
+    @property
+    def newest_only(self) -> frozenset[str]:
+        """Topics of which older messages may be left out when newer ones are there."""
+        return frozenset({self.topics.image} - {""})
+
+    @property
+    def missing(self) -> list[str]:
+        """The topics that describe the robot and of which nothing has come yet."""
+        wanted = (*self.topics.scans, self.topics.image, self.topics.camera_info, self.topics.frames)
+        return [topic for topic in (*wanted, self.topics.odometry) if topic and topic not in self._heard]
+
+    def attach(self, readings: Readings) -> None:
+        """Hand on what comes from now on."""
+        self._clocks, self._last, self._sound_end = RosClocks(), {}, 0.0
+        self._readings = readings
+        for sentence in self.notices:
+            readings.note(sentence)
+        self.notices = []
+
+    def detach(self) -> None:
+        """Hand nothing on until `attach`."""
+        self._readings = None
+
+    def take(self, topic: str, payload: bytes | memoryview) -> None:
+        """A message as it came; what cannot be decoded or used is counted in `types.errors`."""
+        taker = self._takers.get(topic)
+        if taker is None:
+            return
+        received = self._readings.now() if self._readings else time.monotonic()
+        content = self.types.decode(topic, self.topics.types[topic], payload)
+        if content is not None:
+            self.take_decoded(topic, content, received)
+
+    def take_decoded(self, topic: str, content: Any, received: float) -> None:
+        """A message's fields, and when it came [s]."""
+        try:
+            self._takers[topic](topic, content, received)
+            self._heard.add(topic)
+        except Exception:  # whatever a hostile message brings about, the next one may be fine
+            self.types.errors[topic] += 1
+
+    def equipment(self, name: str) -> Equipment:
+        """What the robot has, as far as its messages have told; `notices` says what they have not."""
+        topics = self.topics
+        for topic in self.missing:
+            self.notices.append(f"{topic} is there, but nothing comes on it.")
+        lasers = tuple(self._mounted(topic) for topic in topics.scans if topic in self._lasers)
+        camera = self._camera()
+        base = Base(failsafe=FAILSAFE, failsafe_words=FAILSAFE_WORDS, odometry=bool(topics.odometry))
+        return Equipment(
+            name=name,
+            base=base if topics.cmd_vel else None,
+            lasers=lasers,
+            cameras=(camera,) if camera else (),
+        )
+
+    def _take_frames(self, topic: str, content: Any, received: float) -> None:
+        for transform in content.transforms:
+            self._tree.add(transform, stamp_of(transform.header), received, fixed=True)
+
+    def _take_scan(self, topic: str, content: Any, received: float) -> None:
+        stamp = self._clocks.stamp(stamp_of(content.header), received)
+        scan = make_scan(
+            stamp,
+            content.ranges,
+            (content.angle_min, content.angle_increment),
+            (content.range_min, content.range_max),
+            content.time_increment,
+        )
+        self._lasers.setdefault(topic, (content.header.frame_id.strip("/"), _laser_of(scan, content.scan_time)))
+        first = self.topics.scans[0]  # a scan does not say which laser it is of
+        if self._readings is None or topic != first or scan.stamp <= self._last.get(topic, -math.inf):
+            return
+        self._last[topic] = scan.stamp
+        self._readings.scan(turned_over(scan) if topic in self._turned else scan)
+
+    def _take_odometry(self, topic: str, content: Any, received: float) -> None:
+        place, q, twist = content.pose.pose.position, content.pose.pose.orientation, content.twist.twist
+        if not 0.5 < q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w < 2.0:
+            raise BadRecord("it has no heading")
+        self._base_frame = self._base_frame or content.child_frame_id.strip("/")
+        pose = Pose(float(place.x), float(place.y), float(heading_of(q.x, q.y, q.z, q.w)))
+        stamp = self._clocks.stamp(stamp_of(content.header), received)
+        if self._readings is not None:
+            self._readings.wheels(pose, float(twist.linear.x), float(twist.angular.z), stamp)
+
+    def _take_image(self, topic: str, content: Any, received: float) -> None:
+        if self.topics.types[topic] == COMPRESSED_IMAGE:
+            pixels = pictures.decode(bytes(content.data), cv2.IMREAD_COLOR)[0]
+        else:
+            pixels = raw_pixels(content)
+        self._view = content.header.frame_id.strip("/"), pixels.shape[1], pixels.shape[0]
+        if self._readings is not None:
+            self._readings.image(Image(stamp=self._clocks.stamp(stamp_of(content.header), received), pixels=pixels))
+
+    def _take_info(self, topic: str, content: Any, received: float) -> None:
+        self._info = content
+
+    def _take_battery(self, topic: str, content: Any, received: float) -> None:
+        share = float(content.percentage)
+        if 0 <= share <= 100 and self._readings is not None:
+            self._readings.battery = share if share <= 1 else share / 100  # some drivers say per cent
+
+    def _take_sound(self, topic: str, content: Any, received: float) -> None:
+        rate, channels, own = AUDIO_RATE, 1, 0.0
+        if self.topics.types[topic] == RAW_AUDIO:
+            if content.format != "pcm-s16":
+                raise BadRecord("its sound is compressed")
+            rate, channels = int(content.sample_rate), int(content.number_of_channels)
+            own = content.timestamp.sec + content.timestamp.nanosec * 1e-9
+        if not (4_000 <= rate <= 192_000 and 1 <= channels <= MOST_CHANNELS):
+            raise BadRecord("its sound has no usable rate")
+        samples = np.frombuffer(bytes(content.data), "<i2")
+        samples = samples[: len(samples) // channels * channels].reshape(-1, channels) / 32768.0
+        stamp = self._clocks.stamp(own, received)
+        if abs(stamp - self._sound_end) < SOUND_GAP:
+            stamp = self._sound_end
+        self._sound_end = stamp + len(samples) / rate
+        if self._readings is not None and len(samples):
+            self._readings.sound(Sound(stamp=stamp, rate=rate, samples=samples.astype(np.float32)))
+
+    def _mounted(self, topic: str) -> Laser:
+        """The laser of a topic, at its place on the robot."""
+        frame, laser = self._lasers[topic]
+        placed = self._tree.mounting(self._base_frame, frame)
+        if placed is None:
+            self.notices.append(
+                f"The robot does not say where {frame or topic} is mounted; it is taken to be central."
+            )
+            return laser
+        beams_end = laser.angle_min + (laser.beams - 1) * laser.angle_step
+        if placed.upside_down:
+            self._turned.add(topic)
+        return Laser(
+            mounting=placed.pose,
+            height=placed.height,
+            beams=laser.beams,
+            angle_min=-beams_end if placed.upside_down else laser.angle_min,
+            angle_step=laser.angle_step,
+            range_min=laser.range_min,
+            range_max=laser.range_max,
+            rate=laser.rate,
+            time_step=-laser.time_step if placed.upside_down else laser.time_step,
+        )
+
+    def _camera(self) -> Camera | None:
+        """The camera, if a picture has come."""
+        if self._view is None:
+            return None
+        frame, width, height = self._view
+        model = camera_model(self._info, width, height) if self._info is not None else None
+        if model is None:
+            self.notices.append(f"{self.topics.image} comes from a camera that is not calibrated; calibrate it.")
+            focal = VIEW * width
+            model = CameraModel(
+                width=width, height=height, fx=focal, fy=focal, cx=(width - 1) / 2, cy=(height - 1) / 2
+            )
+        found = self._tree.transform(self._base_frame, frame)
+        if found is None:
+            self.notices.append(f"The robot does not say where {frame or self.topics.image} is mounted.")
+            return Camera(model=model)
+        return Camera(model=model, mounting=_optical(found, frame))
+
+
+def raw_pixels(content: Any) -> Array:
+    """A sensor_msgs/Image → blue-green-red (H, W, 3) uint8. Raises BadInput."""
+    if content.encoding not in COLOURS:
+        raise BadInput(f"pictures of encoding {content.encoding[:30]!r} are not read")
+    kind, channels, conversion = COLOURS[content.encoding]
+    height, width, step = int(content.height), int(content.width), int(content.step)
+    if not (
+        0 < width * height <= pictures.MOST_PIXELS and width * channels <= step and len(content.data) >= step * height
+    ):
+        raise BadInput("the picture's size does not fit its data")
+    rows = np.asarray(content.data[: step * height], kind).reshape(height, step)[:, : width * channels]
+    pixels = np.ascontiguousarray(rows).reshape(height, width, channels)
+    return pixels if conversion is None else cv2.cvtColor(pixels, conversion)
+
+
+def camera_model(info: Any, width: int, height: int) -> CameraModel | None:
+    """A CameraInfo → the model for pictures of this size [pixel].
+
+    None where the camera is not calibrated, or its model of distortion is another one.
+    """
+    matrix, bend = getattr(info, "k", None), getattr(info, "d", None)
+    if matrix is None:  # ROS 1 has capitals
+        matrix, bend = info.K, info.D
+    matrix, bend = np.asarray(matrix, float), np.asarray(bend, float)
+    known = info.distortion_model in ("plumb_bob", "rational_polynomial", "")
+    if not known or not np.isfinite(matrix).all() or not np.isfinite(bend).all() or bend[5:].any():
+        return None
+    if min(matrix[0], matrix[4], info.width, info.height) <= 0:
+        return None
+    across, down = width / info.width, height / info.height
+    k1, k2, p1, p2, k3 = (float(number) for number in np.pad(bend[:5], (0, max(0, 5 - len(bend)))))
+    return CameraModel(
+        width=width,
+        height=height,
+        fx=float(matrix[0]) * across,
+        fy=float(matrix[4]) * down,
+        cx=(float(matrix[2]) + 0.5) * across - 0.5,
+        cy=(float(matrix[5]) + 0.5) * down - 0.5,
+        k1=k1,
+        k2=k2,
+        p1=p1,
+        p2=p2,
+        k3=k3,
+    )
+
+
+def _optical(robot_from_frame: Transform, frame: str) -> Transform:
+    """The camera's mounting; where a driver names the camera's body instead of its optical frame, turned into it."""
+    body = "optical" not in frame and robot_from_frame.rotation[2, 2] > 0.7
+    turn = Transform(rotation=OPTICAL if body else np.eye(3), translation=np.zeros(3))
+    return robot_from_frame @ turn
+
+
+def _laser_of(scan: Scan, period: float) -> Laser:
+    """A scan and the time [s] between two of them → the laser, at the robot's origin."""
+    period = period if math.isfinite(period) and 0.005 < period < 2 else SCAN_PERIOD
+    return Laser(
+        beams=len(scan.ranges),
+        angle_min=scan.angle_min,
+        angle_step=scan.angle_step,
+        range_min=scan.range_min,
+        range_max=scan.range_max,
+        rate=1 / period,
+        time_step=scan.time_step,
+    )
+
+
+class VelocityCommands:
+    """When speeds are sent: at every call while the robot is to move, then a few zeros, then nothing at all.
+
+    With a lock, that is closed after the zeros until the next motion, and sent as a heartbeat.
+    """
+
+    def __init__(
+        self,
+        send: Callable[[Twist], None],
+        send_lock: Callable[[bool], None] | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """`send` and `send_lock` put a message on the link; they raise OSError when it is lost."""
+        self._send, self._send_lock, self._clock = send, send_lock, clock
+        self._guard = threading.Lock()
+        self._owed = 0  # zeros
+        self._sent = self._locked = -math.inf  # [s] when the last of each was sent
+
+    def drive(self, twist: Twist) -> None:
+        """Speeds that are asked for now; called again and again."""
+        with self._guard:
+            if twist.moves and twist.is_finite():
+                if not self._owed:
+                    self._beat(closed=False, now=self._clock())
+                self._owed = ZEROS
+                self._put(twist)
+            elif self._owed == ZEROS:
+                self._put_zero()
+        self.tick()
+
+    def tick(self) -> None:
+        """Send what is due; call it at least 20 times a second."""
+        with self._guard:
+            now = self._clock()
+            if 0 < self._owed < ZEROS and now - self._sent >= ZERO_PERIOD:
+                self._put_zero()
+            if now - self._locked >= LOCK_PERIOD:
+                self._beat(closed=not self._owed, now=now)
+
+    def restart(self) -> None:
+        """The link is up again: a robot that was moving when it was lost gets its zeros first."""
+        with self._guard:
+            self._owed = min(self._owed, ZEROS - 1)
+
+    def finish(self) -> None:
+        """Send all zeros that are owed, at once."""
+        with self._guard:
+            while self._owed:
+                self._put_zero()
+
+    def _put_zero(self) -> None:
+        self._owed -= 1
+        self._put(ZERO)
+        if not self._owed:
+            self._beat(closed=True, now=self._clock())
+
+    def _put(self, twist: Twist) -> None:
+        self._sent = self._clock()
+        self._send(twist)
+
+    def _beat(self, *, closed: bool, now: float) -> None:
+        self._locked = now
+        if self._send_lock is not None:
+            self._send_lock(closed)

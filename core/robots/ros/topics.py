@@ -1,0 +1,276 @@
+"""Which of a robot's topics are its laser, its odometry, its camera … : a guess that the operator can overrule."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Callable, Collection, Iterable, Mapping
+from typing import Any
+
+from core.errors import BadInput, Unavailable
+from core.message import message
+from core.recording.ros import ros2_name
+from core.robots.ros.typestore import AUDIO_DATA, RAW_AUDIO, TF, TWIST, TWIST_STAMPED
+
+LASER_SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
+COMPRESSED_IMAGE, IMAGE, CAMERA_INFO = (
+    "sensor_msgs/msg/CompressedImage",
+    "sensor_msgs/msg/Image",
+    "sensor_msgs/msg/CameraInfo",
+)
+BATTERY = "sensor_msgs/msg/BatteryState"
+GRID, POSE = "nav_msgs/msg/OccupancyGrid", "geometry_msgs/msg/PoseWithCovarianceStamped"
+
+TYPES = {
+    "scan": (LASER_SCAN,),
+    "odometry": (ODOMETRY,),
+    "image": (COMPRESSED_IMAGE, IMAGE),
+    "camera_info": (CAMERA_INFO,),
+    "sound": (RAW_AUDIO, AUDIO_DATA),
+    "battery": (BATTERY,),
+    "map": (GRID,),
+    "pose": (POSE,),
+    "cmd_vel": (TWIST_STAMPED, TWIST),
+}
+"""What a topic may carry that is to be this; the first is preferred."""
+
+MOST_SCANS = 2
+NOTHING = "none"  # a setting's value for "do not use any"
+NAME = re.compile(r"/?[A-Za-z_][\w/.-]{0,200}")
+
+SECOND_RATE = re.compile(r"filter|throttle|merged|matched|multi|virtual|raw_?scan|cloud|debug|test")
+NOT_SEEN = re.compile(
+    r"depth|disparity|infra|(?<![a-z])ir\d?(?![a-z])|mask|debug|thermal|costmap|confidence|rect|overlay"
+)
+OTHER_ODOMETRY = re.compile(r"visual|vo(?![a-z])|rf2o|icp|gps|imu|global|ground_truth|rtabmap|laser")
+
+
+@message
+class RosSettings:
+    """What of a robot's topics is not to be guessed; "" is guessed, "none" is not used."""
+
+    namespace: str = ""  # only topics in here: "/robot1"
+    scan: tuple[str, ...] = ()  # one or two lasers
+    odometry: str = ""
+    image: str = ""
+    camera_info: str = ""
+    sound: str = ""
+    battery: str = ""
+    map: str = ""
+    pose: str = ""
+    cmd_vel: str = ""
+    cmd_vel_type: str = ""  # "Twist" or "TwistStamped"
+    lock: str = ""  # a std_msgs/Bool of twist_mux, closed while nothing is asked for; "" is none
+    base_frame: str = ""
+
+    @staticmethod
+    def of(fields: Mapping[str, Any]) -> RosSettings:
+        """Keys of robot.toml's [robot] or of the URL → settings. Raises BadInput for what is none."""
+        known = [field.name for field in dataclasses.fields(RosSettings)]  # type: ignore[arg-type]
+        values: dict[str, Any] = {}
+        for key, value in fields.items():
+            if key not in known:
+                raise BadInput(f"A ROS robot has no setting {key[:40]!r}; known are {', '.join(known)}.")
+            values[key] = _names(key, value) if key == "scan" else _name(key, value)
+        if values.get("cmd_vel_type", "") not in ("", "Twist", "TwistStamped"):
+            raise BadInput("cmd_vel_type is Twist or TwistStamped.")
+        return RosSettings(**values)
+
+
+@message
+class RosTopics:
+    """What is read from a robot and written to it; "" is nothing. To be shown before it is used."""
+
+    scans: tuple[str, ...] = ()
+    odometry: str = ""
+    image: str = ""
+    camera_info: str = ""
+    sound: str = ""
+    battery: str = ""
+    map: str = ""
+    pose: str = ""
+    frames: str = ""  # /tf_static
+    cmd_vel: str = "/cmd_vel"
+    cmd_vel_type: str = TWIST
+    lock: str = ""
+    base_frame: str = ""
+    types: Mapping[str, str]  # topic → its type, of all that are read
+    notices: tuple[str, ...] = ()  # sentences about what could not be decided
+
+    @property
+    def read(self) -> tuple[str, ...]:
+        """The topics that sensors are read from."""
+        single = (self.odometry, self.image, self.camera_info, self.sound, self.battery, self.frames)
+        return (*self.scans, *filter(None, single))
+
+
+def choose_topics(
+    found: Iterable[tuple[str, str]], settings: RosSettings, listeners: Collection[str] | None = None
+) -> RosTopics:
+    """The robot's topics, each with its type in the form of ROS 1 or 2 → which of them are used, and for what.
+
+    `listeners`: the topics that somebody on the robot subscribes to; None: the link does not tell. Raises
+    Unavailable for a topic that the settings name and the robot does not have.
+    """
+    return _Chooser(found, settings, listeners).topics()
+
+
+class _Chooser:
+    """The topics by their type, and one choice after the other."""
+
+    def __init__(
+        self, found: Iterable[tuple[str, str]], settings: RosSettings, listeners: Collection[str] | None
+    ) -> None:
+        self._settings, self._listeners = settings, listeners
+        self._space = f"/{settings.namespace.strip('/')}/" if settings.namespace else "/"
+        self._types: dict[str, list[str]] = {}  # topic → types
+        for topic, kind in found:
+            self._types.setdefault(topic, []).append(ros2_name(kind))
+        self._chosen: dict[str, str] = {}
+        self._notices: list[str] = []
+
+    def topics(self) -> RosTopics:
+        scans = self._scans()
+        image = self._one("image", NOT_SEEN)
+        cmd_vel, cmd_vel_type = self._commands()
+        near_image = self._settings.camera_info or _nearest(image, self._of("camera_info")) if image else NOTHING
+        return RosTopics(
+            scans=scans,
+            odometry=self._one("odometry", OTHER_ODOMETRY),
+            image=image,
+            camera_info=self._named("camera_info", near_image) if near_image else "",
+            sound=self._one("sound", SECOND_RATE),
+            battery=self._one("battery", SECOND_RATE),
+            map=self._one("map", NOT_SEEN),
+            pose=self._one("pose", SECOND_RATE),
+            frames=self._frames(),
+            cmd_vel=cmd_vel,
+            cmd_vel_type=cmd_vel_type,
+            lock="" if self._settings.lock == NOTHING else _absolute(self._settings.lock, self._space),
+            base_frame=self._settings.base_frame,
+            types=self._chosen,
+            notices=tuple(self._notices),
+        )
+
+    def _of(self, role: str) -> list[str]:
+        """The topics that could be this."""
+        kinds = TYPES[role]
+        return [
+            topic
+            for topic, types in self._types.items()
+            if topic.startswith(self._space) and any(kind in kinds for kind in types)
+        ]
+
+    def _take(self, role: str, topic: str) -> str:
+        self._chosen[topic] = next(kind for kind in TYPES[role] if kind in self._types[topic])
+        return topic
+
+    def _named(self, role: str, name: str) -> str:
+        """The topic that the settings name."""
+        if name == NOTHING:
+            return ""
+        topic = _absolute(name, self._space)
+        if not any(kind in TYPES[role] for kind in self._types.get(topic, [])):
+            kinds = " or ".join(kind.rpartition("/")[2] for kind in TYPES[role])
+            has = ", ".join(sorted(self._of(role))[:8]) or "none"
+            raise Unavailable(f"The robot has no topic {topic} of type {kinds}; of this type it has {has}.")
+        return self._take(role, topic)
+
+    def _one(self, role: str, avoided: re.Pattern[str]) -> str:
+        """The one topic that is best for a role, or ""."""
+        name = getattr(self._settings, role)
+        if name:
+            return self._named(role, name)
+        ranked = sorted(self._of(role), key=self._rank(role, avoided))
+        if not ranked or (role == "image" and NOT_SEEN.search(ranked[0].replace("rect", ""))):
+            return ""
+        if len(ranked) > 1:
+            self._notices.append(f"Of {', '.join(ranked[:6])} the robot's {role} is taken from {ranked[0]}.")
+        return self._take(role, ranked[0])
+
+    def _rank(self, role: str, avoided: re.Pattern[str]) -> Callable[[str], tuple[Any, ...]]:
+        kinds = TYPES[role]
+
+        def rank(topic: str) -> tuple[Any, ...]:
+            kind = min(kinds.index(kind) for kind in self._types[topic] if kind in kinds)
+            return bool(avoided.search(topic)), kind, topic.count("/"), len(topic), topic
+
+        return rank
+
+    def _scans(self) -> tuple[str, ...]:
+        """Up to two lasers; what only repeats another one under a longer name is none of its own."""
+        if self._settings.scan:
+            return tuple(filter(None, (self._named("scan", name) for name in self._settings.scan)))
+        lasers: list[str] = []
+        for topic in sorted(self._of("scan"), key=self._rank("scan", SECOND_RATE)):
+            again = any(topic.startswith(laser) for laser in lasers)
+            if len(lasers) < MOST_SCANS and not again and not (lasers and SECOND_RATE.search(topic)):
+                lasers.append(topic)
+        if len(lasers) < len(self._of("scan")):
+            self._notices.append(f"The robot's lasers are taken to be {' and '.join(lasers)}.")
+        return tuple(self._take("scan", topic) for topic in lasers)
+
+    def _commands(self) -> tuple[str, str]:
+        """Where speeds are written to, and as what."""
+        topic = self._command_topic()
+        types = [kind for kind in TYPES["cmd_vel"] if kind in self._types.get(topic, [])]
+        if self._settings.cmd_vel_type:
+            return topic, TWIST_STAMPED if self._settings.cmd_vel_type == "TwistStamped" else TWIST
+        if len(types) > 1:
+            self._notices.append(f"{topic} is both Twist and TwistStamped; set cmd_vel_type to choose.")
+        elif topic and not types:
+            self._notices.append(f"The robot does not say what {topic} carries; it is sent as Twist.")
+        return topic, types[0] if types else TWIST
+
+    def _command_topic(self) -> str:
+        if self._settings.cmd_vel:
+            return "" if self._settings.cmd_vel == NOTHING else _absolute(self._settings.cmd_vel, self._space)
+        possible = [topic for topic in self._of("cmd_vel") if "cmd_vel" in topic or "cmd" in topic.rpartition("/")[2]]
+        if self._listeners is not None:
+            possible = [topic for topic in possible if topic in self._listeners]
+        if not possible:
+            return f"{self._space}cmd_vel"
+        best = min(possible, key=lambda topic: (not topic.endswith("/cmd_vel"), topic.count("/"), len(topic), topic))
+        if len(possible) > 1:
+            self._notices.append(f"Speeds are sent to {best}; the robot also has {', '.join(sorted(possible)[:6])}.")
+        return best
+
+    def _frames(self) -> str:
+        for topic in (f"{self._space}tf_static", "/tf_static"):
+            if TF in (types := self._types.get(topic, [])) or "tf/msg/tfMessage" in types:
+                self._chosen[topic] = TF
+                return topic
+        return ""
+
+
+def _nearest(image: str, infos: list[str]) -> str:
+    """The camera_info that stands closest to a picture's topic."""
+    parts = image.split("/")
+
+    def rank(topic: str) -> tuple[int, int, str]:
+        shared = 0
+        for one, other in zip(parts, topic.split("/"), strict=False):
+            if one != other:
+                break
+            shared += 1
+        return -shared, len(topic), topic
+
+    return min(infos, key=rank, default="")
+
+
+def _absolute(name: str, space: str) -> str:
+    """A topic's name as the settings give it → from the root."""
+    return name if name.startswith("/") or not name else space + name
+
+
+def _name(key: str, value: Any) -> str:
+    if not isinstance(value, str) or (value and not NAME.fullmatch(value)):
+        raise BadInput(f"{key} is the name of a topic or a frame, such as /front/scan.")
+    return value
+
+
+def _names(key: str, value: Any) -> tuple[str, ...]:
+    names = value.split(",") if isinstance(value, str) else value
+    if not isinstance(names, list | tuple) or not 1 <= len(names) <= MOST_SCANS:
+        raise BadInput(f"{key} is the name of a topic, or a list of two.")
+    return tuple(_name(key, name) for name in names)

@@ -1,0 +1,131 @@
+"""The message types of one robot: what it advertises, else the types of ROS 2 Humble, or of ROS 1 Noetic."""
+
+from __future__ import annotations
+
+import functools
+from collections import Counter
+from typing import Any, Literal
+
+from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+from core.gate import Twist
+
+RosEncoding = Literal["cdr", "ros1"]
+
+TWIST, TWIST_STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+BOOL = "std_msgs/msg/Bool"
+TF = "tf2_msgs/msg/TFMessage"
+RAW_AUDIO = "foxglove_msgs/msg/RawAudio"
+AUDIO_DATA = "audio_common_msgs/msg/AudioData"
+LARGEST_DEFINITION = 1_000_000  # [characters] of a type's text; real ones have some thousand
+
+OTHERS = {
+    RAW_AUDIO: "builtin_interfaces/Time timestamp\nuint8[] data\nstring format\n"
+    "uint32 sample_rate\nuint32 number_of_channels",
+    AUDIO_DATA: "uint8[] data",
+    TF: "geometry_msgs/TransformStamped[] transforms",
+}
+"""Definitions that the usual collections leave out."""
+
+
+@functools.cache
+def usual_types(encoding: RosEncoding) -> Typestore:
+    """The types that every ROS installation has. Shared: nothing of a robot's is registered here."""
+    store = get_typestore(Stores.ROS1_NOETIC if encoding == "ros1" else Stores.ROS2_HUMBLE)
+    for name, text in OTHERS.items():
+        if name not in store.types:
+            store.register(get_types_from_msg(text, name))
+    return store
+
+
+class RobotTypes:
+    """Decodes and encodes the messages of one robot; what it cannot read is counted, never fatal."""
+
+    def __init__(self, encoding: RosEncoding = "cdr") -> None:
+        self.encoding: RosEncoding = encoding
+        self.skipped: dict[str, str] = {}  # type → why it is not known
+        self.errors: Counter[str] = Counter()  # topic → messages that could not be decoded
+        self._store = get_typestore(Stores.EMPTY)
+
+    def register(self, name: str, text: str, form: str = "ros2msg") -> bool:
+        """Take in a type "sensor_msgs/msg/LaserScan" with all that it is made of → whether it is known now.
+
+        `form`: ros2msg, ros1msg or ros2idl. A text that cannot be parsed, or contradicts a type that is known
+        already, is noted in `skipped`.
+        """
+        if len(text) > LARGEST_DEFINITION:
+            self.skipped[name] = "its definition is too long"
+            return False
+        try:
+            if form == "ros2idl":
+                types = get_types_from_idl(text)
+            elif form in ("ros2msg", "ros1msg"):
+                types = get_types_from_msg(text, name)
+            else:
+                self.skipped[name] = f"its definition has the unknown form {form[:30]!r}"
+                return False
+            self._store.register(types)
+        except Exception:  # whatever the parser raises on a text from outside
+            self.skipped[name] = "its definition cannot be read"
+            return False
+        return self._known(name)
+
+    def borrow(self, name: str) -> bool:
+        """Make sure that a type is known, by the usual definition where the robot gave none."""
+        if name in self._store.types:
+            return True
+        usual = usual_types(self.encoding)
+        if name not in usual.types:
+            self.skipped[name] = "it is not one of the usual types"
+            return False
+        ros1 = self.encoding == "ros1"
+        return self.register(name, usual.generate_msgdef(name, ros_version=1 if ros1 else 2)[0])
+
+    def decode(self, topic: str, name: str, payload: bytes | memoryview) -> Any | None:
+        """Bytes of a message → its fields; None for bytes that are no such message."""
+        try:
+            if self.encoding == "ros1":
+                return self._store.deserialize_ros1(payload, name)
+            return self._store.deserialize_cdr(payload, name)
+        except Exception:  # whatever the decoder raises on damaged bytes: the next message may be fine
+            self.errors[topic] += 1
+            return None
+
+    def encode(self, name: str, content: Any) -> bytes:
+        """A message of `types[name]` → its bytes."""
+        if self.encoding == "ros1":
+            return bytes(self._store.serialize_ros1(content, name))
+        return bytes(self._store.serialize_cdr(content, name))
+
+    def encode_twist(self, name: str, twist: Twist, frame: str = "") -> bytes:
+        """Speeds as a Twist or a TwistStamped. Its stamp is 0, which controllers replace by their own time."""
+        self.borrow(name)
+        make = self._store.types
+        vector = make["geometry_msgs/msg/Vector3"]
+        content = make[TWIST](linear=vector(x=twist.v, y=0.0, z=0.0), angular=vector(x=0.0, y=0.0, z=twist.w))
+        if name == TWIST_STAMPED:
+            stamp = make["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
+            more = {"seq": 0} if self.encoding == "ros1" else {}
+            header = make["std_msgs/msg/Header"](stamp=stamp, frame_id=frame, **more)
+            content = make[TWIST_STAMPED](header=header, twist=content)
+        return self.encode(name, content)
+
+    def encode_bool(self, value: bool) -> bytes:
+        """A std_msgs/Bool."""
+        self.borrow(BOOL)
+        return self.encode(BOOL, self._store.types[BOOL](data=value))
+
+    def definition(self, name: str) -> str:
+        """The text of a type with all that it is made of; "" where it is not known."""
+        if not self.borrow(name):
+            return ""
+        return self._store.generate_msgdef(name, ros_version=1 if self.encoding == "ros1" else 2)[0]
+
+    def _known(self, name: str) -> bool:
+        known = name in self._store.types
+        if known:
+            self.skipped.pop(name, None)
+        else:
+            self.skipped[name] = "its definition is of another type"
+        return known

@@ -1,0 +1,310 @@
+"""A ROS robot's messages → readings, and speeds → messages."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from core.gate import ZERO, Twist
+from core.geometry import OPTICAL, Pose, Transform
+from core.robots.readings import Readings
+from core.robots.ros.bridge import RosClocks, RosSensors, VelocityCommands, camera_model, raw_pixels
+from core.robots.ros.topics import IMAGE, RosSettings, choose_topics
+from core.robots.ros.typestore import RAW_AUDIO, TF, RobotTypes
+from core.sensors import Image, Scan, Sound, Wheels
+from core.simulation.robot import SimulatedRobot
+from tests.emulators.ros_messages import RosMessageMaker
+
+TOPICS = {
+    "/scan": "sensor_msgs/msg/LaserScan",
+    "/odom": "nav_msgs/msg/Odometry",
+    "/image/compressed": "sensor_msgs/msg/CompressedImage",
+    "/camera_info": "sensor_msgs/msg/CameraInfo",
+    "/sound": RAW_AUDIO,
+    "/battery": "sensor_msgs/msg/BatteryState",
+    "/tf_static": TF,
+    "/cmd_vel": "geometry_msgs/msg/Twist",
+}
+PROFILE = SimulatedRobot("lab").profile
+START = 1_700_000_000.0
+
+
+class Wire:
+    """Sensors that are given messages, on a clock that a test sets."""
+
+    def __init__(self, **settings: str) -> None:
+        self.maker = RosMessageMaker(PROFILE, START)
+        self.types = RobotTypes()
+        for kind in TOPICS.values():
+            self.types.borrow(kind)
+        self.sensors = RosSensors(self.types, choose_topics(TOPICS.items(), RosSettings.of(settings)))
+        self.clock = 100.0
+        self.readings = Readings(lambda: self.clock)
+
+    def take(self, topic: str, payload: bytes) -> None:
+        self.sensors.take(topic, payload)
+
+    def scan(self, stamp: float, **changes: object) -> Scan:
+        scan = Scan(
+            stamp=stamp,
+            ranges=np.linspace(1, 2, 90, dtype=np.float32),
+            angle_min=-0.5,
+            angle_step=0.01,
+            time_step=1e-4,
+        )
+        return replace(scan, **changes)  # type: ignore[arg-type]
+
+
+def test_what_the_robot_has_is_learnt_from_its_messages() -> None:
+    wire = Wire()
+    assert set(wire.sensors.missing) == {"/scan", "/image/compressed", "/camera_info", "/tf_static", "/odom"}
+    picture = np.full((256, 320, 3), 90, np.uint8)
+    wire.take("/tf_static", wire.maker.frames())
+    wire.take("/scan", wire.maker.scan(wire.scan(0.0)))
+    wire.take("/image/compressed", wire.maker.image(Image(stamp=0.0, pixels=picture)))
+    wire.take("/camera_info", wire.maker.camera_info(0.0))
+    wire.take("/odom", wire.maker.odometry(Wheels(odometry=Pose(), speed=0.0, turn_rate=0.0), 0.0))
+    assert wire.sensors.missing == []
+    found = wire.sensors.equipment("robot")
+    laser, camera = found.lasers[0], found.cameras[0]
+    assert (laser.beams, laser.rate) == (90, pytest.approx(10.0))
+    assert (laser.angle_min, laser.height) == (pytest.approx(-0.5), pytest.approx(0.12))
+    assert camera.model.fx == pytest.approx(301.49221) and camera.model.k1 == pytest.approx(-0.43039)
+    assert PROFILE.camera is not None
+    assert np.allclose(camera.mounting.rotation, OPTICAL)
+    assert np.allclose(camera.mounting.translation, PROFILE.camera.mounting.translation)
+    assert found.base is not None and found.base.failsafe == 0.5 and found.base.odometry
+    assert wire.sensors.notices == []
+
+
+def test_what_is_missing_is_said_and_the_rest_is_there() -> None:
+    wire = Wire()
+    wire.take("/scan", wire.maker.scan(wire.scan(0.0)))
+    wire.take("/image/compressed", wire.maker.image(Image(stamp=0.0, pixels=np.zeros((128, 160, 3), np.uint8))))
+    found = wire.sensors.equipment("robot")
+    told = " ".join(wire.sensors.notices)
+    assert "/odom is there, but nothing comes on it." in told
+    assert "where laser is mounted" in told and "not calibrated" in told
+    assert found.cameras[0].model.width == 160 and found.lasers[0].mounting == Pose()
+    wire.sensors.attach(wire.readings)
+    assert "not calibrated" in wire.readings.frame().note
+
+
+def test_scans_are_stamped_on_the_console_s_clock_and_turned_round() -> None:
+    wire = Wire()
+    wire.sensors.attach(wire.readings)
+    ranges = np.array([0.0, 1.0, 0.01, math.inf, math.nan, 2.0] * 5, np.float32)
+    backwards = wire.scan(50.0, ranges=ranges, angle_min=0.5, angle_step=-0.01)
+    wire.take("/odom", wire.maker.odometry(Wheels(odometry=Pose(), speed=0.0, turn_rate=0.0), 50.1))
+    wire.take("/scan", wire.maker.scan(backwards))
+    scan = wire.readings.frame().scan
+    assert scan is not None
+    assert scan.stamp == pytest.approx(-0.1 + 29 * 1e-4, abs=1e-6)  # now is 0, and odometry came at once
+    assert (scan.angle_min, scan.angle_step) == (pytest.approx(0.5 - 0.29), pytest.approx(0.01))
+    assert scan.ranges[0] == 2.0 and math.isinf(scan.ranges[2]) and scan.ranges[4] == 1.0
+    assert np.isnan(scan.ranges[[1, 3, 5]]).all()
+    wire.take("/scan", wire.maker.scan(backwards))
+    assert wire.readings.frame().scan is None  # the same once more
+
+
+def test_a_laser_that_hangs_upside_down_is_turned_over() -> None:
+    wire = Wire()
+    hanging = Transform(rotation=np.diag([1.0, -1.0, -1.0]), translation=np.array([0.1, 0.0, 0.3]))
+    stamped = wire.maker.transform("base_link", "laser", hanging)
+    wire.take("/tf_static", wire.maker.encode(TF, transforms=[stamped]))
+    wire.take("/scan", wire.maker.scan(wire.scan(0.0)))
+    laser = wire.sensors.equipment("robot").lasers[0]
+    assert laser.angle_min == pytest.approx(0.5 - 0.89) and laser.height == pytest.approx(0.3)
+    wire.sensors.attach(wire.readings)
+    wire.take("/scan", wire.maker.scan(wire.scan(0.0)))
+    scan = wire.readings.frame().scan
+    assert scan is not None and scan.ranges[0] == 2.0 and scan.angle_min == pytest.approx(laser.angle_min)
+
+
+def test_odometry_begins_where_the_console_connects() -> None:
+    wire = Wire()
+    wire.sensors.attach(wire.readings)
+    for step in range(3):
+        wheels = Wheels(odometry=Pose(0.02 * step, 0.0, 0.0), speed=0.4, turn_rate=0.0)
+        wire.take("/odom", wire.maker.odometry(wheels, 0.05 * step))
+        wire.clock += 0.05
+    wheels = wire.readings.frame().wheels
+    assert wheels is not None and wheels.speed == pytest.approx(0.4)
+    assert wheels.odometry.x == pytest.approx(0.04 + 0.4 * 0.05, abs=1e-6)
+
+
+def test_blocks_of_sound_follow_each_other_whenever_they_come() -> None:
+    wire = Wire()
+    wire.sensors.attach(wire.readings)
+    rng = np.random.default_rng(1)
+    for block in range(10):
+        wire.clock = 100.0 + 0.02 * block + float(rng.uniform(0, 0.015))
+        sound = Sound(stamp=0.02 * block, rate=16000, samples=np.full((320, 4), 0.25))
+        wire.take("/sound", wire.maker.sound(sound))
+    sound = wire.readings.frame().sound
+    assert sound is not None and sound.samples.shape == (3200, 4) and sound.samples[0, 0] == 0.25
+
+
+def test_the_battery_is_a_share_even_where_it_is_said_in_per_cent() -> None:
+    wire = Wire()
+    wire.sensors.attach(wire.readings)
+    for said, share in ((0.5, 0.5), (80.0, 0.8), (math.nan, 0.8)):
+        wire.take("/battery", wire.maker.battery(said))
+        assert wire.readings.battery == pytest.approx(share)
+
+
+def test_damaged_messages_are_counted_and_change_nothing() -> None:
+    wire = Wire()
+    wire.sensors.attach(wire.readings)
+    rng = np.random.default_rng(7)
+    whole = {
+        "/scan": wire.maker.scan(wire.scan(0.0)),
+        "/image/compressed": wire.maker.image(Image(stamp=0.0, pixels=np.zeros((128, 160, 3), np.uint8))),
+        "/camera_info": wire.maker.camera_info(0.0),
+        "/tf_static": wire.maker.frames(),
+        "/sound": wire.maker.sound(Sound(stamp=0.0, rate=16000, samples=np.zeros((320, 1)))),
+        "/odom": wire.maker.odometry(Wheels(odometry=Pose(), speed=0.0, turn_rate=0.0), 0.0),
+    }
+    for number in range(2000):
+        topic = list(whole)[number % len(whole)]
+        damaged = bytearray(whole[topic][: rng.integers(len(whole[topic]) + 1)] if number % 2 else whole[topic])
+        for at in rng.integers(0, max(len(damaged), 1), 8) if damaged else ():
+            damaged[at] = rng.integers(256)
+        wire.clock += 0.01
+        wire.take(topic, bytes(damaged))
+        wire.readings.frame()
+    assert sum(wire.types.errors.values()) >= 1000
+    wire.clock += 0.1
+    wire.take("/scan", wire.maker.scan(wire.scan(1e6)))
+    assert wire.readings.frame().scan is not None
+
+
+@pytest.mark.parametrize("encoding", ["bgr8", "rgb8", "mono8", "bgra8"])
+def test_raw_pictures_become_blue_green_red(encoding: str) -> None:
+    make = RosMessageMaker(PROFILE, START)
+    channels = {"mono8": 1, "bgra8": 4}.get(encoding, 3)
+    rows = np.zeros((4, 6 * channels + 2), np.uint8)  # rows may be padded
+    rows[:, : 6 * channels] = np.tile(np.array([200, 30, 10, 255][:channels]), 6)
+    content = make.make[IMAGE](
+        header=make.header(0.0, "camera"),
+        height=4,
+        width=6,
+        encoding=encoding,
+        is_bigendian=0,
+        step=rows.shape[1],
+        data=rows.ravel(),
+    )
+    expected = {"mono8": [200, 200, 200], "rgb8": [10, 30, 200]}.get(encoding, [200, 30, 10])
+    assert (raw_pixels(content) == np.array(expected)).all()
+    with pytest.raises(Exception, match="does not fit"):
+        raw_pixels(replace(content, width=60))
+    with pytest.raises(Exception, match="are not read"):
+        raw_pixels(replace(content, encoding="16UC1"))
+
+
+def test_a_picture_of_half_the_calibrated_size_has_half_the_focal_length() -> None:
+    make = RosMessageMaker(PROFILE, START)
+    info = make.store.deserialize_cdr(make.camera_info(0.0), "sensor_msgs/msg/CameraInfo")
+    half = camera_model(info, 160, 128)
+    assert half is not None and half.fx == pytest.approx(301.49221 / 2)
+    assert half.cx == pytest.approx((155.45581 + 0.5) / 2 - 0.5)
+    assert camera_model(replace(info, distortion_model="equidistant"), 320, 256) is None
+    assert camera_model(replace(info, k=np.zeros(9)), 320, 256) is None
+
+
+def test_topics_whose_stamps_agree_share_a_clock_and_a_strange_one_has_its_own() -> None:
+    clocks = RosClocks()
+    for number in range(50):
+        now = 0.1 * number
+        assert clocks.stamp(1000.0 + now, now + 0.002) == pytest.approx(now + 0.002, abs=1e-9)
+        assert clocks.stamp(1000.0 + now - 0.1, now + 0.004) == pytest.approx(now - 0.098, abs=1e-9)
+        assert clocks.stamp(7.0 + now, now) == pytest.approx(now, abs=1e-9)  # counts from when it was switched on
+        assert clocks.stamp(0.0, now) == now
+
+
+class Sent:
+    def __init__(self) -> None:
+        self.now = 0.0
+        self.speeds: list[tuple[float, Twist]] = []
+        self.locks: list[tuple[float, bool]] = []
+        self.commands = VelocityCommands(
+            lambda twist: self.speeds.append((self.now, twist)),
+            lambda closed: self.locks.append((self.now, closed)),
+            lambda: self.now,
+        )
+
+    def call(self, twist: Twist, seconds: float) -> None:
+        for _ in range(round(seconds / 0.025)):
+            self.commands.drive(twist)
+            self.now += 0.025
+
+
+def test_nothing_is_sent_while_nothing_is_asked_for() -> None:
+    sent = Sent()
+    sent.call(ZERO, 1.0)
+    assert sent.speeds == []
+
+
+def test_motion_is_repeated_and_ends_in_five_zeros_and_silence() -> None:
+    sent = Sent()
+    sent.call(Twist(0.1, 0.0), 0.5)
+    sent.call(ZERO, 1.0)
+    assert [twist for _, twist in sent.speeds] == [Twist(0.1, 0.0)] * 20 + [ZERO] * 5
+    assert sent.speeds[20][0] == pytest.approx(0.5)  # at once
+
+
+def test_one_stop_without_further_calls_still_ends_in_five_zeros() -> None:
+    sent = Sent()
+    sent.call(Twist(0.1, 0.0), 0.1)
+    sent.commands.drive(ZERO)
+    for _ in range(20):
+        sent.now += 0.05
+        sent.commands.tick()
+    assert [twist for _, twist in sent.speeds[4:]] == [ZERO] * 5
+
+
+def test_after_the_link_was_lost_on_the_move_zeros_come_first() -> None:
+    sent = Sent()
+    sent.call(Twist(0.1, 0.0), 0.1)
+    sent.commands.restart()
+    sent.now += 1.0
+    sent.commands.tick()
+    assert sent.speeds[-1][1] == ZERO
+
+
+def test_speeds_that_are_no_numbers_stop() -> None:
+    sent = Sent()
+    sent.call(Twist(0.1, 0.0), 0.1)
+    sent.commands.drive(Twist(math.nan, 0.0))
+    assert sent.speeds[-1][1] == ZERO
+
+
+def test_the_lock_is_a_heartbeat_that_is_open_only_on_the_move() -> None:
+    sent = Sent()
+    sent.call(ZERO, 1.0)
+    assert len(sent.locks) == 10 and all(closed for _, closed in sent.locks)
+    sent.locks.clear()
+    sent.call(Twist(0.1, 0.0), 1.0)
+    assert not any(closed for _, closed in sent.locks) and sent.locks[0][0] <= sent.speeds[0][0]
+    sent.locks.clear()
+    sent.call(ZERO, 0.5)
+    closing = next(time for time, closed in sent.locks if closed)
+    assert closing == sent.speeds[-1][0]  # after the last zero, which the lock would hide
+    assert max(b[0] - a[0] for a, b in zip(sent.locks, sent.locks[1:], strict=False)) <= 0.13
+
+
+def test_unread_images_are_all_bytes_a_decoder_may_see() -> None:
+    wire = Wire()
+    wire.sensors.attach(wire.readings)
+    jpeg = cv2.imencode(".jpg", np.zeros((128, 160, 3), np.uint8))[1].tobytes()
+    content = wire.maker.make["sensor_msgs/msg/CompressedImage"]
+    header = wire.maker.header(0.0, "camera")
+    for data in (b"", jpeg[:-50], b"\x89PNG\r\n\x1a\n" + b"\x00" * 40):
+        message = content(header=header, format="jpeg", data=np.frombuffer(data, np.uint8))
+        kind = "sensor_msgs/msg/CompressedImage"
+        wire.take("/image/compressed", bytes(wire.maker.store.serialize_cdr(message, kind)))
+    assert wire.readings.frame().image is None and wire.types.errors["/image/compressed"] == 3
