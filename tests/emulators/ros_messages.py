@@ -9,31 +9,32 @@ from typing import Any
 import cv2
 import numpy as np
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from scipy.spatial.transform import Rotation
 
 from core.geometry import Pose, Transform
 from core.message import Array
-from core.robots import Profile
 from core.robots.ros.topics import BATTERY, CAMERA_INFO, COMPRESSED_IMAGE, LASER_SCAN, ODOMETRY
 from core.robots.ros.typestore import OTHERS, RAW_AUDIO, TF
 from core.sensors import Image, Scan, Sound, Wheels
+from core.simulation.robot import SimulatedRobot
 
 HEADER = "std_msgs/msg/Header"
+PROFILE = SimulatedRobot("lab").profile
 ODOMETRY_START = Pose(3.0, -2.0, 0.7)  # a real robot's odometry does not begin where the console connects
 
 
 def ros2_types() -> Any:
     """The usual types of ROS 2 with those that the emulators need besides."""
     store = get_typestore(Stores.ROS2_HUMBLE)
-    for name in (RAW_AUDIO,):
-        store.register(get_types_from_msg(OTHERS[name], name))
+    store.register(get_types_from_msg(OTHERS[RAW_AUDIO], RAW_AUDIO))
     return store
 
 
 class RosMessageMaker:
-    """Makes the messages of one robot. `start` is the robot's clock [s] at the simulator's stamp 0."""
+    """Makes the messages of one simulated robot, whose clock shows `start` [s] at the simulator's stamp 0."""
 
-    def __init__(self, profile: Profile, start: float, prefix: str = "") -> None:
-        self.profile, self.start, self.prefix = profile, start, prefix
+    def __init__(self, start: float, prefix: str = "") -> None:
+        self.start, self.prefix = start, prefix
         self.store = ros2_types()
         self.make = self.store.types
 
@@ -83,8 +84,8 @@ class RosMessageMaker:
         return self.encode(COMPRESSED_IMAGE, header=header, format="jpeg", data=jpeg.ravel())
 
     def camera_info(self, stamp: float) -> bytes:
-        assert self.profile.camera is not None
-        model = self.profile.camera.model
+        assert PROFILE.camera is not None
+        model = PROFILE.camera.model
         projection = np.zeros((3, 4))
         projection[:, :3] = model.matrix
         region = self.make["sensor_msgs/msg/RegionOfInterest"]
@@ -137,11 +138,11 @@ class RosMessageMaker:
         """/tf_static: base_footprint → base_link → laser and camera."""
         rise = Transform.of_pose(Pose(), 0.05)
         placed = [("base_footprint", "base_link", rise)]
-        if self.profile.laser:
-            laser = Transform.of_pose(self.profile.laser.mounting, self.profile.laser.height)
+        if PROFILE.laser:
+            laser = Transform.of_pose(PROFILE.laser.mounting, PROFILE.laser.height)
             placed.append(("base_link", "laser", rise.inverse() @ laser))
-        if self.profile.camera:
-            placed.append(("base_link", "camera_optical_frame", rise.inverse() @ self.profile.camera.mounting))
+        if PROFILE.camera:
+            placed.append(("base_link", "camera_optical_frame", rise.inverse() @ PROFILE.camera.mounting))
         stamped = [self.transform(*one) for one in placed]
         return self.encode(TF, transforms=stamped)
 
@@ -156,8 +157,6 @@ class RosMessageMaker:
         )
 
     def quaternion(self, rotation: Array) -> Any:
-        from scipy.spatial.transform import Rotation
-
         x, y, z, w = (float(number) for number in Rotation.from_matrix(rotation).as_quat())
         return self.make["geometry_msgs/msg/Quaternion"](x=x, y=y, z=z, w=w)
 

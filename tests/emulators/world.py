@@ -1,4 +1,4 @@
-"""The simulated robot in real time, for emulators: a wire drives it and carries what it senses."""
+"""The simulated robot, living in real time: what an emulator puts on its wire, and what its wire moves."""
 
 from __future__ import annotations
 
@@ -11,72 +11,76 @@ from core.geometry import Pose
 from core.sensors import Image, Scan, Sound, Wheels
 from core.simulation.robot import SimulatedRobot, SimulationSettings
 
-BEHIND = 0.2  # [s] that are caught up; more is given up
+BEHIND = 0.5  # [s] that may be caught up
+NEVER = float("-inf")
 
 
 class World:
-    """A robot in `sim:lab`, stepped by a thread. The callbacks are called from that thread; they must not wait."""
+    """`sim:<place>` stepped by a thread; the callbacks are called from it."""
 
-    def __init__(
-        self,
-        seed: int = 0,
-        place: str = "lab",
-        failsafe: float | None = 0.5,
-        settings: SimulationSettings | None = None,
-    ) -> None:
-        """`failsafe` [s]: without a call of `drive` for so long the robot stops by itself; None: never."""
-        self.robot = SimulatedRobot(place, seed=seed, settings=settings)
-        self.failsafe = failsafe
+    def __init__(self, seed: int = 0, place: str = "lab", failsafe: float | None = 0.5) -> None:
+        """`failsafe` [s]: without `drive` for so long, the wheels stop; None: they never do."""
         self.on_scan: list[Callable[[Scan], None]] = []
         self.on_image: list[Callable[[Image], None]] = []
         self.on_wheels: list[Callable[[Wheels], None]] = []
         self.on_sound: list[Callable[[Sound], None]] = []
-        self.speeds: list[tuple[float, float, float]] = []  # time.monotonic(), v [m/s], w [rad/s] as applied
+        self.on_contact: list[Callable[[bool], None]] = []
+        self.speeds: list[tuple[float, float, float]] = []  # time.monotonic(), v, w: changes of what was applied
         self.truth = Pose()
-        self._twist, self._heard = ZERO, time.monotonic()
+        self.robot: SimulatedRobot | None = None
+        self._seed, self._place, self._failsafe = seed, place, failsafe
         self._lock = threading.Lock()
+        self._wanted, self._wanted_at = ZERO, NEVER
         self._over = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="world", daemon=True)
+        self._thread: threading.Thread | None = None
 
     def start(self) -> None:
+        """Begin to live. The camera is simulated where somebody looks at its pictures."""
+        settings = SimulationSettings(camera=bool(self.on_image))
+        self.robot = SimulatedRobot(self._place, seed=self._seed, settings=settings)
+        self._over.clear()
+        self._thread = threading.Thread(target=self._live, args=(self.robot,), name="world", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
+        """End."""
         self._over.set()
-        if self._thread.is_alive():
-            self._thread.join(2.0)
+        if self._thread is not None:
+            self._thread.join(5.0)
 
     def drive(self, v: float, w: float) -> None:
-        """Set the speeds [m/s], [rad/s], which hold until the next call or the failsafe."""
+        """Set speeds [m/s], [rad/s], which hold until the next call or the failsafe."""
         with self._lock:
-            self._heard = time.monotonic()
-            self._apply(Twist(v, w))
+            self._wanted, self._wanted_at = Twist(v, w), time.monotonic()
+            self._log(self._wanted)
 
-    def _apply(self, twist: Twist) -> None:
-        self._twist = twist
-        self.speeds.append((time.monotonic(), twist.v, twist.w))
+    def _log(self, twist: Twist) -> None:
+        if not self.speeds or self.speeds[-1][1:] != (twist.v, twist.w):
+            self.speeds.append((time.monotonic(), twist.v, twist.w))
 
-    def _run(self) -> None:
-        period = 1 / self.robot.profile.rate
-        due = time.monotonic()
+    def _live(self, robot: SimulatedRobot) -> None:
+        period, due = 1 / robot.profile.rate, time.monotonic()
         while not self._over.wait(max(0.0, due - time.monotonic())):
-            due = max(due + period, time.monotonic() - BEHIND)
+            now = time.monotonic()
+            due = max(due + period, now - BEHIND)
             with self._lock:
-                silence = time.monotonic() - self._heard
-                if self._twist.moves and self.failsafe is not None and silence > self.failsafe:
-                    self._apply(ZERO)
-                self.robot.drive(self._twist)
-            self._step()
+                if self._failsafe is not None and now - self._wanted_at > self._failsafe:
+                    self._wanted = ZERO
+                    self._log(ZERO)
+                robot.drive(self._wanted)
+            self._step(robot)
 
-    def _step(self) -> None:
-        frame = self.robot.read()
+    def _step(self, robot: SimulatedRobot) -> None:
+        frame = robot.read()
         if frame.truth is not None:
             self.truth = frame.truth
-        for value, listeners in (
+        for value, callbacks in (
             (frame.wheels, self.on_wheels),
             (frame.scan, self.on_scan),
             (frame.image, self.on_image),
             (frame.sound, self.on_sound),
         ):
-            for listener in listeners if value is not None else ():
-                listener(value)
+            for callback in callbacks if value is not None else ():
+                callback(value)  # type: ignore[arg-type]
+        for callback in self.on_contact:
+            callback(frame.contact)

@@ -16,8 +16,7 @@ from core.robots.ros.bridge import RosClocks, RosSensors, VelocityCommands, came
 from core.robots.ros.topics import IMAGE, RosSettings, choose_topics
 from core.robots.ros.typestore import RAW_AUDIO, TF, RobotTypes
 from core.sensors import Image, Scan, Sound, Wheels
-from core.simulation.robot import SimulatedRobot
-from tests.emulators.ros_messages import RosMessageMaker
+from tests.emulators.ros_messages import PROFILE, RosMessageMaker
 
 TOPICS = {
     "/scan": "sensor_msgs/msg/LaserScan",
@@ -29,7 +28,6 @@ TOPICS = {
     "/tf_static": TF,
     "/cmd_vel": "geometry_msgs/msg/Twist",
 }
-PROFILE = SimulatedRobot("lab").profile
 START = 1_700_000_000.0
 
 
@@ -37,7 +35,7 @@ class Wire:
     """Sensors that are given messages, on a clock that a test sets."""
 
     def __init__(self, **settings: str) -> None:
-        self.maker = RosMessageMaker(PROFILE, START)
+        self.maker = RosMessageMaker(START)
         self.types = RobotTypes()
         for kind in TOPICS.values():
             self.types.borrow(kind)
@@ -185,7 +183,7 @@ def test_damaged_messages_are_counted_and_change_nothing() -> None:
 
 @pytest.mark.parametrize("encoding", ["bgr8", "rgb8", "mono8", "bgra8"])
 def test_raw_pictures_become_blue_green_red(encoding: str) -> None:
-    make = RosMessageMaker(PROFILE, START)
+    make = RosMessageMaker(START)
     channels = {"mono8": 1, "bgra8": 4}.get(encoding, 3)
     rows = np.zeros((4, 6 * channels + 2), np.uint8)  # rows may be padded
     rows[:, : 6 * channels] = np.tile(np.array([200, 30, 10, 255][:channels]), 6)
@@ -207,7 +205,7 @@ def test_raw_pictures_become_blue_green_red(encoding: str) -> None:
 
 
 def test_a_picture_of_half_the_calibrated_size_has_half_the_focal_length() -> None:
-    make = RosMessageMaker(PROFILE, START)
+    make = RosMessageMaker(START)
     info = make.store.deserialize_cdr(make.camera_info(0.0), "sensor_msgs/msg/CameraInfo")
     half = camera_model(info, 160, 128)
     assert half is not None and half.fx == pytest.approx(301.49221 / 2)

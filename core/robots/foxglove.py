@@ -1,0 +1,170 @@
+"""`foxglove://host:8765`: a robot behind foxglove_bridge, with ROS 2 or ROS 1, and no ROS on this computer."""
+
+from __future__ import annotations
+
+import json
+import struct
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from core.gate import Twist
+from core.recording.ros import ros2_name
+from core.robots.device import Device
+from core.robots.ros.socket_link import RosAddress, RosSocket, parse_address
+from core.robots.ros.topics import RosTopics
+from core.robots.ros.typestore import BOOL, RobotTypes
+
+PORT = 8765
+SPEEDS, LOCK = 1, 2  # numbers of the channels that are written to
+MESSAGE = 0x01  # opcode both ways
+MESSAGE_HEAD = struct.Struct("<BIQ")  # opcode, subscription, time [ns]
+SEND_HEAD = struct.Struct("<BI")  # opcode, channel
+MOST_CHANNELS_LISTED = 10_000
+WARNING = 1  # level of a status message from which on the operator is to know
+QUIET = 0.3  # [s] without a further topic after which the list is whole
+
+
+class AdvertisedChannel(NamedTuple):
+    """A topic that the bridge offers."""
+
+    topic: str
+    type: str
+    schema: str
+    schema_form: str  # "ros2msg", "ros1msg", "ros2idl"
+
+
+class FoxgloveRobot(RosSocket):
+    """Client of foxglove_bridge, in both of its dialects."""
+
+    kind = "foxglove bridge"
+    advice = "Start it on the robot: ros2 launch foxglove_bridge foxglove_bridge_launch.xml"
+    subprotocols = ("foxglove.sdk.v1", "foxglove.websocket.v1")
+
+    def __init__(self, address: RosAddress) -> None:
+        super().__init__(address)
+        self._reset()
+
+    def _reset(self) -> None:
+        self._capabilities: list[str] | None = None  # None: it has not said hello yet
+        self._channels: dict[int, AdvertisedChannel] = {}
+        self._listeners: set[str] | None = None  # topics that somebody on the robot subscribes to
+        self._numbers: dict[int, str] = {}  # subscription → topic
+        self._newest = time.monotonic()  # [s] when a topic was last listed
+
+    def _begin(self) -> None:
+        self._reset()
+
+    def _is_listed(self) -> bool:
+        quiet = time.monotonic() - self._newest > QUIET
+        return self._capabilities is not None and bool(self._channels) and quiet
+
+    def _chosen(self) -> RosTopics:
+        found = [(channel.topic, channel.type) for channel in self._channels.values()]
+        topics = self._choose(found, self._listeners)
+        if "clientPublish" not in (self._capabilities or []):
+            sentence = (
+                "This bridge takes no speeds, so the robot cannot be driven: give it the capability clientPublish."
+            )
+            return replace(topics, cmd_vel="", lock="", notices=(*topics.notices, sentence))
+        return topics
+
+    def _subscribe(self, topics: RosTopics) -> None:
+        for number, channel in self._channels.items():
+            self._subscribe_channel(topics, number, channel)
+
+    def _subscribe_channel(self, topics: RosTopics, number: int, channel: AdvertisedChannel) -> None:
+        if channel.topic not in topics.read or channel.type != topics.types[channel.topic]:
+            return
+        if channel.topic in self._numbers.values():
+            return
+        if self.types.register(channel.type, channel.schema, channel.schema_form):
+            self._numbers[number] = channel.topic
+            self._send(json.dumps({"op": "subscribe", "subscriptions": [{"id": number, "channelId": number}]}))
+
+    def _advertise(self, topics: RosTopics) -> None:
+        channels = [self._own_channel(SPEEDS, topics.cmd_vel, topics.cmd_vel_type)]
+        if topics.lock:
+            channels.append(self._own_channel(LOCK, topics.lock, BOOL))
+        self._send(json.dumps({"op": "advertise", "channels": channels}))
+
+    def _own_channel(self, number: int, topic: str, kind: str) -> dict[str, Any]:
+        ros1 = self.types.encoding == "ros1"
+        return {
+            "id": number,
+            "topic": topic,
+            "encoding": self.types.encoding,
+            "schemaName": kind.replace("/msg/", "/") if ros1 else kind,
+            "schema": self.types.definition(kind),
+            "schemaEncoding": "ros1msg" if ros1 else "ros2msg",
+        }
+
+    def _send_twist(self, twist: Twist) -> None:
+        if self.topics is not None:
+            payload = self.types.encode_twist(self.topics.cmd_vel_type, twist, self.topics.base_frame)
+            self._send(SEND_HEAD.pack(MESSAGE, SPEEDS) + payload)
+
+    def _send_lock(self, closed: bool) -> None:
+        if self.topics is not None and self.topics.lock:
+            self._send(SEND_HEAD.pack(MESSAGE, LOCK) + self.types.encode_bool(closed))
+
+    def _read(self, raw: str | bytes) -> tuple[str, Any] | None:
+        if isinstance(raw, str):
+            self._read_text(json.loads(raw))
+            return None
+        if raw[0] != MESSAGE:
+            return None
+        _, number, _ = MESSAGE_HEAD.unpack_from(raw)
+        return self._numbers[number], memoryview(raw)[MESSAGE_HEAD.size :]
+
+    def _read_text(self, fields: dict[str, Any]) -> None:
+        match fields.get("op"):
+            case "serverInfo":
+                self._take_hello(fields)
+            case "advertise":
+                for entry in fields["channels"]:
+                    self._take_channel(entry)
+            case "unadvertise":
+                for number in fields["channelIds"]:
+                    self._channels.pop(number, None)
+                    self._numbers.pop(number, None)
+            case "status" if fields["level"] >= WARNING:
+                self._note(f"The robot's bridge says: {str(fields['message'])[:300]}")
+            case "connectionGraphUpdate":
+                self._take_graph(fields)
+            case _:
+                pass
+
+    def _take_hello(self, fields: dict[str, Any]) -> None:
+        """What the bridge can; with it, whether it is one of ROS 1. Said once in a connection."""
+        if self._capabilities is not None:
+            return
+        self._capabilities = [str(name) for name in fields["capabilities"]]
+        encodings = fields.get("supportedEncodings") or ["cdr"]
+        self.types = RobotTypes("ros1" if "ros1" in encodings and "cdr" not in encodings else "cdr")
+        if "connectionGraph" in self._capabilities:
+            self._send('{"op": "subscribeConnectionGraph"}')
+
+    def _take_channel(self, entry: dict[str, Any]) -> None:
+        if len(self._channels) >= MOST_CHANNELS_LISTED or entry["encoding"] != self.types.encoding:
+            return
+        number, form = int(entry["id"]), str(entry.get("schemaEncoding") or "ros2msg")
+        channel = AdvertisedChannel(
+            str(entry["topic"]), ros2_name(str(entry["schemaName"])), str(entry["schema"]), form
+        )
+        self._channels[number] = channel
+        self._newest = time.monotonic()
+        if self.topics is not None:
+            self._subscribe_channel(self.topics, number, channel)
+
+    def _take_graph(self, fields: dict[str, Any]) -> None:
+        listeners = set() if self._listeners is None else self._listeners
+        listeners |= {str(entry["name"]) for entry in fields["subscribedTopics"] if entry["subscriberIds"]}
+        listeners -= {str(name) for name in fields["removedTopics"]}
+        self._listeners = listeners
+
+
+def open_device(rest: str, table: Mapping[str, Any] | None = None) -> Device:
+    """`//host:8765?tls=1&cmd_vel=/tab_vel` → the robot; `table`: its keys from a robot's file. Raises BadInput."""
+    return FoxgloveRobot(parse_address(rest, PORT, table=table))

@@ -1,0 +1,328 @@
+"""What all links to a ROS robot over a WebSocket share: connecting, learning what is there, reading, driving.
+
+A link of its own kind says how it asks for the robot's topics, subscribes, reads a message and sends speeds.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+import ssl
+import time
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qsl, urlsplit
+
+from websockets.exceptions import InvalidHandshake, InvalidMessage, WebSocketException
+from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Subprotocol
+
+from core.errors import BadInput, Unavailable
+from core.gate import Twist
+from core.message import message
+from core.robots.device import Device, Equipment
+from core.robots.readings import Readings
+from core.robots.ros.bridge import RosSensors, VelocityCommands
+from core.robots.ros.topics import RosSettings, RosTopics, choose_topics
+from core.robots.ros.typestore import RobotTypes
+
+CONNECTING = 3.0  # [s] to reach the robot
+LISTING = 4.0  # [s] for the list of its topics
+LEARNING = 3.0  # [s] for the first message of every topic
+TICK = 0.02  # [s] between looks at what is to be sent
+PING, PONG = 2.0, 5.0  # [s] between pings, and for the answer
+LARGEST = 2**26  # [bytes] of a message
+MOST_AT_ONCE = 256  # messages that are looked at together
+REMEMBERED = 32  # sentences of the robot that are not repeated
+QUICK_ACK = getattr(socket, "TCP_QUICKACK", None)  # Linux has it
+
+
+@message
+class RosAddress:
+    """Where a robot's link is, and what its URL says besides."""
+
+    host: str
+    port: int
+    secure: bool = False
+    authority: str = ""  # a file with the certificate that the robot's one is checked by; "": the usual ones
+    options: Mapping[str, str]  # of this kind of link
+    settings: RosSettings = RosSettings()
+
+    @property
+    def name(self) -> str:
+        """host:port."""
+        return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
+
+
+def parse_address(
+    rest: str, port: int, options: Sequence[str] = (), table: Mapping[str, Any] | None = None
+) -> RosAddress:
+    """`//host:port?tls=1&scan=/front/scan` → where that is. `table`: the same keys from a robot's file.
+
+    `options` are the further keys that this kind of link knows. Raises BadInput with a sentence.
+    """
+    try:
+        parts = urlsplit(rest)
+        host, number = parts.hostname, parts.port
+        query = dict(parse_qsl(parts.query, keep_blank_values=True, strict_parsing=bool(parts.query)))
+    except ValueError:
+        raise BadInput(f"A ROS robot's address looks like //192.168.0.7:{port}; this one cannot be read.") from None
+    if not host or parts.path not in ("", "/") or parts.username or parts.fragment:
+        raise BadInput(f"A ROS robot's address looks like //192.168.0.7:{port}, with options after a question mark.")
+    fields: dict[str, Any] = {**(table or {}), **query}
+    secure = str(fields.pop("tls", "0")).lower()
+    if secure not in ("0", "1", "true", "false"):
+        raise BadInput("tls is 1 (encrypted) or 0.")
+    return RosAddress(
+        host=host,
+        port=port if number is None else number,
+        secure=secure in ("1", "true"),
+        authority=str(fields.pop("ca", "")),
+        options={key: str(fields.pop(key)) for key in options if key in fields},
+        settings=RosSettings.of(fields),
+    )
+
+
+class QuickAckSocket(socket.socket):
+    """Acknowledges at once what it receives.
+
+    A server that sends head and body of a message by themselves waits for that in between, up to 40 ms.
+    """
+
+    def recv(self, bufsize: int, flags: int = 0, /) -> bytes:
+        """As of any socket."""
+        data = super().recv(bufsize, flags)
+        acknowledge_at_once(self)
+        return data
+
+
+def acknowledge_at_once(end: socket.socket) -> None:
+    """Have the system acknowledge what came and what comes next, where it can."""
+    if QUICK_ACK is not None:
+        with contextlib.suppress(OSError):
+            end.setsockopt(socket.IPPROTO_TCP, QUICK_ACK, 1)
+
+
+class RosSocket(Device):
+    """A ROS robot behind a WebSocket."""
+
+    kind = ""  # "foxglove bridge"
+    advice = ""  # how it is started on the robot
+    subprotocols: Sequence[str] = ()
+
+    def __init__(self, address: RosAddress) -> None:
+        self.address = address
+        self.types = RobotTypes()
+        self.sensors: RosSensors | None = None
+        self.topics: RosTopics | None = None  # as they were chosen at the first connection
+        self.unreadable = 0  # messages of the link itself that could not be read
+        self._socket: ClientConnection | None = None
+        self._readings: Readings | None = None
+        self._notes: list[str] = []
+        self._said: deque[str] = deque(maxlen=REMEMBERED)
+        lock = self._send_lock if address.settings.lock not in ("", "none") else None
+        self._commands = VelocityCommands(self._send_twist, lock)
+
+    def open(self) -> Equipment:
+        """Connect, find the robot's topics and hear every one once. Raises Unavailable with a sentence."""
+        self.types = RobotTypes()
+        self._socket = self._connected()
+        self._begin()
+        self._listen(LISTING, self._is_listed)
+        if self.topics is None:
+            self.topics = self._chosen()
+        if self.sensors is None:
+            self.sensors = RosSensors(self.types, self.topics)
+        sensors = self.sensors
+        sensors.types = self.types
+        self._subscribe(self.topics)
+        self._listen(LEARNING, lambda: not sensors.missing)
+        if self.topics.cmd_vel:
+            self._advertise(self.topics)
+        for name, why in self.types.skipped.items():
+            self._note(f"{name} is not read: {why}.")
+        return sensors.equipment(f"ROS robot at {self.address.name}")
+
+    def run(self, readings: Readings) -> None:
+        """Hand on what comes, until the link is lost or closed."""
+        if self.sensors is None:
+            return
+        self._readings = readings
+        for sentence in self._notes:
+            readings.note(sentence)
+        self._notes = []
+        self._commands.restart()
+        self.sensors.attach(readings)
+        try:
+            while self._hear(TICK):
+                self._commands.tick()
+        finally:
+            self.sensors.detach()
+            self._readings = None
+
+    def drive(self, twist: Twist) -> None:
+        """Send speeds, as often as this is called while they are not zero. Raises OSError when the link is lost."""
+        if self.topics is not None and self.topics.cmd_vel:
+            self._commands.drive(twist)
+
+    def close(self) -> None:
+        """Stop, and let go of the link."""
+        with contextlib.suppress(OSError):
+            self._commands.finish()
+        link, self._socket = self._socket, None
+        if link is not None:
+            with contextlib.suppress(OSError, WebSocketException):
+                link.close()
+
+    # What a kind of link says of itself.
+
+    def _begin(self) -> None:
+        """Ask for the robot's topics; `_read` hears the answer."""
+        raise NotImplementedError
+
+    def _is_listed(self) -> bool:
+        """Return whether the list of topics is whole."""
+        raise NotImplementedError
+
+    def _chosen(self) -> RosTopics:
+        """Choose among the topics that are listed. Raises Unavailable."""
+        raise NotImplementedError
+
+    def _subscribe(self, topics: RosTopics) -> None:
+        """Ask for the messages of the topics that are read, and take in their types."""
+        raise NotImplementedError
+
+    def _advertise(self, topics: RosTopics) -> None:
+        """Say that speeds will come."""
+        raise NotImplementedError
+
+    def _read(self, raw: str | bytes) -> tuple[str, Any] | None:
+        """A message of the link → a topic and what came on it; None for what was of another kind, and is done."""
+        raise NotImplementedError
+
+    def _take(self, sensors: RosSensors, topic: str, payload: Any) -> None:
+        """Hand a message on, which is bytes here."""
+        sensors.take(topic, payload)
+
+    def _send_twist(self, twist: Twist) -> None:
+        raise NotImplementedError
+
+    def _send_lock(self, closed: bool) -> None:
+        raise NotImplementedError
+
+    # What they have in common.
+
+    def _choose(self, found: Sequence[tuple[str, str]], listeners: set[str] | None = None) -> RosTopics:
+        if not found:
+            raise Unavailable(
+                f"The {self.kind} at {self.address.name} knows no topics; are the robot's nodes running?"
+            )
+        return choose_topics(found, self.address.settings, listeners)
+
+    def _connected(self) -> ClientConnection:
+        address = self.address
+        try:
+            plain = socket.create_connection((address.host, address.port), CONNECTING)
+            end = QuickAckSocket(plain.family, plain.type, plain.proto, fileno=plain.detach())
+        except OSError as trouble:
+            why = trouble.strerror or "it did not answer in time"
+            raise Unavailable(f"No {self.kind} at {address.name}: {why}. {self.advice}") from None
+        try:
+            end.settimeout(None)
+            acknowledge_at_once(end)
+            return connect(
+                f"{'wss' if address.secure else 'ws'}://{address.name}/",
+                sock=end,
+                ssl=self._trust() if address.secure else None,
+                server_hostname=address.host if address.secure else None,
+                subprotocols=[Subprotocol(name) for name in self.subprotocols] or None,
+                compression=None,
+                proxy=None,
+                open_timeout=CONNECTING,
+                ping_interval=PING,
+                ping_timeout=PONG,
+                close_timeout=0.5,
+                max_size=LARGEST,
+                max_queue=64,
+            )
+        except ssl.SSLError as trouble:
+            end.close()
+            raise Unavailable(f"The connection to {address.name} cannot be encrypted: {trouble.reason}.") from None
+        except (InvalidHandshake, InvalidMessage, OSError, EOFError):
+            end.close()
+            raise Unavailable(
+                f"What answers at {address.name} is no {self.kind}, or of a version that this console does not speak."
+            ) from None
+
+    def _trust(self) -> ssl.SSLContext:
+        authority = self.address.authority
+        if authority and not Path(authority).is_file():
+            raise BadInput("ca names a file with a certificate (PEM); there is no such file.")
+        try:
+            return ssl.create_default_context(cafile=authority or None)
+        except ssl.SSLError:
+            raise BadInput("The file that ca names holds no certificate (PEM).") from None
+
+    def _listen(self, seconds: float, enough: Callable[[], bool]) -> None:
+        """Hear the robot out for so long at most, or until it is enough."""
+        end = time.monotonic() + seconds
+        while not enough() and time.monotonic() < end:
+            if not self._hear(0.05):
+                raise Unavailable(f"The {self.kind} at {self.address.name} hung up.")
+
+    def _hear(self, patience: float) -> bool:
+        """All messages that are there, or the next within `patience` [s] → False when the link is lost."""
+        link = self._socket
+        if link is None:
+            return False
+        arrived: list[tuple[str, Any]] = []
+        try:
+            for number in range(MOST_AT_ONCE):
+                found = self._read_safely(link.recv(patience if number == 0 else 0))
+                if found is not None:
+                    arrived.append(found)
+        except TimeoutError:
+            pass
+        except (OSError, WebSocketException):
+            return False
+        if self.address.secure:
+            acknowledge_at_once(link.socket)  # encryption has wrapped the socket that does it by itself
+        if arrived and self.sensors is not None:
+            self._hand_on(self.sensors, arrived)
+        return True
+
+    def _hand_on(self, sensors: RosSensors, arrived: list[tuple[str, Any]]) -> None:
+        """Hand all messages on, but of pictures the newest alone."""
+        newest = {topic: number for number, (topic, _) in enumerate(arrived)}
+        for number, (topic, payload) in enumerate(arrived):
+            if topic not in sensors.newest_only or newest[topic] == number:
+                self._take(sensors, topic, payload)
+
+    def _read_safely(self, raw: str | bytes) -> tuple[str, Any] | None:
+        try:
+            return self._read(raw)
+        except Exception:  # whatever a hostile message brings about, the next one may be fine
+            self.unreadable += 1
+            return None
+
+    def _send(self, payload: str | bytes) -> None:
+        """Put a message on the link. Raises OSError when it is lost."""
+        link = self._socket
+        try:
+            if link is None:
+                raise ConnectionResetError("the link is closed")
+            link.send(payload)
+        except WebSocketException as trouble:
+            raise ConnectionResetError("the link is lost") from trouble
+
+    def _note(self, sentence: str) -> None:
+        """Tell the operator, once."""
+        if sentence in self._said:
+            return
+        self._said.append(sentence)
+        if self._readings is not None:
+            self._readings.note(sentence)
+        else:
+            self._notes.append(sentence)

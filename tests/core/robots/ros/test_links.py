@@ -1,0 +1,153 @@
+"""Every link to a ROS robot against its emulator, with the simulated robot behind it, on a real wire."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from core.gate import ZERO, Twist
+from core.robots.device import Device
+from core.robots.foxglove import open_device as open_foxglove
+from tests.core.robots.links import PERIOD, frames, is_up, live, no_leak, percentile, until
+from tests.emulators.foxglove import FoxgloveEmulator
+from tests.emulators.world import World
+
+Opened = tuple[Any, Callable[[str], Device]]
+
+LINKS: dict[str, tuple[Callable[..., Any], Callable[[str], Device]]] = {
+    "foxglove": (FoxgloveEmulator, open_foxglove),
+}
+
+
+@pytest.fixture(params=LINKS)
+def opened(request: pytest.FixtureRequest) -> Iterator[Opened]:
+    """A running emulator, and what opens a device with options for it."""
+    make, open_device = LINKS[request.param]
+    world = World()
+    emulator = make(world)
+    emulator.start()
+    world.start()
+    yield emulator, lambda options="": open_device(emulator.url.partition(":")[2] + options)
+    emulator.stop()
+    world.stop()
+
+
+def test_all_streams_come_at_their_rates_and_stamps_never_go_back(opened: Opened) -> None:
+    _, device = opened
+    with live(device()) as robot:
+        frames(robot, 0.3)
+        read = frames(robot, 3.0)
+        laser, camera = robot.profile.laser, robot.profile.camera
+    scans = [frame.scan for frame in read if frame.scan]
+    assert 25 <= len(scans) <= 33 and 24 <= sum(frame.image is not None for frame in read) <= 33
+    assert all(frame.wheels is not None for frame in read)
+    for stamps in ([frame.stamp for frame in read], [scan.stamp for scan in scans]):
+        assert (np.diff(stamps) > 0).all()
+    assert np.diff([scan.stamp for scan in scans]) == pytest.approx(0.1, abs=0.03)
+    ages = [frame.stamp - frame.scan.stamp for frame in read if frame.scan]
+    assert 0.06 < percentile(ages, 0.5) < 0.2  # the mirror turns for 0.1 s
+    assert laser is not None and laser.beams == 682 and laser.height == pytest.approx(0.12)
+    assert camera is not None and camera.model.k1 == pytest.approx(-0.43039)
+    assert camera.mounting.translation == pytest.approx([0.04, 0.0, 0.16])
+
+
+def test_speeds_move_the_robot_and_its_wheels_say_so(opened: Opened) -> None:
+    emulator, device = opened
+    with live(device()) as robot:
+        frames(robot, 0.3, ZERO)
+        until(lambda: robot.read().wheels is not None)
+        first = robot.read().wheels
+        start = emulator.world.truth
+        frames(robot, 1.0, Twist(0.2, 0.5))
+        frames(robot, 0.6, ZERO)
+        last = robot.read().wheels
+    assert first is not None and last is not None
+    moved, said = start.inverse() @ emulator.world.truth, first.odometry.inverse() @ last.odometry
+    assert moved.heading == pytest.approx(0.5, abs=0.1) and moved.x == pytest.approx(0.19, abs=0.04)
+    assert said.heading == pytest.approx(moved.heading, abs=0.03) and said.x == pytest.approx(moved.x, abs=0.02)
+
+
+def test_nothing_is_on_the_wire_while_nothing_is_asked_for_and_five_zeros_end_a_motion(opened: Opened) -> None:
+    emulator, device = opened
+    with live(device()) as robot:
+        frames(robot, 0.5, ZERO)
+        assert emulator.received == []
+        frames(robot, 0.3, Twist(0.1, 0.0))
+        robot.drive(ZERO)
+        time.sleep(0.4)  # nobody calls any more
+        speeds = [pair[1:] for pair in emulator.received]
+        assert speeds[-5:] == [(0.0, 0.0)] * 5 and speeds[-6] == (0.1, 0.0)
+        frames(robot, 0.5, ZERO)
+        assert len(emulator.received) == len(speeds)
+
+
+def test_a_stop_is_on_the_wire_within_30_ms(opened: Opened) -> None:
+    emulator, device = opened
+    waits: list[float] = []
+    with live(device()) as robot:
+        frames(robot, 0.2, ZERO)
+        for _ in range(60):
+            frames(robot, 2 * PERIOD, Twist(0.05, 0.0))
+            count = len(emulator.received)
+            asked = time.monotonic()
+            robot.drive(ZERO)
+            until(lambda count=count: any(not any(one[1:]) for one in emulator.received[count:]))
+            waits.append(next(one[0] for one in emulator.received[count:] if not any(one[1:])) - asked)
+    assert percentile(waits, 0.99) < 0.030, waits
+
+
+def test_the_lock_is_a_heartbeat_that_closes_when_nothing_is_asked_for(opened: Opened) -> None:
+    emulator, device = opened
+    with live(device("?lock=/stop_lock")) as robot:
+        frames(robot, 0.5, ZERO)
+        assert len(emulator.locks) >= 3 and all(closed for _, closed in emulator.locks)
+        frames(robot, 0.5, Twist(0.1, 0.0))
+        assert emulator.locks[-1][1] is False
+        frames(robot, 0.5, ZERO)
+        assert emulator.locks[-1][1] is True
+
+
+def test_after_the_bridge_was_gone_nothing_moves_before_zero_was_asked_for(opened: Opened) -> None:
+    emulator, device = opened
+    with live(device()) as robot:
+        frames(robot, 0.3, ZERO)
+        frames(robot, 0.3, Twist(0.1, 0.0))
+        emulator.stop()
+        until(lambda: not is_up(robot))
+        count = len(emulator.received)
+        emulator.start()
+        until(lambda: robot.drive(Twist(0.1, 0.0)) or is_up(robot), 15.0)
+        frames(robot, 0.5, Twist(0.1, 0.0))
+        assert not any(any(one[1:]) for one in emulator.received[count:])
+        robot.drive(ZERO)
+        frames(robot, 0.2, Twist(0.1, 0.0))
+        assert emulator.received[-1][1:] == (0.1, 0.0)
+        until(lambda: robot.read().scan is not None)
+
+
+def test_closing_stops_the_robot_and_leaks_nothing(opened: Opened) -> None:
+    emulator, device = opened
+    with live(device()) as robot:  # what a first connection keeps for good
+        frames(robot, 0.1)
+    with no_leak():
+        for _ in range(3):
+            with live(device()) as robot:
+                frames(robot, 0.2, ZERO)
+                frames(robot, 0.2, Twist(0.1, 0.0))
+            time.sleep(0.1)
+            assert emulator.received[-1][1:] == (0.0, 0.0)
+
+
+def test_the_robot_stops_by_itself_when_the_console_is_silent(opened: Opened) -> None:
+    emulator, device = opened
+    opened_device = device()
+    with live(opened_device) as robot:
+        base = opened_device.sensors.equipment("robot").base  # type: ignore[attr-defined]
+        assert base is not None and base.failsafe == 0.5
+        frames(robot, 0.2, ZERO)
+        frames(robot, 0.2, Twist(0.1, 0.0))
+        until(lambda: emulator.world.speeds[-1][1:] == (0.0, 0.0), 1.0)
