@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import struct
 import time
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -165,6 +164,6 @@ class FoxgloveRobot(RosSocket):
         self._listeners = listeners
 
 
-def open_device(rest: str, table: Mapping[str, Any] | None = None) -> Device:
-    """`//host:8765?tls=1&cmd_vel=/tab_vel` → the robot; `table`: its keys from a robot's file. Raises BadInput."""
-    return FoxgloveRobot(parse_address(rest, PORT, table=table))
+def open_device(rest: str) -> Device:
+    """`//host:8765?tls=1&cmd_vel=/tab_vel` → the robot. Raises BadInput."""
+    return FoxgloveRobot(parse_address(rest, PORT))

@@ -32,6 +32,7 @@ class DeviceLink:
         self.equipment: Equipment | None = None
         self.trouble: BeckonError | None = None  # why it was not there at the first try
         self.up = False
+        self.times_up = 0  # how often the link came up
         self.settled = threading.Event()  # the first try is over
         self._readings = readings
         self._over = threading.Event()
@@ -69,6 +70,7 @@ class DeviceLink:
             if self._over.is_set():  # closed meanwhile; the device was not there yet to hear of it
                 return ""
             self.equipment = self.equipment or equipment
+            self.times_up += 1
             self.up = True
             self.settled.set()
             if known:
@@ -125,6 +127,7 @@ class LiveRobot:
         self._base = next((link for link in self._links if link.equipment and link.equipment.base), None)
         self._profile = shape(equipment)
         self._was_up = True
+        self._times_up = self._base.times_up if self._base else 0
         self._neutral = True  # zero was asked for since the base came back
 
     @property
@@ -138,6 +141,8 @@ class LiveRobot:
         if base is None or not base.up:
             self._neutral = False
             return
+        if base.times_up != self._times_up:  # it was lost and is back since the last call
+            self._times_up, self._neutral = base.times_up, False
         self._neutral = self._neutral or not twist.moves
         try:
             base.device.drive(twist if self._neutral else ZERO)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from core.robots.ros.topics import BATTERY, CAMERA_INFO, COMPRESSED_IMAGE, LASER_SCAN, ODOMETRY
@@ -28,6 +28,18 @@ TOPICS = {
     "/tf_static": TF,
 }
 PERIOD = 1.0  # [s] between repeated descriptions
+
+
+def retried(start: Callable[[], Any], seconds: float = 5.0) -> Any:
+    """Start a server as soon as the one before has left its port."""
+    end = time.monotonic() + seconds
+    while True:
+        try:
+            return start()
+        except RuntimeError:
+            if time.monotonic() > end:
+                raise
+        time.sleep(0.05)
 
 
 class FoxgloveEmulator:
@@ -70,16 +82,18 @@ class FoxgloveEmulator:
         from foxglove.websocket import Capability, ConnectionGraph
 
         context = self._context = foxglove.Context()  # its channels close when it is gone
-        self._server = foxglove.start_server(
-            name="emulated robot",
-            host="127.0.0.1",
-            port=self.port,
-            context=context,
-            capabilities=[getattr(Capability, name) for name in self.capabilities],
-            supported_encodings=["cdr"],
-            server_listener=self,  # type: ignore[arg-type]
-            tls_cert=self.tls[0] if self.tls else None,
-            tls_key=self.tls[1] if self.tls else None,
+        self._server = retried(
+            lambda: foxglove.start_server(
+                name="emulated robot",
+                host="127.0.0.1",
+                port=self.port,
+                context=context,
+                capabilities=[getattr(Capability, name) for name in self.capabilities],
+                supported_encodings=["cdr"],
+                server_listener=self,  # type: ignore[arg-type]
+                tls_cert=self.tls[0] if self.tls else None,
+                tls_key=self.tls[1] if self.tls else None,
+            )
         )
         self.port = self._server.port
         topics = TOPICS | dict.fromkeys(self.listens, self.cmd_vel_type)

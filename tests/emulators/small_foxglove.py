@@ -5,6 +5,7 @@ It says what a test gives it, to whom connects; what the client sends is kept.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import struct
 import threading
@@ -54,7 +55,7 @@ class SmallFoxglove:
 
     def stop(self) -> None:
         if self._server is not None and self._thread is not None:
-            for client in self.clients:
+            for client in list(self.clients):
                 client.close()
             self._server.shutdown()
             self._thread.join(2.0)
@@ -62,10 +63,8 @@ class SmallFoxglove:
     def say(self, raw: str | bytes | dict[str, Any]) -> None:
         """To all clients."""
         for client in list(self.clients):
-            try:
+            with contextlib.suppress(ConnectionClosed):
                 client.send(json.dumps(raw) if isinstance(raw, dict) else raw)
-            except ConnectionClosed:
-                self.clients.remove(client)
 
     def log(self, channel: int, payload: bytes) -> None:
         if channel in self.subscriptions:
@@ -91,11 +90,10 @@ class SmallFoxglove:
             }
         )
         self.say(self.advertisement(dict(enumerate(self.channels, 1))))
-        try:
+        with contextlib.suppress(ConnectionClosed):
             for raw in client:
                 self._hear(raw)
-        except ConnectionClosed:
-            return
+        self.clients.remove(client)
 
     def _hear(self, raw: str | bytes) -> None:
         if isinstance(raw, bytes):

@@ -29,6 +29,7 @@ from core.robots.readings import Readings
 from core.robots.ros.topics import COMPRESSED_IMAGE, RosTopics
 from core.robots.ros.typestore import RAW_AUDIO, RobotTypes
 from core.sensors import Camera, Image, Laser, Scan, Sound
+from core.sensors.microphones import load_array
 
 FAILSAFE = 0.5  # [s], the cmd_vel_timeout that the usual controllers have
 FAILSAFE_WORDS = "0.5 s where its controller has the usual cmd_vel_timeout"
@@ -138,16 +139,21 @@ class RosSensors:
 
     def take(self, topic: str, payload: bytes | memoryview) -> None:
         """A message as it came; what cannot be decoded or used is counted in `types.errors`."""
-        taker = self._takers.get(topic)
-        if taker is None:
-            return
-        received = self._readings.now() if self._readings else time.monotonic()
-        content = self.types.decode(topic, self.topics.types[topic], payload)
-        if content is not None:
-            self.take_decoded(topic, content, received)
+        if topic in self._takers:
+            received = self._now()
+            content = self.types.decode(topic, self.topics.types[topic], payload)
+            if content is not None:
+                self._take(topic, content, received)
 
-    def take_decoded(self, topic: str, content: Any, received: float) -> None:
-        """A message's fields, and when it came [s]."""
+    def take_fields(self, topic: str, content: Any) -> None:
+        """A message as it came, decoded already."""
+        if topic in self._takers:
+            self._take(topic, content, self._now())
+
+    def _now(self) -> float:
+        return self._readings.now() if self._readings else time.monotonic()
+
+    def _take(self, topic: str, content: Any, received: float) -> None:
         try:
             self._takers[topic](topic, content, received)
             self._heard.add(topic)
@@ -155,10 +161,14 @@ class RosSensors:
             self.types.errors[topic] += 1
 
     def equipment(self, name: str) -> Equipment:
-        """What the robot has, as far as its messages have told; `notices` says what they have not."""
+        """What the robot has, as far as its messages say it; `notices` names what they leave out."""
         topics = self.topics
         for topic in self.missing:
             self.notices.append(f"{topic} is there, but nothing comes on it.")
+        if topics.sound and not topics.array:
+            self.notices.append(
+                f"Where the microphones of {topics.sound} sit is not known; the setting array says it."
+            )
         lasers = tuple(self._mounted(topic) for topic in topics.scans if topic in self._lasers)
         camera = self._camera()
         base = Base(failsafe=FAILSAFE, failsafe_words=FAILSAFE_WORDS, odometry=bool(topics.odometry))
@@ -167,6 +177,7 @@ class RosSensors:
             base=base if topics.cmd_vel else None,
             lasers=lasers,
             cameras=(camera,) if camera else (),
+            microphones=(load_array(topics.array),) if topics.array and topics.sound else (),
         )
 
     def _take_frames(self, topic: str, content: Any, received: float) -> None:
@@ -287,7 +298,7 @@ def raw_pixels(content: Any) -> Array:
         0 < width * height <= pictures.MOST_PIXELS and width * channels <= step and len(content.data) >= step * height
     ):
         raise BadInput("the picture's size does not fit its data")
-    rows = np.asarray(content.data[: step * height], kind).reshape(height, step)[:, : width * channels]
+    rows = np.frombuffer(bytes(content.data[: step * height]), kind).reshape(height, step)[:, : width * channels]
     pixels = np.ascontiguousarray(rows).reshape(height, width, channels)
     return pixels if conversion is None else cv2.cvtColor(pixels, conversion)
 

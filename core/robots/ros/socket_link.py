@@ -56,31 +56,28 @@ class RosAddress:
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
 
 
-def parse_address(
-    rest: str, port: int, options: Sequence[str] = (), table: Mapping[str, Any] | None = None
-) -> RosAddress:
-    """`//host:port?tls=1&scan=/front/scan` → where that is. `table`: the same keys from a robot's file.
+def parse_address(rest: str, port: int, options: Sequence[str] = ()) -> RosAddress:
+    """`//host:port?tls=1&scan=/front/scan` → where that is.
 
     `options` are the further keys that this kind of link knows. Raises BadInput with a sentence.
     """
     try:
         parts = urlsplit(rest)
         host, number = parts.hostname, parts.port
-        query = dict(parse_qsl(parts.query, keep_blank_values=True, strict_parsing=bool(parts.query)))
+        fields = dict(parse_qsl(parts.query, keep_blank_values=True, strict_parsing=bool(parts.query)))
     except ValueError:
         raise BadInput(f"A ROS robot's address looks like //192.168.0.7:{port}; this one cannot be read.") from None
     if not host or parts.path not in ("", "/") or parts.username or parts.fragment:
         raise BadInput(f"A ROS robot's address looks like //192.168.0.7:{port}, with options after a question mark.")
-    fields: dict[str, Any] = {**(table or {}), **query}
-    secure = str(fields.pop("tls", "0")).lower()
+    secure = fields.pop("tls", "0").lower()
     if secure not in ("0", "1", "true", "false"):
         raise BadInput("tls is 1 (encrypted) or 0.")
     return RosAddress(
         host=host,
         port=port if number is None else number,
         secure=secure in ("1", "true"),
-        authority=str(fields.pop("ca", "")),
-        options={key: str(fields.pop(key)) for key in options if key in fields},
+        authority=fields.pop("ca", ""),
+        options={key: fields.pop(key) for key in options if key in fields},
         settings=RosSettings.of(fields),
     )
 
@@ -120,6 +117,7 @@ class RosSocket(Device):
         self.unreadable = 0  # messages of the link itself that could not be read
         self._socket: ClientConnection | None = None
         self._readings: Readings | None = None
+        self._equipment: Equipment | None = None  # as it was found at the first connection
         self._notes: list[str] = []
         self._said: deque[str] = deque(maxlen=REMEMBERED)
         lock = self._send_lock if address.settings.lock not in ("", "none") else None
@@ -143,7 +141,8 @@ class RosSocket(Device):
             self._advertise(self.topics)
         for name, why in self.types.skipped.items():
             self._note(f"{name} is not read: {why}.")
-        return sensors.equipment(f"ROS robot at {self.address.name}")
+        self._equipment = self._equipment or sensors.equipment(f"ROS robot at {self.address.name}")
+        return self._equipment
 
     def run(self, readings: Readings) -> None:
         """Hand on what comes, until the link is lost or closed."""

@@ -11,6 +11,7 @@ from core.errors import BadInput, Unavailable
 from core.message import message
 from core.recording.ros import ros2_name
 from core.robots.ros.typestore import AUDIO_DATA, RAW_AUDIO, TF, TWIST, TWIST_STAMPED
+from core.sensors.microphones import load_array
 
 LASER_SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
 COMPRESSED_IMAGE, IMAGE, CAMERA_INFO = (
@@ -55,6 +56,7 @@ class RosSettings:
     image: str = ""
     camera_info: str = ""
     sound: str = ""
+    array: str = ""  # profile of the microphones: its name or file; "": their places are not known
     battery: str = ""
     map: str = ""
     pose: str = ""
@@ -74,6 +76,8 @@ class RosSettings:
             values[key] = _names(key, value) if key == "scan" else _name(key, value)
         if values.get("cmd_vel_type", "") not in ("", "Twist", "TwistStamped"):
             raise BadInput("cmd_vel_type is Twist or TwistStamped.")
+        if array := values.get("array"):
+            load_array(array)
         return RosSettings(**values)
 
 
@@ -86,6 +90,7 @@ class RosTopics:
     image: str = ""
     camera_info: str = ""
     sound: str = ""
+    array: str = ""  # profile of its microphones
     battery: str = ""
     map: str = ""
     pose: str = ""
@@ -140,6 +145,7 @@ class _Chooser:
             image=image,
             camera_info=self._named("camera_info", near_image) if near_image else "",
             sound=self._one("sound", SECOND_RATE),
+            array=self._settings.array,
             battery=self._one("battery", SECOND_RATE),
             map=self._one("map", NOT_SEEN),
             pose=self._one("pose", SECOND_RATE),

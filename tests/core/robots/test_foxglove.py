@@ -166,8 +166,8 @@ def test_an_address_that_is_none_is_refused_in_words(rest: str, words: str) -> N
         open_device(rest)
 
 
-def test_settings_come_from_the_address_and_from_the_robot_s_file() -> None:
-    device = open_device("//[::1]?scan=/front/scan", {"cmd_vel": "/tab_vel", "scan": "/rear/scan"})
+def test_settings_come_from_the_address() -> None:
+    device = open_device("//[::1]?scan=/front/scan&cmd_vel=%2Ftab_vel")
     assert isinstance(device, FoxgloveRobot)
     assert device.address.name == "[::1]:8765"
     assert (device.address.settings.scan, device.address.settings.cmd_vel) == (("/front/scan",), "/tab_vel")

@@ -79,6 +79,17 @@ def test_after_the_link_came_back_nothing_moves_before_zero_was_asked_for() -> N
     assert wire.driven[-1] == ZERO
 
 
+def test_a_link_that_is_lost_and_back_between_two_calls_needs_its_zero_too() -> None:
+    wire = Wire()
+    robot = LiveRobot([("the base", wire)], shape)
+    robot.drive(Twist(0.1, 0.0))
+    wire.cut.set()
+    until(lambda: wire.opened == 2 and not robot.read().trouble)
+    robot.drive(Twist(0.1, 0.0))
+    assert wire.driven == [Twist(0.1, 0.0), ZERO]
+    robot.close()
+
+
 def test_a_device_that_is_not_there_at_first_is_a_sentence_and_ends_the_others() -> None:
     def never() -> None:
         raise ConnectionRefusedError(111, "Connection refused")

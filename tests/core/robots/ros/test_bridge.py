@@ -58,7 +58,7 @@ class Wire:
 
 
 def test_what_the_robot_has_is_learnt_from_its_messages() -> None:
-    wire = Wire()
+    wire = Wire(array="respeaker-odas")
     assert set(wire.sensors.missing) == {"/scan", "/image/compressed", "/camera_info", "/tf_static", "/odom"}
     picture = np.full((256, 320, 3), 90, np.uint8)
     wire.take("/tf_static", wire.maker.frames())
@@ -76,6 +76,7 @@ def test_what_the_robot_has_is_learnt_from_its_messages() -> None:
     assert np.allclose(camera.mounting.rotation, OPTICAL)
     assert np.allclose(camera.mounting.translation, PROFILE.camera.mounting.translation)
     assert found.base is not None and found.base.failsafe == 0.5 and found.base.odometry
+    assert [one.name for one in found.microphones] == ["ReSpeaker 4-mic square, frame of ODAS"]
     assert wire.sensors.notices == []
 
 
@@ -86,6 +87,7 @@ def test_what_is_missing_is_said_and_the_rest_is_there() -> None:
     found = wire.sensors.equipment("robot")
     told = " ".join(wire.sensors.notices)
     assert "/odom is there, but nothing comes on it." in told
+    assert found.microphones == () and "microphones of /sound sit is not known" in told
     assert "where laser is mounted" in told and "not calibrated" in told
     assert found.cameras[0].model.width == 160 and found.lasers[0].mounting == Pose()
     wire.sensors.attach(wire.readings)

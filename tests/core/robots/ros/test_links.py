@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -12,26 +13,33 @@ import pytest
 from core.gate import ZERO, Twist
 from core.robots.device import Device
 from core.robots.foxglove import open_device as open_foxglove
+from core.robots.rosbridge import open_device as open_rosbridge
 from tests.core.robots.links import PERIOD, frames, is_up, live, no_leak, percentile, until
 from tests.emulators.foxglove import FoxgloveEmulator
+from tests.emulators.rosbridge import RosbridgeEmulator
 from tests.emulators.world import World
 
-Opened = tuple[Any, Callable[[str], Device]]
+Opened = tuple[Any, Callable[..., Device]]
 
-LINKS: dict[str, tuple[Callable[..., Any], Callable[[str], Device]]] = {
-    "foxglove": (FoxgloveEmulator, open_foxglove),
+LINKS: dict[str, tuple[Callable[[World], Any], Callable[[str], Device], str]] = {
+    "foxglove": (FoxgloveEmulator, open_foxglove, ""),
+    "rosbridge": (RosbridgeEmulator, open_rosbridge, ""),
+    "rosbridge ROS 1": (functools.partial(RosbridgeEmulator, ros1=True), open_rosbridge, ""),
+    "rosbridge JSON": (RosbridgeEmulator, open_rosbridge, "encoding=json"),
+    "rosbridge ROS 1 JSON": (functools.partial(RosbridgeEmulator, ros1=True), open_rosbridge, "encoding=json"),
 }
 
 
 @pytest.fixture(params=LINKS)
 def opened(request: pytest.FixtureRequest) -> Iterator[Opened]:
     """A running emulator, and what opens a device with options for it."""
-    make, open_device = LINKS[request.param]
+    make, open_device, always = LINKS[request.param]
     world = World()
     emulator = make(world)
     emulator.start()
     world.start()
-    yield emulator, lambda options="": open_device(emulator.url.partition(":")[2] + options)
+    place = emulator.url.partition(":")[2]
+    yield emulator, lambda *options: open_device(f"{place}?{'&'.join(filter(None, (always, *options)))}")
     emulator.stop()
     world.stop()
 
@@ -102,7 +110,7 @@ def test_a_stop_is_on_the_wire_within_30_ms(opened: Opened) -> None:
 
 def test_the_lock_is_a_heartbeat_that_closes_when_nothing_is_asked_for(opened: Opened) -> None:
     emulator, device = opened
-    with live(device("?lock=/stop_lock")) as robot:
+    with live(device("lock=/stop_lock")) as robot:
         frames(robot, 0.5, ZERO)
         assert len(emulator.locks) >= 3 and all(closed for _, closed in emulator.locks)
         frames(robot, 0.5, Twist(0.1, 0.0))
@@ -127,6 +135,7 @@ def test_after_the_bridge_was_gone_nothing_moves_before_zero_was_asked_for(opene
         frames(robot, 0.2, Twist(0.1, 0.0))
         assert emulator.received[-1][1:] == (0.1, 0.0)
         until(lambda: robot.read().scan is not None)
+        assert "microphones" not in " ".join(frame.note for frame in frames(robot, 0.1))  # that was said at first
 
 
 def test_closing_stops_the_robot_and_leaks_nothing(opened: Opened) -> None:

@@ -90,6 +90,7 @@ def test_a_robot_in_a_namespace_is_left_in_it() -> None:
         ({"odometry": 3}, "odometry is the name of a topic"),
         ({"cmd_vel": "a b"}, "cmd_vel is the name"),
         ({"scan": ["/a", "/b", "/c"]}, "or a list of two"),
+        ({"array": "nobodys"}, "array profile nobodys cannot be read"),
         ({"cmd_vel_type": "twist"}, "Twist or TwistStamped"),
     ],
 )

@@ -1,0 +1,175 @@
+"""`rosbridge://host:9090`: a robot behind rosbridge_server, with ROS 1 or ROS 2, and no ROS on this computer.
+
+Messages come in their own bytes (`cbor-raw`), or as JSON with `?encoding=json`, which takes twenty times as long.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+from core.errors import BadInput, Unavailable
+from core.gate import Twist
+from core.recording.ros import ros2_name
+from core.robots.device import Device
+from core.robots.ros.bridge import RosSensors
+from core.robots.ros.socket_link import RosAddress, RosSocket, parse_address
+from core.robots.ros.topics import RosTopics
+from core.robots.ros.typestore import BOOL, TWIST_STAMPED, RobotTypes
+
+PORT = 9090
+TYPES, TOPICS = "/rosapi/topics_and_raw_types", "/rosapi/topics"  # services; older robots have only the second
+PICTURE_GAP = 60  # [ms] at least between two pictures: rosbridge takes much of the robot's computer for each
+LEVELS = ("warning", "error")  # of status messages that the operator is to know
+OF_ROS_1 = {"secs": "sec", "nsecs": "nanosec"}
+
+
+class RosbridgeRobot(RosSocket):
+    """Client of rosbridge_server and rosapi."""
+
+    kind = "rosbridge"
+    advice = "Start it on the robot: ros2 launch rosbridge_server rosbridge_websocket_launch.xml"
+
+    def __init__(self, address: RosAddress) -> None:
+        super().__init__(address)
+        self._json = address.options.get("encoding") == "json"
+        self._unpack: Callable[[bytes], Any] = json.loads if self._json else _cbor()
+        self._reset()
+
+    def _reset(self) -> None:
+        self._types: list[tuple[str, str]] | None = None  # topic, its type as the robot writes it
+        self._definitions: list[str] = []
+        self._refused = False
+
+    def _begin(self) -> None:
+        self._reset()
+        self._say(op="call_service", service=TYPES, id=TYPES)
+
+    def _is_listed(self) -> bool:
+        return self._types is not None or self._refused
+
+    def _chosen(self) -> RosTopics:
+        if self._types is None:
+            raise Unavailable(
+                f"The rosbridge at {self.address.name} does not list the robot's topics; start its node rosapi, too."
+            )
+        return self._choose(self._types)
+
+    def _subscribe(self, topics: RosTopics) -> None:
+        texts = dict(zip(self._types or [], self._definitions, strict=False))
+        for (topic, kind), text in texts.items():
+            if text and topics.types.get(topic) == ros2_name(kind):
+                self.types.register(ros2_name(kind), text)
+        for topic in topics.read:
+            if self.types.borrow(topics.types[topic]):
+                self._say(
+                    op="subscribe",
+                    topic=topic,
+                    type=self._name(topics.types[topic]),
+                    compression="none" if self._json else "cbor-raw",
+                    throttle_rate=PICTURE_GAP if topic == topics.image else 0,
+                    queue_length=1 if topic == topics.image else 0,
+                )
+
+    def _advertise(self, topics: RosTopics) -> None:
+        self._say(op="advertise", topic=topics.cmd_vel, type=self._name(topics.cmd_vel_type))
+        if topics.lock:
+            self._say(op="advertise", topic=topics.lock, type=self._name(BOOL))
+
+    def _send_twist(self, twist: Twist) -> None:
+        if self.topics is None:
+            return
+        content: dict[str, Any] = {
+            "linear": {"x": twist.v, "y": 0.0, "z": 0.0},
+            "angular": {"x": 0.0, "y": 0.0, "z": twist.w},
+        }
+        if self.topics.cmd_vel_type == TWIST_STAMPED:
+            stamp = dict.fromkeys(("secs", "nsecs") if self.types.encoding == "ros1" else ("sec", "nanosec"), 0)
+            content = {"header": {"stamp": stamp, "frame_id": self.topics.base_frame}, "twist": content}
+        self._say(op="publish", topic=self.topics.cmd_vel, msg=content)
+
+    def _send_lock(self, closed: bool) -> None:
+        if self.topics is not None and self.topics.lock:
+            self._say(op="publish", topic=self.topics.lock, msg={"data": closed})
+
+    def _read(self, raw: str | bytes) -> tuple[str, Any] | None:
+        fields: dict[str, Any] = json.loads(raw) if isinstance(raw, str) else self._unpack(raw)
+        match fields.get("op"):
+            case "publish":
+                content = fields["msg"]
+                return str(fields["topic"]), as_fields(content) if self._json else bytes(content["bytes"])
+            case "service_response":
+                self._take_list(fields)
+            case "status" if fields.get("level") in LEVELS:
+                self._note(f"The robot's rosbridge says: {str(fields['msg'])[:300]}")
+            case _:
+                pass
+        return None
+
+    def _take(self, sensors: RosSensors, topic: str, payload: Any) -> None:
+        if self._json:
+            sensors.take_fields(topic, payload)
+        else:
+            sensors.take(topic, payload)
+
+    def _take_list(self, fields: dict[str, Any]) -> None:
+        """The answer of rosapi: parallel lists of topics, types, and their definitions."""
+        service = fields.get("id")
+        if self._types is not None or service not in (TYPES, TOPICS):
+            return
+        if not fields.get("result"):
+            self._refused = service == TOPICS
+            if service == TYPES:
+                self._say(op="call_service", service=TOPICS, id=TOPICS)
+            return
+        values = fields["values"]
+        pairs = [(str(topic), str(kind)) for topic, kind in zip(values["topics"], values["types"], strict=True)]
+        self._definitions = [str(text) for text in values.get("typedefs_full_text") or ()]
+        ros1 = any(kind.count("/") == 1 for _, kind in pairs)
+        self.types = RobotTypes("ros1" if ros1 else "cdr")
+        self._types = pairs
+
+    def _name(self, kind: str) -> str:
+        """A type as the robot's ROS writes it."""
+        return kind.replace("/msg/", "/") if self.types.encoding == "ros1" else kind
+
+    def _say(self, **fields: Any) -> None:
+        self._send(json.dumps(fields))
+
+
+def as_fields(value: Any) -> Any:
+    """A message in JSON → the same with attributes, named as in ROS 2. Bytes come in base 64, null is no number."""
+    if isinstance(value, dict):
+        fields = SimpleNamespace()
+        for key, content in value.items():
+            is_bytes = key == "data" and isinstance(content, str)
+            setattr(fields, OF_ROS_1.get(key, key), base64.b64decode(content) if is_bytes else as_fields(content))
+        return fields
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        return [as_fields(entry) for entry in value]
+    return value
+
+
+def _cbor() -> Callable[[bytes], Any]:
+    try:
+        from cbor2 import loads
+    except ModuleNotFoundError:
+        raise Unavailable(
+            "rosbridge needs the extra rosbridge: pip install 'beckon[rosbridge]'. "
+            "Without it, add ?encoding=json to the address."
+        ) from None
+    return loads
+
+
+def open_device(rest: str) -> Device:
+    """`//host:9090?encoding=json&cmd_vel=/tab_vel` → the robot.
+
+    Raises BadInput, or Unavailable without the package cbor2.
+    """
+    address = parse_address(rest, PORT, ("encoding",))
+    if address.options.get("encoding", "cbor") not in ("cbor", "json"):
+        raise BadInput("encoding is cbor or json.")
+    return RosbridgeRobot(address)

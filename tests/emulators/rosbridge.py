@@ -1,0 +1,191 @@
+"""A ROS 1 or ROS 2 robot behind rosbridge_server with rosapi, as far as a console uses them.
+
+`python -m tests.emulators.rosbridge --port 9090`, then `beckon run --robot rosbridge://127.0.0.1:9090`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import base64
+import contextlib
+import dataclasses
+import json
+import math
+import threading
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import cbor2
+import numpy as np
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.server import Server, ServerConnection, serve
+
+from core.robots.ros.typestore import TWIST, TWIST_STAMPED, usual_types
+from core.sensors import Wheels
+from tests.emulators.by_hand import serve as serve_by_hand
+from tests.emulators.foxglove import PERIOD, TOPICS
+from tests.emulators.ros_messages import PROFILE, RosMessageMaker
+from tests.emulators.world import World
+
+LATCHED = ("/tf_static", "/camera/camera_info", "/battery_state")
+
+
+class RosbridgeEmulator:
+    """One robot, its rosbridge and its rosapi, which can be stopped and started again on the same port."""
+
+    def __init__(
+        self,
+        world: World,
+        port: int = 0,
+        *,
+        ros1: bool = False,
+        cmd_vel_type: str = TWIST,
+        services: Sequence[str] = ("/rosapi/topics_and_raw_types", "/rosapi/topics"),
+    ) -> None:
+        """`services`: what this version of rosapi has."""
+        self.world, self.port, self.ros1 = world, port, ros1
+        self.cmd_vel_type, self.services = cmd_vel_type, services
+        self.locks: list[tuple[float, bool]] = []
+        self.received: list[tuple[float, float, float]] = []  # time.monotonic(), v, w of every message on the wire
+        self.commands: list[dict[str, Any]] = []  # as they came
+        self.subscribed: dict[str, dict[str, Any]] = {}  # topic → the request
+        self.maker = RosMessageMaker(time.time())
+        self.clients: list[ServerConnection] = []
+        self._stamp = 0.0
+        self._server: Server | None = None
+        self._thread: threading.Thread | None = None
+        world.on_scan.append(lambda scan: self.log("/scan", self.maker.scan(scan)))
+        world.on_image.append(lambda image: self.log("/camera/image/compressed", self.maker.image(image)))
+        world.on_sound.append(lambda sound: self.log("/microphones", self.maker.sound(sound)))
+        world.on_wheels.append(self._wheels)
+
+    @property
+    def url(self) -> str:
+        return f"rosbridge://127.0.0.1:{self.port}"
+
+    def start(self) -> None:
+        self._server = serve(self._serve, "127.0.0.1", self.port, compression=None, max_size=None)
+        self.port = int(self._server.socket.getsockname()[1])
+        self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """The bridge ends; the robot does not."""
+        if self._server is not None and self._thread is not None:
+            for client in list(self.clients):
+                client.close()
+            self._server.shutdown()
+            self._thread.join(2.0)
+            self._server = None
+
+    def status(self, sentence: str, level: str = "warning") -> None:
+        self.say(json.dumps({"op": "status", "level": level, "msg": sentence}))
+
+    def say(self, raw: str | bytes) -> None:
+        for client in list(self.clients):
+            with contextlib.suppress(ConnectionClosed):
+                client.send(raw)
+
+    def log(self, topic: str, cdr: bytes) -> None:
+        request = self.subscribed.get(topic)
+        if request is None or not self.clients:
+            return
+        payload = bytes(self.maker.store.cdr_to_ros1(cdr, TOPICS[topic])) if self.ros1 else cdr
+        if request.get("compression") == "cbor-raw":
+            content = {"secs": 0, "nsecs": 0, "bytes": payload}
+            self.say(cbor2.dumps({"op": "publish", "topic": topic, "msg": content}))
+        else:
+            content = self._json(self.maker.store.deserialize_cdr(cdr, TOPICS[topic]))
+            self.say(json.dumps({"op": "publish", "topic": topic, "msg": content}))
+
+    def describe(self) -> None:
+        """What rosbridge repeats to whom comes late: mountings and calibration."""
+        self.log("/tf_static", self.maker.frames())
+        self.log("/camera/camera_info", self.maker.camera_info(self._stamp))
+        self.log("/battery_state", self.maker.battery(0.8))
+
+    def _json(self, value: Any) -> Any:
+        """As rosbridge writes messages: bytes in base 64, no number is null, ROS 1 with names of its own."""
+        if dataclasses.is_dataclass(value):
+            fields = {one.name: self._json(getattr(value, one.name)) for one in dataclasses.fields(value)}
+            fields.pop("__msgtype__", None)
+            if self.ros1 and set(fields) == {"sec", "nanosec"}:
+                return {"secs": fields["sec"], "nsecs": fields["nanosec"]}
+            return {name.upper() if self.ros1 and name in "dkrp" else name: one for name, one in fields.items()}
+        if isinstance(value, np.ndarray):
+            if value.dtype == np.uint8:
+                return base64.b64encode(value.tobytes()).decode()
+            return [self._json(one) for one in value.tolist()]
+        if isinstance(value, list):
+            return [self._json(one) for one in value]
+        return None if isinstance(value, float) and not math.isfinite(value) else value
+
+    def _name(self, kind: str) -> str:
+        return kind.replace("/msg/", "/") if self.ros1 else kind
+
+    def _wheels(self, wheels: Wheels) -> None:
+        count = round(self._stamp * PROFILE.rate) + 1
+        self._stamp = count / PROFILE.rate
+        self.log("/odom", self.maker.odometry(wheels, self._stamp))
+        if count % round(PERIOD * PROFILE.rate) == 0:
+            self.describe()
+
+    def _serve(self, client: ServerConnection) -> None:
+        self.subscribed = {}
+        self.clients.append(client)
+        advertised: dict[str, str] = {}
+        with contextlib.suppress(ConnectionClosed):
+            for raw in client:
+                self._hear(client, json.loads(raw), advertised)
+        self.clients.remove(client)
+
+    def _hear(self, client: ServerConnection, fields: dict[str, Any], advertised: dict[str, str]) -> None:
+        match fields["op"]:
+            case "subscribe":
+                self.subscribed[fields["topic"]] = fields
+                if fields["topic"] in LATCHED:
+                    self.describe()
+            case "advertise":
+                advertised[fields["topic"]] = fields["type"]
+            case "publish" if fields["topic"] in advertised:
+                self._take(fields["topic"], advertised[fields["topic"]], fields["msg"])
+            case "call_service":
+                client.send(json.dumps(self._answer(fields)))
+
+    def _take(self, topic: str, kind: str, content: dict[str, Any]) -> None:
+        if topic == "/cmd_vel" and kind == self._name(self.cmd_vel_type):
+            self.commands.append(content)
+            twist = content["twist"] if self.cmd_vel_type == TWIST_STAMPED else content
+            speeds = float(twist["linear"]["x"]), float(twist["angular"]["z"])
+            self.received.append((time.monotonic(), *speeds))
+            self.world.drive(*speeds)
+        elif kind == self._name("std_msgs/msg/Bool"):
+            self.locks.append((time.monotonic(), content["data"]))
+
+    def _answer(self, fields: dict[str, Any]) -> dict[str, Any]:
+        service = fields["service"]
+        answer = {"op": "service_response", "service": service, "id": fields.get("id")}
+        if service not in self.services:
+            return answer | {"result": False, "values": f"Service {service} does not exist"}
+        topics = TOPICS | {"/cmd_vel": self.cmd_vel_type}
+        values: dict[str, Any] = {"topics": list(topics), "types": [self._name(kind) for kind in topics.values()]}
+        if service == "/rosapi/topics_and_raw_types":
+            version, store = (1, usual_types("ros1")) if self.ros1 else (2, self.maker.store)
+            texts = [store.generate_msgdef(kind, ros_version=version)[0] for kind in topics.values()]
+            values["typedefs_full_text"] = texts
+        return answer | {"result": True, "values": values}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m tests.emulators.rosbridge", description=__doc__)
+    parser.add_argument("--port", type=int, default=9090)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--ros1", action="store_true", help="a robot with ROS 1")
+    given = parser.parse_args()
+    world = World(seed=given.seed)
+    serve_by_hand(RosbridgeEmulator(world, given.port, ros1=given.ros1), world)
+
+
+if __name__ == "__main__":
+    main()
