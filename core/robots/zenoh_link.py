@@ -6,11 +6,11 @@ Its nodes speak zenoh by rmw_zenoh, or DDS with zenoh-bridge-ros2dds beside them
 from __future__ import annotations
 
 import contextlib
+import re
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 from urllib.parse import parse_qsl, urlsplit
 
 from core.errors import BadInput, Unavailable
@@ -44,6 +44,7 @@ class ZenohRobot(Device):
         self.sensors: RosSensors | None = None
         self.topics: RosTopics | None = None  # as they were chosen at the first connection
         self._link: ZenohConnection | None = None
+        self._equipment: Equipment | None = None  # as it was found at the first connection
         self._latched: set[str] = set()
         self._speeds: TopicWriter | None = None
         self._lock: TopicWriter | None = None
@@ -71,7 +72,9 @@ class ZenohRobot(Device):
         if self._fell_silent and not self._arrived:
             raise Unavailable(f"The robot at {self.address.name} is there, but sends nothing.")
         self._fell_silent = False
-        return sensors.equipment(f"ROS robot at {self.address.name}{self.address.settings.namespace}")
+        name = f"ROS robot at {self.address.name}{self.address.settings.namespace}"
+        self._equipment = self._equipment or sensors.equipment(name)
+        return self._equipment
 
     def run(self, readings: Readings) -> None:
         """Hand on what comes, until the link or the robot's base is lost, or the link closed."""
@@ -153,13 +156,16 @@ class ZenohRobot(Device):
                 raise Unavailable(f"The zenoh router at {self.address.name} hung up.")
 
     def _take(self, link: ZenohConnection, patience: float) -> None:
-        """Hand on all that waits, or the next that comes."""
+        """Hear all that waits, or the next that comes."""
         arrived, sensors = link.inbox.take(patience), self.sensors
         fresh = sum(topic not in self._latched for topic, _ in arrived)
         self._arrived.extend([time.monotonic()] * min(fresh, LIVELY))
         if sensors is not None:
             for topic, payload in arrived:
-                sensors.take(topic, payload)
+                self._hand_on(sensors, topic, payload)
+
+    def _hand_on(self, sensors: RosSensors, topic: str, payload: bytes) -> None:
+        sensors.take(topic, payload)
 
     def _is_silent(self) -> bool:
         """Return whether a robot that has sent many messages sends none any more."""
@@ -191,20 +197,20 @@ def chosen_topics(endpoints: list[Endpoint], settings: RosSettings) -> RosTopics
     return choose_topics(sorted(found), settings, listeners)
 
 
-def open_device(rest: str, table: Mapping[str, Any] | None = None) -> Device:
-    """`//host:7447/robot1?domain=3` → the robot; `table`: the same keys from its file. Raises BadInput."""
-    return ZenohRobot(parse_address(rest, table))
+def open_device(rest: str) -> Device:
+    """`//host:7447/robot1?domain=3` → the robot. Raises BadInput with a sentence."""
+    return ZenohRobot(parse_address(rest))
 
 
-def parse_address(rest: str, table: Mapping[str, Any] | None = None) -> ZenohAddress:
+def parse_address(rest: str) -> ZenohAddress:
     """`//host:7447/namespace?domain=0&tls=1&ca=FILE&cert=FILE&key=FILE&scan=/front/scan` → where that is.
 
-    `table`: the same keys from the robot's file; those of the address count more. Raises BadInput with a sentence.
+    Raises BadInput with a sentence.
     """
     try:
         parts = urlsplit(rest)
         host, port = parts.hostname, parts.port
-        fields = {**(table or {}), **dict(parse_qsl(parts.query, True, bool(parts.query)))}
+        fields = dict(parse_qsl(parts.query, keep_blank_values=True, strict_parsing=bool(parts.query)))
     except ValueError:
         raise BadInput(f"A robot's address on zenoh looks like //192.168.0.7:{PORT}/robot1?domain=0.") from None
     if not host or parts.username or parts.fragment:
@@ -215,13 +221,13 @@ def parse_address(rest: str, table: Mapping[str, Any] | None = None) -> ZenohAdd
     files = {name: _pem(name, fields.pop(name, "")) for name in ("ca", "cert", "key")}
     if bool(files["cert"]) != bool(files["key"]):
         raise BadInput("cert and key name two files that belong together; one of them is missing.")
-    secure = str(fields.pop("tls", "0")).lower()
+    secure = fields.pop("tls", "0").lower()
     if secure not in ("0", "1", "true", "false"):
         raise BadInput("tls is 1 (encrypted) or 0.")
     return ZenohAddress(
         host=host,
         port=PORT if port is None else port,
-        domain=_domain(fields.pop("domain", 0)),
+        domain=_domain(fields.pop("domain", "0")),
         secure=secure in ("1", "true"),
         authority=files["ca"],
         certificate=files["cert"],
@@ -230,21 +236,20 @@ def parse_address(rest: str, table: Mapping[str, Any] | None = None) -> ZenohAdd
     )
 
 
-def _settings(fields: dict[str, Any]) -> RosSettings:
+def _settings(fields: dict[str, str]) -> RosSettings:
     namespace = fields.get("namespace", "")
-    if isinstance(namespace, str) and NAME.fullmatch(namespace):
+    if NAME.fullmatch(namespace):
         fields["namespace"] = f"/{namespace.strip('/')}"
     return RosSettings.of(fields)
 
 
-def _domain(said: object) -> int:
-    text = str(said)
-    if not (text.isascii() and text.isdigit() and int(text) <= MOST_DOMAIN):
+def _domain(said: str) -> int:
+    if not re.fullmatch("[0-9]{1,3}", said) or int(said) > MOST_DOMAIN:
         raise BadInput(f"domain is a whole number from 0 to {MOST_DOMAIN}, as in ROS_DOMAIN_ID.")
-    return int(text)
+    return int(said)
 
 
-def _pem(name: str, said: object) -> str:
-    if said and not Path(str(said)).is_file():
+def _pem(name: str, said: str) -> str:
+    if said and not Path(said).is_file():
         raise BadInput(f"{name} names a file (PEM); there is no such file.")
-    return str(said)
+    return said
