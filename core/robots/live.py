@@ -96,7 +96,7 @@ class DeviceLink:
         known = self.equipment is not None
         try:
             equipment = self.device.open()
-            if self._over.is_set():
+            if self._over.is_set():  # closed meanwhile; the device was not there yet to hear of it
                 return ""
             self.equipment = self.equipment or equipment
             self.times_up += 1

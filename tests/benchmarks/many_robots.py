@@ -54,12 +54,7 @@ def send(robots: int, line: Connection) -> None:
     import foxglove
     from foxglove.websocket import Capability
 
-    maker = RosMessageMaker(time.time())
-    payloads = {
-        "/scan": maker.scan(Scan(stamp=0.0, ranges=np.ones(682, np.float32), angle_min=-2.09, angle_step=0.0061)),
-        "/image/compressed": picture(maker),
-        "/odom": maker.odometry(Wheels(odometry=Pose(), speed=0.0, turn_rate=0.0), 0.0),
-    }
+    maker, payloads = RosMessageMaker(time.time()), samples()
     servers: list[tuple[Any, Any, dict[str, Any]]] = []
     for _ in range(robots):
         context = foxglove.Context()
@@ -77,6 +72,21 @@ def send(robots: int, line: Connection) -> None:
             channels[topic] = foxglove.Channel(topic, schema=schema, message_encoding="cdr", context=context)
         servers.append((server, context, channels))
     line.send([server.port for server, _, _ in servers])
+    transmit(robots, line, lambda number, topic, now: servers[number][2][topic].log(payloads[topic], log_time=now))
+
+
+def samples() -> dict[str, bytes]:
+    """A message of every topic."""
+    maker = RosMessageMaker(time.time())
+    return {
+        "/scan": maker.scan(Scan(stamp=0.0, ranges=np.ones(682, np.float32), angle_min=-2.09, angle_step=0.0061)),
+        "/image/compressed": picture(maker),
+        "/odom": maker.odometry(Wheels(odometry=Pose(), speed=0.0, turn_rate=0.0), 0.0),
+    }
+
+
+def transmit(robots: int, line: Connection, put: Callable[[int, str, int], None]) -> None:
+    """Send at the robots' rates until told to end, say how much was sent since, and wait for leave."""
     window = (0, 0)  # [ns] in which messages count
     sent, step, due = 0, 0, time.monotonic()
     while True:
@@ -86,11 +96,11 @@ def send(robots: int, line: Connection) -> None:
             break
         for topic, rate in RATES.items():
             every = 120 // rate
-            for number, (_, _, channels) in enumerate(servers):
+            for number in range(robots):
                 if (step + number) % every == 0:
                     now = time.time_ns()
                     sent += window[0] <= now < window[1]
-                    channels[topic].log(payloads[topic], log_time=now)
+                    put(number, topic, now)
         step, due = step + 1, due + STEP
         time.sleep(max(0.0, due - time.monotonic()))
     line.send((sent, psutil.Process().cpu_times().user))
@@ -117,15 +127,24 @@ class MeasuredRobot(FoxgloveRobot):
             super()._take(sensors, topic, payload)
 
 
-def measure(robots: int, seconds: float, undecoded: bool) -> dict[str, Any]:
-    """Connect to so many robots, listen for so long → the figures."""
+def measure(
+    robots: int,
+    seconds: float,
+    undecoded: bool,
+    send: Callable[[int, Connection], None],
+    connect: Callable[[int], Any],
+) -> dict[str, Any]:
+    """Connect to so many robots, listen for so long → the figures.
+
+    `send` is the process of the robots; `connect` makes a device with `arrivals` for one of the ports that it says.
+    """
     context = multiprocessing.get_context("spawn")
     line, far = context.Pipe()
     sender = context.Process(target=send, args=(robots, far), daemon=True)
     sender.start()
     ports: list[int] = line.recv()
     began = time.monotonic()
-    devices = [MeasuredRobot(f"//127.0.0.1:{port}", undecoded=undecoded) for port in ports]
+    devices: list[Any] = [connect(port) for port in ports]
     readings = [Readings() for _ in devices]
     links = [DeviceLink(f"robot-{number}", device, readings[number]) for number, device in enumerate(devices)]
     for link in links:
@@ -173,14 +192,27 @@ def waited_for(true: Callable[[], bool], seconds: float) -> None:
         time.sleep(0.02)
 
 
-def main() -> None:
-    """Measure once and print the figures."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.many_robots", description=__doc__)
+def arguments(program: str, about: str | None) -> argparse.Namespace:
+    """How many robots, for how long."""
+    parser = argparse.ArgumentParser(prog=program, description=about)
     parser.add_argument("--robots", type=int, default=50)
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--undecoded", action="store_true", help="pictures come but are not decoded")
-    given = parser.parse_args()
-    sys.stdout.write(json.dumps(measure(given.robots, given.seconds, given.undecoded), indent=1) + "\n")
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Measure once and print the figures."""
+    given = arguments("python -m tests.benchmarks.many_robots", __doc__)
+    undecoded = given.undecoded
+    figures = measure(
+        given.robots,
+        given.seconds,
+        undecoded,
+        send,
+        lambda port: MeasuredRobot(f"//127.0.0.1:{port}", undecoded=undecoded),
+    )
+    sys.stdout.write(json.dumps(figures, indent=1) + "\n")
 
 
 if __name__ == "__main__":

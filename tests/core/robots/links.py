@@ -20,14 +20,9 @@ PERIOD = 1 / 40  # [s] of the driver's frames
 
 
 def shape(equipment: tuple[Equipment, ...]) -> Profile:
-    lasers = [laser for one in equipment for laser in one.lasers]
-    cameras = [camera for one in equipment for camera in one.cameras]
-    return Profile(
-        name=equipment[0].name,
-        url="",
-        lasers=tuple(lasers),
-        cameras=tuple(cameras),
-    )
+    lasers = tuple(laser for one in equipment for laser in one.lasers)
+    cameras = tuple(camera for one in equipment for camera in one.cameras)
+    return Profile(name=equipment[0].name, url="", lasers=lasers, cameras=cameras)
 
 
 @contextmanager

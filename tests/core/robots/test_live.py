@@ -139,6 +139,23 @@ def test_a_fault_of_a_driver_is_no_end_of_the_console() -> None:
     robot.close()
 
 
+def test_a_device_that_opens_while_it_is_closed_does_not_run() -> None:
+    opening, go_on = threading.Event(), threading.Event()
+
+    def slow() -> None:
+        opening.set()
+        go_on.wait(5.0)
+
+    slow_device, base = Wire(drives=False), Wire()
+    robot = LiveRobot([("the base", base), ("the laser", slow_device)], shape)
+    slow_device.opens = slow
+    slow_device.cut.set()
+    assert opening.wait(5.0)
+    threading.Timer(0.1, go_on.set).start()
+    robot.close()
+    until(lambda: not any(thread.name.startswith("device-") for thread in threading.enumerate()))
+
+
 def test_a_real_robot_takes_no_requests() -> None:
     robot = LiveRobot([("the base", Wire())], shape)
     with pytest.raises(BadInput, match="for the simulator"):

@@ -14,10 +14,12 @@ from core.gate import ZERO, Twist
 from core.robots.device import Device
 from core.robots.foxglove import open_device as open_foxglove
 from core.robots.rosbridge import open_device as open_rosbridge
+from core.robots.zenoh_link import open_device as open_zenoh
 from tests.core.robots.links import PERIOD, frames, is_up, live, no_leak, percentile, until
 from tests.emulators.foxglove import FoxgloveEmulator
 from tests.emulators.rosbridge import RosbridgeEmulator
 from tests.emulators.world import World
+from tests.emulators.zenoh_robot import ZenohEmulator
 
 Opened = tuple[Any, Callable[..., Device]]
 
@@ -27,6 +29,9 @@ LINKS: dict[str, tuple[Callable[[World], Any], Callable[[str], Device], str]] = 
     "rosbridge ROS 1": (functools.partial(RosbridgeEmulator, ros1=True), open_rosbridge, ""),
     "rosbridge JSON": (RosbridgeEmulator, open_rosbridge, "encoding=json"),
     "rosbridge ROS 1 JSON": (functools.partial(RosbridgeEmulator, ros1=True), open_rosbridge, "encoding=json"),
+    "zenoh rmw": (ZenohEmulator, open_zenoh, ""),
+    "zenoh rmw Humble": (functools.partial(ZenohEmulator, humble=True), open_zenoh, ""),
+    "zenoh bridge": (functools.partial(ZenohEmulator, bridge=True), open_zenoh, ""),
 }
 
 

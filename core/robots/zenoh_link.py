@@ -1,0 +1,255 @@
+"""`zenoh://host:7447/namespace?domain=0`: a ROS 2 robot on zenoh, and no ROS on this computer.
+
+Its nodes speak zenoh by rmw_zenoh, or DDS with zenoh-bridge-ros2dds beside them; the graph shows which.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import time
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+from urllib.parse import parse_qsl, urlsplit
+
+from core.errors import BadInput, Unavailable
+from core.gate import Twist
+from core.robots.device import Device, Equipment
+from core.robots.readings import Readings
+from core.robots.ros.bridge import RosSensors, VelocityCommands
+from core.robots.ros.topics import NAME, TYPES, RosSettings, RosTopics, choose_topics
+from core.robots.ros.typestore import BOOL, RobotTypes
+from core.robots.ros.zenoh_keys import NO_HASH, Dialect, Endpoint
+from core.robots.ros.zenoh_session import TopicWriter, ZenohAddress, ZenohConnection, type_hash
+
+PORT = 7447
+MOST_DOMAIN = 232
+LISTING = 4.0  # [s] for the list of the robot's topics
+QUIET = 0.3  # [s] without a further topic after which the list is whole
+LEARNING = 3.0  # [s] for the first message of every topic
+TICK = 0.02  # [s] between looks at what is to be sent
+SILENCE = 2.0  # [s] without any message after which a robot that sends many is lost
+LIVELY = 20  # messages within LIVELY_SPAN that make such a robot
+LIVELY_SPAN = 4.0  # [s]
+MOST_NAMED = 8
+
+
+class ZenohRobot(Device):
+    """A robot behind a zenoh router."""
+
+    def __init__(self, address: ZenohAddress) -> None:
+        self.address = address
+        self.types = RobotTypes()
+        self.sensors: RosSensors | None = None
+        self.topics: RosTopics | None = None  # as they were chosen at the first connection
+        self._link: ZenohConnection | None = None
+        self._equipment: Equipment | None = None  # as it was found at the first connection
+        self._latched: set[str] = set()
+        self._speeds: TopicWriter | None = None
+        self._lock: TopicWriter | None = None
+        self._arrived: deque[float] = deque(maxlen=LIVELY)  # [s] when the last messages came, latched ones apart
+        self._fell_silent = False
+        lock = self._send_lock if address.settings.lock not in ("", "none") else None
+        self._commands = VelocityCommands(self._send_twist, lock)
+
+    def open(self) -> Equipment:
+        """Connect, find the robot's topics and hear every one once. Raises Unavailable with a sentence."""
+        link = self._link = ZenohConnection(self.address)
+        self._listen(link, LISTING, lambda: self._is_listed(link))
+        endpoints = self._endpoints(link)
+        dialect = endpoints[0].dialect
+        topics = self.topics = self.topics or chosen_topics(endpoints, self.address.settings)
+        self.types = RobotTypes()
+        sensors = self.sensors = self.sensors or RosSensors(self.types, topics)
+        sensors.types = self.types
+        self._arrived.clear()
+        self._subscribe(link, endpoints, dialect)
+        if topics.cmd_vel:
+            self._speeds = link.writer(topics.cmd_vel, topics.cmd_vel_type, dialect)
+            self._lock = link.writer(topics.lock, BOOL, dialect) if topics.lock else None
+        self._listen(link, LEARNING, lambda: not sensors.missing and (self._arrived or not self._fell_silent))
+        if self._fell_silent and not self._arrived:
+            raise Unavailable(f"The robot at {self.address.name} is there, but sends nothing.")
+        self._fell_silent = False
+        name = f"ROS robot at {self.address.name}{self.address.settings.namespace}"
+        self._equipment = self._equipment or sensors.equipment(name)
+        return self._equipment
+
+    def run(self, readings: Readings) -> None:
+        """Hand on what comes, until the link or the robot's base is lost, or the link closed."""
+        link, sensors, topics = self._link, self.sensors, self.topics
+        if link is None or sensors is None or topics is None:
+            return
+        seen, listens = link.graph.changed, self._listens(link, topics)
+        if topics.cmd_vel and not listens:
+            readings.note(f"Nothing on the robot listens to {topics.cmd_vel}; until it does, nothing moves.")
+        self._commands.restart()
+        sensors.attach(readings)
+        try:
+            while not link.lost.is_set():
+                self._take(link, TICK)
+                self._commands.tick()
+                if link.graph.changed != seen:
+                    seen, listened = link.graph.changed, listens
+                    listens = self._listens(link, topics)
+                    if listens != listened:
+                        return
+                if self._is_silent():
+                    return
+        finally:
+            link.lost.set()  # from here on nothing counts as sent
+            sensors.detach()
+
+    def drive(self, twist: Twist) -> None:
+        """Send speeds, as often as this is called while they are not zero. Raises OSError when the link is lost."""
+        if self._speeds is not None:
+            self._commands.drive(twist)
+
+    def close(self) -> None:
+        """Stop, and let go of the link."""
+        with contextlib.suppress(OSError):
+            self._commands.finish()
+        link = self._link
+        if link is not None:
+            link.close()
+
+    def _is_listed(self, link: ZenohConnection) -> bool:
+        return bool(link.graph.endpoints()) and time.monotonic() - link.graph.changed > QUIET
+
+    def _endpoints(self, link: ZenohConnection) -> list[Endpoint]:
+        """The robot's endpoints, all of one dialect. Raises Unavailable where there are none."""
+        found, space = link.graph.endpoints(), self.address.settings.namespace
+        if not found:
+            raise Unavailable(
+                f"The zenoh router at {self.address.name} knows no topics in domain {self.address.domain}; "
+                "are the robot's nodes running, on rmw_zenoh or behind zenoh-bridge-ros2dds?"
+            )
+        inside = [endpoint for endpoint in found if endpoint.topic.startswith(f"{space}/")]
+        if not inside:
+            spaces = sorted({endpoint.topic.split("/")[1] for endpoint in found if endpoint.topic.count("/") > 1})
+            has = ", ".join(spaces[:MOST_NAMED]) or "none"
+            raise Unavailable(f"No topic at {self.address.name} is in the namespace {space}; there are: {has}.")
+        dialect = "rmw" if any(endpoint.dialect == "rmw" for endpoint in inside) else "bridge"
+        return [endpoint for endpoint in found if endpoint.dialect == dialect]
+
+    def _subscribe(self, link: ZenohConnection, endpoints: list[Endpoint], dialect: Dialect) -> None:
+        """Ask for the messages of the topics that are read, as far as their types are the usual ones."""
+        topics, sensors = self.topics, self.sensors
+        assert topics is not None and sensors is not None
+        self._latched |= {endpoint.topic for endpoint in endpoints if endpoint.latched and endpoint.publishes}
+        for topic in topics.read:
+            name = topics.types[topic]
+            hashes = {endpoint.hash for endpoint in link.graph.of_topic(topic, name, publishes=True)}
+            if not self.types.borrow(name) or hashes - {"", NO_HASH, type_hash(name)}:
+                sensors.notices.append(f"{topic} is not read: the robot's {name} is not the usual one.")
+                continue
+            newest_only = topic in sensors.newest_only
+            link.subscribe(topic, name, dialect, latched=topic in self._latched, newest_only=newest_only)
+
+    def _listen(self, link: ZenohConnection, seconds: float, enough: Callable[[], object]) -> None:
+        """Hear the robot out for so long at most, or until it is enough."""
+        end = time.monotonic() + seconds
+        while not enough() and time.monotonic() < end:
+            self._take(link, TICK)
+            if link.lost.is_set():
+                raise Unavailable(f"The zenoh router at {self.address.name} hung up.")
+
+    def _take(self, link: ZenohConnection, patience: float) -> None:
+        """Hear all that waits, or the next that comes."""
+        arrived, sensors = link.inbox.take(patience), self.sensors
+        fresh = sum(topic not in self._latched for topic, _ in arrived)
+        self._arrived.extend([time.monotonic()] * min(fresh, LIVELY))
+        if sensors is not None:
+            for topic, payload in arrived:
+                self._hand_on(sensors, topic, payload)
+
+    def _hand_on(self, sensors: RosSensors, topic: str, payload: bytes) -> None:
+        sensors.take(topic, payload)
+
+    def _is_silent(self) -> bool:
+        """Return whether a robot that has sent many messages sends none any more."""
+        times = self._arrived
+        lively = len(times) == LIVELY and times[-1] - times[0] < LIVELY_SPAN
+        self._fell_silent = lively and time.monotonic() - times[-1] > SILENCE
+        return self._fell_silent
+
+    def _listens(self, link: ZenohConnection, topics: RosTopics) -> bool:
+        """Return whether the robot's base is there to hear speeds."""
+        return bool(link.graph.of_topic(topics.cmd_vel, topics.cmd_vel_type, publishes=False))
+
+    def _send_twist(self, twist: Twist) -> None:
+        if self._speeds is not None and self.topics is not None:
+            self._speeds.put(self.types.encode_twist(self.topics.cmd_vel_type, twist, self.topics.base_frame))
+
+    def _send_lock(self, closed: bool) -> None:
+        if self._lock is not None:
+            self._lock.put(self.types.encode_bool(closed))
+
+
+def chosen_topics(endpoints: list[Endpoint], settings: RosSettings) -> RosTopics:
+    """Choose the robot's topics. What speeds are sent as, its listeners say, not who else sends some."""
+    speeds = TYPES["cmd_vel"]
+    found = {
+        (endpoint.topic, endpoint.type) for endpoint in endpoints if endpoint.publishes != (endpoint.type in speeds)
+    }
+    listeners = {endpoint.topic for endpoint in endpoints if not endpoint.publishes}
+    return choose_topics(sorted(found), settings, listeners)
+
+
+def open_device(rest: str) -> Device:
+    """`//host:7447/robot1?domain=3` → the robot. Raises BadInput with a sentence."""
+    return ZenohRobot(parse_address(rest))
+
+
+def parse_address(rest: str) -> ZenohAddress:
+    """`//host:7447/namespace?domain=0&tls=1&ca=FILE&cert=FILE&key=FILE&scan=/front/scan` → where that is.
+
+    Raises BadInput with a sentence.
+    """
+    try:
+        parts = urlsplit(rest)
+        host, port = parts.hostname, parts.port
+        fields = dict(parse_qsl(parts.query, keep_blank_values=True, strict_parsing=bool(parts.query)))
+    except ValueError:
+        raise BadInput(f"A robot's address on zenoh looks like //192.168.0.7:{PORT}/robot1?domain=0.") from None
+    if not host or parts.username or parts.fragment:
+        raise BadInput(f"A robot's address on zenoh looks like //192.168.0.7:{PORT}/robot1?domain=0.")
+    space = parts.path.strip("/")
+    if space:
+        fields["namespace"] = f"/{space}"
+    files = {name: _pem(name, fields.pop(name, "")) for name in ("ca", "cert", "key")}
+    if bool(files["cert"]) != bool(files["key"]):
+        raise BadInput("cert and key name two files that belong together; one of them is missing.")
+    secure = fields.pop("tls", "0").lower()
+    if secure not in ("0", "1", "true", "false"):
+        raise BadInput("tls is 1 (encrypted) or 0.")
+    return ZenohAddress(
+        host=host,
+        port=PORT if port is None else port,
+        domain=_domain(fields.pop("domain", "0")),
+        secure=secure in ("1", "true"),
+        authority=files["ca"],
+        certificate=files["cert"],
+        key=files["key"],
+        settings=_settings(fields),
+    )
+
+
+def _settings(fields: dict[str, str]) -> RosSettings:
+    namespace = fields.get("namespace", "")
+    if NAME.fullmatch(namespace):
+        fields["namespace"] = f"/{namespace.strip('/')}"
+    return RosSettings.of(fields)
+
+
+def _domain(said: str) -> int:
+    if not re.fullmatch("[0-9]{1,3}", said) or int(said) > MOST_DOMAIN:
+        raise BadInput(f"domain is a whole number from 0 to {MOST_DOMAIN}, as in ROS_DOMAIN_ID.")
+    return int(said)
+
+
+def _pem(name: str, said: str) -> str:
+    if said and not Path(said).is_file():
+        raise BadInput(f"{name} names a file (PEM); there is no such file.")
+    return said
