@@ -39,7 +39,7 @@ LONGEST = 12.0  # [s] of one turn
 OVER = 0.1  # [s] over which it is seen whether the robot turns, and a scan's own motion at least
 GAP = 0.15  # [s] without odometry, over which the heading is not interpolated
 KEPT = 20.0  # [s] of odometry
-WAITING = 64  # scans that may wait for the odometry around them
+WAITING = 64  # scans that may wait
 PER_FRAME = 2  # scans that are matched in one frame, at most
 POINTS = 20  # of a scan, at least
 REACH, ANGLE = 0.1, math.radians(12)  # [m], [rad] around the expected pose that are searched
@@ -143,6 +143,7 @@ class HeadingTrack:
         """The wheels' mean twist over `duration` [s] around a time [s]."""
         stamps, _, speeds = np.array(self._rows).T
         half = max(duration, OVER) / 2
+        at = min(at, self.newest - half)
         turn_rate = self.turned(at - half, at + half) / (2 * half)
         return Wheels(odometry=Pose(), speed=float(np.interp(at, stamps, speeds)), turn_rate=turn_rate)
 
@@ -152,10 +153,11 @@ def fit_time_offset(
 ) -> Estimated | None:
     """Headings (N,) [rad] by scans at `stamps` (N,) [s], and the odometry's → the offset; None where none fits.
 
-    `track`: the odometry's stamps (K,) [s], which cover the scans' and `largest` on either side, and its headings
-    (K,) [rad]. Both headings run on without jumps, from any zero. Generalized least squares over τ in
-    H(t) = c + (1 + s) h(t + τ): c is free, s has the sd `scale_sd`, the odometry's error grows with the turn, and
-    every stamp jitters by the likeliest of JITTERS.
+    `track`: the odometry's stamps (K,) [s], which begin `largest` before the scans and end when the last one came,
+    and its headings (K,) [rad]. Both headings run on without jumps, from any zero. Generalized least squares over τ
+    in H(t) = c + (1 + s) h(t + τ): c is free, s has the sd `scale_sd`, the odometry's error grows with the turn, and
+    every stamp jitters by the likeliest of JITTERS. No scan is from later than when it came, so that the odometry up
+    to then suffices.
     """
     if len(stamps) < FEWEST:
         return None
@@ -289,16 +291,14 @@ class TimeOffsetEstimator:
             self._fit()
 
     def _next(self) -> Scan | None:
-        """The next scan of a turn, once the odometry around it is known; those far from any turn are dropped."""
-        largest, now = self._settings.largest, self._track.newest
+        """The next scan of a turn; the last ones wait at rest, as a turn may begin, and are dropped later."""
+        around = self._settings.largest + AROUND
         while self._waiting:
             middle = _middle(self._waiting[0])
-            if middle + largest + OVER > now:
-                return None
-            if middle < self._turned + AROUND + largest:
+            if middle < self._turned + around:
                 return self._waiting.popleft()
             self._end_turn()
-            if middle > now - 2 * largest - AROUND:
+            if middle > self._track.newest - around:
                 return None
             self._waiting.popleft()
         return None
