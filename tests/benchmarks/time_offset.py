@@ -1,10 +1,10 @@
 """The laser's time offset, estimated and corrected: `python -m tests.benchmarks.time_offset [--seeds 5] [--drives]`.
 
 Without `--drives`: bias and sd of the estimate after one turn (360°, or 90° to the left and 90° to the right) in two
-simulated places, with wheel noise, stamps shifted by up to 100 ms, drifting by 20 ppm and jittering: not at all, by
-what the minimum filter of `DeviceClock` leaves of 50 ms, and by 50 ms without the filter. A jitter only makes stamps
-later, so its mean belongs to the offset that is looked for. With `--drives`: the pose error of a drive with turns, its
-stamps shifted, over that of the same drive with right stamps, from start to end and after the first turn.
+simulated places, with wheel noise, stamps shifted by up to 100 ms, and jittering: not at all; by what the minimum
+filter of `DeviceClock` leaves of 50 ms and a drift by 20 ppm; by 50 ms without the filter. A jitter only makes stamps
+later, so its mean belongs to the offset that is looked for. With `--drives`: the pose error of a drive with turns,
+its stamps shifted, over that of the same drive with right stamps, from start to end and after the first turn.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import itertools
 import math
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -145,7 +146,7 @@ def driven(place: str, stamping: Stamping, seed: int, legs: tuple[Leg, ...] = WA
 def report_estimates(seeds: int) -> None:
     """Bias, sd and worst error over places, turn rates, shifts and seeds."""
     kinds = {"none": (0.0, False), "50 ms, filtered": (JITTER, True), "50 ms, raw": (JITTER, False)}
-    print("place  turn   jitter           known   bias ms   sd ms  claimed ms  worst ms  > 10 ms")
+    show("place  turn   jitter           known   bias ms   sd ms  claimed ms  worst ms  > 10 ms")
     for place, (kind, (jitter, filtered)), turn in itertools.product(PLACES, kinds.items(), turns(1.0)):
         rows: list[tuple[float, float]] = []
         for rate, shift, seed in itertools.product(RATES, SHIFTS, range(seeds)):
@@ -154,27 +155,33 @@ def report_estimates(seeds: int) -> None:
             rows.append((1000 * (offset - stamping.offset), 1000 * sd))
         errors, sds = np.array(rows).T
         known = errors[np.isfinite(errors)]
-        print(
+        show(
             f"{place:6} {turn:6} {kind:16} {len(known):3}/{len(errors):3} {known.mean():8.2f} {known.std():7.2f}"
-            f" {np.nanmean(sds):11.2f} {np.abs(known).max():9.2f} {(np.abs(known) > 10).sum():8}",
-            flush=True,
+            f" {np.nanmean(sds):11.2f} {np.abs(known).max():9.2f} {(np.abs(known) > 10).sum():8}"
         )
 
 
 def report_drives(seeds: int) -> None:
-    """Pose errors of shifted drives over those with right stamps."""
-    print("shift ms  position m: median worst  (ratio)   heading deg: median worst (ratio)   after the turn   lost")
+    """Mean pose errors of shifted drives, median and worst of the seeds, and their ratios to right stamps."""
+    show("            the whole way                                      after the first turn")
+    show("shift ms    position mm           heading deg                  position mm           heading deg      lost")
     right = [driven("lab", Stamping(0.0, seed=seed), seed) for seed in range(seeds)]
     for shift in SHIFTS:
         runs = [driven("lab", Stamping(shift, seed=seed), seed) for seed in range(seeds)]
-        print(f"{1000 * shift:8.0f} ", end="")
+        line = f"{1000 * shift:8.0f}"
         for since in (0.0, TURNED):
             ours, base = (np.array([run.mean(since) for run in group]) for group in (runs, right))
-            for column, unit in ((0, 1.0), (1, math.degrees(1.0))):
-                middle, worst = np.median(ours[:, column]), ours[:, column].max()
-                by = middle / np.median(base[:, column]), worst / base[:, column].max()
-                print(f" {unit * middle:7.4f} {unit * worst:7.4f} ({by[0]:4.2f} {by[1]:4.2f})", end="")
-        print(f"   {sum(run.lost for run in runs)}", flush=True)
+            for column, unit in ((0, 1000.0), (1, math.degrees(1.0))):
+                middle, worst = float(np.median(ours[:, column])), float(ours[:, column].max())
+                by = middle / float(np.median(base[:, column])), worst / float(base[:, column].max())
+                line += f"  {unit * middle:5.3f} {unit * worst:5.3f} ({by[0]:4.2f} {by[1]:4.2f})"
+        show(f"{line}   {sum(run.lost for run in runs)}")
+
+
+def show(line: str) -> None:
+    """Write a line of a table."""
+    sys.stdout.write(line + "\n")
+    sys.stdout.flush()
 
 
 def main() -> None:

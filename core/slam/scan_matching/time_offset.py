@@ -161,21 +161,10 @@ def fit_time_offset(
     """
     if len(stamps) < FEWEST:
         return None
-    count = round(settings.largest / STEP)
-    offsets = STEP * np.arange(-count, count + 1)
-    differences = headings[:, None] - np.interp(stamps[:, None] + offsets, *track)
-    offset, jitter = 0.0, JITTERS[1]
-    fits: list[tuple[float, Array, float]] = []
-    for jitter in JITTERS:
-        whitener, log_volume = _whitener(stamps + offset, track, jitter, settings)
-        costs = (solve_triangular(whitener, differences, lower=True) ** 2).sum(axis=0)
-        offset = float(offsets[costs.argmin()])
-        fits.append((float(costs.min()) + log_volume, costs, jitter))
-    _, costs, jitter = min(fits, key=lambda fit: fit[0])
-    at = int(costs.argmin())
-    if not 0 < at < len(offsets) - 1 or _has_rival(costs, at):
+    found = _search(stamps, headings, track, settings)
+    if found is None:
         return None
-    offset = float(offsets[at])
+    offset, jitter = found
     whitener, _ = _whitener(stamps + offset, track, jitter, settings)
     misfit, information = 0.0, 0.0
     for _ in range(ROUNDS):
@@ -190,6 +179,26 @@ def fit_time_offset(
     if misfit > MISFIT or abs(offset) > settings.largest:
         return None
     return Estimated(offset, max(misfit, 1.0) / information + LEAST_SD**2)
+
+
+def _search(
+    stamps: Array, headings: Array, track: tuple[Array, Array], settings: TimeOffsetSettings
+) -> tuple[float, float] | None:
+    """The best offset [s] on a lattice of STEP, and the likeliest jitter [s]; None at the rim or beside a rival."""
+    count = round(settings.largest / STEP)
+    offsets = STEP * np.arange(-count, count + 1)
+    differences = headings[:, None] - np.interp(stamps[:, None] + offsets, *track)
+    best, fits = 0.0, list[tuple[float, float, Array]]()
+    for jitter in JITTERS:
+        whitener, log_volume = _whitener(stamps + best, track, jitter, settings)
+        costs = (solve_triangular(whitener, differences, lower=True) ** 2).sum(axis=0)
+        best = float(offsets[costs.argmin()])
+        fits.append((float(costs.min()) + log_volume, jitter, costs))
+    _, jitter, costs = min(fits, key=lambda fit: fit[0])
+    at = int(costs.argmin())
+    if not 0 < at < len(offsets) - 1 or _has_rival(costs, at):
+        return None
+    return float(offsets[at]), jitter
 
 
 def _whitener(
