@@ -9,8 +9,8 @@ from core.sensors import Laser, Scan, SensorFrame
 from core.slam.motion import Motion
 from core.slam.scan_matching.time_offset import Estimated, TimeOffset, TimeOffsetEstimator, TimeOffsetSettings
 
-REMARKABLE = 0.02  # [s] off what is configured, from which the operator is told
-TOLD_SD = 0.005  # [s] sd below which the figure is worth telling
+REMARKABLE = 0.02  # [s] off what is configured, from which the operator hears of it
+REMARK_SD = 0.005  # [s] sd of a figure that is shown to the operator, at most
 SURE = 3.0  # sd by which stamps must be off before they are corrected
 
 
@@ -25,7 +25,7 @@ class ScanTiming:
             laser.name: TimeOffsetEstimator(laser, settings) for laser in (*profile.lasers, self._laser)
         }
         self._offsets: dict[str, TimeOffset] = {}
-        self._told: set[str] = set()  # lasers of which the operator knows
+        self._remarked: set[str] = set()  # lasers of which the operator knows
 
     @property
     def newest(self) -> TimeOffset | None:
@@ -58,9 +58,9 @@ class ScanTiming:
         """Return a sentence for the operator, once for every laser whose stamps are wrong; "" if there is none."""
         for name, timing in self._offsets.items():
             configured = self._lasers.get(name, self._laser).time_offset
-            remarkable = abs(timing.applied - configured) > REMARKABLE and timing.sd < TOLD_SD
-            if remarkable and name not in self._told:
-                self._told.add(name)
+            remarkable = abs(timing.applied - configured) > REMARKABLE and timing.sd < REMARK_SD
+            if remarkable and name not in self._remarked:
+                self._remarked.add(name)
                 which = f"laser {name}" if len(self._lasers) > 1 else "laser"
                 way = "early" if timing.offset > 0 else "late"
                 return (

@@ -184,7 +184,7 @@ def fit_time_offset(
 def _search(
     stamps: Array, headings: Array, track: tuple[Array, Array], settings: TimeOffsetSettings
 ) -> tuple[float, float] | None:
-    """The best offset [s] on a lattice of STEP, and the likeliest jitter [s]; None at the rim or beside a rival."""
+    """The best offset [s] on a lattice of STEP, and the likeliest jitter [s]; None at the rim or near a rival."""
     count = round(settings.largest / STEP)
     offsets = STEP * np.arange(-count, count + 1)
     differences = headings[:, None] - np.interp(stamps[:, None] + offsets, *track)
@@ -313,7 +313,7 @@ class TimeOffsetEstimator:
         return None
 
     def _match(self, scan: Scan) -> None:
-        """Find the scan's heading; where it fits nowhere, or the odometry has a gap, the turn begins anew."""
+        """Find the scan's heading; where it fits nowhere, or the odometry has a gap, the turn begins again."""
         middle, offset = _middle(scan), self.newest.offset if self.newest else 0.0
         if middle - self._settings.largest - OVER < self._track.oldest:
             self._turn.clear()

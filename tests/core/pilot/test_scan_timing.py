@@ -64,15 +64,15 @@ def test_after_the_first_turn_the_pose_is_as_good_as_with_right_stamps(shift: fl
 
 
 @pytest.mark.parametrize(("shift", "way", "figure"), [(-0.1, "early", 0.1), (0.1, "late", -0.1)])
-def test_the_operator_is_told_once_and_what_to_write(shift: float, way: str, figure: float) -> None:
+def test_one_notice_names_the_offset_and_what_to_write(shift: float, way: str, figure: float) -> None:
     seen = snapshots(ONE, Stamping(shift))
     ((_, text),) = sentences(seen)
-    told = float(text.rpartition("= ")[2].partition(" ")[0])
-    assert told == pytest.approx(figure, abs=0.010)
-    milliseconds = round(1000 * abs(told))
+    shown = float(text.rpartition("= ")[2].partition(" ")[0])
+    assert shown == pytest.approx(figure, abs=0.010)
+    milliseconds = round(1000 * abs(shown))
     assert text == (
         f"The laser's stamps are {milliseconds} ms {way}; they are corrected. "
-        f"Put time_offset = {told:.3f} into robot.toml."
+        f"Put time_offset = {shown:.3f} into robot.toml."
     )
     timing = seen[-1].timing
     assert timing is not None

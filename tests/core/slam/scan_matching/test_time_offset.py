@@ -35,7 +35,7 @@ def fit(offset: float, headings: Array, scale: float = 1.0, seed: int = 0) -> Es
 
 @pytest.mark.parametrize("offset", [-0.15, -0.1, -0.04, 0.0, 0.04, 0.1, 0.15])
 @pytest.mark.parametrize("scale", [1.0, 0.96, 1.04])
-def test_the_offset_is_found_beside_the_scale_of_the_odometry(offset: float, scale: float) -> None:
+def test_the_offset_is_found_despite_the_scale_of_the_odometry(offset: float, scale: float) -> None:
     found = [fit(offset, odometry(), scale, seed) for seed in range(5)]
     errors = np.array([one.offset - offset for one in found if one is not None])
     assert len(errors) == len(found)
