@@ -38,6 +38,7 @@ AROUND = 0.5  # [s] before and after a turn that belong to it
 LONGEST = 12.0  # [s] of one turn
 OVER = 0.1  # [s] over which it is seen whether the robot turns, and a scan's own motion at least
 GAP = 0.15  # [s] without odometry, over which the heading is not interpolated
+SCAN_GAP = 0.5  # [s] between scans of one turn, at most
 KEPT = 20.0  # [s] of odometry
 WAITING = 64  # scans that may wait
 PER_FRAME = 2  # scans that are matched in one frame, at most
@@ -315,6 +316,8 @@ class TimeOffsetEstimator:
     def _match(self, scan: Scan) -> None:
         """Find the scan's heading; where it fits nowhere, or the odometry has a gap, the turn begins again."""
         middle, offset = _middle(scan), self.newest.offset if self.newest else 0.0
+        if self._turn and middle - self._turn[-1][0] > SCAN_GAP:
+            self._turn.clear()
         if middle - self._settings.largest - OVER < self._track.oldest:
             self._turn.clear()
             return
