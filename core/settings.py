@@ -41,6 +41,7 @@ from core.slam.motion import MotionSettings
 from core.slam.relocalization.kidnap_detector import KidnapSettings
 from core.slam.scan_matching.field_matching import ScanMatchingSettings
 from core.slam.scan_matching.scan_odometry import ScanOdometrySettings
+from core.slam.scan_matching.time_offset import TimeOffsetSettings
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import VoiceSettings
 
@@ -71,6 +72,7 @@ class Settings:
     motion: MotionSettings = field(default_factory=MotionSettings)
     ekf: EkfSettings = field(default_factory=EkfSettings)
     scan_odometry: ScanOdometrySettings = field(default_factory=ScanOdometrySettings)
+    time_offset: TimeOffsetSettings = field(default_factory=TimeOffsetSettings)
     occupancy: OccupancySettings = field(default_factory=OccupancySettings)
     submaps: SubmapSettings = field(default_factory=SubmapSettings)
     matching: ScanMatchingSettings = field(default_factory=ScanMatchingSettings)

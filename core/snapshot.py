@@ -16,6 +16,7 @@ from core.slam.estimate import Association, Estimate, Landmark, SlamHealth
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import MapStatus
 from core.slam.motion import Increment
+from core.slam.scan_matching.time_offset import TimeOffset
 
 Level = Literal["info", "warning", "error"]
 Ending = Literal["running", "done", "refused", "cancelled", "pre-empted", "failed"]
@@ -138,6 +139,7 @@ class Snapshot:
     hearing: Hearing | None = None  # None: the robot has no microphones
     person: TrackedPerson | None = None  # who is looked at by the command that runs
     drift: Drift | None = None  # how the camera's mount seems to differ from its calibration
+    timing: TimeOffset | None = None  # of the laser whose stamps are the farthest off; None: not known yet
     notices: tuple[Notice, ...] = ()  # newest last, at most 20
     sensors: tuple[SensorStatus, ...] = ()
     contact: bool = False

@@ -17,6 +17,7 @@ from core.pilot.command_executor import AcceptedCommand, CommandExecutor
 from core.pilot.inbox import Inbox
 from core.pilot.landmark_perception import LandmarkPerception
 from core.pilot.notices import Notices
+from core.pilot.scan_timing import ScanTiming
 from core.pilot.sensor_watch import SensorWatch, loss, relief
 from core.pilot.sound_perception import SoundPerception
 from core.pilot.trail import NO_POINTS, MapTrail, Trail, frozen
@@ -67,6 +68,7 @@ class Pilot:
         self._stamp = stamp
         self._sensors = SensorWatch(self._profile, stamp)
         self._odometry = Odometry(self._profile.laser, settings.motion, settings.scan_odometry)
+        self._timing = ScanTiming(self._profile, settings.time_offset)
         self._vision = LandmarkPerception(self._profile, settings)
         self._hearing = SoundPerception(self._profile, settings.direction_finding)
         self._mount = MountWatch(settings.drift)
@@ -145,6 +147,7 @@ class Pilot:
             self._begin_again_after_a_seek(frame.stamp)
             self._inbox.open(frame.stamp)
             motion = self._odometry.update(frame)
+            frame = self._timing.correct(frame, motion)
             frame = self._vision.without_repeats(frame, motion.wheels)
             seen = self._vision.look(frame, motion)
             self._mapper.may_turn = self._needs_a_place
@@ -237,6 +240,9 @@ class Pilot:
             frame.stamp, "picture", self._vision.poor, "warning", "The camera sees well enough again."
         )
         self._notices.watch(frame.stamp, "mount", self._mount.alarm, "warning", "The camera sits as calibrated.")
+        remark = self._timing.take_remark()
+        if remark:
+            self._notices.add(frame.stamp, "warning", remark)
         self._notices.watch_pace(frame.stamp, frame.pace)
         if frame.note:
             self._notices.add(frame.stamp, "info", frame.note)
@@ -286,6 +292,7 @@ class Pilot:
             hearing=hearing,
             person=doing.person,
             drift=self._mount.drift,
+            timing=self._timing.newest,
             notices=self._notices.newest,
             sensors=self._sensor_status,
             contact=frame.contact,

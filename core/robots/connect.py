@@ -56,6 +56,13 @@ SCHEMES = {
         "ROS 2 or ROS 1 robot behind foxglove_bridge",
         "drives; odometry, lasers, cameras, microphones as its topics have them",
     ),
+    "zenoh": Scheme(
+        "core.robots.zenoh_link",
+        "zenoh://robot:7447/namespace?domain=0",
+        "ROS 2 robot on rmw_zenoh, or behind zenoh-bridge-ros2dds",
+        "drives; odometry, lasers, cameras as its topics have them",
+        extra="fleet",
+    ),
     "rosbridge": Scheme(
         "core.robots.rosbridge",
         "rosbridge://robot:9090",

@@ -22,6 +22,7 @@ class Laser:
     range_max: float = 5.6  # [m]
     rate: float = 10.0  # [Hz]
     time_step: float = 0.1 / 1024  # [s] between neighbouring beams
+    time_offset: float = 0.0  # [s] to add to the scans' stamps, to be on the odometry's clock
 
 
 @message

@@ -1,0 +1,83 @@
+"""Timing of the scans: each laser's time offset, estimated and taken out before anything is perceived."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from core.robots import Profile
+from core.sensors import Laser, Scan, SensorFrame
+from core.slam.motion import Motion
+from core.slam.scan_matching.time_offset import Estimated, TimeOffset, TimeOffsetEstimator, TimeOffsetSettings
+
+REMARKABLE = 0.02  # [s] off what is configured, from which the operator hears of it
+REMARK_SD = 0.005  # [s] sd of a figure that is shown to the operator, at most
+SURE = 3.0  # sd by which stamps must be off before they are corrected
+
+
+class ScanTiming:
+    """One estimator per laser. Without odometry nothing is estimated, and only the configured offsets count."""
+
+    def __init__(self, profile: Profile, settings: TimeOffsetSettings) -> None:
+        self._settings = settings
+        self._lasers = {laser.name: laser for laser in profile.lasers}
+        self._laser = profile.laser or Laser()  # of scans that name none
+        self._estimators = {
+            laser.name: TimeOffsetEstimator(laser, settings) for laser in (*profile.lasers, self._laser)
+        }
+        self._offsets: dict[str, TimeOffset] = {}
+        self._remarked: set[str] = set()  # lasers of which the operator knows
+
+    @property
+    def newest(self) -> TimeOffset | None:
+        """The time offset of the laser whose stamps are the farthest off; None: none is known."""
+        return max(self._offsets.values(), key=lambda one: abs(one.offset), default=None)
+
+    def correct(self, frame: SensorFrame, motion: Motion) -> SensorFrame:
+        """The frame, its scan stamped on the odometry's clock."""
+        laser = None if frame.scan is None else self._lasers.get(frame.scan.laser, self._laser)
+        frame = _shifted(frame, laser.time_offset if laser else 0.0)
+        if self._settings.estimate and not motion.by_scans:
+            for name, estimator in self._estimators.items():
+                own = laser is not None and laser.name == name
+                estimator.update(frame.stamp, frame.wheels, frame.scan if own else None)
+        if laser is None:
+            return frame
+        found = self._estimators[laser.name].newest
+        if found is None:
+            return frame
+        correction = self._correction(found)
+        self._offsets[laser.name] = TimeOffset(
+            laser=laser.name,
+            offset=laser.time_offset + found.offset,
+            sd=found.variance**0.5,
+            applied=laser.time_offset + correction,
+        )
+        return _shifted(frame, correction)
+
+    def take_remark(self) -> str:
+        """Return a sentence for the operator, once for every laser whose stamps are wrong; "" if there is none."""
+        for name, timing in self._offsets.items():
+            configured = self._lasers.get(name, self._laser).time_offset
+            remarkable = abs(timing.applied - configured) > REMARKABLE and timing.sd < REMARK_SD
+            if remarkable and name not in self._remarked:
+                self._remarked.add(name)
+                which = f"laser {name}" if len(self._lasers) > 1 else "laser"
+                way = "early" if timing.offset > 0 else "late"
+                return (
+                    f"The {which}'s stamps are {1000 * abs(timing.offset):.0f} ms {way}; they are corrected. "
+                    f"Put time_offset = {timing.offset:.3f} into robot.toml."
+                )
+        return ""
+
+    def _correction(self, found: Estimated) -> float:
+        """What is added to the stamps beyond what is configured [s]; none as long as chance may explain it."""
+        sure = max(self._settings.corrected, SURE * found.variance**0.5)
+        return found.offset if abs(found.offset) > sure else 0.0
+
+
+def _shifted(frame: SensorFrame, offset: float) -> SensorFrame:
+    """The frame, its scan stamped later by `offset` [s]."""
+    scan: Scan | None = frame.scan
+    if scan is None or offset == 0.0:
+        return frame
+    return replace(frame, scan=replace(scan, stamp=scan.stamp + offset))

@@ -1,0 +1,372 @@
+"""The time offset between a laser and the odometry, from turns.
+
+A scan that is stamped wrong by τ seems turned by τ times the turn rate. While the robot turns, the heading by scan
+matching H(t) is therefore compared with the odometry's heading at another time, h(t + τ).
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from core.geometry import Pose, wrap
+from core.message import Array, message
+from core.perception.landmarks.deskew import deskew
+from core.sensors import Laser, Scan, Wheels
+from core.setting import Meta, Section
+from core.slam.scan_matching.field_matching import match_scan
+from core.slam.scan_matching.likelihood_field import LikelihoodField
+
+STEP = 0.01  # [s] of the search
+SLOPE = 0.01  # [s] to either side over which the turn rate is measured
+ROUNDS = 4  # of the refinement
+UNKNOWN_HEADING = 0.5  # [rad] sd of the heading in which a turn begins
+JITTERS = (0.002, 0.005, 0.01, 0.02, 0.04)  # [s] sd of a single stamp: the likeliest is taken
+MISFIT = 4.0  # squared residual per degree of freedom, beyond which odometry and scans are not of one motion
+RIVAL = 16.0  # by which the squared residual of any other minimum must be larger
+FEWEST = 6  # scans of a turn
+LEAST_SD = 0.001  # [s] that is claimed at least: turns share the errors of the deskewing
+APART = 25.0  # squared distance from which a turn contradicts those before: the laser's clock was set
+
+MOST = 64  # scans of a turn that the fit looks at
+AROUND = 0.5  # [s] before and after a turn that belong to it
+LONGEST = 12.0  # [s] of one turn
+OVER = 0.1  # [s] over which it is seen whether the robot turns, and a scan's own motion at least
+GAP = 0.15  # [s] without odometry, over which the heading is not interpolated
+SCAN_GAP = 0.5  # [s] between scans of one turn, at most
+KEPT = 20.0  # [s] of odometry
+WAITING = 64  # scans that may wait
+PER_FRAME = 2  # scans that are matched in one frame, at most
+POINTS = 20  # of a scan, at least
+REACH, ANGLE = 0.1, math.radians(12)  # [m], [rad] around the expected pose that are searched
+SCORE = 0.4  # of a match, at least
+KEYFRAME_WAY, KEYFRAME_TURN = 0.4, math.radians(40)  # [m], [rad] after which a scan is matched on another one
+
+
+@dataclass(frozen=True)
+class TimeOffsetSettings(Section):
+    """Settings of the estimate of a laser's time offset."""
+
+    estimate: Annotated[bool, Meta(meaning="whether the offset is estimated and corrected")] = True
+    largest: Annotated[float, Meta("s", 0.05, 0.5, "offset that is looked for, at most")] = 0.2
+    turning: Annotated[float, Meta("rad/s", 0.02, 1, "turn rate from which a turn is looked at")] = 0.15
+    accepted_sd: Annotated[float, Meta("s", 1e-3, 0.1, "sd from which the offset is believed")] = 0.01
+    corrected: Annotated[float, Meta("s", 0, 0.1, "offset from which stamps are corrected")] = 0.01
+    drift: Annotated[float, Meta("s/s", 0, 1e-3, "sd of the drift between the clocks")] = 30e-6
+    scan_sd: Annotated[float, Meta("rad", 1e-4, 0.1, "sd of a heading by scan matching")] = math.radians(0.1)
+    walk_sd: Annotated[float, Meta("rad/√rad", 1e-4, 0.1, "growth of the odometry's heading error in a turn")] = 0.005
+    scale_sd: Annotated[float, Meta("", 0, 0.5, "sd of the odometry's scale of turns")] = 0.05
+
+
+@message
+class TimeOffset:
+    """The time offset between a laser and the odometry."""
+
+    laser: str  # name; "": the only one
+    offset: float  # [s] to add to its stamps; positive: they are early
+    sd: float  # [s]
+    applied: float  # [s] that are added now
+
+
+@dataclass(frozen=True)
+class Estimated:
+    """An offset and how sure it is."""
+
+    offset: float  # [s]
+    variance: float  # [s²]
+
+    def fused(self, other: Estimated) -> Estimated:
+        """Both together, as independent ones."""
+        share = self.variance / (self.variance + other.variance)
+        return Estimated(self.offset + share * (other.offset - self.offset), (1 - share) * self.variance)
+
+    def contradicts(self, other: Estimated) -> bool:
+        """Return whether chance does not explain the difference."""
+        return (self.offset - other.offset) ** 2 > APART * (self.variance + other.variance)
+
+
+class HeadingTrack:
+    """The odometry's heading over time, without jumps at ±π."""
+
+    def __init__(self) -> None:
+        self._rows: deque[tuple[float, float, float]] = deque()  # stamp [s], heading [rad], speed [m/s]
+
+    def add(self, stamp: float, wheels: Wheels) -> None:
+        """Add the wheels at `stamp` [s]; what is not later than the newest is passed over."""
+        heading = wheels.odometry.heading
+        if self._rows:
+            last = self._rows[-1]
+            if stamp <= last[0]:
+                return
+            if stamp - last[0] > GAP:
+                self._rows.clear()
+            heading = last[1] + wrap(heading - last[1])
+        self._rows.append((stamp, heading, wheels.speed))
+        while self._rows[0][0] < stamp - KEPT:
+            self._rows.popleft()
+
+    @property
+    def oldest(self) -> float:
+        """Stamp [s] from when on the heading is known without gaps."""
+        return self._rows[0][0] if self._rows else math.inf
+
+    @property
+    def newest(self) -> float:
+        """Stamp [s] of the newest heading."""
+        return self._rows[-1][0] if self._rows else -math.inf
+
+    @property
+    def rate(self) -> float:
+        """Turn rate [rad/s] at the end."""
+        if not self._rows:
+            return 0.0
+        stamp, heading, _ = self._rows[-1]
+        before = next((row for row in reversed(self._rows) if row[0] <= stamp - OVER), None)
+        return 0.0 if before is None else (heading - before[1]) / (stamp - before[0])
+
+    def columns(self, since: float) -> tuple[Array, Array]:
+        """Stamps (K,) [s] and headings (K,) [rad] from `since` [s] on."""
+        rows = np.array([row[:2] for row in self._rows if row[0] >= since]).reshape(-1, 2)
+        return rows[:, 0], rows[:, 1]
+
+    def turned(self, start: float, end: float) -> float:
+        """The turn [rad] between two times [s]."""
+        stamps, headings, _ = np.array(self._rows).T
+        first, last = np.interp((start, end), stamps, headings).tolist()
+        return last - first
+
+    def wheels(self, at: float, duration: float) -> Wheels:
+        """The wheels' mean twist over `duration` [s] around a time [s]."""
+        stamps, _, speeds = np.array(self._rows).T
+        half = max(duration, OVER) / 2
+        at = min(at, self.newest - half)
+        turn_rate = self.turned(at - half, at + half) / (2 * half)
+        return Wheels(odometry=Pose(), speed=float(np.interp(at, stamps, speeds)), turn_rate=turn_rate)
+
+
+def fit_time_offset(
+    stamps: Array, headings: Array, track: tuple[Array, Array], settings: TimeOffsetSettings
+) -> Estimated | None:
+    """Headings (N,) [rad] by scans at `stamps` (N,) [s], and the odometry's → the offset; None where none fits.
+
+    `track`: the odometry's stamps (K,) [s], which begin `largest` before the scans and end when the last one came,
+    and its headings (K,) [rad]. Both headings run on without jumps, from any zero. Generalized least squares over τ
+    in H(t) = c + (1 + s) h(t + τ): c is free, s has the sd `scale_sd`, the odometry's error grows with the turn, and
+    every stamp jitters by the likeliest of JITTERS. No scan is from later than when it came, so that the odometry up
+    to then suffices.
+    """
+    if len(stamps) < FEWEST:
+        return None
+    found = _search(stamps, headings, track, settings)
+    if found is None:
+        return None
+    offset, jitter = found
+    whitener, _ = _whitener(stamps + offset, track, jitter, settings)
+    misfit, information = 0.0, 0.0
+    for _ in range(ROUNDS):
+        times = stamps + offset
+        slopes = solve_triangular(whitener, _rates(times, track), lower=True)
+        left = solve_triangular(whitener, headings - np.interp(times, *track), lower=True)
+        information = float(slopes @ slopes)
+        if information <= 0.0:
+            return None
+        offset += float(slopes @ left) / information
+        misfit = float(left @ left) / len(stamps)
+    if misfit > MISFIT or abs(offset) > settings.largest:
+        return None
+    return Estimated(offset, max(misfit, 1.0) / information + LEAST_SD**2)
+
+
+def _search(
+    stamps: Array, headings: Array, track: tuple[Array, Array], settings: TimeOffsetSettings
+) -> tuple[float, float] | None:
+    """The best offset [s] on a lattice of STEP, and the likeliest jitter [s]; None at the rim or near a rival."""
+    count = round(settings.largest / STEP)
+    offsets = STEP * np.arange(-count, count + 1)
+    differences = headings[:, None] - np.interp(stamps[:, None] + offsets, *track)
+    best, fits = 0.0, list[tuple[float, float, Array]]()
+    for jitter in JITTERS:
+        whitener, log_volume = _whitener(stamps + best, track, jitter, settings)
+        costs = (solve_triangular(whitener, differences, lower=True) ** 2).sum(axis=0)
+        best = float(offsets[costs.argmin()])
+        fits.append((float(costs.min()) + log_volume, jitter, costs))
+    _, jitter, costs = min(fits, key=lambda fit: fit[0])
+    at = int(costs.argmin())
+    if not 0 < at < len(offsets) - 1 or _has_rival(costs, at):
+        return None
+    return float(offsets[at]), jitter
+
+
+def _whitener(
+    times: Array, track: tuple[Array, Array], jitter: float, settings: TimeOffsetSettings
+) -> tuple[Array, float]:
+    """Lower Cholesky factor (N, N) of the covariance of the heading differences at `times` (N,) [s]; its log det."""
+    odometry = np.interp(times, *track)
+    turned = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(odometry)))))
+    relative = odometry - odometry[0]
+    covariance = settings.walk_sd**2 * np.minimum(turned[:, None], turned[None, :])
+    covariance += settings.scale_sd**2 * np.outer(relative, relative) + UNKNOWN_HEADING**2
+    covariance += np.diag(settings.scan_sd**2 + (jitter * _rates(times, track)) ** 2)
+    factor = np.linalg.cholesky(covariance)
+    return factor, 2.0 * float(np.log(np.diag(factor)).sum())
+
+
+def _rates(times: Array, track: tuple[Array, Array]) -> Array:
+    """The odometry's turn rates (N,) [rad/s] at times (N,) [s]."""
+    return (np.interp(times + SLOPE, *track) - np.interp(times - SLOPE, *track)) / (2 * SLOPE)
+
+
+def _has_rival(costs: Array, best: int) -> bool:
+    """Return whether another minimum of the costs (T,) is nearly as low."""
+    inner = costs[1:-1]
+    lowest = np.flatnonzero((inner <= costs[:-2]) & (inner <= costs[2:])) + 1
+    others = costs[lowest[np.abs(lowest - best) > 1]]
+    return bool(len(others)) and float(others.min()) < float(costs[best]) + RIVAL
+
+
+class TurnMatcher:
+    """The headings of successive scans by matching each on an earlier one."""
+
+    def __init__(self, laser: Laser) -> None:
+        self._laser = laser
+        self._field: LikelihoodField | None = None
+        self._base = Pose()  # of the scan that is matched on
+        self._pose = Pose()  # of the newest scan
+        self._heading = 0.0  # [rad] the same, running on without jumps
+
+    def match(self, scan: Scan, at: float, wheels: Wheels, turn: float) -> float | None:
+        """A scan, seen from time `at` [s], expected to be turned by `turn` [rad] from the one before → its heading.
+
+        None where it fits nowhere: then the next one begins afresh.
+        """
+        points, _ = deskew(scan, self._laser, wheels, at)
+        if len(points) < POINTS:
+            self._field = None
+            return None
+        if self._field is None:
+            self._base = self._pose = Pose(0.0, 0.0, wrap(self._heading))
+            self._field = LikelihoodField(points)
+            return self._heading
+        guess = self._base.inverse() @ replace(self._pose, heading=wrap(self._pose.heading + turn))
+        match = match_scan(self._field, points, guess, REACH, ANGLE)
+        if match.score < SCORE:
+            self._field = None
+            return None
+        self._pose = self._base @ match.pose
+        self._heading += wrap(self._pose.heading - self._heading)
+        if math.hypot(match.pose.x, match.pose.y) > KEYFRAME_WAY or abs(match.pose.heading) > KEYFRAME_TURN:
+            self._base, self._field = self._pose, LikelihoodField(points)
+        return self._heading
+
+
+class TimeOffsetEstimator:
+    """Estimates a laser's time offset online. `update` with every frame; scans are matched only around turns.
+
+    A turn is an estimate of its own; those that are over are fused, and their doubt grows with the clocks' drift.
+    """
+
+    def __init__(self, laser: Laser, settings: TimeOffsetSettings) -> None:
+        self._settings = settings
+        self._laser = laser
+        self._track = HeadingTrack()
+        self._matcher = TurnMatcher(laser)
+        self._waiting: deque[Scan] = deque(maxlen=WAITING)
+        self._turned = -math.inf  # [s] when the robot turned last
+        self._turn: list[tuple[float, float]] = []  # stamp [s] and heading [rad] of the scans of the present turn
+        self._present: Estimated | None = None  # by the present turn
+        self._former: Estimated | None = None  # by the turns before it
+        self._former_stamp = 0.0  # [s] of the last of them
+        self.newest: Estimated | None = None  # by all turns; None: not known well enough
+
+    def update(self, stamp: float, wheels: Wheels | None, scan: Scan | None) -> None:
+        """Take the wheels at `stamp` [s], and a scan of this laser as it is stamped."""
+        if wheels is not None:
+            self._track.add(stamp, wheels)
+        if abs(self._track.rate) > self._settings.turning:
+            self._turned = stamp
+        if scan is not None:
+            self._waiting.append(scan)
+        taken = False
+        for _ in range(PER_FRAME):
+            ready = self._next()
+            taken = ready is not None or taken
+            if ready is not None:
+                self._match(ready)
+        if taken:
+            self._fit()
+
+    def _next(self) -> Scan | None:
+        """The next scan of a turn; the last ones wait at rest, as a turn may begin, and are dropped later."""
+        around = self._settings.largest + AROUND
+        while self._waiting:
+            middle = _middle(self._waiting[0])
+            if middle < self._turned + around:
+                return self._waiting.popleft()
+            self._end_turn()
+            if middle > self._track.newest - around:
+                return None
+            self._waiting.popleft()
+        return None
+
+    def _match(self, scan: Scan) -> None:
+        """Find the scan's heading; where it fits nowhere, or the odometry has a gap, the turn begins again."""
+        middle, offset = _middle(scan), self.newest.offset if self.newest else 0.0
+        if self._turn and middle - self._turn[-1][0] > SCAN_GAP:
+            self._turn.clear()
+        if middle - self._settings.largest - OVER < self._track.oldest:
+            self._turn.clear()
+            return
+        turn = self._track.turned(self._turn[-1][0] + offset, middle + offset) if self._turn else 0.0
+        duration = float(scan.times[-1] - scan.times[0])
+        wheels = self._track.wheels(middle + offset, duration)
+        heading = self._matcher.match(scan, middle, wheels, turn)
+        if heading is None:
+            self._turn.clear()
+            return
+        self._turn.append((middle, heading))
+
+    def _fit(self) -> None:
+        """Estimate the offset by the present turn, and by all."""
+        if not self._turn:
+            self._present = None
+            return
+        thinned = np.array(self._turn[:: -(-len(self._turn) // MOST)])
+        track = self._track.columns(self._turn[0][0] - self._settings.largest - OVER)
+        self._present = fit_time_offset(thinned[:, 0], thinned[:, 1], track, self._settings)
+        joined = self._joined()
+        if joined is not None and joined.variance < self._settings.accepted_sd**2:
+            self.newest = joined
+        if self._turn[-1][0] - self._turn[0][0] > LONGEST:
+            self._end_turn()
+
+    def _end_turn(self) -> None:
+        """The present turn is over: it joins those before."""
+        joined = self._joined()
+        if self._turn and joined is not None:
+            self._former, self._former_stamp = joined, self._turn[-1][0]
+        self._turn.clear()
+        self._present = None
+        self._matcher = TurnMatcher(self._laser)
+
+    def _joined(self) -> Estimated | None:
+        """The present turn's estimate and those before; where they contradict each other, a sure present one."""
+        present = self._present
+        if self._former is None or not self._turn:
+            return present
+        drift = self._settings.drift * (self._turn[-1][0] - self._former_stamp)
+        former = replace(self._former, variance=(math.sqrt(self._former.variance) + drift) ** 2)
+        if present is None:
+            return former
+        if present.contradicts(former):
+            return present if present.variance < self._settings.accepted_sd**2 else former
+        return former.fused(present)
+
+
+def _middle(scan: Scan) -> float:
+    """The time [s] in the middle of a scan, at which its heading is nearly free of the motion meanwhile."""
+    return scan.stamp + 0.5 * scan.time_step * (len(scan.ranges) - 1)
