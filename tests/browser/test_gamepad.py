@@ -163,6 +163,7 @@ def test_whatever_hides_the_page_stops_and_the_held_deadman_stays_dead(
     pad.turn(console)
     interrupt(here, name)
     assert stands(here, console, name) < STANDS
+    pad.stick(left=0.8)
     stays(here, console, name)
     if name == "hidden":
         here.page.evaluate("() => { delete document.visibilityState }")
@@ -217,6 +218,7 @@ def test_the_stop_button_stops_what_the_robot_does_and_what_the_gamepad_does(her
     pad.turn(console)
     stop()
     assert stands(here, console, "STOP") < STANDS
+    pad.stick(left=0.8)
     stays(here, console, "still held")
     expect(here.find(".drive-why")).to_contain_text("Stopped. Let go")
 
@@ -357,3 +359,7 @@ def test_the_sheet_fits_and_leaves_stop_free(visit: Open, size: tuple[int, int])
         ), part.evaluate("part => part.outerHTML")
     assert here.page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     here.find(".stop").click(trial=True)
+    sheet, stop = here.find("gamepad-sheet .sheet").bounding_box(), here.find(".stop").bounding_box()
+    assert sheet is not None and stop is not None
+    beside = sheet["x"] + sheet["width"] <= stop["x"]
+    assert beside or sheet["y"] + sheet["height"] <= stop["y"] or stop["y"] + stop["height"] <= sheet["y"]
