@@ -28,7 +28,8 @@ PADS = """(() => {
     if (!pad) return null;
     if (pad.streams) pad.stamp = performance.now();
     const { id, mapping, connected, axes, buttons, stamp } = pad;
-    return { index, id, mapping, connected, timestamp: stamp, axes: [...axes], buttons: buttons.map((b) => ({ ...b })) };
+    const copies = buttons.map((button) => ({ ...button }));
+    return { index, id, mapping, connected, timestamp: stamp, axes: [...axes], buttons: copies };
   };
   navigator.getGamepads = () => pads.map(seen);
   window.testPads = {
@@ -53,10 +54,12 @@ PADS = """(() => {
 class PadHand:
     """A hand on one gamepad of a page."""
 
-    def __init__(self, here: Visit, index: int = 0, **kind: object) -> None:
+    def __init__(
+        self, here: Visit, index: int = 0, *, name: str = XBOX, mapping: str = "standard", buttons: int = 17
+    ) -> None:
         self.here = here
         self.index = index
-        self.plug(**kind)
+        self.plug(name, mapping, buttons)
 
     def plug(self, name: str = XBOX, mapping: str = "standard", buttons: int = 17) -> None:
         self.do("plug", name, mapping, buttons)

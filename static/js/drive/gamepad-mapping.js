@@ -91,7 +91,7 @@ export function stickVelocity(pad, { inputs, deadZone, curve }) {
 }
 
 /**
- * True for two inputs that cannot be told apart.
+ * True for two inputs that are moved by the same press.
  * @param {PadInput} one
  * @param {PadInput} other
  */
