@@ -194,6 +194,7 @@ def _laser(laser: Laser, table: LaserTable | None) -> Laser:
         range_min=table.range_min or laser.range_min,
         range_max=table.range_max or laser.range_max,
         rate=table.rate or laser.rate,
+        time_offset=table.time_offset,
     )
 
 

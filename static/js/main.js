@@ -10,6 +10,7 @@ import "./panels/command-status.js";
 import "./panels/drive-pad.js";
 import "./panels/estimate-card.js";
 import "./panels/first-play.js";
+import "./panels/gamepad-sheet.js";
 import "./panels/hearing-card.js";
 import "./panels/pending-command-card.js";
 import "./panels/key-sheet.js";
@@ -50,6 +51,12 @@ function begin(session) {
     /** @type {import("./panels/key-sheet.js").KeySheet} */ (part("key-sheet")).toggle();
   };
   addEventListener("show-keys", () => operatorInput.toHelp());
+  const gamepadSheet = /** @type {import("./panels/gamepad-sheet.js").GamepadSheet} */ (part("gamepad-sheet"));
+  gamepadSheet.hold(operatorInput.gamepad);
+  addEventListener("show-gamepad", () => {
+    operatorInput.letGo();
+    gamepadSheet.toggle();
+  });
   addEventListener("show-hints", () =>
     /** @type {import("./panels/coach-marks.js").CoachMarks} */ (part("coach-marks")).begin(),
   );

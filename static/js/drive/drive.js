@@ -23,6 +23,8 @@ export class Drive {
   #keys = { v: 0, w: 0 };
   /** @type {Velocity} */
   #stick = { v: 0, w: 0 };
+  /** @type {Velocity} */
+  #gamepad = { v: 0, w: 0 };
   /** @type {Permission} */
   #permission = { may: "no", why: "The page is not connected yet." };
   #gate = { nonce: 0, epoch: 0, needNeutral: false };
@@ -68,11 +70,14 @@ export class Drive {
     return this.#mustLetGo;
   }
 
-  /** @returns {Velocity} requested now; the larger of keys and stick on each axis */
+  /** @returns {Velocity} requested now; the largest of keys, stick and gamepad on each axis */
   get velocity() {
-    /** @param {number} a @param {number} b */
-    const stronger = (a, b) => (Math.abs(a) >= Math.abs(b) ? a : b);
-    return { v: stronger(this.#keys.v, this.#stick.v), w: stronger(this.#keys.w, this.#stick.w) };
+    /** @param {Velocity} a @param {Velocity} b @returns {Velocity} */
+    const stronger = (a, b) => ({
+      v: Math.abs(a.v) >= Math.abs(b.v) ? a.v : b.v,
+      w: Math.abs(a.w) >= Math.abs(b.w) ? a.w : b.w,
+    });
+    return stronger(stronger(this.#keys, this.#stick), this.#gamepad);
   }
 
   /** @returns {{v: number, w: number}} [m/s], [rad/s] setpoint of a frame sent now */
@@ -97,6 +102,15 @@ export class Drive {
    */
   stick(velocity, now) {
     this.#stick = velocity;
+    this.#follow(now, false);
+  }
+
+  /**
+   * @param {Velocity} velocity
+   * @param {number} now [ms]
+   */
+  gamepad(velocity, now) {
+    this.#gamepad = velocity;
     this.#follow(now, false);
   }
 
@@ -138,6 +152,7 @@ export class Drive {
   abandon() {
     this.#keys = { v: 0, w: 0 };
     this.#stick = { v: 0, w: 0 };
+    this.#gamepad = { v: 0, w: 0 };
     this.#asking = -Infinity;
     this.#mustLetGo = false;
     this.#why = "";
@@ -161,7 +176,7 @@ export class Drive {
 
   /**
    * @param {number} now
-   * @param {boolean} atOnce send a changed velocity now (keys) or with the next tick (stick: it changes all the time)
+   * @param {boolean} atOnce send a changed velocity now (keys) or with the next tick (stick, gamepad: they change all the time)
    */
   #follow(now, atOnce) {
     if (this.#neutral) {

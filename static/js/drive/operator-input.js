@@ -1,8 +1,9 @@
-// Operator input: keys of the page and of the scene frame, the stick, and every event that must release them.
+// Operator input: keys of the page and of the scene frame, stick, gamepad, and every event that must release them.
 
 import { remembered } from "../ui/local-storage.js";
 import { mayBegin } from "../ui/pending-command.js";
 import { Drive, PERIOD_MS } from "./drive.js";
+import { GamepadInput } from "./gamepad-input.js";
 import { HeldKeys, intentionOf, scrolls, TALK, takesEnter, takesText } from "./keys.js";
 
 /** @typedef {import("../net/session.js").Session} Session */
@@ -32,6 +33,7 @@ export class OperatorInput {
       draw: drawPress,
       count: () => Math.round(this.#ahead + performance.now()),
     });
+    this.gamepad = new GamepadInput(session, this.drive);
     setInterval(() => this.drive.tick(performance.now()), PERIOD_MS);
     session.on("stopped", () => this.drive.trip("Stopped. Let go, then press again."));
     session.on("lost", () => this.drive.trip("The link was lost. Let go, then press again."));
@@ -46,6 +48,11 @@ export class OperatorInput {
   /** @returns {Velocity} requested by keys, to highlight them on the page */
   get keyVelocity() {
     return this.#held.velocity;
+  }
+
+  /** The reason when an input is held and nothing moves, else "". */
+  get why() {
+    return this.drive.why || this.gamepad.why;
   }
 
   /**
@@ -67,6 +74,7 @@ export class OperatorInput {
     this.#held.clear();
     this.toTalk(false);
     this.drive.slow = false;
+    this.gamepad.trip("Driving was interrupted. Let go, then press again.");
     this.drive.abandon();
   }
 

@@ -28,6 +28,8 @@ import { Asking } from "./pending-answers.js";
 
 const STOPS = "stop moving";
 
+/** @typedef {{text: string, words: string, event: string}} Offer a sentence and a button that dispatches the event */
+
 /**
  * Events of a session and their details.
  * @typedef {object} SessionEvents
@@ -42,6 +44,7 @@ const STOPS = "stop moving";
  * @property {api.Kind[]} kinds
  * @property {boolean} stopped STOP was pressed on this page; true when it was sent
  * @property {string} trouble a sentence
+ * @property {Offer} offer
  * @property {import("../voice/audio-socket.js").Transcript} transcript transcript of the microphone of this browser
  * @property {null} reading the button was released; the transcript is pending
  * @property {boolean} speaking true while this browser plays the robot's voice
@@ -216,6 +219,11 @@ export class Session {
   /** @param {string} sentence shown as a notice */
   complain(sentence) {
     this.#dispatch("trouble", sentence);
+  }
+
+  /** @param {Offer} offer shown as a notice with a button */
+  offer(offer) {
+    this.#dispatch("offer", offer);
   }
 
   /**

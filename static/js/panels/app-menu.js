@@ -12,6 +12,7 @@ class AppMenu extends Panel {
   #halt = item("halt", "Halt", "Stops the robot and keeps it stopped, also over a restart, until it is reset.");
   #reset = item("undo", "Reset the halt", "The reset itself does not move the robot.");
   #keys = item("keys", "Keys", "Every key of this page.");
+  #gamepad = item("gamepad", "Gamepad", "Its buttons and sticks, and what each does.");
   #hints = item("hints", "Show the first hints again", "");
   #single = make("input", { type: "checkbox", class: "switch", role: "switch" });
   #switch = make(
@@ -81,6 +82,7 @@ class AppMenu extends Panel {
     this.#halt,
     this.#reset,
     this.#keys,
+    this.#gamepad,
     this.#hints,
     this.#switch,
     this.#help,
@@ -108,6 +110,7 @@ class AppMenu extends Panel {
     on(this.#halt, () => this.session.halt());
     on(this.#reset, () => void this.session.resetHalt());
     on(this.#keys, () => this.dispatchEvent(new CustomEvent("show-keys", { bubbles: true })));
+    on(this.#gamepad, () => this.dispatchEvent(new CustomEvent("show-gamepad", { bubbles: true })));
     on(this.#hints, () => this.dispatchEvent(new CustomEvent("show-hints", { bubbles: true })));
     on(this.#leave, () => void this.session.leave());
   }
@@ -122,7 +125,7 @@ class AppMenu extends Panel {
     this.#reset.hidden = !drives || hello?.you.role === "viewer";
     this.#reset.disabled = !up || state?.gate.state !== "halted";
     this.#hints.hidden = !drives || hello?.you.role === "viewer";
-    this.#switch.hidden = !drives;
+    this.#switch.hidden = this.#gamepad.hidden = !drives;
     this.#hearing.hidden = this.#people.hidden = !drives;
     this.#leave.hidden = hello?.you.id === "local"; // no sign-in on this machine
   }

@@ -1,6 +1,7 @@
 // Element <drive-pad>: stick, keys, speed presets and the reason why driving is not possible.
 
 import { PRESETS, SLOW } from "../drive/drive.js";
+import { response } from "../drive/response.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { speed, turnRate } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
@@ -9,6 +10,7 @@ import { Panel } from "../ui/panel.js";
 /** @typedef {import("../drive/operator-input.js").OperatorInput} OperatorInput */
 
 const DEAD = 0.12; // of the radius: dead zone of a resting thumb
+const KNOB = 26; // [px] of the radius that the knob needs
 
 export class DrivePad extends Panel {
   #knob = make("span", { class: "knob" });
@@ -100,7 +102,7 @@ export class DrivePad extends Panel {
     const operatorInput = this.#operatorInput;
     if (!operatorInput || !hello || !state) return;
     const { drive } = operatorInput;
-    if (!drive.engaged && this.#pointer === null) this.#place(0, 0);
+    if (this.#pointer === null) this.#followGamepad(operatorInput.gamepad.velocity);
     const velocity = operatorInput.keyVelocity;
     const lit = { up: velocity.v > 0, down: velocity.v < 0, left: velocity.w > 0, right: velocity.w < 0 };
     for (const way of this.#stick.querySelectorAll(".way")) {
@@ -117,12 +119,16 @@ export class DrivePad extends Panel {
     this.#less.disabled = drive.preset === 1;
     this.#more.disabled = drive.preset === PRESETS.length;
     write(this.#moving, `${speed(state.velocity.v_m_s)}, ${turnRate(state.velocity.w_rad_s)}`);
-    this.#explain(drive.why || (permission.may === "no" && up ? permission.why : ""));
+    const forbidden = permission.may === "no" && up ? permission.why : "";
+    this.#explain(drive.why || forbidden || operatorInput.why, operatorInput.gamepad.advice);
   }
 
-  /** @param {string} why */
-  #explain(why) {
-    write(this.#why, why || "Hold to drive. Shift is slow.");
+  /**
+   * @param {string} why
+   * @param {string} advice how to drive by gamepad, when there is one
+   */
+  #explain(why, advice) {
+    write(this.#why, why || advice || "Hold to drive. Shift is slow.");
     mark(this.#why, "data-tone", why ? "stale" : null);
     if (why && why !== this.#said) this.session.announce(why);
     this.#said = why;
@@ -131,13 +137,19 @@ export class DrivePad extends Panel {
   /** @param {PointerEvent} event */
   #follow(event) {
     const box = this.#stick.getBoundingClientRect();
-    const reach = box.width / 2 - 26;
+    const reach = box.width / 2 - KNOB;
     const x = (event.clientX - box.left - box.width / 2) / reach;
     const y = (event.clientY - box.top - box.height / 2) / reach;
     const far = Math.hypot(x, y);
     const [u, v] = far > 1 ? [x / far, y / far] : [x, y];
     this.#place(u * reach, v * reach);
-    this.#operatorInput?.stick({ v: still(-v), w: still(-u) });
+    this.#operatorInput?.stick({ v: response(-v, DEAD), w: response(-u, DEAD) });
+  }
+
+  /** @param {import("../drive/keys.js").Velocity} velocity */
+  #followGamepad({ v, w }) {
+    const reach = v || w ? this.#stick.clientWidth / 2 - KNOB : 0;
+    this.#place(-w * reach, -v * reach);
   }
 
   #release() {
@@ -153,12 +165,6 @@ export class DrivePad extends Panel {
   #place(x, y) {
     this.#knob.style.translate = `${x}px ${y}px`;
   }
-}
-
-/** @param {number} part −1 to 1 */
-function still(part) {
-  const size = Math.abs(part);
-  return size < DEAD ? 0 : (Math.sign(part) * (size - DEAD)) / (1 - DEAD);
 }
 
 customElements.define("drive-pad", DrivePad);

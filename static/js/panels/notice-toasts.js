@@ -7,6 +7,7 @@ import { Panel } from "../ui/panel.js";
 /** @typedef {"info" | "warning" | "error"} Level */
 
 const STAYS_MS = { info: 6000, warning: 15000, error: Infinity };
+const OFFER_STAYS_MS = 20000;
 const MOST = 3;
 
 class NoticeToasts extends Panel {
@@ -18,6 +19,7 @@ class NoticeToasts extends Panel {
   /** @override */
   build() {
     this.session.on("trouble", (sentence) => this.#raise("warning", sentence));
+    this.session.on("offer", (offer) => this.#offer(offer));
     this.session.on("hello", () => {
       this.#first = true;
     });
@@ -60,6 +62,17 @@ class NoticeToasts extends Panel {
     this.session.announce(text);
   }
 
+  /** @param {import("../net/session.js").Offer} offer */
+  #offer({ text, words, event }) {
+    const take = make("button", { type: "button", class: "button" }, words);
+    const toast = this.#put("info", text, take);
+    take.addEventListener("click", () => {
+      this.dispatchEvent(new CustomEvent(event, { bubbles: true }));
+      toast.remove();
+    });
+    setTimeout(() => toast.remove(), OFFER_STAYS_MS);
+  }
+
   /**
    * @param {Level} level
    * @param {string} text
@@ -68,10 +81,28 @@ class NoticeToasts extends Panel {
   #raise(level, text) {
     const same = [...this.children].find((toast) => toast.textContent === text);
     if (same) return /** @type {HTMLElement} */ (same);
-    const away = make("button", { type: "button", class: "icon-button small", "aria-label": "Dismiss" }, icon("close"));
-    const toast = make("div", { class: "toast", "data-level": level }, icon(drawing(level)), make("p", {}, text), away);
-    away.addEventListener("click", () => toast.remove());
+    const toast = this.#put(level, text);
     leave(toast, level);
+    return toast;
+  }
+
+  /**
+   * @param {Level} level
+   * @param {string} text
+   * @param {HTMLElement} [offer] a button
+   * @returns {HTMLElement}
+   */
+  #put(level, text, offer) {
+    const away = make("button", { type: "button", class: "icon-button small", "aria-label": "Dismiss" }, icon("close"));
+    const toast = make(
+      "div",
+      { class: "toast", "data-level": level },
+      icon(drawing(level)),
+      make("p", {}, text),
+      offer,
+      away,
+    );
+    away.addEventListener("click", () => toast.remove());
     this.append(toast);
     while (this.children.length > MOST) this.firstElementChild?.remove();
     this.session.announce(text);

@@ -1,0 +1,47 @@
+// Names of gamepads and of their buttons, as they are printed on them.
+
+/** @typedef {import("./gamepad-mapping.js").Pad} Pad */
+/** @typedef {import("./gamepad-mapping.js").PadInput} PadInput */
+
+const PAD = ["D-pad up", "D-pad down", "D-pad left", "D-pad right"];
+const XBOX = ["A", "B", "X", "Y", "LB", "RB", "LT", "RT", "View", "Menu", "LS", "RS", ...PAD, "Xbox"];
+const PLAYSTATION = [
+  ...["cross", "circle", "square", "triangle", "L1", "R1", "L2", "R2", "Create", "Options", "L3", "R3"],
+  ...[...PAD, "PS", "touch pad"],
+];
+const NINTENDO = [
+  ...["B", "A", "Y", "X", "L", "R", "ZL", "ZR", "−", "+", "left stick button", "right stick button"],
+  ...[...PAD, "Home"],
+];
+const AXES = ["left stick ↔", "left stick ↕", "right stick ↔", "right stick ↕"];
+
+/** @param {string} id as the browser reports it */
+function buttonNames(id) {
+  if (/054c|playstation|dualsense|dualshock|wireless controller/i.test(id)) return PLAYSTATION;
+  if (/057e|nintendo|joy-con|pro controller/i.test(id)) return NINTENDO;
+  return XBOX;
+}
+
+/**
+ * Name of a button or an axis; on a layout that is not known its number, from 0 as in every driver.
+ * @param {Pick<Pad, "id" | "mapping">} pad
+ * @param {PadInput} input
+ */
+export function inputName({ id, mapping }, input) {
+  const known = mapping === "standard";
+  if ("button" in input) return (known && buttonNames(id)[input.button]) || `button ${input.button}`;
+  return (known && AXES[input.axis]) || `axis ${input.axis}${input.sign < 0 ? " −" : " +"}`;
+}
+
+/**
+ * Name of a gamepad without the numbers of its maker: "Xbox 360 Controller (STANDARD GAMEPAD Vendor: …)" or
+ * "045e-028e-Xbox 360 Controller" → "Xbox 360 Controller".
+ * @param {string} id
+ */
+export function padName(id) {
+  const name = id
+    .replace(/\s*\((?:STANDARD GAMEPAD|Vendor:).*$/i, "")
+    .replace(/^[0-9a-f]{1,4}-[0-9a-f]{1,4}-/i, "")
+    .trim();
+  return name.slice(0, 60) || "Gamepad";
+}

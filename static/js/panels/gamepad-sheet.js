@@ -1,0 +1,300 @@
+// Element <gamepad-sheet>: dialog with the live state of the gamepads and the mapping of each, to learn it by pressing.
+
+import {
+  CURVE,
+  DEAD_ZONE,
+  defaultMapping,
+  deflection,
+  isComplete,
+  isPressed,
+  PRESSES,
+  STICKS,
+  stickVelocity,
+  TITLES,
+} from "../drive/gamepad-mapping.js";
+import { inputName, padName } from "../drive/gamepad-names.js";
+import { make, mark, write } from "../ui/element.js";
+import { fixed } from "../ui/format.js";
+import { Sheet } from "../ui/sheet.js";
+
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../drive/gamepad-input.js").GamepadInput} GamepadInput */
+/** @typedef {import("../drive/gamepad-mapping.js").Pad} Pad */
+/** @typedef {import("../drive/gamepad-mapping.js").Mapping} Mapping */
+/** @typedef {import("../drive/gamepad-mapping.js").PadAction} PadAction */
+
+const ABSENT = "No gamepad. Connect one and press any of its buttons: the browser shows it only then.";
+const WITHHELD = "This browser gives gamepads only to https and to this machine’s own address.";
+
+export class GamepadSheet extends Sheet {
+  #status = make("p", { class: "pad-status" });
+  #choice = make("div", { class: "pad-choice", role: "group", "aria-label": "Gamepad" });
+  #forward = meter("Forward");
+  #left = meter("Turn left");
+  #asked = make("p", { class: "note" });
+  /** @type {Map<PadAction, {row: HTMLElement, name: HTMLElement, change: HTMLButtonElement}>} */
+  #rows = new Map([...PRESSES, ...STICKS].map((action) => [action, this.#row(action)]));
+  #prompt = make("p", { class: "pad-prompt" });
+  #cancel = make("button", { type: "button", class: "button", hidden: true }, "Cancel");
+  #setUp = make("button", { type: "button", class: "button" }, "Set up by pressing");
+  #reset = make("button", { type: "button", class: "button" }, "Default mapping");
+  #deadZone = slider("Dead zone", DEAD_ZONE);
+  #curve = slider("Gentle near the centre", CURVE);
+  #buttons = make("div", { class: "pad-buttons", role: "img" });
+  #axes = make("div", { class: "pad-axes" });
+  #body = make(
+    "div",
+    { class: "pad-body", hidden: true },
+    this.#choice,
+    make("div", { class: "pad-meters" }, this.#forward.row, this.#left.row),
+    this.#asked,
+    make("div", { class: "pad-learn" }, this.#prompt, this.#cancel, this.#setUp, this.#reset),
+    make("div", { class: "pad-rows" }, ...[...this.#rows.values()].map(({ row }) => row)),
+    make("div", { class: "pad-meters" }, this.#deadZone.row, this.#curve.row),
+    make("h3", { class: "card-title" }, "Everything on it"),
+    this.#buttons,
+    this.#axes,
+  );
+  /** @type {GamepadInput | null} */
+  #gamepad = null;
+  #chosen = -1; // index of the gamepad that is shown
+  #said = "";
+
+  /** @override */
+  build() {
+    const note = "Nothing drives while this is open. STOP works always; it is a software stop, no emergency stop.";
+    this.frame("Gamepad", this.#status, this.#body, make("p", { class: "note" }, note));
+  }
+
+  /** @param {GamepadInput} gamepad */
+  hold(gamepad) {
+    this.#gamepad = gamepad;
+    for (const [action, { change }] of this.#rows) {
+      change.addEventListener("click", () => this.#with((pad) => gamepad.learn(pad, [action])));
+    }
+    this.#setUp.addEventListener("click", () => this.#with((pad) => gamepad.setUp(pad)));
+    this.#reset.addEventListener("click", () => this.#with((pad) => gamepad.keep(pad, defaultMapping(pad))));
+    this.#cancel.addEventListener("click", () => {
+      gamepad.stopLearning();
+      this.#setUp.focus();
+    });
+    /** @param {"deadZone" | "curve"} key @param {HTMLInputElement} input */
+    const tune = (key, input) =>
+      input.addEventListener("input", () =>
+        this.#with((pad) => gamepad.keep(pad, { ...gamepad.mappingOf(pad), [key]: Number(input.value) })),
+      );
+    tune("deadZone", this.#deadZone.input);
+    tune("curve", this.#curve.input);
+  }
+
+  /** @override */
+  shut() {
+    this.#gamepad?.stopLearning();
+    super.shut();
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ permission }) {
+    const gamepad = this.#gamepad;
+    if (this.hidden || !gamepad) return;
+    const pad = this.#pad;
+    this.#body.hidden = !pad;
+    write(this.#status, pad ? statusOf(pad, gamepad, permission) : gamepad.available ? ABSENT : WITHHELD);
+    if (!pad) return;
+    const mapping = gamepad.mappingOf(pad);
+    this.#showChoice(gamepad.pads, pad);
+    this.#showJog(pad, mapping);
+    this.#showRows(pad, mapping, gamepad.learning.action);
+    this.#showLearning(gamepad.learning);
+    this.#showTuning(mapping);
+    this.#showAll(pad);
+  }
+
+  get #pad() {
+    const pads = this.#gamepad?.pads ?? [];
+    return pads.find(({ index }) => index === this.#chosen) ?? pads[0];
+  }
+
+  /** @param {(pad: Pad) => void} act */
+  #with(act) {
+    const pad = this.#pad;
+    if (pad) act(pad);
+  }
+
+  /** @param {PadAction} action */
+  #row(action) {
+    const name = make("span", { class: "pad-input" });
+    const change = make(
+      "button",
+      { type: "button", class: "button", "aria-label": `Change: ${TITLES[action]}` },
+      "Change",
+    );
+    const row = make("div", { class: "pad-row" }, make("span", { class: "pad-title" }, TITLES[action]), name, change);
+    return { row, name, change };
+  }
+
+  /**
+   * @param {readonly Pad[]} pads
+   * @param {Pad} shown
+   */
+  #showChoice(pads, shown) {
+    this.#choice.hidden = pads.length < 2;
+    const ids = pads.map(({ index, id }) => `${index} ${id}`).join("\n");
+    if (this.#choice.dataset["of"] !== ids) {
+      this.#choice.dataset["of"] = ids;
+      this.#choice.replaceChildren(
+        ...pads.map(({ index, id }) => {
+          const words = `${index + 1}: ${padName(id)}`;
+          const button = make("button", { type: "button", class: "button", "data-index": String(index) }, words);
+          button.addEventListener("click", () => {
+            this.#gamepad?.stopLearning();
+            this.#chosen = index;
+          });
+          return button;
+        }),
+      );
+    }
+    for (const button of this.#choice.children) {
+      mark(button, "aria-pressed", String(button.getAttribute("data-index") === String(shown.index)));
+    }
+  }
+
+  /**
+   * @param {Pad} pad
+   * @param {Mapping} mapping
+   */
+  #showJog(pad, mapping) {
+    const { v, w } = stickVelocity(pad, mapping);
+    this.#forward.set(v);
+    this.#left.set(w);
+    const held = isPressed(pad, mapping.inputs.deadman);
+    const { deadman } = mapping.inputs;
+    const name = deadman ? inputName(pad, deadman) : "the button";
+    write(this.#asked, held ? `${name} is held: this would drive.` : `Drives only while ${name} is held.`);
+  }
+
+  /**
+   * @param {Pad} pad
+   * @param {Mapping} mapping
+   * @param {PadAction | null} learning
+   */
+  #showRows(pad, mapping, learning) {
+    for (const [action, { row, name, change }] of this.#rows) {
+      const input = mapping.inputs[action];
+      const moved =
+        input && "axis" in input ? Math.abs(deflection(pad, input)) > mapping.deadZone : isPressed(pad, input);
+      write(name, input ? inputName(pad, input) : "not set");
+      mark(row, "data-lit", moved);
+      mark(row, "data-learning", action === learning);
+      change.disabled = learning !== null;
+    }
+  }
+
+  /** @param {GamepadInput["learning"]} learning */
+  #showLearning({ action, prompt, outcome }) {
+    const words = action ? `${TITLES[action]}: ${prompt}` : outcome;
+    write(this.#prompt, words);
+    if (words && words !== this.#said) this.session.announce(words);
+    this.#said = words;
+    if (action && this.#cancel.hidden) {
+      this.#cancel.hidden = false;
+      this.#cancel.focus();
+    } else if (!action && !this.#cancel.hidden) {
+      const focused = document.activeElement === this.#cancel;
+      this.#cancel.hidden = true;
+      if (focused) this.#setUp.focus();
+    }
+    this.#setUp.hidden = this.#reset.hidden = action !== null;
+  }
+
+  /** @param {Mapping} mapping */
+  #showTuning({ deadZone, curve }) {
+    this.#deadZone.set(deadZone);
+    this.#curve.set(curve);
+  }
+
+  /** @param {Pad} pad */
+  #showAll({ id, mapping, buttons, axes }) {
+    const kind = `${id} ${buttons.length} ${axes.length}`;
+    if (this.#axes.dataset["of"] !== kind) {
+      this.#axes.dataset["of"] = kind;
+      const name = { id, mapping };
+      this.#buttons.replaceChildren(
+        ...buttons.map((_, button) => make("span", { class: "pad-button" }, inputName(name, { button }))),
+      );
+      this.#axes.replaceChildren(...axes.map((_, axis) => meter(axisName(name, axis)).row));
+    }
+    for (const [index, { pressed }] of buttons.entries()) {
+      const lamp = this.#buttons.children[index];
+      if (lamp) mark(lamp, "data-lit", pressed);
+    }
+    const down = buttons.flatMap(({ pressed }, button) => (pressed ? [inputName({ id, mapping }, { button })] : []));
+    mark(this.#buttons, "aria-label", `Buttons pressed: ${down.join(", ") || "none"}`);
+    for (const [index, value] of axes.entries()) showPart(this.#axes.children[index], value);
+  }
+}
+
+/**
+ * @param {Pick<Pad, "id" | "mapping">} pad
+ * @param {number} axis
+ */
+const axisName = (pad, axis) => inputName(pad, { axis, sign: 1, rest: 0 }).replace(/ \+$/, "");
+
+/**
+ * @param {Pad} pad
+ * @param {GamepadInput} gamepad
+ * @param {View["permission"]} permission
+ */
+function statusOf(pad, gamepad, permission) {
+  if (!isComplete(gamepad.mappingOf(pad)))
+    return `${padName(pad.id)}: this browser does not know its layout. Press “Set up by pressing”; until then it does nothing.`;
+  return `${padName(pad.id)} is connected. ${permission.may === "no" ? permission.why : "Close this dialog to drive."}`;
+}
+
+/**
+ * A bar from the middle to either side.
+ * @param {string} title
+ */
+function meter(title) {
+  const bar = make(
+    "span",
+    { class: "pad-bar", role: "meter", "aria-label": title, "aria-valuemin": "-100", "aria-valuemax": "100" },
+    make("span", { class: "pad-part" }),
+  );
+  const row = make("div", { class: "pad-meter" }, make("span", {}, title), bar, make("span", { class: "pad-figure" }));
+  showPart(row, 0);
+  return { row, set: (/** @type {number} */ part) => showPart(row, part) };
+}
+
+/**
+ * @param {Element | undefined} row made by `meter`
+ * @param {number} part −1 to 1
+ */
+function showPart(row, part) {
+  const [bar, figure] = [row?.querySelector(".pad-bar"), row?.querySelector(".pad-figure")];
+  if (!(bar instanceof HTMLElement) || !figure) return;
+  const shown = Math.min(1, Math.max(-1, Number.isFinite(part) ? part : 0));
+  bar.style.setProperty("--part", shown.toFixed(3));
+  mark(bar, "aria-valuenow", String(Math.round(shown * 100)));
+  write(figure, `${fixed(shown * 100, 0)} %`);
+}
+
+/**
+ * @param {string} title
+ * @param {{least: number, most: number}} bounds
+ */
+function slider(title, { least, most }) {
+  const input = make("input", { type: "range", min: String(least), max: String(most), step: "0.01" });
+  const figure = make("span", { class: "pad-figure" });
+  /** @param {number} value */
+  const set = (value) => {
+    if (Number(input.value) !== value) input.value = String(value);
+    write(figure, `${fixed(value * 100, 0)} %`);
+  };
+  return { row: make("label", { class: "pad-meter" }, make("span", {}, title), input, figure), input, set };
+}
+
+customElements.define("gamepad-sheet", GamepadSheet);

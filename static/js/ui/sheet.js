@@ -1,0 +1,42 @@
+// Base class of the dialogs over the page. Not modal: STOP stays reachable, and Escape closes and stops.
+
+import { icon, make } from "./element.js";
+import { Panel } from "./panel.js";
+
+export class Sheet extends Panel {
+  #close = make("button", { type: "button", class: "icon-button", "aria-label": "Close" }, icon("close"));
+  /** @type {HTMLElement | null} */
+  #cameFrom = null;
+
+  /**
+   * Build the dialog, closed.
+   * @param {string} title
+   * @param {...(Node | string)} content
+   */
+  frame(title, ...content) {
+    this.setAttribute("role", "dialog");
+    this.setAttribute("aria-label", title);
+    const heading = make("h2", { class: "card-title" }, title);
+    const head = make("div", { class: "card-head" }, heading, make("span", { class: "spring" }), this.#close);
+    this.append(make("div", { class: "card sheet" }, head, ...content));
+    this.#close.addEventListener("click", () => this.shut());
+    this.addEventListener("click", (event) => event.target === this && this.shut());
+    addEventListener("keydown", (event) => event.key === "Escape" && this.shut());
+  }
+
+  toggle() {
+    if (!this.hasAttribute("hidden")) {
+      this.shut();
+      return;
+    }
+    this.#cameFrom = document.activeElement instanceof HTMLElement ? document.activeElement : null;
+    this.hidden = false;
+    this.#close.focus();
+  }
+
+  shut() {
+    if (this.hidden) return;
+    this.hidden = true;
+    this.#cameFrom?.focus();
+  }
+}
