@@ -11,7 +11,10 @@ def add(places: Any) -> None:
     """Add the subcommand."""
     parser: argparse.ArgumentParser = places.add_parser("run", help="start the console and open it in the browser")
     parser.add_argument(
-        "--robot", default="sim:lab", metavar="URL", help="sim:lab (default), sim:floor, or log:FILE for a recording"
+        "--robot",
+        default="sim:lab",
+        metavar="URL",
+        help="sim:lab (default), sim:floor, log:FILE for a recording, a real robot (beckon robots) or its robot.toml",
     )
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on (default 127.0.0.1)")
     parser.add_argument(

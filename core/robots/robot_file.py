@@ -101,7 +101,6 @@ class RobotFile(Table, frozen=True):
     max_speed: Annotated[Speed | None, about("the highest speed that is ever asked for")] = None
     max_turn_rate: Annotated[TurnRate | None, about("the highest turn rate that is ever asked for")] = None
     rate: Annotated[FrameRate, about("frames, that is control updates")] = 40.0
-    urdf: Annotated[str, about("file with mountings and looks, beside the robot file")] = ""
     lasers: dict[str, LaserTable] = {}
     cameras: dict[str, CameraTable] = {}
     microphones: dict[str, MicrophonesTable] = {}

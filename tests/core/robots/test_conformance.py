@@ -19,7 +19,14 @@ from core.robots.conformance import ConformanceReport, Holdings, Interruption, c
 from core.robots.connect import connect
 from core.robots.driver_session import DriverSession
 from core.robots.process import TIMEOUT
+from tests.emulators.foxglove import FoxgloveEmulator
+from tests.emulators.lds import LidarEmulator
+from tests.emulators.rosbridge import RosbridgeEmulator
+from tests.emulators.scip import ScipEmulator
+from tests.emulators.serial_base import SerialRobot
+from tests.emulators.srv1 import Srv1Emulator
 from tests.emulators.toy_robot import ToyRobot
+from tests.emulators.world import World
 
 Speeds = list[tuple[float, float, float]]  # time.monotonic(), speeds that are zero when the robot shall stand
 
@@ -80,8 +87,35 @@ def without_wire(url: str) -> Generator[Emulated]:
     yield Emulated(url)
 
 
+@contextmanager
+def in_world(
+    make: Callable[[World], Any], *, heard: str = "heard", failsafe: float | None = 0.5
+) -> Generator[Emulated]:
+    """An emulator of a robot in `sim:lab`."""
+    world = World(failsafe=failsafe)
+    with wired(make(world), world, heard=heard) as robot:
+        yield robot
+
+
+def scip(world: World) -> ScipEmulator:
+    sensor = ScipEmulator()
+    world.on_scan.append(sensor.show_scan)
+    return sensor
+
+
+BASE = ("sound", "drive", "stop", "silence", "standing after reconnect")  # what a laser alone does not have
 SUBJECTS = {
     "sim": Subject(lambda: without_wire("sim:lab"), lacks=("loss noticed", "reconnect", "standing after reconnect")),
+    "foxglove": Subject(lambda: in_world(FoxgloveEmulator, heard="received"), lacks=("sound",)),
+    "rosbridge": Subject(lambda: in_world(RosbridgeEmulator, heard="received"), lacks=("sound",)),
+    "serial": Subject(lambda: in_world(SerialRobot), lacks=("rate", "stamps", "age", "sound")),
+    "srv1": Subject(
+        lambda: in_world(Srv1Emulator, failsafe=None),
+        stop_within=0.150,  # a picture is on its way
+        lacks=("sound", "drive", "stop", "silence", "standing after reconnect"),
+    ),
+    "scip": Subject(lambda: in_world(scip), lacks=BASE),
+    "lds": Subject(lambda: in_world(lambda world: LidarEmulator(world, "ld19")), lacks=BASE),
     "py": Subject(lambda: wired(ToyRobot()), lacks=("sound",)),
 }
 CHECKS = (
