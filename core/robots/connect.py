@@ -85,6 +85,14 @@ SCHEMES = {
         "laser",
         extra="hardware",
     ),
+    "camera": Scheme("core.robots.usb_camera", "camera://0", "camera, network stream or film, by OpenCV", "camera"),
+    "audio": Scheme(
+        "core.robots.usb_audio",
+        "audio://ReSpeaker",
+        "microphones of this computer, or a recording",
+        "microphones",
+        extra="hardware",
+    ),
     "lds": Scheme(
         "core.robots.lds",
         "lds:///dev/ttyUSB1?model=ld19",

@@ -1,0 +1,161 @@
+"""`audio://DEVICE`: microphones of this computer, `audio:///talk.wav`: a recording in their place."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import threading
+from collections import deque
+from dataclasses import replace
+from typing import Any
+from urllib.parse import parse_qsl, unquote
+
+import numpy as np
+
+from core.errors import BadInput, Unavailable
+from core.recording.sound_file import read_sound
+from core.robots.device import Device, Equipment
+from core.robots.readings import Readings
+from core.sensors.microphones import MicrophoneArray, Sound, load_array
+
+EXAMPLE = "audio://ReSpeaker?array=respeaker-odas, audio://default, audio:///talk.wav"
+KEYS = ("array", "channels", "rate", "first")
+BLOCK = 0.02  # [s] of sound that are handed on at once
+WAITING = 100  # blocks that may wait
+SILENCE = 2.0  # [s] without a block after which the device is lost
+RESPEAKER = {"channels": 6, "rate": 16_000, "first": 1}  # 6-channel firmware: processed, four raw, playback
+NEEDS = "Microphones of this computer need the extra hardware: pip install 'beckon[hardware]'."
+LIBRARY = "sounddevice finds no PortAudio; on Debian: sudo apt install libportaudio2."
+
+
+class SoundDevice(Device):
+    """A sound card, by a part of its name or its number."""
+
+    def __init__(self, arguments: str = "") -> None:
+        """`arguments`: what follows `audio:`. Raises BadInput."""
+        place, _, query = arguments.removeprefix("//").partition("?")
+        self._name = unquote(place)
+        if not self._name:
+            raise BadInput(f"Microphones need the name of a sound card, or a file: {EXAMPLE}.")
+        self._numbers: dict[str, int] = dict(RESPEAKER) if "respeaker" in self._name.lower() else {}
+        self._array = "respeaker-odas" if self._numbers else ""
+        for key, value in parse_qsl(query, keep_blank_values=True):
+            if key not in KEYS:
+                raise BadInput(f"Microphones have no setting {key[:40]!r}; known are {', '.join(KEYS)}.")
+            if key == "array":
+                self._array = value
+            elif value.isdigit() and int(value) <= 192_000:
+                self._numbers[key] = int(value)
+            else:
+                raise BadInput(f"{key} of microphones is a whole number, not {value[:20]!r}.")
+        self._profile = load_array(self._array) if self._array else None
+        self._blocks: deque[np.ndarray] = deque(maxlen=WAITING)
+        self._came, self._over = threading.Event(), threading.Event()
+        self._stream: Any = None
+
+    def open(self) -> Equipment:
+        """Begin to record. Raises Unavailable with what is missing, OSError while the card is not there."""
+        sound = imported()
+        self._over.clear()
+        self._blocks.clear()
+        self._rate = self._numbers.get("rate", 16_000)
+        device = int(self._name) if self._name.isdigit() else None if self._name == "default" else self._name
+        try:
+            self._stream = sound.InputStream(
+                device=device,
+                channels=self._numbers.get("channels", 1 if self._profile is None else len(self._profile.channels)),
+                samplerate=self._rate,
+                blocksize=round(BLOCK * self._rate),
+                dtype="int16",
+                callback=self._came_in,
+            )
+            self._stream.start()
+        except (sound.PortAudioError, ValueError) as trouble:
+            raise OSError(f"the sound card {self._name} cannot be used: {trouble}") from None
+        return Equipment(name="microphones", microphones=arrays(self._profile, self._numbers.get("first", 0)))
+
+    def run(self, readings: Readings) -> None:
+        """Hand on block by block; their stamps follow each other, whenever they come."""
+        stamp: float | None = None
+        while not self._over.is_set():
+            if not self._came.wait(SILENCE):
+                return
+            self._came.clear()
+            while self._blocks and not self._over.is_set():
+                samples = self._blocks.popleft().astype(np.float32) / 32768
+                length, now = len(samples) / self._rate, readings.now()
+                follows = stamp is not None and abs(now - length - stamp) < SILENCE
+                stamp = stamp if stamp is not None and follows else now - length
+                readings.sound(Sound(stamp=stamp, rate=self._rate, samples=samples))
+                stamp += length
+
+    def close(self) -> None:
+        """Stop recording."""
+        self._over.set()
+        self._came.set()
+        stream, self._stream = self._stream, None
+        if stream is not None:
+            stream.abort()
+            stream.close()
+
+    def _came_in(self, block: Any, _frames: int, _time: Any, _status: Any) -> None:
+        self._blocks.append(np.array(block))
+        self._came.set()
+
+
+class SoundFile(Device):
+    """A recording that plays in real time, over and over."""
+
+    def __init__(self, path: str, array: str = "") -> None:
+        """Raises BadInput for what is no recording."""
+        self._sound = read_sound(path)
+        self._profile = load_array(array) if array else None
+        self._over = threading.Event()
+
+    def open(self) -> Equipment:
+        """It is there already."""
+        self._over.clear()
+        return Equipment(name="microphones", microphones=arrays(self._profile, 0))
+
+    def run(self, readings: Readings) -> None:
+        """Hand on what is due."""
+        start, number = readings.now(), 0
+        size = max(1, round(BLOCK * self._sound.rate))
+        while not self._over.wait(max(0.0, start + (number + 1) * size / self._sound.rate - readings.now())):
+            first = number * size % max(len(self._sound.samples) - size, 1)
+            samples = self._sound.samples[first : first + size]
+            readings.sound(
+                Sound(stamp=start + number * size / self._sound.rate, rate=self._sound.rate, samples=samples)
+            )
+            number += 1
+
+    def close(self) -> None:
+        """End `run`."""
+        self._over.set()
+
+
+def arrays(profile: MicrophoneArray | None, first: int) -> tuple[MicrophoneArray, ...]:
+    """The array of a card whose microphones begin at channel `first`; none without a profile: words only."""
+    if profile is None:
+        return ()
+    return (replace(profile, channels=tuple(first + channel for channel in profile.channels)),)
+
+
+def imported() -> Any:
+    """The package sounddevice. Raises Unavailable with what is missing."""
+    try:
+        return importlib.import_module("sounddevice")
+    except ModuleNotFoundError:
+        raise Unavailable(NEEDS) from None
+    except OSError:
+        raise Unavailable(LIBRARY) from None
+
+
+def open_device(rest: str) -> Device:
+    """`audio:<rest>` → the microphones. Raises BadInput."""
+    place, _, query = rest.removeprefix("//").partition("?")
+    if place.startswith("/"):
+        if not os.path.isfile(place):
+            raise BadInput(f"There is no recording {place[:100]}; microphones are {EXAMPLE}.")
+        return SoundFile(place, dict(parse_qsl(query)).get("array", ""))
+    return SoundDevice(rest)

@@ -1,0 +1,156 @@
+"""Cameras and microphones of this computer, by films, recordings and a sound card that a test plays."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from itertools import pairwise
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from core.errors import BadInput, Unavailable
+from core.recording.sound_file import write_wav
+from core.robots.live import LiveRobot
+from core.robots.readings import Readings
+from core.robots.usb_audio import SoundDevice, open_device
+from core.robots.usb_camera import VideoCamera, parse_address
+from core.sensors import SensorFrame
+from core.sensors.microphones import Sound
+from tests.core.robots.links import no_leak, shape
+
+
+@pytest.fixture
+def film(tmp_path: Path) -> Path:
+    path = tmp_path / "film.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 25.0, (160, 120))
+    for number in range(20):
+        writer.write(np.full((120, 160, 3), 10 * number, np.uint8))
+    writer.release()
+    return path
+
+
+def frames(robot: LiveRobot, seconds: float) -> list[SensorFrame]:
+    end, read = time.monotonic() + seconds, list[SensorFrame]()
+    while time.monotonic() < end:
+        read.append(robot.read())
+        time.sleep(0.01)
+    return read
+
+
+def test_a_film_is_a_camera_that_goes_on_for_ever(film: Path) -> None:
+    with no_leak():
+        robot = LiveRobot([("the camera", VideoCamera(f"//{film}?rate=20"))], shape)
+        images = [frame.image for frame in frames(robot, 1.6) if frame.image is not None]
+        camera = robot.profile.camera
+        robot.close()
+        time.sleep(0.2)
+    assert camera is not None and (camera.model.width, camera.model.height, camera.rate) == (160, 120, 20.0)
+    assert 15 < len(images) < 40
+    assert min(after.stamp - before.stamp for before, after in pairwise(images)) > 0
+
+
+@pytest.mark.parametrize(
+    ("address", "source"),
+    [
+        ("//0", 0),
+        ("//rtsp/robot:554/live?x=1&rate=5", "rtsp://robot:554/live?x=1"),
+        ("//http/r/a.mjpg", "http://r/a.mjpg"),
+    ],
+)
+def test_what_opencv_opens(address: str, source: int | str) -> None:
+    assert parse_address(address)[0] == source
+
+
+@pytest.mark.parametrize("address", ["", "//", "///no/film.mp4", "//0?rate=0", "//0?rate=x", "//0?speed=1"])
+def test_a_camera_that_cannot_be_is_a_sentence(address: str) -> None:
+    with pytest.raises(BadInput) as told:
+        VideoCamera(address)
+    assert str(told.value).endswith(".")
+
+
+def test_a_recording_stands_in_for_the_microphones(tmp_path: Path) -> None:
+    path = tmp_path / "talk.wav"
+    samples = np.linspace(-0.5, 0.5, 8000)[:, None] * np.ones(4)
+    write_wav(path, Sound(stamp=0.0, rate=16_000, samples=samples))
+    with no_leak():
+        robot = LiveRobot([("the microphones", open_device(f"//{path}?array=respeaker-odas"))], shape)
+        sounds = [frame.sound for frame in frames(robot, 0.8) if frame.sound is not None]
+        robot.close()
+    assert sum(sound.duration for sound in sounds) == pytest.approx(0.8, abs=0.15)
+    ends = [sound.stamp + sound.duration for sound in sounds]
+    assert np.allclose(ends[:-1], [sound.stamp for sound in sounds[1:]], atol=1e-6)
+
+
+class Card:
+    """A sound card that counts."""
+
+    PortAudioError = RuntimeError
+
+    def __init__(self, given: dict[str, Any]) -> None:
+        self.given, self.closed = given, threading.Event()
+
+    def start(self) -> None:
+        def play() -> None:
+            block = np.full((self.given["blocksize"], self.given["channels"]), 1000, np.int16)
+            while not self.closed.wait(0.02):
+                self.given["callback"](block, len(block), None, None)
+
+        threading.Thread(target=play, daemon=True).start()
+
+    def abort(self) -> None:
+        self.closed.set()
+
+    def close(self) -> None:
+        self.closed.set()
+
+
+def test_a_respeaker_has_its_raw_channels_and_its_geometry(monkeypatch: pytest.MonkeyPatch) -> None:
+    cards: list[Card] = []
+
+    def stream(**given: Any) -> Card:
+        cards.append(Card(given))
+        return cards[-1]
+
+    monkeypatch.setitem(sys.modules, "sounddevice", SimpleNamespace(InputStream=stream, PortAudioError=RuntimeError))
+    device, readings = SoundDevice("//ReSpeaker 4 Mic Array"), Readings()
+    (array,) = device.open().microphones
+    assert array.channels == (1, 2, 3, 4) and (cards[0].given["channels"], cards[0].given["samplerate"]) == (
+        6,
+        16_000,
+    )
+    running = threading.Thread(target=device.run, args=(readings,))
+    running.start()
+    time.sleep(0.3)
+    device.close()
+    running.join(3)
+    sound = readings.frame().sound
+    assert not running.is_alive() and sound is not None and sound.channels == 6
+    assert array.heard(sound).shape[1] == 4 and 0.1 < sound.duration < 0.5
+
+
+def test_a_missing_package_and_a_missing_library_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "sounddevice", None)
+    with pytest.raises(Unavailable, match=r"extra hardware"):
+        SoundDevice("//default").open()
+
+    def no_library(_: str) -> Any:
+        raise OSError("PortAudio library not found")
+
+    monkeypatch.setattr("core.robots.usb_audio.importlib", SimpleNamespace(import_module=no_library))
+    with pytest.raises(Unavailable, match="libportaudio2"):
+        SoundDevice("//default").open()
+
+
+@pytest.mark.parametrize(
+    "address", ["//", "//card?loud=1", "//card?channels=many", "///no/talk.wav", "//card?array=x"]
+)
+def test_microphones_that_cannot_be_are_a_sentence(address: str) -> None:
+    with pytest.raises(BadInput) as told:
+        open_device(address)
+    assert str(told.value).endswith(".")
