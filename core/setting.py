@@ -1,4 +1,4 @@
-"""What a setting is, declared once, where it stands: type, unit, bounds and meaning.
+"""Declaration of a setting, once, where it stands: type, unit, bounds and meaning.
 
     class SteeringSettings(Section):
         lookahead: Annotated[float, Meta("m", 0.05, 1.0, "distance ahead on the path at which the robot aims")] = 0.22
@@ -22,7 +22,7 @@ HUGE = 10**15  # larger whole numbers are not spelled out
 
 @dataclass(frozen=True, slots=True)
 class Meta:
-    """What a setting declares besides its type and default."""
+    """Declaration of a setting besides its type and default."""
 
     unit: str = ""  # as the field writes it, "rad/s"; "" of a plain number
     low: float = -math.inf  # the least value that is accepted

@@ -44,7 +44,7 @@ GONE = CloseSocket(1000, "The browser left.")
 
 
 class Outcome(NamedTuple):
-    """What words became: an entry of the history, a pending command, or neither and why."""
+    """Outcome of words: an entry of the history, a pending command, or neither and why."""
 
     entry: int | None = None
     pending_command: int | None = None

@@ -14,7 +14,7 @@ hearing = router("hearing")
 
 
 class Listening(msgspec.Struct, frozen=True, kw_only=True):
-    """Whether the robot listens, and obeys voices in the room."""
+    """State of listening, and of obeying voices in the room."""
 
     listening: bool
     obeying: bool

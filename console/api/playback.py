@@ -19,7 +19,7 @@ class PlaybackRequest(RequestBody):
 
 
 class SteeredPlayback(msgspec.Struct, frozen=True):
-    """What was done."""
+    """The action that was done."""
 
     done: PlaybackAction
 

@@ -60,7 +60,7 @@ class PlaceRequest(RequestBody):
     again: bool | None = None
 
     def request(self) -> PlaceThing | CarryRobot:
-        """What the driver is asked for."""
+        """The request to the driver."""
         if self.what == "robot":
             return CarryRobot(x_m=self.x_m, y_m=self.y_m, heading_rad=self.heading_rad)
         return msgspec.convert(self.model_dump(), PlaceThing)
@@ -118,7 +118,7 @@ class SayRequest(RequestBody):
     more: bool = False
 
     def request(self) -> Speak:
-        """What the driver is asked for, apart from the text. Raises BadInput for samples that are not in base64."""
+        """The request to the driver, apart from the text. Raises BadInput for samples that are not in base64."""
         samples = None if self.pcm is None else samples_in(self.pcm)
         return Speak(
             id=self.id,
@@ -192,7 +192,7 @@ async def speak_in_pieces(room: Ask, request: Speak) -> SpokenSound:
 
 
 def pieces(request: Speak) -> list[Speak]:
-    """What is to be said, in pieces of samples; as it is where it has none."""
+    """Speech in pieces of samples; as it is where it has none."""
     samples = request.pcm
     if samples is None:
         return [request]

@@ -38,14 +38,14 @@ class ClosureList(msgspec.Struct, frozen=True):
 
 
 class ClosureChange(msgspec.Struct, frozen=True):
-    """What becomes of a closure."""
+    """New state of a closure."""
 
     closure: int
     becomes: Literal["undone", "accepted"]
 
 
 class ClaimedPlace(msgspec.Struct, frozen=True):
-    """Where the operator says that the robot is."""
+    """The robot's place by the operator."""
 
     x_m: float
     y_m: float

@@ -23,7 +23,7 @@ class Percentiles(msgspec.Struct, frozen=True):
 
 
 class HealthReport(msgspec.Struct, frozen=True, kw_only=True):
-    """Whether all is well, and if not why."""
+    """Health of the console, and what is wrong."""
 
     ok: bool
     reasons: list[str]

@@ -48,7 +48,7 @@ class SpokenAnswer(msgspec.Struct, frozen=True):
 
 
 class VoiceState(msgspec.Struct, frozen=True):
-    """Whether nobody is listened to because the robot speaks."""
+    """State of muting: nobody is listened to while the robot speaks."""
 
     muted: bool
 

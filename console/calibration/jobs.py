@@ -65,7 +65,7 @@ class CameraParameters(msgspec.Struct, frozen=True):
 
 
 class MountPrior(msgspec.Struct, frozen=True):
-    """What is known of a mount before it is calibrated: laser_from_camera, and its standard deviations."""
+    """Prior knowledge of a mount before it is calibrated: laser_from_camera, and its standard deviations."""
 
     rotation: Rows
     translation_m: list[float]
@@ -85,7 +85,7 @@ class MountPrior(msgspec.Struct, frozen=True):
 
 
 class AdvisedBoard(msgspec.Struct, frozen=True):
-    """Where a board is held: camera_from_board."""
+    """Pose of a board: camera_from_board."""
 
     rotation: Rows
     translation_m: list[float]
@@ -131,7 +131,7 @@ class SessionChange(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class SessionAnswer(msgspec.Struct, frozen=True, kw_only=True):
-    """What has changed in a session."""
+    """Changes of a session."""
 
     size: tuple[int, int] | None  # [pixel] of its pictures
     verdict: CalibrationVerdict | None = None
@@ -296,14 +296,14 @@ class LaserSolution(msgspec.Struct, frozen=True):
 
 
 class ImportedCameraReport(CameraNumbers):
-    """What is known of a camera from a file."""
+    """Camera model of a file."""
 
     warnings: list[str]
     sd: NotRequired[dict[str, float]]
 
 
 class ImportedMountReport(TypedDict):
-    """What is known of a mount from a file."""
+    """Mount of a file."""
 
     rotation: Rows
     translation_m: list[float]

@@ -1,4 +1,4 @@
-"""What the workers of the camera's and of the laser's session share."""
+"""Common part of the workers of the camera's and of the laser's session."""
 
 from __future__ import annotations
 

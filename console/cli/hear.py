@@ -77,7 +77,7 @@ def sentences(name: str, report: HeardRecording | UnreadRecording) -> list[str]:
 
 
 def in_words(utterance: HeardUtterance) -> str:
-    """What was decided about an utterance, and what else may have been said."""
+    """The decision about an utterance, and what else may have been said."""
     meant = utterance["suggestions"] if utterance["verdict"] == "reject" else utterance["alternatives"]
     asked = f" Did you mean {' or '.join(f'“{words}”' for words in meant)}?" if meant else ""
     if utterance["command"] is None:

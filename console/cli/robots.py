@@ -29,7 +29,7 @@ class SchemeRow(NamedTuple):
 
     @property
     def needs(self) -> str:
-        """What has to be installed, for people."""
+        """Packages to install, for people."""
         if not self.extra:
             return self.package
         return f"pip install 'beckon[{self.extra}]'" if self.missing else f"{self.extra} (installed)"

@@ -64,7 +64,7 @@ class Row(NamedTuple):
 
     @property
     def values(self) -> str:
-        """What is accepted, for people: "0.05 to 1" or "encoder, paper"."""
+        """Accepted values, for people: "0.05 to 1" or "encoder, paper"."""
         return ", ".join(self.choices) if self.low is None else f"{self.low:g} to {self.high:g}"
 
 

@@ -22,7 +22,7 @@ LARGEST = 4_000_000  # [bytes] of a text
 
 @dataclass(frozen=True)
 class SpeechReport:
-    """What came of the comparison."""
+    """Result of the comparison."""
 
     texts: MarkedFigures | QualityFigures | None
     audio: SimilarityFigures | None = None

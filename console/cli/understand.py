@@ -38,7 +38,7 @@ def run(chosen: argparse.Namespace) -> int:
 
 
 class Understanding(TypedDict):
-    """What a sentence means, as JSON."""
+    """Meaning of a sentence, as JSON."""
 
     accepted: bool
     command: dict[str, object] | None  # name, and its numbers with their units

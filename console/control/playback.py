@@ -40,7 +40,7 @@ class PlaybackController:
 
 
 def request_of(do: PlaybackAction, value: float | None) -> RobotRequest[PlaybackState]:
-    """What the recording's driver is asked for. Raises Problem 422 where a value is missing."""
+    """Request to the recording's driver. Raises Problem 422 where a value is missing."""
     match do:
         case "play":
             return Play()

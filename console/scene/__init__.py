@@ -58,7 +58,7 @@ class Drawable(Protocol):
 
 
 class Overlay(Drawable, Protocol):
-    """What shows nothing but snapshots."""
+    """Overlays that show nothing but snapshots."""
 
     def __init__(self, scene: SceneApi, robot: Profile) -> None: ...
 

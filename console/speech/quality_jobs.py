@@ -10,7 +10,7 @@ from core.speech.settings import SpeechSettings
 
 
 class QualityWish(msgspec.Struct, frozen=True):
-    """What is measured: every pair of a distance and a ratio, from where the robot stands in the world."""
+    """Measurements: every pair of a distance and a ratio, from where the robot stands in the world."""
 
     world: str
     x_m: float  # world

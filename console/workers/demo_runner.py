@@ -18,7 +18,7 @@ BROKE_OFF = "The demonstration broke off; nothing was lost. Press Show me again;
 
 @dataclass(frozen=True)
 class Demo:
-    """What is shown. `began` and `ended` are called in pairs, also when it is stopped before its first step."""
+    """A demonstration. `began` and `ended` are called in pairs, also when it is stopped before its first step."""
 
     session: str  # id of the session for which it is shown
     run: Callable[[], Awaitable[None]]  # until all is shown; may raise BeckonError, Problem

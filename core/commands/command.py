@@ -90,7 +90,7 @@ class CommandPreview:
 
 @dataclass(frozen=True, kw_only=True)
 class CommandFacts:
-    """What is true of a command besides its words and its motion; its own file says what differs."""
+    """Facts about a command besides its words and its motion; its own file says what differs."""
 
     target: Target = "none"  # where it goes
     endless: bool = False  # goes on until another command, and gives way to any
@@ -148,7 +148,7 @@ class CommandSpec(Protocol):
 
     @property
     def target(self) -> Target:
-        """Where it goes."""
+        """Its destination."""
         ...
 
     @property
@@ -178,7 +178,7 @@ class CommandSpec(Protocol):
 
     @property
     def fixed(self) -> Mapping[str, str]:
-        """What JSON says of it beside its numbers."""
+        """Its JSON beside its numbers."""
         ...
 
     def needs_confirmation(self, numbers: Mapping[str, float]) -> bool:

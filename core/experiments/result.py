@@ -13,7 +13,7 @@ class BoardPoseFigures(TypedDict):
 
 
 class ExperimentResult(TypedDict):
-    """What all results have in common."""
+    """Keys that all results have in common."""
 
     seed: int
     files: dict[str, str]  # paths by what they hold; empty without a folder

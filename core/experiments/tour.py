@@ -56,7 +56,7 @@ class TourEstimators(TypedDict):
 
 
 class ScoreFigures(TypedDict):
-    """What is measured against the truth, as JSON."""
+    """Errors against the truth, as JSON."""
 
     path_m: float
     estimators: TourEstimators

@@ -62,7 +62,7 @@ GateRequest = Setpoint | GateHeartbeat | GateStop | GateHalt | GateReset | GateA
 
 @dataclass(frozen=True)
 class DriverReport:
-    """What the driver reports with every frame."""
+    """The driver's report with every frame."""
 
     contact: bool
     points: Sequence[Sequence[float]] | None  # (N, 2) [m], robot frame: near scan points; None: no new scan

@@ -70,7 +70,7 @@ class ScanTiming:
         return ""
 
     def _correction(self, found: Estimated) -> float:
-        """What is added to the stamps beyond what is configured [s]; none as long as chance may explain it."""
+        """Correction of the stamps beyond what is configured [s]; none as long as chance may explain it."""
         sure = max(self._settings.corrected, SURE * found.variance**0.5)
         return found.offset if abs(found.offset) > sure else 0.0
 

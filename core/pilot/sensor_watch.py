@@ -1,4 +1,4 @@
-"""Whether every sensor of the robot still delivers, each by its own rate."""
+"""Age and state of every sensor of the robot, each by its own rate."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ WINDOWS_PORT = re.compile(r"com\d+$", re.I)  # a serial port, not a host
 
 @message
 class LinkAddress:
-    """Where a device is: a serial port or a host, and options."""
+    """Address of a device: a serial port or a host, and options."""
 
     port_path: str = ""  # of the serial port; "": TCP
     host: str = ""
@@ -92,7 +92,7 @@ class ByteLink(Protocol):
     """One thread reads, any thread writes and closes."""
 
     def read(self, timeout: float) -> bytes:
-        """What has come, or b"" when nothing came within `timeout` [s]. Raises OSError when the link is gone."""
+        """Bytes that came, or b"" when nothing did within `timeout` [s]. Raises OSError when the link is gone."""
         ...
 
     def write(self, data: bytes) -> None:

@@ -59,7 +59,7 @@ class SkippedCheck(NamedTuple):
 
 @message
 class ConformanceReport:
-    """What was found."""
+    """The result of an examination."""
 
     checks: tuple[ConformanceCheck, ...]
     not_checked: tuple[SkippedCheck, ...] = ()
@@ -78,7 +78,7 @@ class Interruption(NamedTuple):
 
 
 class SensorSeries(NamedTuple):
-    """What one sensor delivered while it was watched."""
+    """Readings of one sensor while it was watched."""
 
     name: str
     rate: float  # [Hz] of the profile
@@ -322,7 +322,7 @@ class Suite:
 
 
 class Holdings(NamedTuple):
-    """What this process holds."""
+    """Threads and descriptors of this process."""
 
     threads: list[threading.Thread]
     links: int  # open sockets, pipes and devices
@@ -334,7 +334,7 @@ class Holdings(NamedTuple):
         return cls(own, open_links())
 
     def beyond(self, before: Holdings) -> list[str]:
-        """What there is more of than before, in words."""
+        """Threads and descriptors that are left over, in words."""
         threads = [f"thread {one.name}" for one in self.threads if one not in before.threads]
         more = [f"{self.links - before.links} sockets or devices"] if self.links > before.links else []
         return threads[: max(len(self.threads) - len(before.threads), 0)] + more

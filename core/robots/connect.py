@@ -156,7 +156,7 @@ def _plain(value: Any) -> str:
 
 
 def opener(name: str) -> Opener:
-    """What opens a device of this scheme. Raises BadInput, Unavailable."""
+    """The function that opens a device of this scheme. Raises BadInput, Unavailable."""
     if name == OWN:
         return open_own
     if name in SCHEMES:

@@ -15,7 +15,7 @@ from core.sensors.microphones import MicrophoneArray
 
 @message
 class Base:
-    """What drives the robot."""
+    """The base, which drives the robot."""
 
     radius: float | None = None  # [m] of the round footprint; None: not known
     wheelbase: float | None = None  # [m]
@@ -29,7 +29,7 @@ class Base:
 
 @message
 class Equipment:
-    """What a device has; LiveRobot makes the robot's profile of it."""
+    """The parts of a device; LiveRobot makes the robot's profile of it."""
 
     name: str
     base: Base | None = None

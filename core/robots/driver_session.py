@@ -50,7 +50,7 @@ class DriverSession:
     def frames(
         self, seconds: float, twist: Twist | None = None, until: Callable[[SensorFrame], object] | None = None
     ) -> list[SensorFrame]:
-        """What is read in that time [s], or until a frame is as wanted, which is the last.
+        """Frames that are read in that time [s], or until a frame is as wanted, which is the last.
 
         `twist` is asked for meanwhile. `sensed` of a frame is on the clock of `asked_at`.
         """

@@ -136,7 +136,7 @@ class FoxgloveRobot(RosSocket):
                 pass
 
     def _take_hello(self, fields: dict[str, Any]) -> None:
-        """What the bridge can; with it, whether it is one of ROS 1. Said once in a connection."""
+        """Capabilities of the bridge; with them, whether it is one of ROS 1. Said once in a connection."""
         if self._capabilities is not None:
             return
         self._capabilities = [str(name) for name in fields["capabilities"]]

@@ -135,7 +135,7 @@ class LidarTransport:
         self._link = link
 
     def read(self, size: int) -> bytes:
-        """What came, however much `size` is; b"" when nothing did. Raises OSError after the deadline."""
+        """Bytes that came, however much `size` is; b"" when nothing did. Raises OSError after the deadline."""
         if time.monotonic() > self.deadline:
             raise OSError("no whole turn comes")
         return self._link.read(WAITING)

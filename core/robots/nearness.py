@@ -47,7 +47,7 @@ def _reach(seen: list[tuple[float, float]]) -> float:
 
 
 class NearField:
-    """What the lasers of a robot show nearby, for the gate's guard."""
+    """Points near the robot by all its lasers, for the gate's guard."""
 
     def __init__(self, lasers: tuple[Laser, ...]) -> None:
         self._lasers = {laser.name: laser for laser in lasers}

@@ -1,4 +1,4 @@
-"""What devices hand on: newest wins, sound is joined, nothing queues without bound."""
+"""Readings of devices: newest wins, sound is joined, nothing queues without bound."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Names = dict[tuple[type, str], str]
 
 @dataclass
 class Waiting:
-    """What came since the last frame, and what holds."""
+    """Readings since the last frame, and states that last."""
 
     scans: deque[Scan] = field(default_factory=lambda: deque[Scan](maxlen=WAITING))
     wheels: tuple[float, Wheels] | None = None  # with their stamp [s]

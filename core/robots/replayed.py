@@ -88,7 +88,7 @@ class ReplayedRobot:
 
     @property
     def requests(self) -> Requests:
-        """What a recording can do."""
+        """Requests that a recording takes."""
         return (Play, Pause, SetSpeed, Seek, ReadPlayback)
 
     def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:

@@ -29,7 +29,7 @@ class RobotRequest(
 
 
 class GroundTruth(msgspec.Struct, frozen=True):
-    """Where the simulated robot truly is."""
+    """True pose of the simulated robot."""
 
     x_m: float
     y_m: float
@@ -87,7 +87,7 @@ class FloorPlan(msgspec.Struct, frozen=True):
 
 
 class RemovedThing(msgspec.Struct, frozen=True):
-    """What was taken away."""
+    """The thing that was taken away."""
 
     id: str
 
@@ -102,17 +102,17 @@ class SpokenSound(msgspec.Struct, frozen=True):
 
 
 class ListeningState(msgspec.Struct, frozen=True):
-    """Whether the microphones listen without a pause."""
+    """State of the microphones: listening without a pause or not."""
 
     on: bool
 
 
 class ReadTruth(RobotRequest[GroundTruth], frozen=True, tag="truth"):
-    """Where is the robot truly?"""
+    """Ask for the robot's true pose."""
 
 
 class ReadPlan(RobotRequest[FloorPlan], frozen=True, tag="plan"):
-    """What is in the room?"""
+    """Ask for the true floor plan."""
 
 
 class PlaceThing(RobotRequest[PlacedThing], frozen=True, tag="place"):
@@ -294,7 +294,7 @@ def answer_of(kind: type[RobotRequest[AnswerT]]) -> type[AnswerT]:
 
 
 def plain(wrong: msgspec.DecodeError) -> str:
-    """What msgspec says about a value, without its markup and its root."""
+    """The complaint of msgspec about a value, without its markup and its root."""
     return str(wrong).replace("`", "").replace(" - at $.", " as ")
 
 

@@ -35,7 +35,7 @@ LARGEST = 200_000  # bytes of a robot file
 
 
 def about(meaning: str) -> msgspec.Meta:
-    """What an entry says, for the reference page."""
+    """Meaning of an entry, for the reference page."""
     return msgspec.Meta(description=meaning)
 
 
@@ -134,7 +134,7 @@ def converted(entries: Mapping[str, Any], into: type[T], name: str) -> T:
 
 
 def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, folder: Path = Path()) -> Profile:
-    """What the devices have and what the file says of it → the profile; the file wins. Raises BadInput."""
+    """The devices' equipment and the file → the profile; the file wins. Raises BadInput."""
     base = next((one.base for one in equipment if one.base is not None), None) or Base()
     known = Profile(name="", url="")
     lasers = tuple(laser for one in equipment for laser in one.lasers)

@@ -44,7 +44,7 @@ class BadReply(ValueError):
 
 @message
 class ScipParameters:
-    """What the sensor says of itself (`PP`)."""
+    """The sensor's own description (`PP`)."""
 
     model: str
     range_min: int  # DMIN [mm]

@@ -167,7 +167,7 @@ class SimulatedRobot:
 
     @property
     def requests(self) -> Requests:
-        """What may be asked of the simulated room and its robot."""
+        """Requests to the simulated room and its robot."""
         return (PlaceThing, CarryRobot, PlaceBoard, RemoveThing, ReadTruth, ReadPlan, Speak, SetListening)
 
     def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:

@@ -49,7 +49,7 @@ class PreviewLines:
 
 
 def strokes_of(seen: CommandPreview, call: VoiceBearing | None, radius: float) -> Array:
-    """What an order would do → segments (N, 2, 3) [m], world; `radius` [m] of the robot."""
+    """Preview of a command → segments (N, 2, 3) [m], world; `radius` [m] of the robot."""
     pieces = [dashed(seen.path, DASH)]
     if seen.goal is not None:
         ring = np.array(seen.goal) + GROWN * radius * np.column_stack((np.cos(CIRCLE), np.sin(CIRCLE)))

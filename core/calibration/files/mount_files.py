@@ -22,7 +22,7 @@ Rows = list[list[float]]
 
 
 class MountFacts(TypedDict):
-    """What is known of a mount besides itself."""
+    """Facts about a mount besides itself."""
 
     covariance_rxyz_txyz: dict[str, Rows]  # (6, 6) by direction
     chi2_per_freedom: float

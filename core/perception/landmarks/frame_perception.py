@@ -1,4 +1,4 @@
-"""What one frame shows: beams, corners and landmarks, in the robot frame of its stamp."""
+"""The content of one frame: beams, corners and landmarks, in the robot frame of its stamp."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Beams:
 
 @message
 class FramePerception:
-    """What is seen in one frame."""
+    """Beams, sightings and edge pairs of one frame."""
 
     beams: Beams | None = None  # None: no scan came with this frame
     sightings: tuple[Sighting, ...] | None = None  # of landmarks; None: no scan came

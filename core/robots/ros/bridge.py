@@ -162,7 +162,7 @@ class RosSensors:
             self.types.errors[topic] += 1
 
     def equipment(self, name: str) -> Equipment:
-        """What the robot has, as far as its messages say it; `notices` names what they leave out."""
+        """Equipment of the robot, as far as its messages say it; `notices` names what they leave out."""
         topics = self.topics
         for topic in self.missing:
             self.notices.append(f"{topic} is there, but nothing comes on it.")
@@ -287,7 +287,7 @@ class RosSensors:
 
 
 def laser_name(topic: str, topics: RosTopics) -> str:
-    """What a laser is called on this robot: "laser" where it is the only one, else by its topic, "front_scan"."""
+    """Name of a laser on this robot: "laser" where it is the only one, else by its topic, "front_scan"."""
     return "laser" if len(topics.scans) == 1 else topic.strip("/").replace("/", "_")
 
 

@@ -1,4 +1,4 @@
-"""What all links to a ROS robot over a WebSocket share: connecting, learning what is there, reading, driving.
+"""Common part of all links to a ROS robot over a WebSocket: connecting, learning what is there, reading, driving.
 
 A link of its own kind says how it asks for the robot's topics, subscribes, reads a message and sends speeds.
 """
@@ -41,7 +41,7 @@ QUICK_ACK = getattr(socket, "TCP_QUICKACK", None)  # Linux has it
 
 @message
 class RosAddress:
-    """Where a robot's link is, and what its URL says besides."""
+    """Address of a robot's link, and the options of its URL."""
 
     host: str
     port: int

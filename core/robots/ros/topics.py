@@ -48,7 +48,7 @@ OTHER_ODOMETRY = re.compile(r"visual|vo(?![a-z])|rf2o|icp|gps|imu|global|ground_
 
 @message
 class RosSettings:
-    """What of a robot's topics is not to be guessed; "" is guessed, "none" is not used."""
+    """Topics of a robot that are not to be guessed; "" is guessed, "none" is not used."""
 
     namespace: str = ""  # only topics in here: "/robot1"
     scan: tuple[str, ...] = ()  # one or two lasers
@@ -83,7 +83,7 @@ class RosSettings:
 
 @message
 class RosTopics:
-    """What is read from a robot and written to it; "" is nothing. To be shown before it is used."""
+    """Topics that are read from a robot and written to it; "" is nothing. To be shown before it is used."""
 
     scans: tuple[str, ...] = ()
     odometry: str = ""
@@ -217,7 +217,7 @@ class _Chooser:
         return tuple(self._take("scan", topic) for topic in lasers)
 
     def _commands(self) -> tuple[str, str]:
-        """Where speeds are written to, and as what."""
+        """Topic and type of the speeds."""
         topic = self._command_topic()
         types = [kind for kind in TYPES["cmd_vel"] if kind in self._types.get(topic, [])]
         if self._settings.cmd_vel_type:

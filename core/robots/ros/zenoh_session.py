@@ -44,7 +44,7 @@ MOST_LATCHED = 100  # messages of a latched topic: as many publishers of /tf_sta
 
 @message
 class ZenohAddress:
-    """Where a robot's router is, and which of the robots behind it is meant."""
+    """Address of a robot's router, and which of the robots behind it is meant."""
 
     host: str
     port: int
@@ -219,7 +219,7 @@ class ZenohConnection:
             self._kept.append(self._session.declare_subscriber(key, take))
 
     def writer(self, topic: str, name: str, dialect: Dialect) -> TopicWriter:
-        """What puts messages on a topic of the robot, under the hash that its listener goes by."""
+        """Publisher of messages on a topic of the robot, under the hash that its listener goes by."""
         listeners = self.graph.of_topic(topic, name, publishes=False)
         known = next((listener.hash for listener in listeners if listener.hash), type_hash(name))
         publisher = self._session.declare_publisher(

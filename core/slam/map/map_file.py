@@ -54,7 +54,7 @@ class SavedClosure(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class MapForm(msgspec.Struct, frozen=True):
-    """What is read of a map first."""
+    """Head of a map, which is read first."""
 
     form: int
 
@@ -112,7 +112,7 @@ class SavedMap:
 
 
 def _facts(words: object, name: str) -> MapFacts:
-    """What `map.json` holds → the facts. Raises BadInput."""
+    """Content of `map.json` → the facts. Raises BadInput."""
     try:
         if msgspec.convert(words, MapForm).form != FORM:
             raise BadInput(f"The map {name} is damaged: it is of another form.")

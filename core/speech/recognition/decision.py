@@ -26,7 +26,7 @@ TOO_LONG = "That was longer than any command."
 
 @message
 class Decision:
-    """What an utterance asks for, and whether the robot may do it."""
+    """The command of an utterance, and whether the robot may do it."""
 
     verdict: Verdict
     command: Command | None = None  # None exactly where it is rejected

@@ -27,7 +27,7 @@ class EngineSpec:
 
     @property
     def sentence(self) -> str:
-        """What it can do: "It …"."""
+        """Its abilities in a sentence: "It …"."""
         able = [
             "brings its model" if self.brings_model else "needs a model folder",
             "compares commands with free text" if self.rejects else "writes free text, which the grammar rejects",
