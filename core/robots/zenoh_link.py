@@ -157,7 +157,7 @@ class ZenohRobot(Device):
 
     def _take(self, link: ZenohConnection, patience: float) -> None:
         """Hear all that waits, or the next that comes."""
-        arrived, sensors = link.inbox.take(patience), self.sensors
+        arrived, sensors = link.waiting.take(patience), self.sensors
         fresh = sum(topic not in self._latched for topic, _ in arrived)
         self._arrived.extend([time.monotonic()] * min(fresh, LIVELY))
         if sensors is not None:

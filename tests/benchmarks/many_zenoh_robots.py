@@ -74,7 +74,7 @@ def main() -> None:
 
     figures = measure(given.robots, given.seconds, given.undecoded, send, connect)
     links = [device.connection() for device in devices]
-    figures["left_out"] = sum(link.inbox.dropped for link in links if link is not None)
+    figures["left_out"] = sum(link.waiting.dropped for link in links if link is not None)
     sys.stdout.write(json.dumps(figures, indent=1) + "\n")
 
 

@@ -33,7 +33,7 @@ class Endpoint(NamedTuple):
     publishes: bool
     dialect: Dialect
     hash: str = ""  # of its type: "RIHS01_…", "" where it is not said
-    latched: bool = False  # its last message waits for whoever comes later
+    latched: bool = False  # its last message is kept for those who come later
     owner: str = ""  # identifier of its zenoh session
 
 

@@ -124,7 +124,7 @@ class RosGraph:
         ]
 
 
-class Inbox:
+class WaitingMessages:
     """Messages between zenoh's threads and the device's; of every topic only so many wait."""
 
     def __init__(self) -> None:
@@ -172,7 +172,7 @@ class ZenohConnection:
     def __init__(self, address: ZenohAddress) -> None:
         """Raises Unavailable with a sentence."""
         self.lost = threading.Event()
-        self.graph, self.inbox = RosGraph(), Inbox()
+        self.graph, self.waiting = RosGraph(), WaitingMessages()
         self.domain = address.domain
         self._closing = threading.Lock()
         self._zenoh = load_zenoh()
@@ -195,19 +195,19 @@ class ZenohConnection:
     def close(self) -> None:
         """Let go; harmless when done twice."""
         self.lost.set()
-        self.inbox.wake()
+        self.waiting.wake()
         if self._closing.acquire(blocking=False):  # once
             farewell = threading.Thread(target=self._session.close, name="zenoh-farewell", daemon=True)
             farewell.start()
             farewell.join(FAREWELL)
 
     def subscribe(self, topic: str, name: str, dialect: Dialect, *, latched: bool, newest_only: bool) -> None:
-        """Have the messages of a topic put into the inbox; of a latched one also the last from before."""
-        self.inbox.add(topic, newest_only=newest_only)
+        """Have the messages of a topic put among those that wait; of a latched one also the last from before."""
+        self.waiting.add(topic, newest_only=newest_only)
         key = topic_key(dialect, self.domain, topic, name)
 
         def take(sample: zenoh.Sample) -> None:
-            self.inbox.put(topic, sample.payload.to_bytes())
+            self.waiting.put(topic, sample.payload.to_bytes())
 
         if dialect == "rmw":
             self._announce(self._node.endpoint_token(topic, name, type_hash(name), publishes=False))
@@ -257,7 +257,7 @@ class ZenohConnection:
     def _transport_changed(self, event: zenoh.TransportEvent) -> None:
         if event.kind == self._zenoh.SampleKind.DELETE:
             self.lost.set()
-            self.inbox.wake()
+            self.waiting.wake()
 
     def _graph_changed(self, sample: zenoh.Sample) -> None:
         token = str(sample.key_expr)
@@ -267,7 +267,7 @@ class ZenohConnection:
             self.graph.put(token)
         else:
             self.graph.drop(token)
-            self.inbox.wake()
+            self.waiting.wake()
 
 
 class TopicWriter:

@@ -22,7 +22,7 @@ from core.robots.live import LiveRobot
 from core.robots.ros.topics import LASER_SCAN
 from core.robots.ros.typestore import TWIST, TWIST_STAMPED
 from core.robots.ros.zenoh_keys import parse_token
-from core.robots.ros.zenoh_session import DEEPEST, LARGEST_READING, Inbox
+from core.robots.ros.zenoh_session import DEEPEST, LARGEST_READING, WaitingMessages
 from core.robots.zenoh_link import ZenohRobot, open_device
 from core.sensors import Scan, SensorFrame
 from tests.console.test_tls import certificate
@@ -318,19 +318,19 @@ def test_an_encrypted_router_and_the_console_know_each_other_by_certificate(tmp_
 
 
 def test_of_every_topic_so_many_messages_wait_and_of_pictures_the_newest() -> None:
-    inbox = Inbox()
-    inbox.add("/scan", newest_only=False)
-    inbox.add("/image", newest_only=True)
+    waiting = WaitingMessages()
+    waiting.add("/scan", newest_only=False)
+    waiting.add("/image", newest_only=True)
     for number in range(100):
-        inbox.put("/image", b"%d" % number)
-        inbox.put("/scan", b"%d" % number)
-    inbox.put("/scan", bytes(LARGEST_READING + 1))
-    arrived = inbox.take(0.0)
+        waiting.put("/image", b"%d" % number)
+        waiting.put("/scan", b"%d" % number)
+    waiting.put("/scan", bytes(LARGEST_READING + 1))
+    arrived = waiting.take(0.0)
     assert [payload for topic, payload in arrived if topic == "/image"] == [b"99"]
     scans = [int(payload) for topic, payload in arrived if topic == "/scan"]
     assert scans == list(range(100 - DEEPEST, 100)) and arrived[-2][0] == "/image"
-    assert inbox.dropped == 99 + 100 - DEEPEST + 1
-    assert inbox.take(0.0) == []
+    assert waiting.dropped == 99 + 100 - DEEPEST + 1
+    assert waiting.take(0.0) == []
 
 
 def test_a_robot_that_is_closed_while_it_is_looked_for_is_let_go_of() -> None:
@@ -382,8 +382,9 @@ def test_damaged_messages_end_nothing_move_nothing_and_take_no_memory(emulator: 
             attached = rng.bytes(int(rng.integers(40))) if number % 2 else None
             rogue.put(keys[topic], damaged(whole[topic], rng), attachment=attached)
             if number % 40 == 0:
-                rogue.liveliness().declare_token(damaged_token(number, rng))
                 frames(robot, 0.001, ZERO)
+            if number < 200:  # zenoh itself keeps some bytes of every key
+                rogue.liveliness().declare_token(damaged_token(number, rng))
             if number == FUZZ // 4:
                 before = memory()
         until(lambda: sum(device.types.errors.values()) > FUZZ // 4, 30.0)
