@@ -319,6 +319,18 @@ test("a layout that is not known does nothing until it was learned", () => {
   assert.deepEqual([velocity, stop, isComplete(defaultMapping(pad.pad))], [STILL, false, false]);
 });
 
+test("a mapping without STOP or without a stick does not drive, and says so", () => {
+  for (const missing of /** @type {const} */ (["stop", "forward", "left"])) {
+    const { [missing]: _, ...inputs } = STANDARD.inputs;
+    const pad = new TestPad();
+    const at = desk([pad], { mapping: { ...STANDARD, inputs } });
+    at.change(() => pad.down.add(LB));
+    pad.axes = [-1, -1, 0, 0];
+    assert.deepEqual(at.wait(100).velocity, STILL);
+    assert.match(at.reader.why, /Set this gamepad up first/);
+  }
+});
+
 /**
  * Press and let go → what was learned.
  * @param {import("../../static/js/drive/gamepad-mapping.js").PadAction} action
