@@ -74,7 +74,7 @@ export class OperatorInput {
     this.#held.clear();
     this.toTalk(false);
     this.drive.slow = false;
-
+    this.gamepad.trip("Driving was interrupted. Let go, then press again.");
     this.drive.abandon();
   }
 
