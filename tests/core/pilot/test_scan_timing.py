@@ -21,7 +21,7 @@ from core.snapshot import Snapshot
 from tests.benchmarks.time_offset import TURNED, WAY, Leg, Stamping, driven, frames, turns
 
 TURN: tuple[Leg, ...] = turns(1.0)["90+90"]
-ONE = Profile(name="", kind="LIVE", url="", lasers=(Laser(),))
+ONE = Profile(name="", url="", lasers=(Laser(),))
 
 
 def with_laser(laser: Laser) -> Profile:
