@@ -35,7 +35,12 @@ LINKS: dict[str, tuple[Callable[[World], Any], Callable[[str], Device], str]] = 
 }
 
 
-@pytest.fixture(params=LINKS)
+DIALECTS = ("rosbridge JSON", "rosbridge ROS 1 JSON", "zenoh rmw Humble", "zenoh bridge")  # in the campaign
+
+
+@pytest.fixture(
+    params=[pytest.param(name, marks=[pytest.mark.campaign] if name in DIALECTS else []) for name in LINKS]
+)
 def opened(request: pytest.FixtureRequest) -> Iterator[Opened]:
     """A running emulator, and what opens a device with options for it."""
     make, open_device, always = LINKS[request.param]
