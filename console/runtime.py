@@ -1,7 +1,7 @@
 """The runtime behind the page: robot process, pilot thread, scene, and twenty times a second the state.
 
-The pilot's thread is one sentence: for each frame of the robot, obey, step, drive, publish. All else lives on the
-event loop. The gate hears the console's heartbeat only from the loop, and only while the pilot steps.
+The pilot's thread is one sentence: for each frame of the robot, step, send the setpoint, publish. All else lives on
+the event loop. The gate hears the console's heartbeat only from the loop, and only while the pilot steps.
 """
 
 from __future__ import annotations

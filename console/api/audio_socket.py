@@ -1,6 +1,6 @@
 """The socket `/ws/audio`: a browser's microphone up, transcripts down.
 
-What was heard goes through the same door as typed words. STOP is obeyed before the sentence is over.
+Words become a pending command or go to the dispatcher. STOP is obeyed before the sentence is over.
 """
 
 from __future__ import annotations

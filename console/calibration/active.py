@@ -5,7 +5,7 @@ wrote by hand may do without, and counts as not verified. Nothing that was accep
 deleted: another one keeps it beside itself under its date, and undoing takes that back. At every moment of both, and
 on a full disk, the file in use is whole.
 
-The pilot looks through them at once, and from every later start on: `robot_sensors.calibrated` puts the camera's
+The pilot looks through them at once, and from every later start on: `apply.calibrated` puts the camera's
 model and the mount into the robot's profile, from which perception takes both.
 """
 

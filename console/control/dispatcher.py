@@ -1,7 +1,8 @@
 """The one entrance for commands from any source: typed, clicked, REST, teleoperation (jog) by keys or stick.
 
-Whether the words are understood, who may, whether a robot is there, whether the latch is off, who drives: checked
-here and nowhere else. Everything runs on the event loop and none of it waits.
+Who may, whether a robot is there, whether the latch is off, who drives: checked here and nowhere else. Words that
+were typed are understood here; a recognizer's words arrive as commands. Everything runs on the event loop and none of
+it waits.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The pilot's thread: for each frame of the robot, obey, step, drive, publish."""
+"""The pilot's thread: for each frame of the robot, step, send the setpoint, publish."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """A killable worker process: one job at a time, bounded memory and processor time.
 
-`python -m console.workers.process --pipe=N --worker=NAME`, started by `console.workers.worker`. What strangers send
-is decoded here and nowhere else. A worker needs neither files nor network; the console decodes its answers with
-their types, so that it never has to trust them.
+`python -m console.workers.process --pipe=N --worker=NAME`, started by `console.workers.worker`. Pictures, files and
+sounds of strangers are decoded here and nowhere else. A worker needs neither files nor network; the console decodes
+its answers with their types, so that it never has to trust them.
 """
 
 from __future__ import annotations

@@ -73,14 +73,14 @@ class Worker:
         return self._turn.locked()
 
     async def ready(self) -> None:
-        """Start it, if it is not there. Raises Lost."""
+        """Start it, if it is not there. Raises WorkerLost."""
         async with self._turn:
             await self._ready()
 
     async def ask(self, job: Job[Answer], *, budget: float) -> Answer:
         """One job with so much processor time [s] → its answer.
 
-        Raises Lost when the worker was killed or broke, otherwise what the job raised: BadInput, Refused.
+        Raises WorkerLost when the worker was killed or broke, otherwise what the job raised: BadInput, Refused.
         """
         async with self._turn:
             await self._ready()
@@ -119,17 +119,17 @@ class Worker:
         await self._converse(b"", STARTING, READY)
 
     async def _converse(self, raw: bytes, patience: float, decoder: msgspec.msgpack.Decoder[Content]) -> Content:
-        """Send, and wait for the answer. Raises Lost; then the worker is gone."""
+        """Send, and wait for the answer. Raises WorkerLost; then the worker is gone."""
         reader, writer = self._reader, self._writer
         if reader is None or writer is None:
-            raise WorkerLost("The calibration's worker is gone.")
+            raise WorkerLost("The worker process is gone.")
         try:
             async with asyncio.timeout(patience):
                 writer.write(raw)
                 await writer.drain()
                 length = LENGTH.unpack(await reader.readexactly(LENGTH.size))[0]
                 if length > MOST_ANSWER:
-                    raise WorkerLost("The calibration's worker talks nonsense; it is started again.")
+                    raise WorkerLost("The worker process talks nonsense; it is started again.")
                 return decoder.decode(await reader.readexactly(length))
         except TimeoutError:
             self.kill()
@@ -138,7 +138,7 @@ class Worker:
             raise await self._last_words() from None
         except msgspec.MsgspecError:
             self.kill()
-            raise WorkerLost("The calibration's worker talks nonsense; it is started again.") from None
+            raise WorkerLost("The worker process talks nonsense; it is started again.") from None
         except BaseException:
             self.kill()
             raise
@@ -152,7 +152,7 @@ class Worker:
                     await asyncio.to_thread(child.end, GOING)
                 code = child.code
         except TimeoutError:
-            log.warning("A calibration worker does not end: process %d.", child.pid if child else 0)
+            log.warning("A worker does not end: process %d.", child.pid if child else 0)
         finally:
             self.kill()
         if code == -signal.SIGPROF:

@@ -1,6 +1,6 @@
 """Calibration of the camera and of the laser against it (section 3).
 
-Reading order: board, chessboard, homography, projection, bundle, intrinsics, uncertainty, correction;
-then planes, range_lines, pairs, extrinsics, board_line, laser_solve; then session and laser_session, the wizards
-without a screen; then offline, the same from files.
+Reading order: `board`, `homography`, `projection`, then `camera` (intrinsics, bundle_adjustment, uncertainty,
+undistortion), then `laser` (planes, range_lines, plane_pairs, extrinsics, board_line, solve); each has a `session`:
+the wizard without a screen. `core.pipelines` does the same from files.
 """

@@ -1,4 +1,4 @@
-"""Robots: one file per kind, one protocol for all, `connect(url)` to reach one."""
+"""Robots: one file per kind of link, one protocol for all, `connect(url)` to reach one; `core.simulation` is one."""
 
 from __future__ import annotations
 

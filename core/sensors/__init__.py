@@ -1,4 +1,4 @@
-"""One file per sensor: its reading, how it is mounted, and how the simulator makes the reading."""
+"""One file per sensor: its reading and how it is mounted. `core.simulation` makes such readings."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 Eq. 13 sums the distances of laser points from the camera's plane; there the noisy point also multiplies the unknown
 rotation, which biases the answer with few poses. Here both sides are compared where the noise is, in range space
-(see pairs), and whitened by the covariances of the beams and of the board's pose.
+(see plane_pairs), and whitened by the covariances of the beams and of the board's pose.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""One room: the paper's filter, the occupancy tile and the views that were kept, all in the room's own frame."""
+"""One submap: the paper's filter, the occupancy tile and the views that were kept, all in its own frame."""
 
 from __future__ import annotations
 
