@@ -80,11 +80,11 @@ class Runtime:
         self.board = Notifications()
         self.folder = DataFolder(home, self.board)
         self.history = History(home, partial(self._call, self.folder.history))
-        self.door = CommandDispatcher(robot, self.lease, self.history, self.board)
-        self.maps = MapService(home, robot, self.door, self.lease, self.history)
-        self.ears = RoomTranscriber(self.door, self.history, self.board, settings.speech)
-        self.pending_commands = PendingCommands(self.door, self.lease, self.history, self.board)
-        self.spoken = VoiceCommands(self.ears, self.door, self.lease, self.pending_commands, self.board)
+        self.dispatcher = CommandDispatcher(robot, self.lease, self.history, self.board)
+        self.maps = MapService(home, robot, self.dispatcher, self.lease, self.history)
+        self.ears = RoomTranscriber(self.dispatcher, self.history, self.board, settings.speech)
+        self.pending_commands = PendingCommands(self.dispatcher, self.lease, self.history, self.board)
+        self.spoken = VoiceCommands(self.ears, self.dispatcher, self.lease, self.pending_commands, self.board)
         self.microphone = BrowserMicrophone(settings.speech)
         self.voice = RobotVoice(settings=settings.voice)
         self.quality = QualityRuns(home, settings.simulation, settings.speech)
@@ -99,7 +99,7 @@ class Runtime:
             home, robot, lambda: self._look_through(self.calibration_service.profile())
         )
         self.people = EnrollmentService(
-            home, robot, self.door, self.board.tell, lambda: self.calibration_service.newest
+            home, robot, self.dispatcher, self.board.tell, lambda: self.calibration_service.newest
         )
         self.states = StateTimes()
         self.snapshot: Snapshot | None = None
@@ -110,7 +110,7 @@ class Runtime:
         self.pilots = PilotSupervisor(self._start_pilot, self._pilot_failed, self._leave_out, self.board)
         self._seq = 0
         self._state_at = 0.0
-        self._link_monitor = LinkMonitor(robot, self.door, self.board)
+        self._link_monitor = LinkMonitor(robot, self.dispatcher, self.board)
         self._sleep = SleepWatch()
         self._opening = False
         self._tasks: set[asyncio.Task[None]] = set()
@@ -122,10 +122,10 @@ class Runtime:
             lambda snapshot, _: self.pending_commands.took(snapshot),
             lambda snapshot, frame: self.array.took(snapshot, frame.sound),
             lambda snapshot, _: self.board.adopt(snapshot.notices, snapshot.stamp),
-            lambda snapshot, _: self.door.all_ended(snapshot.endings),
+            lambda snapshot, _: self.dispatcher.all_ended(snapshot.endings),
         ]  # called in this order on the event loop
         self.tick_subscribers: list[Callable[[float], None]] = [
-            self.door.tick,
+            self.dispatcher.tick,
             self._expire_logins,
             self._watch_link,
             self.calibration_service.tick,
@@ -147,7 +147,7 @@ class Runtime:
         finally:
             self._opening = False
         await asyncio.to_thread(self.history.open)
-        await self.scene.open(self.door, self.sockets)
+        await self.scene.open(self.dispatcher, self.sockets)
         await asyncio.gather(
             self.calibration_service.open(), self.quality.open(), self.array.open(), self.people.open()
         )
@@ -164,7 +164,7 @@ class Runtime:
         if self.over:
             return
         self.over = True
-        self.door.close()
+        self.dispatcher.close()
         self.sockets.close_all(1012, "The console is ending.")
         if self._opening:
             self.keep(asyncio.create_task(asyncio.to_thread(self.robot.close)))
@@ -232,19 +232,19 @@ class Runtime:
     # the pilot
 
     def _start_pilot(self) -> PilotThread:
-        self.door.pilot = None
+        self.dispatcher.pilot = None
         pilot = self._make_pilot()
         pilot.look_through(self.array.profile(self.calibration_service.profile()))
         pilot.obey_only(self.people.chosen)
         callbacks = (self._published, partial(self._call, self.pilots.bury), self.voice.deaf)
-        thread = PilotThread(self.robot, pilot, self.door.setpoint_sender, *callbacks)
+        thread = PilotThread(self.robot, pilot, self.dispatcher.setpoint_sender, *callbacks)
         thread.start()
-        self.door.pilot = pilot
+        self.dispatcher.pilot = pilot
         return thread
 
     def _pilot_failed(self) -> None:
-        self.door.pilot = None
-        self.door.ended_without_pilot("The pilot failed; the robot was stopped.")
+        self.dispatcher.pilot = None
+        self.dispatcher.ended_without_pilot("The pilot failed; the robot was stopped.")
         self._nothing_under_way()
 
     def _leave_out(self, fault: str) -> list[str]:
@@ -315,7 +315,7 @@ class Runtime:
 
     def _expire_logins(self, now: float) -> None:
         for person in self.access.logins.expire(now):
-            self.door.forget(person)
+            self.dispatcher.forget(person)
             self.sockets.close_of(person, 1008, "Your login has expired; sign in again.")
 
     def _watch_link(self, now: float) -> None:
@@ -325,8 +325,8 @@ class Runtime:
     def _look_for_sleep(self) -> None:
         """End commands, active or pending, that were given before the machine slept."""
         if self._sleep.woke():
-            self.door.setpoint_sender.stop()
-            self.door.cancel("failed", "The machine slept; the robot was stopped.")
+            self.dispatcher.setpoint_sender.stop()
+            self.dispatcher.cancel("failed", "The machine slept; the robot was stopped.")
 
     def _nothing_under_way(self) -> None:
         """The newest snapshot may stay the newest for long: commands that it shows as active have failed."""

@@ -132,7 +132,7 @@ def serve(options: Options) -> None:
         runtime = Runtime(robot, lambda: Pilot(robot.profile, settings), home=home, access=access, settings=settings)
         if options.text_files is not None:
             files = TextFileReader(options.text_files)
-            parts = (runtime.door, runtime.lease, runtime.history, runtime.board)
+            parts = (runtime.dispatcher, runtime.lease, runtime.history, runtime.board)
             runtime.beside.append(TextFileCommands(files, *parts, lambda: runtime.snapshot).run)
         config = configured(create_app(runtime), options.tls_cert, options.tls_key, most)
 

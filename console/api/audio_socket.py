@@ -183,7 +183,7 @@ class AudioSocket:
             utterance = stopped(utterance)
         elif heard == "stop":
             became = Outcome(entry=self._obey(utterance, delay).entry)
-            self._stops.obeyed(self._runtime.door.words)
+            self._stops.obeyed(self._runtime.dispatcher.words)
         elif utterance.final and utterance.decision.command is not None:
             became = self._obey(utterance, delay)
         elif utterance.final:

@@ -42,7 +42,7 @@ class UndoRequest(RequestBody):
 
 
 class CalibrationDemoRequest(RequestBody):
-    """`on`: the simulated assistant holds the board for this session."""
+    """`on`: the simulated person holds the board for this session."""
 
     session: str
     on: bool
@@ -148,9 +148,9 @@ async def board(
 async def show_demo(
     asked: CalibrationDemoRequest, robot: RobotInUse, calibration_service: CalibrationSessions
 ) -> dict[str, bool]:
-    """The simulated assistant holds the board as advised until the session is ready."""
+    """The simulated person holds the board as advised until the session is ready."""
     if not robot.profile.simulated:
-        raise Problem(404, "Only in the simulation can an assistant show how it goes.")
+        raise Problem(404, "Only in the simulation can a simulated person show how it goes.")
     await calibration_service.show_demo(calibration_service.find(asked.session), on=asked.on)
     return {"demo": asked.on}
 

@@ -97,13 +97,13 @@ class AuditLog(msgspec.Struct, frozen=True):
 
 @commands.post("/commands", status_code=202)
 @needs("viewer")
-async def submit(words: CommandRequest, door: Dispatcher, who: Who, response: Response) -> CommandReceipt:
+async def submit(words: CommandRequest, dispatcher: Dispatcher, who: Who, response: Response) -> CommandReceipt:
     """Understand words and obey them. Viewers may only stop.
 
     Follow wall and follow me have no end of their own: they are cancelled after 5 s without a sign of life of their
     sender. See `POST /api/lease`. 409 with “already doing that” leaves what is under way alone.
     """
-    entry = door.submit(words.text, "rest", who)
+    entry = dispatcher.submit(words.text, "rest", who)
     response.headers["Location"] = f"commands/{entry.id}"
     command = {"name": entry.name, **particulars(entry.name, entry.numbers)}
     return CommandReceipt(entry.id, command, entry.heard_as, entry.source)

@@ -84,7 +84,7 @@ async def sign_in(
 @login.post("/logout")
 @needs("viewer")
 async def sign_out(
-    door: Dispatcher,
+    dispatcher: Dispatcher,
     access: AccessRules,
     sockets: Sockets,
     history: HistoryInUse,
@@ -97,7 +97,7 @@ async def sign_out(
         raise Problem(
             409, "You show your key with every request, so there is nothing to sign out; a restart makes new keys."
         )
-    door.forget(who)
+    dispatcher.forget(who)
     access.logins.close(who)
     sockets.close_of(who, 1008, "Signed out.")
     history.add("logout", who)

@@ -85,7 +85,7 @@ async def choose(asked: ChoiceRequest, people: PeopleEnrolled, history: HistoryI
     return people.shown
 
 
-@people.delete("/people/assistant", status_code=204)
+@people.delete("/people/demo", status_code=204)
 @needs("operator")
 async def send_away(people: PeopleEnrolled) -> Response:
     """Send the person who showed the gestures out of the simulated room."""

@@ -77,7 +77,7 @@ class StateSocket:
         finally:
             await end(listener)
             if self._press is not None:
-                runtime.door.abandon(self._press)
+                runtime.dispatcher.abandon(self._press)
             runtime.broadcaster.viewers.discard(self._viewer)
             runtime.scene.tabs.pop(self._tab, None)
             runtime.lease.disconnected(person)
@@ -169,23 +169,23 @@ class StateSocket:
 
     def _act(self, message: messages.Up) -> messages.Down | None:
         """Do what one message asks for → the answer, if it wants one."""
-        door, person = self._runtime.door, self._person
+        dispatcher, person = self._runtime.dispatcher, self._person
         match message:
             case messages.JogMessage():
-                door.drive(message, person)
+                dispatcher.drive(message, person)
                 self._press = message.press if message.v or message.w else None
             case messages.EchoMessage():
                 return messages.EchoBack(message.t)
             case messages.SayMessage():
                 now = time.monotonic()
                 given = self._runtime.states.oldest(message.seen, now)
-                entry = door.submit(message.text, message.source, person, said=Spoken(now, given))
+                entry = dispatcher.submit(message.text, message.source, person, said=Spoken(now, given))
                 return messages.AnswerMessage(message.ref, True, 202, entry.heard_as, id=entry.id)
             case messages.LeaseMessage():
-                door.wish(message.do, person)
+                dispatcher.wish(message.do, person)
                 return messages.AnswerMessage(message.ref, True, 200)
             case messages.HaltResetMessage():
-                door.reset(person, "page")
+                dispatcher.reset(person, "page")
                 return messages.AnswerMessage(message.ref, True, 200)
             case messages.PlaybackMessage():
                 self._runtime.keep(asyncio.create_task(self._play(message)))
@@ -208,10 +208,10 @@ class StateSocket:
 
     def _stop_controller(self, message: messages.StopMessage | messages.HaltMessage) -> None:
         if isinstance(message, messages.HaltMessage):
-            self._runtime.door.halt(self._person, "page", message.press)
+            self._runtime.dispatcher.halt(self._person, "page", message.press)
             self._runtime.keep(asyncio.create_task(self._latched()))
         else:
-            self._runtime.door.stop(self._person, "page", message.press)
+            self._runtime.dispatcher.stop(self._person, "page", message.press)
 
     async def _latched(self) -> None:
         """Tell this socket when its halt may not outlive a restart."""

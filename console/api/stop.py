@@ -33,33 +33,33 @@ class ResetHalt(msgspec.Struct, frozen=True):
 
 @stop.post("/stop")
 @needs("viewer", reads_body=False)
-async def stop_now(door: Dispatcher, who: Who, press: str = "") -> Stopped:
+async def stop_now(dispatcher: Dispatcher, who: Who, press: str = "") -> Stopped:
     """Everything cancelled, zero speed; anyone signed in. Not latched.
 
     `press`: a number drawn with every press of STOP. The stop always acts; one that comes again with the number of
     the last two seconds, as when a press goes by two ways, is not recorded again.
     """
-    door.stop(who, "rest", number(press))
+    dispatcher.stop(who, "rest", number(press))
     return Stopped()
 
 
 @stop.post("/halt")
 @needs("viewer", reads_body=False)
-async def halt(door: Dispatcher, robot: RobotInUse, board: NoticeBoard, who: Who, press: str = "") -> Halted:
+async def halt(dispatcher: Dispatcher, robot: RobotInUse, board: NoticeBoard, who: Who, press: str = "") -> Halted:
     """A stop that stays until it is reset, over a restart too. `press` as of a stop.
 
     It answers when the halt is on disk: `latched` true. Where that fails it is false, and `why` says what is wrong.
     """
-    door.halt(who, "rest", number(press))
+    dispatcher.halt(who, "rest", number(press))
     why_not = await latched(robot, board)
     return Halted(latched=not why_not, why=why_not or msgspec.UNSET)
 
 
 @stop.post("/halt/reset")
 @needs("operator", reads_body=False)
-async def reset(door: Dispatcher, who: Who) -> ResetHalt:
+async def reset(dispatcher: Dispatcher, who: Who) -> ResetHalt:
     """Undo the halt; the lease holder only. Never moves."""
-    door.reset(who, "rest")
+    dispatcher.reset(who, "rest")
     return ResetHalt()
 
 

@@ -1,4 +1,4 @@
-"""The simulated assistant: holds the board as advised, with a person's aim, until the session has enough."""
+"""The simulated person: holds the board as advised, with a person's aim, until the session has enough."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SETTLED = ("same", "refused")  # verdicts after which holding on is no use
 
 @dataclass(frozen=True)
 class SessionView:
-    """The state of the session, as far as the assistant needs it."""
+    """The state of the session, as far as the demo needs it."""
 
     number: int = 0  # of the newest verdict
     kind: str = ""  # of the newest verdict
@@ -51,7 +51,7 @@ class BoardDemoSettings:
     lift: float = 0.03  # [m] higher with every refusal of the room: low poses end at the floor …
     highest: float = 0.36  # [m] … but not so high; then low again
     tries: int = 4  # poses asked of the room before another suggestion is asked for
-    stuck: int = 40  # suggestions in a row that the room refuses before the assistant gives up
+    stuck: int = 40  # suggestions in a row that the room refuses before the demo gives up
     care: tuple[float, ...] = (
         1.0,
         0.5,
@@ -66,11 +66,11 @@ class BoardDemo:
     `advice(another)` awaits the advised pose camera_from_board, a new suggestion when `skip` is True, or None
     while there is none; `board` is what is held, with its panel. Time comes with `step`, chance from `seed`.
 
-        assistant = Assistant(runtime.ask, advice, session.board, seed=1)
-        while not assistant.done:
-            await assistant.step(loop.time(), Sight(number, kind, ready, empty, busy))
+        demo = BoardDemo(runtime.ask, advice, session.board, seed=1)
+        while not demo.done:
+            await demo.step(loop.time(), Sight(number, kind, ready, empty, busy))
             await asyncio.sleep(0.1)
-        await assistant.leave()                    # also when it is switched off before
+        await demo.leave()                    # also when it is switched off before
     """
 
     def __init__(
@@ -196,8 +196,8 @@ class BoardDemo:
 
 
 STEP = 0.1  # [s]
-PANEL = 0.02  # [m] of rim around the print that the assistant's board has, when nobody measured it
-PATIENCE = 600.0  # [s] after which the assistant gives up
+PANEL = 0.02  # [m] of rim around the print that the demo's board has, when nobody measured it
+PATIENCE = 600.0  # [s] after which the demo gives up
 
 
 def demo_of(session: CalibrationSession, ask: Ask, seed: int) -> Demo:
@@ -236,7 +236,7 @@ async def advised(session: CalibrationSession, skip: bool) -> Transform | None:
 
 
 def sight_of(session: CalibrationSession, counted: bool) -> SessionView:
-    """Return the assistant's view of the session; a view that counted since the last time is not overlooked."""
+    """Return the demo's view of the session; a view that counted since the last time is not overlooked."""
     verdict = session.shown.verdict
     kind = "" if verdict is None else verdict.kind
     return SessionView(

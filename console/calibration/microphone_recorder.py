@@ -18,7 +18,7 @@ PATIENCE = 20.0  # [s] by the clock for a recording of any length
 RATE = 16_000  # [Hz] of speech in the simulated room
 DISTANCES = (1.5, 1.2, 0.9, 2.0, 0.6)  # [m] that are tried
 WORDS = "Here I am, here."
-NAME = "assistant"
+NAME = "demo"
 
 
 class MicrophoneRecorder:
@@ -78,7 +78,7 @@ class MicrophoneRecorder:
 
 
 def words() -> bytes:
-    """Return a word of the assistant: 16-bit samples at RATE; without text to speech a made-up voice."""
+    """Return a word of the demo: 16-bit samples at RATE; without text to speech a made-up voice."""
     try:
         sound = speak(WORDS, VoiceSettings())
         samples = resample_poly(sound.samples[:, 0], RATE, sound.rate)

@@ -273,7 +273,7 @@ class CalibrationService:
         await session.act(TakePicture(grey_picture(image)), budget=PICTURE_BUDGET, stamp=image.stamp)
 
     async def show_demo(self, session: CalibrationSession, *, on: bool) -> None:
-        """The simulated assistant holds the board for this session, or stops. Raises Problem 409."""
+        """The simulated person holds the board for this session, or stops. Raises Problem 409."""
         if on:
             self.live(session, on=True)
             await self._demo.start(demo_of(session, self._ask, seed=len(self.sessions)))

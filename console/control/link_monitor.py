@@ -10,11 +10,11 @@ HANGS = "The pilot does not go on; the robot stands. Restart the console if it s
 
 
 class LinkMonitor:
-    """Tells the door and the notice board, once each time."""
+    """Tells the dispatcher and the notice board, once each time."""
 
-    def __init__(self, robot: RobotLink, door: CommandDispatcher, board: Notifications) -> None:
+    def __init__(self, robot: RobotLink, dispatcher: CommandDispatcher, board: Notifications) -> None:
         self._robot = robot
-        self._door = door
+        self._dispatcher = dispatcher
         self._board = board
         self._link = ""
         self._hangs = False
@@ -26,8 +26,8 @@ class LinkMonitor:
     def _look_at_pilot(self, hangs: bool) -> bool:
         before, self._hangs = self._hangs, hangs
         if hangs and not before:
-            self._door.setpoint_sender.stop()
-            self._door.ended_without_pilot("The pilot did not go on; the robot was stopped.")
+            self._dispatcher.setpoint_sender.stop()
+            self._dispatcher.ended_without_pilot("The pilot did not go on; the robot was stopped.")
             self._board.tell("error", HANGS, "pilot")
         elif before and not hangs:
             self._board.tell("info", "The pilot goes on. The robot moves only on a new order.", "pilot")
@@ -36,7 +36,7 @@ class LinkMonitor:
     def _look_at_link(self) -> bool:
         before, (self._link, _) = self._link, self._robot.link()
         if self._link == "lost" != before:
-            self._door.ended_without_pilot("The robot's link was lost.")
+            self._dispatcher.ended_without_pilot("The robot's link was lost.")
             why = self._robot.trouble or "The robot's link is lost; the robot stops by itself."
             self._board.tell("error", why, "link")
         elif self._link == "live" and before == "lost":

@@ -51,16 +51,16 @@ GONE = "No such order waits: it has begun, or it was dropped."
 class PendingCommands:
     """At most one waits; the last one wins. Lives on the event loop."""
 
-    def __init__(self, door: CommandDispatcher, lease: Lease, history: History, board: Notifications) -> None:
+    def __init__(self, dispatcher: CommandDispatcher, lease: Lease, history: History, board: Notifications) -> None:
         self.moment = MOMENT
         self.waiting: PendingCommand | None = None
-        self._door, self._lease, self._history, self._board = door, lease, history, board
+        self._dispatcher, self._lease, self._history, self._board = dispatcher, lease, history, board
         self._newest = 0
         self._alarm: asyncio.TimerHandle | None = None
         self.when_rejected: list[
             Callable[[PendingCommand], None]
         ] = []  # called with each command that was dropped while it waited
-        door.when_cancelled.append(self._ended)
+        dispatcher.when_cancelled.append(self._ended)
 
     @property
     def command(self) -> Command | None:
@@ -75,12 +75,12 @@ class PendingCommands:
         if command is None:
             raise Problem(422, decision.reason)
         if not decision.waits:
-            return self._door.dispatch(command, source, who, said)
+            return self._dispatcher.dispatch(command, source, who, said)
         words = command.heard_as
-        self._door.admit(command, words, source, who, said)
+        self._dispatcher.admit(command, words, source, who, said)
         why, now = f"“{words}” came after it.", time.monotonic()
         self._end("pre-empted", why)
-        self._door.words.void(why, at=said.ended)
+        self._dispatcher.words.void(why, at=said.ended)
         self._newest += 1
         moment = ConfirmationDelay.from_now(now, self.moment)
         taken = replace(said, taken=now)
@@ -117,7 +117,7 @@ class PendingCommands:
         """Drop the pending command; anyone who may stop the robot may do this. Raises Problem 404."""
         self._find(number)
         why = f"Dropped by {who.name}."
-        self._door.words.void(why, stop=True)
+        self._dispatcher.words.void(why, stop=True)
         self._ended("cancelled", why, objected=True)
 
     def forget(self, source: str, why: str) -> None:
@@ -127,7 +127,7 @@ class PendingCommands:
 
     def left(self, who: Person) -> None:
         """A page of this person closed: nothing that they said before begins."""
-        self._door.words.left(who)
+        self._dispatcher.words.left(who)
         if self.waiting is not None and self.waiting.person.id == who.id:
             self._end("cancelled", f"{who.name} closed the page.")
 
@@ -146,7 +146,7 @@ class PendingCommands:
 
     def _begin(self, pending_command: PendingCommand) -> HistoryEntry:
         self._clear()
-        return self._door.dispatch(
+        return self._dispatcher.dispatch(
             pending_command.command, pending_command.source, pending_command.person, pending_command.said
         )
 

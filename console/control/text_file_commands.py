@@ -32,13 +32,13 @@ class TextFileCommands:
     def __init__(
         self,
         files: TextFileReader,
-        door: CommandDispatcher,
+        dispatcher: CommandDispatcher,
         lease: Lease,
         history: History,
         board: Notifications,
         snapshot: Callable[[], Snapshot | None],
     ) -> None:
-        self._files, self._door, self._lease = files, door, lease
+        self._files, self._dispatcher, self._lease = files, dispatcher, lease
         self._history, self._board, self._snapshot = history, board, snapshot
 
     async def run(self) -> None:
@@ -62,7 +62,7 @@ class TextFileCommands:
             return
         try:
             call = await self._call() if spec_of(command.name).target == "person" else None
-            self._door.dispatch(replace(command, call=call), SOURCE, WRITER, said)
+            self._dispatcher.dispatch(replace(command, call=call), SOURCE, WRITER, said)
         except Problem as problem:
             self._tell(problem.detail)
         except BadInput as misfit:

@@ -35,10 +35,12 @@ PACKERS = 4  # who packs a map and those who wait for it
 class MapService:
     """Lives on the event loop; the disk is waited for in threads, one write after the other."""
 
-    def __init__(self, home: Path, robot: RobotLink, door: CommandDispatcher, lease: Lease, history: History) -> None:
+    def __init__(
+        self, home: Path, robot: RobotLink, dispatcher: CommandDispatcher, lease: Lease, history: History
+    ) -> None:
         self.trajectory = Trajectory()
         self._store = MapStore(home / "maps")
-        self._robot, self._door, self._lease = robot, door, lease
+        self._robot, self._dispatcher, self._lease = robot, dispatcher, lease
         self._history = history
         self._newest: Snapshot | None = None
         self._pilot: PilotLike | None = None  # whose map it is
@@ -52,8 +54,8 @@ class MapService:
 
     def took(self, snapshot: Snapshot) -> None:
         """The newest snapshot. Another pilot knows nothing of the former's map."""
-        if self._door.pilot is not self._pilot:
-            self._pilot, self._name = self._door.pilot, None
+        if self._dispatcher.pilot is not self._pilot:
+            self._pilot, self._name = self._dispatcher.pilot, None
             self.trajectory.forget()
         self._newest = snapshot
         self.trajectory.add(snapshot)
@@ -124,7 +126,7 @@ class MapService:
         self._not_anothers(who)
         pilot = self._piloting()
         pilot.enter_map(saved)
-        self._door.cancel("cancelled", "Another map was loaded.")
+        self._dispatcher.cancel("cancelled", "Another map was loaded.")
         self.trajectory.forget()
         self._name = card.name
         self._changed("load", card.name, who)
@@ -183,7 +185,7 @@ class MapService:
             raise Problem(503, self._robot.trouble or "The robot cannot be reached now.")
         self._not_anothers(who)
         self._piloting().place_at(x, y, heading)
-        self._door.cancel("cancelled", "The robot's place was set.")
+        self._dispatcher.cancel("cancelled", "The robot's place was set.")
         self._history.add("here", who, words=f"I am at {x:.2f} and {y:.2f}")
 
     # steps of the above
@@ -195,9 +197,9 @@ class MapService:
         return found
 
     def _piloting(self) -> PilotLike:
-        if self._door.pilot is None:
+        if self._dispatcher.pilot is None:
             raise Problem(503, "The pilot is not running; the robot stands.")
-        return self._door.pilot
+        return self._dispatcher.pilot
 
     def _not_anothers(self, who: Person) -> None:
         """Only the driver may change the map under a robot."""

@@ -114,7 +114,7 @@ class EnrollmentSession:
     stood: Pose | None = None  # the robot when its camera took the background; None: another camera did
     taken: list[JudgedPicture] = field(default_factory=list[JudgedPicture])
     newest: JudgedPicture | None = None
-    trouble: str = ""  # why what the assistant did ended
+    trouble: str = ""  # why what the demo did ended
     waits: str = ""  # what is waited for
     demo: bool = False
     number: int = 0

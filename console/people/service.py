@@ -71,16 +71,16 @@ class EnrollmentService:
         self,
         home: Path,
         robot: RobotLink,
-        door: CommandDispatcher,
+        dispatcher: CommandDispatcher,
         tell: Callable[[Level, str], None],
         newest: Callable[[], Image | None],
     ) -> None:
-        """The pilot behind the `door` hears who is chosen; `tell` hangs a notice; `newest` picture of the robot."""
+        """The dispatcher's pilot hears who is chosen; `tell` hangs a notice; `newest` picture of the robot."""
         self.people: dict[str, PersonFile] = {}
         self.enrollment: EnrollmentSession | None = None
         self._chosen: str | None = None
         self.person_store = PersonStore(home)
-        self._robot, self._door, self._tell, self._newest = robot, door, tell, newest
+        self._robot, self._dispatcher, self._tell, self._newest = robot, dispatcher, tell, newest
         self._pose: Pose | None = None  # of the robot by its wheels
         self._worker = Worker("people")
         self._turn = asyncio.Lock()  # of the one who writes on the disk
@@ -265,8 +265,8 @@ class EnrollmentService:
     def _use(self, card_id: str | None) -> None:
         """Come only to this person from the next frame on."""
         self._chosen = card_id
-        if self._door.pilot is not None:
-            self._door.pilot.obey_only(self.chosen)
+        if self._dispatcher.pilot is not None:
+            self._dispatcher.pilot.obey_only(self.chosen)
 
     def _known(self, card_id: str) -> PersonFile:
         if card_id not in self.people:

@@ -1,4 +1,4 @@
-"""The 3-D scene: shows, and never commands. A click into it only proposes, through the one door.
+"""The 3-D scene: shows, and never commands. A click into it only proposes, through the one dispatcher.
 
 One overlay per file: it makes its handles once, `show(snapshot)` sets properties. The list is the table of contents.
 """
@@ -103,7 +103,7 @@ class Scene:
         self._over = threading.Event()
         self._painter: threading.Thread | None = None
 
-    async def open(self, door: CommandDispatcher, sockets: OpenSockets) -> None:
+    async def open(self, dispatcher: CommandDispatcher, sockets: OpenSockets) -> None:
         """Mount it. Without a scene the console goes on, and says why."""
         self._sockets = sockets
         try:
@@ -112,7 +112,7 @@ class Scene:
             self.why_not = str(trouble)
             log.error("No 3-D scene: %s", trouble)
             return
-        ClickToGo(self._server, door, self.tabs, asyncio.get_running_loop())
+        ClickToGo(self._server, dispatcher, self.tabs, asyncio.get_running_loop())
         self._painter = threading.Thread(target=self._paint, args=(self._server,), name="scene", daemon=True)
         self._painter.start()
 

@@ -1,4 +1,4 @@
-"""Click to go: where the ray meets the floor becomes words for the one door."""
+"""Click to go: where the ray meets the floor becomes words for the one dispatcher."""
 
 from __future__ import annotations
 
@@ -29,10 +29,14 @@ class ClickToGo:
     """Proposes "stop at x and y" as the person signed in at the tab that was clicked."""
 
     def __init__(
-        self, server: QuietViser, door: CommandDispatcher, tabs: Mapping[str, Tell], loop: asyncio.AbstractEventLoop
+        self,
+        server: QuietViser,
+        dispatcher: CommandDispatcher,
+        tabs: Mapping[str, Tell],
+        loop: asyncio.AbstractEventLoop,
     ) -> None:
         self._server = server
-        self._door = door
+        self._dispatcher = dispatcher
         self._tabs = tabs
         self._loop = loop
         server.initial_camera.position = CAMERA_AT
@@ -52,7 +56,7 @@ class ClickToGo:
         try:
             goal = command_of(STOP_AT.name, {"x_m": x, "y_m": y})
             words = goal.heard_as if isinstance(goal, Command) else f"({x:g}, {y:g})"
-            entry = self._door.accept(goal, words, "click", person)
+            entry = self._dispatcher.accept(goal, words, "click", person)
             answer = messages.AnswerMessage(0, True, 202, entry.heard_as, id=entry.id)
         except (Problem, BeckonError) as error:
             answer = refused(0, error)

@@ -89,7 +89,7 @@ class RoomTranscriber:
 
     def __init__(
         self,
-        door: CommandDispatcher,
+        dispatcher: CommandDispatcher,
         history: History,
         board: Notifications,
         settings: SpeechSettings | None = None,
@@ -101,7 +101,7 @@ class RoomTranscriber:
         self.obey: Callable[[Decision, RoomUtterance, VoiceBearing | None], str] | None = (
             None  # takes words on, or tells why not
         )
-        self._door, self._history, self._board = door, history, board
+        self._dispatcher, self._history, self._board = dispatcher, history, board
         self._worker = TranscriptionClient()
         self._array: MicrophoneArray | None = None  # of which a beam can be made
         self._waiting: Sound | None = None
@@ -213,8 +213,8 @@ class RoomTranscriber:
         """One utterance, or a STOP within one that is not over."""
         heard = self._stops.hear(utterance)
         if heard == "stop":
-            self._door.stop(ROOM, "ears")
-            self._stops.obeyed(self._door.words)
+            self._dispatcher.stop(ROOM, "ears")
+            self._stops.obeyed(self._dispatcher.words)
         if not utterance.final:
             return
         voice = self._voice(utterance)

@@ -32,16 +32,16 @@ class VoiceCommands:
     def __init__(
         self,
         ears: RoomTranscriber,
-        door: CommandDispatcher,
+        dispatcher: CommandDispatcher,
         lease: Lease,
         pending_commands: PendingCommands,
         board: Notifications,
     ) -> None:
         self.driver: Person | None = None  # who has taken the words on
         pending_commands.when_rejected.append(ears.reject)
-        self._ears, self._door, self._lease, self._pending_commands, self._board = (
+        self._ears, self._dispatcher, self._lease, self._pending_commands, self._board = (
             ears,
-            door,
+            dispatcher,
             lease,
             pending_commands,
             board,
@@ -52,7 +52,7 @@ class VoiceCommands:
         if not who.may("operator"):
             raise Problem(403, "Viewers watch and may stop the robot; an operator takes words on.")
         try:
-            self._lease.acquire(who, time.monotonic()) if self._lease.held_by(who) else self._door.wish(
+            self._lease.acquire(who, time.monotonic()) if self._lease.held_by(who) else self._dispatcher.wish(
                 "acquire", who
             )
         except Refused as refused:
@@ -71,10 +71,10 @@ class VoiceCommands:
             self.let_go()
             return NOT_YOURS
         when = self._ears.said(said)
-        late = self._door.words.why_not(when, SOURCE, who)
+        late = self._dispatcher.words.why_not(when, SOURCE, who)
         if late or command is None:
             return late or decision.reason
-        if self._door.busy_above(SPOKEN):
+        if self._dispatcher.busy_above(SPOKEN):
             return HIGHER
         try:
             self._pending_commands.take(replace(decision, command=replace(command, call=call)), SOURCE, who, when)

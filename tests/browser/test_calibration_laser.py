@@ -1,4 +1,4 @@
-"""The laser's wizard on the simulated robot: the assistant shows how, the page follows, the truth is near."""
+"""The laser's wizard on the simulated robot: the demo shows how, the page follows, the truth is near."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def camera_file() -> dict[str, Any]:
     }
 
 
-def test_the_laser_is_calibrated_by_the_assistant_while_the_page_tells_how(visit: Open, console: Running) -> None:
+def test_the_laser_is_calibrated_by_the_demo_while_the_page_tells_how(visit: Open, console: Running) -> None:
     here = visit(size=(1100, 760))
     page = here.page
     page.goto(console.url + "calibrate")

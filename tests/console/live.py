@@ -110,7 +110,7 @@ class Live:
             if self.robot.status().state == "halted":
                 self.robot.reset()
             if runtime.lease.holder is not None:
-                runtime.door.forget(runtime.lease.holder)
+                runtime.dispatcher.forget(runtime.lease.holder)
 
         self.on_loop(act)
 

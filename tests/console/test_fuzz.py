@@ -22,7 +22,7 @@ PATHS = [
     "/api/calibration/sessions/1/pictures", "/api/calibration/sessions/1/views/1.jpg", "/api/calibration/board.svg",
     "/api/calibration/sessions/1/views/1/drop", "/api/calibration/sessions/1/accept", "/api/calibration/import",
     "/api/calibration/sessions/1/export/all", "/api/calibration/in-use", "/api/calibration/in-use/undo",
-    "/api/calibration/demo", "/people", "/api/people", "/api/people/chosen", "/api/people/assistant",
+    "/api/calibration/demo", "/people", "/api/people", "/api/people/chosen", "/api/people/demo",
     "/api/people/1", "/api/people/1/background", "/api/people/1/pictures/1.jpg", "/api/people/1/capture",
     "/api/people/1/finish", "/api/people/1/rename",
 ]  # fmt: skip

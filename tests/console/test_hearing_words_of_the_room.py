@@ -64,8 +64,8 @@ def test_stop_is_obeyed_when_the_robot_was_started_anew_and_its_clock_with_it(
 ) -> None:
     worker, stops = Reads(), list[str]()
     monkeypatch.setattr("console.speech.room_transcription.TranscriptionClient", lambda: worker)
-    door = SimpleNamespace(stop=lambda who, source: stops.append(source))
-    ears = RoomTranscriber(door, History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
+    dispatcher = SimpleNamespace(stop=lambda who, source: stops.append(source))
+    ears = RoomTranscriber(dispatcher, History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
     hear([STOP, STOP, STOP], [100.0, 100.2, 1.0], ears, worker)
     assert stops == ["ears", "ears"]  # the second is the same word's, heard again
 
@@ -97,8 +97,8 @@ def test_a_piece_that_is_no_numbers_is_a_gap_and_not_the_end_of_all_words(
 ) -> None:
     worker, stops = Reads(), list[str]()
     monkeypatch.setattr("console.speech.room_transcription.TranscriptionClient", lambda: worker)
-    door = SimpleNamespace(stop=lambda who, source: stops.append(source))
-    ears = RoomTranscriber(door, History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
+    dispatcher = SimpleNamespace(stop=lambda who, source: stops.append(source))
+    ears = RoomTranscriber(dispatcher, History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
     piece = Sound(stamp=1.0, rate=16_000, samples=np.full((3200, 4), broken))
     snapshot: Any = SimpleNamespace(stamp=1.0, hearing=None, velocity=Twist(0.0, 0.0))
     ears.took(snapshot, piece, RESPEAKER_ODAS)

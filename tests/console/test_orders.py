@@ -1,4 +1,4 @@
-"""Orders through the one door, over REST, with the real gate and the real pilot behind it."""
+"""Orders through the one dispatcher, over REST, with the real gate and the real pilot behind it."""
 
 from __future__ import annotations
 
@@ -325,12 +325,12 @@ def test_what_the_pilot_refuses_stands_in_the_history_and_is_not_under_way(
     def refuse(*_: object) -> None:
         raise Refused("Not now: the robot looks for its place.")
 
-    monkeypatch.setattr(live.runtime.door.pilot, "tell", refuse)
+    monkeypatch.setattr(live.runtime.dispatcher.pilot, "tell", refuse)
     answer = order(live, "continue 1 meter")
     assert answer.status == 409 and "looks for its place" in answer.json["detail"]
     newest = live.ask("GET", "/api/commands/history", token=live.viewer).json["commands"][0]
     assert (newest["state"], newest["remark"]) == ("refused", "Not now: the robot looks for its place.")
-    assert not live.runtime.door.busy_above(())
+    assert not live.runtime.dispatcher.busy_above(())
 
 
 def test_state_has_the_keys_that_others_build_on(live: Live) -> None:

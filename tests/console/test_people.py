@@ -140,11 +140,11 @@ def test_a_viewer_sees_who_is_known_and_changes_nothing(school: Live) -> None:
         ("POST", f"{path}/rename", {"name": "Eve"}),
         ("PUT", "/api/people/chosen", {"id": None}),
         ("DELETE", path, None),
-        ("DELETE", "/api/people/assistant", None),
+        ("DELETE", "/api/people/demo", None),
     ]
     for method, where, body in asked:
         assert school.ask(method, where, body, token=school.viewer).status == 403, where
     assert school.ask("GET", "/api/people", token=school.viewer).status == 200
-    assert school.ask("DELETE", "/api/people/assistant", token=school.operator).status == 204
+    assert school.ask("DELETE", "/api/people/demo", token=school.operator).status == 204
     assert school.ask("PUT", "/api/people/chosen", {"id": "0123456789ab"}, token=school.operator).status == 404
     assert school.ask("PUT", "/api/people/chosen", {}, token=school.operator).status == 422

@@ -85,7 +85,7 @@ def live(opened: Live) -> Live:
 
 
 def led(live: Live) -> Led:
-    pilot = live.runtime.door.pilot
+    pilot = live.runtime.dispatcher.pilot
     assert isinstance(pilot, Led)
     return pilot
 

@@ -66,16 +66,16 @@ def test_words_that_were_read_late_move_nothing(tmp_path: Path, source: str, fro
 
 
 async def stopped(story: Story) -> None:
-    story.door.stop(GUEST, "rest")
+    story.dispatcher.stop(GUEST, "rest")
 
 
 async def typed(story: Story) -> None:
     story.seen.uttered["turn right"] = Uttered("turn right", "typed", "a", story.now, story.now)
-    story.door.submit("turn right", "typed", ANNA)
+    story.dispatcher.submit("turn right", "typed", ANNA)
 
 
 async def took_over(story: Story) -> None:
-    story.door.wish("release", ANNA)
+    story.dispatcher.wish("release", ANNA)
 
 
 async def closed(story: Story) -> None:
@@ -140,7 +140,7 @@ def test_what_waited_in_the_sockets_of_a_console_that_stood_still_is_not_obeyed(
     """When the words came nobody knows: their sound looks as if it had come just now."""
 
     async def tell(story: Story) -> None:
-        story.door.tick(story.now + 4.0)
+        story.dispatcher.tick(story.now + 4.0)
         await say(story, source, "continue 0.5 meters")
 
     story = told(tmp_path, tell)

@@ -148,22 +148,22 @@ class Story:
         self.slow = self.chance.choice((0.05, 0.3, 2.0, 5.0))
         self.lease, board = Lease(), Notifications()
         history = History(folder, lambda _: None)
-        self.door = CommandDispatcher(self, self.lease, history, board)  # type: ignore[arg-type]
-        self.door.pilot = self  # type: ignore[assignment]
+        self.dispatcher = CommandDispatcher(self, self.lease, history, board)  # type: ignore[arg-type]
+        self.dispatcher.pilot = self  # type: ignore[assignment]
         with patch("console.speech.room_transcription.TranscriptionClient", lambda: self.room_reader):
-            self.ears = RoomTranscriber(self.door, history, board)
+            self.ears = RoomTranscriber(self.dispatcher, history, board)
         with patch("console.speech.browser_microphone.TranscriptionClient", lambda: self.page_reader):
             self.microphone = BrowserMicrophone()
-        self.pending_commands = Waiting(self.door, self.lease, history, board)
+        self.pending_commands = Waiting(self.dispatcher, self.lease, history, board)
         self.pending_commands.seen = self.seen
-        self.spoken = VoiceCommands(self.ears, self.door, self.lease, self.pending_commands, board)
+        self.spoken = VoiceCommands(self.ears, self.dispatcher, self.lease, self.pending_commands, board)
         self.sockets, self.history, self.states = OpenSockets(), history, StateTimes()
         self.voice = SimpleNamespace(muted=False)
         self.pages: dict[str, Page] = {}
         self.heard_until = 0.0  # [s]
         self._file: Uttered | None = None
         self.writer_lives = False
-        parts = (self.door, self.lease, history, board)
+        parts = (self.dispatcher, self.lease, history, board)
         self.texts = TextFileCommands(self, *parts, lambda: None)  # type: ignore[arg-type]
 
     @property
@@ -283,7 +283,7 @@ class Story:
     async def ticks(self) -> None:
         while True:
             await asyncio.sleep(0.4)
-            self.door.tick(self.now)
+            self.dispatcher.tick(self.now)
             for page in self.pages.values():
                 if page.control and not page.hung:
                     self.lease.active(page.who, self.now)
@@ -314,22 +314,22 @@ class Story:
             case "write":
                 self._file = self.utter("file", "", 0.0)
             case "type":
-                self.door.submit(self.utter("typed", who.id, 0.0).words, "typed", who)
+                self.dispatcher.submit(self.utter("typed", who.id, 0.0).words, "typed", who)
             case _:
                 pass
 
     def _drive(self, what: str, who: Person) -> None:
         match what:
             case "stop":
-                self.door.stop(GUEST, "rest")
+                self.dispatcher.stop(GUEST, "rest")
             case "halt":
-                self.door.halt(who, "rest")
+                self.dispatcher.halt(who, "rest")
             case "jog":
                 self._loop.create_task(self._jog(who))
             case "take" | "release" | "acquire" as wish:
-                self.door.wish(wish, who)
+                self.dispatcher.wish(wish, who)
             case "forget":
-                self.door.forget(who)
+                self.dispatcher.forget(who)
             case _:
                 pass
 
@@ -362,7 +362,9 @@ class Story:
         press = next(self._numbers)
         for seq in range(self.chance.randrange(1, 8)):
             self._try(
-                lambda seq=seq: self.door.drive(messages.JogMessage(0.1, 0.0, press, seq, 1, self.lease.epoch), who)
+                lambda seq=seq: self.dispatcher.drive(
+                    messages.JogMessage(0.1, 0.0, press, seq, 1, self.lease.epoch), who
+                )
             )
             await asyncio.sleep(0.05)
 

@@ -31,7 +31,7 @@ class CalibrationCapture extends WizardStep {
   #advice = new AdviceLine();
   #verdict = new VerdictLine();
   #empty = new EmptyStage();
-  #showDemo = action("assistant", "Show me");
+  #showDemo = action("demo", "Show me");
   #live = action("pause", "Pause");
   #take = action("camera", "Take this picture");
   #mirror = action("mirror", "Mirror");
@@ -179,7 +179,7 @@ class CalibrationCapture extends WizardStep {
 
     const robot = source === "robot";
     this.#showDemo.hidden = !model.may || !robot || !model.simulated;
-    say(this.#showDemo, demo ? "Stop the demo" : "Show me", demo ? "hand" : "assistant");
+    say(this.#showDemo, demo ? "Stop the demo" : "Show me", demo ? "hand" : "demo");
     mark(this.#showDemo, "data-inviting", !demo && !progress.ready);
     this.#live.hidden = !model.may || source === "upload";
     const looking = robot ? live : !this.#paused;

@@ -24,7 +24,7 @@ class CalibrationMicrophones extends WizardStep {
     this.#bar,
   );
   #listen = action("ears", "Listen for a clap");
-  #show = action("assistant", "Show me");
+  #show = action("demo", "Show me");
   #again = action("undo", "Start again");
   #claps = make("ol", { class: "claps-list", "aria-label": "Claps" });
   #found = make("p", { class: "claps-found" });

@@ -43,7 +43,7 @@ export class CalibrationModel {
     return this.session.hello !== null && this.session.hello.you.role !== "viewer";
   }
 
-  /** True on the simulator, which has an assistant. */
+  /** True on the simulator, which has a simulated person. */
   get simulated() {
     return this.session.hello?.robot.capabilities.includes("simulate") === true;
   }

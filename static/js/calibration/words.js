@@ -28,7 +28,7 @@ export function quietWords({ source, verdict, demo }, { paused, blind, simulated
   if (blind) return blind;
   if (verdict) return "";
   if (simulated && source === "robot" && !demo)
-    return "This robot is simulated: press Show me, and an assistant holds the board.";
+    return "This robot is simulated: press Show me, and a simulated person holds the board.";
   return "Show the board to the camera.";
 }
 

@@ -52,7 +52,7 @@ class AppMenu extends Panel {
   #people = make(
     "a",
     { class: "menu-item", href: "people" },
-    icon("assistant"),
+    icon("demo"),
     make(
       "span",
       { class: "menu-words" },

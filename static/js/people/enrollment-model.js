@@ -172,7 +172,7 @@ export class EnrollmentModel {
 
   /** Remove the simulated person from the room. */
   sendAway() {
-    return this.#tried(() => call(`${ROOT}/assistant`, { method: "DELETE" }));
+    return this.#tried(() => call(`${ROOT}/demo`, { method: "DELETE" }));
   }
 
   /** The simulated person calls, and the robot gets the command to come. */

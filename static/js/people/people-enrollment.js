@@ -65,7 +65,7 @@ class PeopleEnrollment extends Panel {
     id: "people-files",
   });
   #choose = make("label", { class: "button primary", for: "people-files" }, icon("upload"), "Choose pictures");
-  #show = action("assistant", "Show me");
+  #show = action("demo", "Show me");
   #retakeRoom = action("undo", "Retake the empty room");
   #cancel = action("close", "Cancel");
   #strip = make("ul", { class: "people-strip", "aria-label": "Pictures taken" });
@@ -222,7 +222,7 @@ class PeopleEnrollment extends Panel {
     this.#choose.hidden = !upload;
     this.#show.hidden = !simulated || this.#source !== "robot";
     this.#show.disabled = this.#enrollments?.busy === true;
-    say(this.#show, enrollment.demo ? "Enough shown" : "Show me", "assistant");
+    say(this.#show, enrollment.demo ? "Enough shown" : "Show me", "demo");
     this.#retakeRoom.hidden = !enrollment.background || upload;
     this.#retakeRoom.disabled = !this.#idle;
     this.#naming.hidden = !enrollment.ready;

@@ -1,4 +1,4 @@
-"""The simulated assistant: what it does when, and whether cameras and lasers get calibrated by it."""
+"""The simulated person: what it does when, and whether cameras and lasers get calibrated by it."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Driver:
 
 
 def shown(driver: Driver, sights: Callable[[float], SessionView], seconds: float, seed: int = 0) -> BoardDemo:
-    """An assistant who is told `sights(now)` ten times a second."""
+    """A simulated person who is told `sights(now)` ten times a second."""
     board_demo = BoardDemo(driver.ask, driver.advice, BOARD, seed=seed)
 
     async def go() -> None:
@@ -192,7 +192,7 @@ def test_it_leaves_when_the_session_is_ready_or_it_is_sent_away() -> None:
 
 
 class Lesson:
-    """One session in the simulated laboratory, watched by an assistant, on simulated time."""
+    """One session in the simulated laboratory, watched by a simulated person, on simulated time."""
 
     def __init__(self, robot: SimulatedRobot, session: CameraSession | LaserSession, seed: int) -> None:
         self.robot, self.session = robot, session
@@ -224,7 +224,7 @@ class Lesson:
         return True
 
     def run(self, seconds: float) -> float:
-        """Until the assistant is done → how long it took [s]."""
+        """Until the demo is done → how long it took [s]."""
 
         async def go() -> float:
             first = last = self.robot.read().stamp
@@ -244,7 +244,7 @@ def some_robot(seed: int, rate: float = 10.0) -> SimulatedRobot:
     return open_robot("lab", seed=seed, settings=SimulationSettings(laser_noise="3%", camera_rate=rate))
 
 
-def test_the_assistant_calibrates_the_camera_by_itself() -> None:
+def test_the_demo_calibrates_the_camera_by_itself() -> None:
     robot, session = some_robot(6), CameraSession(BOARD)
     took = Lesson(robot, session, 6).run(60.0)
     progress = session.progress()
@@ -257,7 +257,7 @@ def test_the_assistant_calibrates_the_camera_by_itself() -> None:
 
 
 @pytest.mark.campaign  # the browser tests let it do the same while somebody watches
-def test_the_assistant_calibrates_the_laser_by_itself_with_a_camera_that_is_not_quite_exact() -> None:
+def test_the_demo_calibrates_the_laser_by_itself_with_a_camera_that_is_not_quite_exact() -> None:
     robot = some_robot(11, rate=5.0)
     camera = CameraModel(
         width=320, height=256, fx=301.3, fy=303.0, cx=155.6, cy=139.2, k1=-0.4305, k2=0.2410, p1=-0.0038, p2=-0.003

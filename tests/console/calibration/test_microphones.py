@@ -50,7 +50,7 @@ def test_nobody_speaks_for_a_check_while_the_robot_moves_because_no_stop_would_b
 
 
 def test_a_clap_from_a_known_side_is_heard_there(live: Live) -> None:
-    live.on_loop(live.runtime.door.setpoint_sender.stop)
+    live.on_loop(live.runtime.dispatcher.setpoint_sender.stop)
     live.until(lambda: not live.runtime.array.moves)
     ask(live, "calibration/microphones/again")
     measured(live, "calibration/microphones/clap", {"azimuth_rad": 0.0, "show": True})

@@ -1,4 +1,4 @@
-"""Sessions that look at the robot: by themselves, on purpose, and with the simulated assistant."""
+"""Sessions that look at the robot: by themselves, on purpose, and with the simulated person."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def show_demo(wizard: Wizard, on: bool) -> int:
     return wizard.live.ask("POST", "/api/calibration/demo", told, token=wizard.live.operator).status
 
 
-def test_the_assistant_shows_the_board_and_views_are_taken_by_themselves(live: Live) -> None:
+def test_the_demo_shows_the_board_and_views_are_taken_by_themselves(live: Live) -> None:
     wizard = Wizard(live, source="robot", board=PANEL)
     assert not wizard.told["live"]
     assert show_demo(wizard, on=True) == 200

@@ -66,10 +66,10 @@ def lease() -> Lease:
 
 
 @pytest.fixture
-def door(robot: Robot, lease: Lease, tmp_path: Path) -> CommandDispatcher:
-    door = CommandDispatcher(robot, lease, History(tmp_path, lambda _: None), Notifications())  # type: ignore[arg-type]
-    door.pilot = robot  # type: ignore[assignment]
-    return door
+def dispatcher(robot: Robot, lease: Lease, tmp_path: Path) -> CommandDispatcher:
+    dispatcher = CommandDispatcher(robot, lease, History(tmp_path, lambda _: None), Notifications())  # type: ignore[arg-type]
+    dispatcher.pilot = robot  # type: ignore[assignment]
+    return dispatcher
 
 
 @pytest.mark.parametrize(
@@ -86,13 +86,13 @@ def door(robot: Robot, lease: Lease, tmp_path: Path) -> CommandDispatcher:
     ],
 )
 def test_what_goes_on_without_a_sign_of_life(
-    door: CommandDispatcher, robot: Robot, lease: Lease, words: str, source: str, who: Person, goes_on: bool
+    dispatcher: CommandDispatcher, robot: Robot, lease: Lease, words: str, source: str, who: Person, goes_on: bool
 ) -> None:
-    entry = door.submit(words, source, who)
+    entry = dispatcher.submit(words, source, who)
     begun = time.monotonic()
-    door.tick(begun + GRACE - 0.5)
+    dispatcher.tick(begun + GRACE - 0.5)
     assert robot.cancelled == [] and lease.held_by(who)
-    door.tick(begun + GRACE + 0.5)
+    dispatcher.tick(begun + GRACE + 0.5)
     assert lease.held_by(who) == goes_on
     assert robot.cancelled == [] if goes_on else f"{who.name} is gone" in robot.cancelled[0]
     if source != "typed" and not goes_on:
@@ -101,54 +101,56 @@ def test_what_goes_on_without_a_sign_of_life(
 
 
 def test_an_endless_command_goes_on_while_its_owner_renews_the_lease(
-    door: CommandDispatcher, robot: Robot, lease: Lease
+    dispatcher: CommandDispatcher, robot: Robot, lease: Lease
 ) -> None:
-    door.submit("follow wall", "rest", ANNA)
+    dispatcher.submit("follow wall", "rest", ANNA)
     now = time.monotonic()
     for second in range(60):
         lease.active(ANNA, now + second)
-        door.tick(now + second + 0.9)
+        dispatcher.tick(now + second + 0.9)
     assert robot.cancelled == []
-    door.tick(now + 59 + GRACE + 0.1)
+    dispatcher.tick(now + 59 + GRACE + 0.1)
     assert len(robot.cancelled) == 1 and lease.holder is None
 
 
 @pytest.mark.parametrize("words", ["follow wall", "follow me", "come here", "stop at 1 and 0.5"])
-def test_the_same_command_again_is_under_way_already(door: CommandDispatcher, robot: Robot, words: str) -> None:
-    door.submit(words, "rest", ANNA)
+def test_the_same_command_again_is_under_way_already(dispatcher: CommandDispatcher, robot: Robot, words: str) -> None:
+    dispatcher.submit(words, "rest", ANNA)
     with pytest.raises(Problem, match="already doing that") as again:
-        door.submit(words, "typed", ANNA)
+        dispatcher.submit(words, "typed", ANNA)
     assert again.value.status == 409 and robot.told == [words] and robot.cancelled == []
-    door.stop(BERT, "rest")  # the pilot has not said yet that it ended
-    door.submit(words, "rest", ANNA)
+    dispatcher.stop(BERT, "rest")  # the pilot has not said yet that it ended
+    dispatcher.submit(words, "rest", ANNA)
     assert robot.told == [words, words]
 
 
 @pytest.mark.parametrize("words", ["turn left", "continue 1 meters"])
-def test_a_motion_that_has_an_end_of_its_own_is_made_again(door: CommandDispatcher, robot: Robot, words: str) -> None:
+def test_a_motion_that_has_an_end_of_its_own_is_made_again(
+    dispatcher: CommandDispatcher, robot: Robot, words: str
+) -> None:
     for _ in range(2):
-        door.submit(words, "rest", ANNA)
+        dispatcher.submit(words, "rest", ANNA)
     assert robot.told == [words, words]
 
 
-def test_another_goal_and_a_new_call_are_other_commands(door: CommandDispatcher, robot: Robot) -> None:
+def test_another_goal_and_a_new_call_are_other_commands(dispatcher: CommandDispatcher, robot: Robot) -> None:
     call = VoiceBearing(stamp=1.0, azimuth=0.5, sd=0.05, x=0.0, y=0.0)
-    door.submit("stop at 1 and 0.5", "rest", ANNA)
-    door.submit("stop at 1 and 0.6", "rest", ANNA)
+    dispatcher.submit("stop at 1 and 0.5", "rest", ANNA)
+    dispatcher.submit("stop at 1 and 0.6", "rest", ANNA)
     for _ in range(2):
-        door.dispatch(Command(name="come_here", numbers={}, heard_as="come here", call=call), "ears", ANNA)
+        dispatcher.dispatch(Command(name="come_here", numbers={}, heard_as="come here", call=call), "ears", ANNA)
     assert len(robot.told) == 4
 
 
-def test_what_is_refused_leaves_alone_what_is_under_way(door: CommandDispatcher, robot: Robot) -> None:
+def test_what_is_refused_leaves_alone_what_is_under_way(dispatcher: CommandDispatcher, robot: Robot) -> None:
     ended: list[str] = []
-    door.when_cancelled.append(lambda state, why, objected: ended.append(why))
-    door.submit("follow wall", "rest", ANNA)
+    dispatcher.when_cancelled.append(lambda state, why, objected: ended.append(why))
+    dispatcher.submit("follow wall", "rest", ANNA)
     ended.clear()
     robot.refuses = True
     for words, who in (("come here", ANNA), ("turn left", BERT), ("dance", ANNA)):
         with pytest.raises(Problem):
-            door.submit(words, "rest", who)
+            dispatcher.submit(words, "rest", who)
     assert ended == [] and robot.cancelled == []
 
 

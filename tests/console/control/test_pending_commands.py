@@ -127,7 +127,7 @@ def test_an_order_that_ended_with_what_it_was_told_for_was_not_held_back(
 ) -> None:
     speak(live, "continue 3 meters")
     if how == "another map came":
-        live.on_loop(lambda: live.runtime.door.cancel("cancelled", "Another map was loaded."))
+        live.on_loop(lambda: live.runtime.dispatcher.cancel("cancelled", "Another map was loaded."))
     else:
         assert live.ask("POST", "/api/lease", {"do": "release"}, token=live.operator).status == 200
     live.until(lambda: pending_commands.waiting is None)
@@ -234,7 +234,7 @@ def test_whatever_ends_what_is_under_way_drops_it(live: Live, pending_commands: 
     elif how == "lease":
         live.ask("POST", "/api/lease", {"do": "release"}, token=live.operator)
     else:
-        live.on_loop(lambda: live.runtime.door.forget(driver))
+        live.on_loop(lambda: live.runtime.dispatcher.forget(driver))
     waiting = live.runtime.pending_commands.waiting
     assert waiting is None or waiting.id != number
     rows = live.ask("GET", "/api/commands/history?limit=3", token=live.viewer).json["commands"]

@@ -61,7 +61,7 @@ def test_a_file_that_was_renamed_into_place_is_read_like_any_other(tmp_path: Pat
 
 def reading(live: Live, folder: Path) -> TextFileCommands:
     runtime = live.runtime
-    parts = (runtime.door, runtime.lease, runtime.history, runtime.board)
+    parts = (runtime.dispatcher, runtime.lease, runtime.history, runtime.board)
     return TextFileCommands(TextFileReader(folder), *parts, lambda: runtime.snapshot)
 
 

@@ -52,14 +52,14 @@ def school_in(
     robot: InProcessRobot | None = None,
     newest: Callable[[], Image | None] = lambda: None,
 ) -> tuple[EnrollmentService, Obedient]:
-    door = CommandDispatcher.__new__(CommandDispatcher)
-    door.pilot = pilot = Obedient()  # type: ignore[assignment]
+    dispatcher = CommandDispatcher.__new__(CommandDispatcher)
+    dispatcher.pilot = pilot = Obedient()  # type: ignore[assignment]
 
     def tell(level: str, words: str) -> None:
         if level == "warning":
             complaints.append(words)
 
-    found = EnrollmentService(home, robot or standing(), door, tell, newest)
+    found = EnrollmentService(home, robot or standing(), dispatcher, tell, newest)
     asyncio.run(found.open())
     return found, pilot
 

@@ -48,7 +48,7 @@ def newest(live: Live) -> dict[str, Any]:
 @pytest.fixture
 def spoken(live: Live) -> Any:
     live.until(lambda: live.runtime.snapshot and not live.runtime.snapshot.slam.looking_around)
-    live.until(lambda: not live.runtime.door.busy_above(()))
+    live.until(lambda: not live.runtime.dispatcher.busy_above(()))
     yield live.runtime.spoken
     live.ask("POST", "/api/stop", token=live.operator)
     live.ask("POST", "/api/hearing", {"listen": False}, token=live.operator)
@@ -110,7 +110,7 @@ def test_words_are_let_go_with_the_wheel(live: Live, spoken: VoiceCommands) -> N
     assert listen(live, True).status == 200
     holder = live.runtime.lease.holder
     assert holder is not None
-    live.on_loop(lambda: live.runtime.door.forget(holder))
+    live.on_loop(lambda: live.runtime.dispatcher.forget(holder))
     assert "no longer drives" in said(live, "turn left")
     assert said(live, "turn left") == NOT_OBEYED
 
@@ -150,7 +150,7 @@ def test_what_the_pilot_does_not_do_now_is_told_and_the_ears_go_on(
         raise Refused("Not now: I look for my place.")
 
     assert listen(live, True).status == 200
-    monkeypatch.setattr(live.runtime.door.pilot, "tell", not_now)
+    monkeypatch.setattr(live.runtime.dispatcher.pilot, "tell", not_now)
     monkeypatch.setattr(live.runtime.pending_commands, "moment", 0.05)
     for words in ("turn left", "come here"):
         assert said(live, words) == ""
