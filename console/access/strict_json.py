@@ -38,7 +38,7 @@ def read_json(raw: bytes | str) -> Any:
 
 
 def without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """An object's pairs → the object; a repeated key could mean two different orders."""
+    """An object's pairs → the object; a repeated key could mean two different commands."""
     value = dict(pairs)
     if len(value) < len(pairs):
         raise BadInput("A key stands twice in the JSON; send every key once.")

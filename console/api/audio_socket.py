@@ -35,7 +35,7 @@ from console.workers.tasks import end
 from core.errors import BadInput, Refused
 from core.speech.recognition.decision import Decision, RecognizedUtterance
 
-MOST_PER_SECOND = 250  # messages; pieces of 20 ms are 50, and what a stalled network held back comes at once
+MOST_PER_SECOND = 250  # messages; pieces of 20 ms are 50, and after a stall of the network they come at once
 MOST_BYTES = 2**19  # a second; sound is 32,000, and 15 s of it may come at once
 MOST_WAITING = 50  # messages down that may wait for a browser that does not read them
 SOURCE = "voice"
@@ -152,11 +152,11 @@ class AudioSocket:
         else:
             self._listen(message)
 
-    def _listen(self, wish: audio.Listen) -> None:
+    def _listen(self, asked: audio.Listen) -> None:
         if self._turn is not None:
             self._turn.rest()
         turn = TalkTurn(
-            wish.mode,
+            asked.mode,
             self._hear,
             lambda why, on: self._tell(audio.ListeningMessage(on, why)),
             self._page,
@@ -168,7 +168,7 @@ class AudioSocket:
             self._tell(audio.ListeningMessage(False, str(busy)))
             return
         now = time.monotonic()
-        turn.sent(self._runtime.states.oldest(wish.seen, now), now)
+        turn.sent(self._runtime.states.oldest(asked.seen, now), now)
         self._turn = turn
         self._stops.another_clock()
         self._tell(audio.ListeningMessage(True))
@@ -220,7 +220,7 @@ class AudioSocket:
             return Outcome(reason=problem.detail)
 
     def _rejected(self, pending_command: PendingCommand) -> None:
-        """An order of this person's waited and was held back."""
+        """A pending command of this person was rejected."""
         if pending_command.source == SOURCE and pending_command.person.id == self._person.id:
             self._runtime.microphone.reject(pending_command.words, self._page)
 

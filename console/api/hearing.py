@@ -53,16 +53,16 @@ async def newest(behind: Behind) -> NewestHearing:
 
 @hearing.post("/hearing")
 @needs("operator")
-async def listen(wish: ListeningRequest, behind: Behind, who: Who) -> Listening:
+async def listen(asked: ListeningRequest, behind: Behind, who: Who) -> Listening:
     """Let the robot listen, or not. It listens by itself for a minute after a person in the simulated room spoke."""
     if behind.robot.profile.microphones is None:
         raise Problem(404, "This robot has no microphones.")
-    if not wish.listen:
+    if not asked.listen:
         behind.lease.check_not_anothers(who)
-    if wish.obey is True and wish.listen:
+    if asked.obey is True and asked.listen:
         behind.spoken.take_on(who)
-    elif wish.obey is False or not wish.listen:
+    elif asked.obey is False or not asked.listen:
         behind.spoken.let_go()
-    answer = await behind.ask(SetListening(on=wish.listen))
-    behind.history.add("listen", who, words="on" if wish.listen else "off")
+    answer = await behind.ask(SetListening(on=asked.listen))
+    behind.history.add("listen", who, words="on" if asked.listen else "off")
     return Listening(listening=answer.on, obeying=behind.spoken.driver is not None)

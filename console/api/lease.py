@@ -27,7 +27,7 @@ async def held(lease: DriversLease) -> LeaseState:
 
 @lease.post("/lease")
 @needs("operator")
-async def wish(asked: LeaseRequest, dispatcher: Dispatcher, lease: DriversLease, who: Who) -> LeaseState:
+async def change(asked: LeaseRequest, dispatcher: Dispatcher, lease: DriversLease, who: Who) -> LeaseState:
     """Ask for control. A take-over goes through zero.
 
     The lease lapses, and what is under way is cancelled, after 5 s without a sign of life of its holder: a message of
@@ -35,5 +35,5 @@ async def wish(asked: LeaseRequest, dispatcher: Dispatcher, lease: DriversLease,
     sends `{"do": "renew"}` every second while it wants the robot to go on; what ends by itself (continue, stop at …)
     keeps the lease until it has ended. Who does not drive renews nothing: 409.
     """
-    dispatcher.wish(asked.do, who)
+    dispatcher.change_lease(asked.do, who)
     return lease_state(lease)

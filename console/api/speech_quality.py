@@ -15,7 +15,7 @@ from console.access.roles import needs
 from console.api import Behind, HistoryInUse, QualityTests, RequestBody, RobotInUse, Who, router
 from console.api.typed_route import Responses
 from console.http.problems import Problem
-from console.speech.quality_runs import QualityRunState, QualityWish
+from console.speech.quality_runs import QualityRunState, QualitySetup
 from core.robots.requests import ReadPlan, ReadTruth
 from core.speech.quality.report import STYLE
 
@@ -78,7 +78,7 @@ async def begin(
     if asked.x_m is not None and asked.y_m is not None:
         x, y = asked.x_m - robot.x_m, asked.y_m - robot.y_m
         towards, distances = math.atan2(y, x), [round(math.hypot(x, y), 2)]
-    wish = QualityWish(
+    setup = QualitySetup(
         world=world,
         x_m=robot.x_m,
         y_m=robot.y_m,
@@ -88,7 +88,7 @@ async def begin(
         snr_db=asked.snr_db,
         phrases=asked.phrases,
     )
-    run = quality.begin(wish, who)
+    run = quality.begin(setup, who)
     history.add("speech quality", who, words="begin")
     return run.shown
 

@@ -182,7 +182,7 @@ class StateSocket:
                 entry = dispatcher.submit(message.text, message.source, person, said=Spoken(now, given))
                 return messages.AnswerMessage(message.ref, True, 202, entry.heard_as, id=entry.id)
             case messages.LeaseMessage():
-                dispatcher.wish(message.do, person)
+                dispatcher.change_lease(message.do, person)
                 return messages.AnswerMessage(message.ref, True, 200)
             case messages.HaltResetMessage():
                 dispatcher.reset(person, "page")
@@ -195,16 +195,16 @@ class StateSocket:
                 self._stop_controller(message)
         return None
 
-    def _want(self, wish: messages.SubscriptionMessage) -> None:
+    def _want(self, asked: messages.SubscriptionMessage) -> None:
         """Camera on or off; another calibration session, or none."""
-        if isinstance(wish.camera, bool):
-            self._runtime.broadcaster.want(self._viewer, "camera", wanted=wish.camera)
-        if wish.calibration is not msgspec.UNSET:
+        if isinstance(asked.camera, bool):
+            self._runtime.broadcaster.want(self._viewer, "camera", wanted=asked.camera)
+        if asked.calibration is not msgspec.UNSET:
             self._viewer.want(f"calibration:{self._session}", wanted=False)
-            self._session = wish.calibration
-        if isinstance(wish.calibration, str):
+            self._session = asked.calibration
+        if isinstance(asked.calibration, str):
             self._runtime.broadcaster.want(self._viewer, f"calibration:{self._session}", wanted=True)
-            self._runtime.calibration_service.show(wish.calibration)
+            self._runtime.calibration_service.show(asked.calibration)
 
     def _stop_controller(self, message: messages.StopMessage | messages.HaltMessage) -> None:
         if isinstance(message, messages.HaltMessage):

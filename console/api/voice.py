@@ -75,7 +75,7 @@ async def hush(asked: PlayedRequest, voice: SpokenAnswers) -> VoiceState:
 
 
 async def in_room(behind: Runtime, sound: Sound) -> None:
-    """A simulated robot that listens is heard in its room as well, and does not take its own words for an order."""
+    """A simulated robot that listens is heard in its room as well, and does not take its own words for a command."""
     snapshot, array = behind.snapshot, behind.robot.profile.microphones
     heard = snapshot.hearing if snapshot is not None else None
     if (

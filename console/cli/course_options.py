@@ -39,7 +39,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(wrong=parser.error)
 
 
-def wishes(chosen: argparse.Namespace) -> dict[str, object]:
+def chosen_options(chosen: argparse.Namespace) -> dict[str, object]:
     """Return the options beyond the usual; exit with wrong usage where the experiment does not know them."""
     every = sorted({name for names in TAKES.values() for name in names})
     asked: dict[str, object] = {name: getattr(chosen, name) for name in every if getattr(chosen, name) is not None}

@@ -31,8 +31,8 @@ def add(places: Any) -> None:
 
 def run(chosen: argparse.Namespace) -> int:
     """Run it and say what came out."""
-    wishes = course_options.wishes(chosen)
-    result = EXPERIMENTS[chosen.name](runs=chosen.runs, seed=chosen.seed, out=chosen.out, tell=tell, **wishes)
+    options = course_options.chosen_options(chosen)
+    result = EXPERIMENTS[chosen.name](runs=chosen.runs, seed=chosen.seed, out=chosen.out, tell=tell, **options)
     if chosen.out is not None and "boards" in result:
         result["files"]["figure_15_scene"] = board_scene(result["boards"], chosen.out)
     if chosen.json:

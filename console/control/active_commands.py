@@ -39,47 +39,48 @@ class ActiveCommands:
     """By the number of their row in the history."""
 
     def __init__(self) -> None:
-        self._orders: dict[int, ActiveCommand] = {}
+        self._commands: dict[int, ActiveCommand] = {}
         self._cancelled: set[int] = set()  # of them: the pilot has not said yet that they ended
 
     def __iter__(self) -> Iterator[int]:
-        return iter(tuple(self._orders))
+        return iter(tuple(self._commands))
 
     def __len__(self) -> int:
-        return len(self._orders)
+        return len(self._commands)
 
-    def begin(self, number: int, order: ActiveCommand) -> None:
+    def begin(self, number: int, active: ActiveCommand) -> None:
         """One more."""
-        self._orders[number] = order
+        self._commands[number] = active
 
     def end(self, number: int) -> None:
         """It has ended."""
-        self._orders.pop(number, None)
+        self._commands.pop(number, None)
         self._cancelled.discard(number)
 
     def cancel(self) -> None:
         """All are about to end."""
-        self._cancelled |= self._orders.keys()
+        self._cancelled |= self._commands.keys()
 
     def clear(self) -> None:
         """All have ended."""
-        self._orders.clear()
+        self._commands.clear()
         self._cancelled.clear()
 
     def given(self) -> list[float]:
         """When each was given [s]."""
-        return [order.given for order in self._orders.values()]
+        return [active.given for active in self._commands.values()]
 
     def busy_above(self, sources: Container[str]) -> bool:
         """Return whether a goal is under way that came another way than these; an endless command has no goal."""
         return any(
-            not spec_of(order.command.name).endless and order.source not in sources for order in self._orders.values()
+            not spec_of(active.command.name).endless and active.source not in sources
+            for active in self._commands.values()
         )
 
     def does(self, command: Command) -> bool:
         """Return whether the newest is this very command, so that saying it again asks for nothing new."""
-        number = next(reversed(self._orders), 0)
-        newest = self._orders.get(number)
+        number = next(reversed(self._commands), 0)
+        newest = self._commands.get(number)
         return (
             newest is not None
             and number not in self._cancelled
@@ -91,14 +92,14 @@ class ActiveCommands:
     def keeps_lease(self, holder: Person | None) -> bool:
         """Return whether the holder sent a command without a page that has bounds of its own and is not over."""
         return any(
-            order.person == holder and order.source in RENEWED_BY and not spec_of(order.command.name).endless
-            for order in self._orders.values()
+            active.person == holder and active.source in RENEWED_BY and not spec_of(active.command.name).endless
+            for active in self._commands.values()
         )
 
     def how_to_renew(self) -> str:
         """How to keep an endless command going that was sent without a page, a sentence; "" where there is none."""
-        for order in self._orders.values():
-            if spec_of(order.command.name).endless and order.source in RENEWED_BY:
-                said, how = order.command.heard_as, RENEWED_BY[order.source]
+        for active in self._commands.values():
+            if spec_of(active.command.name).endless and active.source in RENEWED_BY:
+                said, how = active.command.heard_as, RENEWED_BY[active.source]
                 return f" “{said}” goes on only while its sender renews it: {how}."
         return ""

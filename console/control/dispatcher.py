@@ -34,7 +34,7 @@ from core.snapshot import ActiveCommandStatus, Ending
 from core.speech.understanding.grammar import Refusal, understand
 
 REACHED = ("live", "stale")
-SETTLED = 0.3  # [s] after which what the gate says surely concerns an order
+SETTLED = 0.3  # [s] after which what the gate says surely concerns a command
 STALLED = 1.0  # [s] between two ticks after which what came meanwhile came at nobody knows what time
 LET_GO = 0.5  # [s] without a moving jog after which the press has ended
 
@@ -54,14 +54,14 @@ class CommandDispatcher:
         self._history = history
         self._board = board
         self.words = CommandFreshness(lease)
-        self._orders = ActiveCommands()
+        self._active = ActiveCommands()
         self._jog: ActiveJog | None = None
         self._trips, self._tripped = 0, 0.0  # how often the gate stopped by itself, and when [s] it last did
         self._closed = False  # the console is ending
         self._ticked = math.inf  # [s]
         self._obeyed = 0.0  # [s] when the gate last had nothing against the active command
 
-    # orders
+    # commands
 
     def submit(self, text: str, source: str, who: Person, said: Spoken | None = None) -> HistoryEntry:
         """Understand words as they arrive → the history entry of the command that is now active; `said`: when they
@@ -108,7 +108,7 @@ class CommandDispatcher:
             if said is not None and (why := self.words.why_not(said, source, who)):
                 raise Problem(409, why)
             self._obtain(who)
-            if self._orders.does(heard):
+            if self._active.does(heard):
                 raise Problem(409, f"The robot is already doing that: “{heard.heard_as}”.")
         except Problem as problem:
             fields = row_of(heard, words, source)
@@ -146,7 +146,7 @@ class CommandDispatcher:
 
     def busy_above(self, sources: Container[str]) -> bool:
         """Return whether a hand drives, or a goal is under way that came another way than these."""
-        return self._jog is not None or self._orders.busy_above(sources)
+        return self._jog is not None or self._active.busy_above(sources)
 
     def halt(self, who: Person, source: str, press: int = 0) -> None:
         """The same, latched."""
@@ -156,7 +156,7 @@ class CommandDispatcher:
         """Lift the latch; the lease holder only, and it never moves. Raises Problem 403, 409, 503."""
         self._stop_controller.reset(who, source)
 
-    def wish(self, do: str, who: Person) -> None:
+    def change_lease(self, do: str, who: Person) -> None:
         """Acquire, renew, take or release the lease. Raises Problem 403, 409; Refused when another holds it."""
         if not who.may("operator"):
             raise Problem(403, "Only an operator can drive.")
@@ -195,10 +195,10 @@ class CommandDispatcher:
         if self._jog and now - self._jog.seen > LET_GO:
             self._history.end(self._jog.entry, "done", "")
             self._jog = None
-        lost = self._lease.tick(now, obeying=self._orders.keeps_lease(self._lease.holder))
+        lost = self._lease.tick(now, obeying=self._active.keeps_lease(self._lease.holder))
         if lost is not None:
             silence = f"{lost.name} is gone: there was no sign of life for {leases.GRACE:g} s."
-            self._changed_hands(silence + self._orders.how_to_renew())
+            self._changed_hands(silence + self._active.how_to_renew())
             self._history.add("lease", lost, remark="lapsed")
             self._board.tell("info", f"{lost.name} is gone; nobody drives now.")
         status = self._robot.status()
@@ -213,24 +213,24 @@ class CommandDispatcher:
     def ended(self, status: ActiveCommandStatus) -> None:
         """The pilot reports how an active command ended."""
         self.setpoint_sender.dismiss(status.id)
-        self._orders.end(status.id)
+        self._active.end(status.id)
         self._history.end(status.id, status.state, status.remark)
 
     def ended_without_pilot(self, why: str) -> None:
         """No pilot says it now: everything under way has failed, and a pilot that comes to itself hears so."""
         self._tell("failed", why)
-        for number in self._orders:
+        for number in self._active:
             self.setpoint_sender.dismiss(number)
             self._history.end(number, "failed", why)
-        self._orders.clear()
+        self._active.clear()
         if self.pilot is not None:
             self.pilot.cancel("failed", why)
 
     def cancel(self, state: Ending, why: str, *, objected: bool = False) -> None:
         """End the active command; it no longer drives from now on. `objected`: a person did not want it."""
         self._tell(state, why, objected=objected)
-        self._orders.cancel()
-        for number in self._orders:
+        self._active.cancel()
+        for number in self._active:
             self.setpoint_sender.dismiss(number)
         if self.pilot is not None:
             self.pilot.cancel(state, why)
@@ -249,13 +249,13 @@ class CommandDispatcher:
         if self.pilot is None or self._robot.link()[0] not in REACHED:
             self._history.end(entry.id, "done", "The robot was sent a stop; it does not report whether it stands.")
             return
-        self._orders.begin(entry.id, ActiveCommand(who, entry.source, time.monotonic(), heard))
+        self._active.begin(entry.id, ActiveCommand(who, entry.source, time.monotonic(), heard))
         self.setpoint_sender.entrust(entry.id, self._lease.epoch)
         try:
             self.pilot.tell(entry.id, heard, entry.source, who.name)
         except Refused as refused:
             self.setpoint_sender.dismiss(entry.id)
-            self._orders.end(entry.id)
+            self._active.end(entry.id)
             self._history.end(entry.id, "refused", str(refused))
             raise Problem(409, str(refused)) from None
 
@@ -263,7 +263,7 @@ class CommandDispatcher:
         """A command that the gate stopped, or does not let through, has failed."""
         tripped, self._trips = status.trips > self._trips, status.trips
         self._tripped = now if tripped else self._tripped
-        older = [given for given in self._orders.given() if now - given > SETTLED]
+        older = [given for given in self._active.given() if now - given > SETTLED]
         if not older or not status.refused:
             self._obeyed = now
         refuses = now - self._obeyed > SETTLED
@@ -310,7 +310,7 @@ class CommandDispatcher:
 
     def _press(self, press: int, who: Person, now: float) -> None:
         """A hand that drives ends a goal; the goal does not resume."""
-        end = self.cancel if self._orders else self._tell
+        end = self.cancel if self._active else self._tell
         end("pre-empted", f"{who.name} drives by hand.")
         if self._jog is not None and self._jog.press == press:
             self._jog.seen = now

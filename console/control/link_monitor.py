@@ -30,7 +30,7 @@ class LinkMonitor:
             self._dispatcher.ended_without_pilot("The pilot did not go on; the robot was stopped.")
             self._board.tell("error", HANGS, "pilot")
         elif before and not hangs:
-            self._board.tell("info", "The pilot goes on. The robot moves only on a new order.", "pilot")
+            self._board.tell("info", "The pilot goes on. The robot moves only on a new command.", "pilot")
         return hangs
 
     def _look_at_link(self) -> bool:
@@ -40,5 +40,5 @@ class LinkMonitor:
             why = self._robot.trouble or "The robot's link is lost; the robot stops by itself."
             self._board.tell("error", why, "link")
         elif self._link == "live" and before == "lost":
-            self._board.tell("info", "The robot is back. It moves only on a new order.", "link")
+            self._board.tell("info", "The robot is back. It moves only on a new command.", "link")
         return self._link == "lost"

@@ -1,7 +1,7 @@
 """A spoken order that was understood and waits a moment, in which anybody may hold it back.
 
 What is exact and near begins at once. What goes far or to a person, or has numbers that were not heard for sure,
-begins by itself after its moment, unless a stop, another order, a hand on the keys, another driver or a press of
+begins by itself after its delay, unless a stop, another command, a hand on the keys, another driver or a press of
 Cancel comes before. While somebody speaks it waits on: they may be about to say that it is wrong.
 """
 
@@ -28,7 +28,7 @@ from core.speech.recognition.decision import Decision
 
 @dataclass(frozen=True)
 class PendingCommand:
-    """An order that waits."""
+    """A command that waits."""
 
     id: int
     person: Person  # in whose name it begins
@@ -108,7 +108,7 @@ class PendingCommands:
         """Begin at once instead of waiting on; the driver only. Raises Problem 403 to 503."""
         pending_command = self._find(number)
         if not who.may("operator"):
-            raise Problem(403, "Viewers watch and may stop the robot; the driver begins an order.")
+            raise Problem(403, "Viewers watch and may stop the robot; the driver begins a command.")
         if not self._lease.held_by(who):
             raise Problem(409, "Only who drives may begin this order; you may drop it.")
         return self._begin(pending_command)

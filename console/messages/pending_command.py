@@ -10,7 +10,7 @@ Struct = msgspec.Struct
 
 
 class CommandPayload(Struct):
-    """An order as it was understood."""
+    """A command as it was understood."""
 
     id: int
     name: str

@@ -30,7 +30,7 @@ class GateProcess:
         halted: bool = False,
     ) -> None:
         """`halted`: it begins halted, even if the latch in `home` is lifted."""
-        self.orders, theirs = packet_pair()
+        self.requests, theirs = packet_pair()
         with theirs, driver.gate_end() as driver_end:
             arguments = [
                 f"--console={theirs.fileno()}",
@@ -47,11 +47,11 @@ class GateProcess:
 
     def send(self, packet: Mapping[str, object]) -> bool:
         """Without waiting → whether it is on its way."""
-        return send_packet(self.orders, packet)
+        return send_packet(self.requests, packet)
 
     def read(self) -> tuple[list[GateStatus], bool]:
         """Take the gate's messages, without waiting, and check that it is still there."""
-        packets, there = take_packets(self.orders)
+        packets, there = take_packets(self.requests)
         if packets:
             self.heard, self.started = time.monotonic(), True
         return [GateStatus.of_packet(packet) for packet in packets[-1:]], there
@@ -60,7 +60,7 @@ class GateProcess:
         """Through zero and away, by force after `patience` [s]."""
         self.send({"kind": "leave"})
         self.child.end(patience)
-        self.orders.close()
+        self.requests.close()
 
 
 def limits_of(profile: Profile, limits: Limits) -> Limits:

@@ -36,7 +36,7 @@ class RobotLink(Protocol):
         ...
 
     def send(self, setpoint: Setpoint) -> None:
-        """An order for the gate to judge."""
+        """A request for the gate to judge."""
         ...
 
     def stop(self) -> None:

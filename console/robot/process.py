@@ -29,7 +29,7 @@ class RobotProcess(RobotSupervisor):
         return self._mail.take_frame(timeout)
 
     def send(self, setpoint: Setpoint) -> None:
-        """An order for the gate to judge."""
+        """A request for the gate to judge."""
         if setpoint.v or setpoint.w:
             self._presses[setpoint.source] = setpoint.press
         speeds = {name: value if is_number(value) else None for name, value in (("v", setpoint.v), ("w", setpoint.w))}

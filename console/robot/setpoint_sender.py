@@ -13,7 +13,7 @@ from core.gate.setpoint import Setpoint
 from core.gate.twist import ZERO, Twist
 from core.snapshot import Snapshot
 
-AGAIN = 0.02  # [s] within which the same stop, with no order between, is not sent again: no flood may fill the pipe
+AGAIN = 0.02  # [s] within which the same stop, with no command between, is not sent again: no flood may fill the pipe
 
 
 class SetpointSender:

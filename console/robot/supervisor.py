@@ -162,7 +162,7 @@ class RobotSupervisor:
         if self._driver is not None:
             hear[self._driver.stream.fileno()] = self._hear_driver
         if self._gate is not None:
-            hear[self._gate.orders.fileno()] = self._hear_gate
+            hear[self._gate.requests.fileno()] = self._hear_gate
         for descriptor in hear:
             watched.register(descriptor, select.POLLIN)
         waited_from = time.monotonic()
@@ -171,7 +171,7 @@ class RobotSupervisor:
         slept = self._sleep.woke()
         if slept:
             self._insist("stop")
-            self.alarm(f"The machine slept for {slept:.0f} s; the robot was stopped. It moves only on a new order.")
+            self.alarm(f"The machine slept for {slept:.0f} s; the robot was stopped. It moves only on a new command.")
         if slept or now - waited_from > 0.5 * GATE_FROZEN:
             self._woke_at = now
         for descriptor, _ in events:

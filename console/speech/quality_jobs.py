@@ -9,7 +9,7 @@ from core.simulation.microphones import MicrophoneSettings
 from core.speech.settings import SpeechSettings
 
 
-class QualityWish(msgspec.Struct, frozen=True):
+class QualitySetup(msgspec.Struct, frozen=True):
     """Measurements: every pair of a distance and a ratio, from where the robot stands in the world."""
 
     world: str
@@ -59,7 +59,7 @@ class MeasuredQuality(msgspec.Struct, frozen=True):
 class BeginQuality(Job[BegunQuality], frozen=True):
     """Prepare a run. Raises BadInput, Unavailable."""
 
-    wish: QualityWish
+    setup: QualitySetup
     ears: MicrophoneSettings
     speech: SpeechSettings
 

@@ -16,7 +16,7 @@ import msgspec
 
 from console.access.logins import Person
 from console.http.problems import Problem
-from console.speech.quality_jobs import BeginQuality, ListenClose, MeasureQuality, QualityRow, QualityWish
+from console.speech.quality_jobs import BeginQuality, ListenClose, MeasureQuality, QualityRow, QualitySetup
 from console.workers.tasks import end, to_the_end
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BeckonError, Unwritable
@@ -40,7 +40,7 @@ class QualityRunState(msgspec.Struct, frozen=True, kw_only=True):
     id: str
     who: str
     at_s: float  # Unix time
-    wish: QualityWish
+    setup: QualitySetup
     state: RunState
     doing: str
     reason: str
@@ -57,7 +57,7 @@ class QualityRun(msgspec.Struct):
     id: str
     who: str
     at_s: float  # Unix time
-    wish: QualityWish
+    setup: QualitySetup = msgspec.field(name="wish")  # in files that exist
     state: RunState = "running"
     doing: str = "Making ready…"
     reason: str = ""  # why it failed
@@ -73,7 +73,7 @@ class QualityRun(msgspec.Struct):
             id=self.id,
             who=self.who,
             at_s=self.at_s,
-            wish=self.wish,
+            setup=self.setup,
             state=self.state,
             doing=self.doing,
             reason=self.reason,
@@ -115,11 +115,11 @@ class QualityRuns:
             raise Problem(404, "There is no such run; it may have been deleted.")
         return self.runs[number]
 
-    def begin(self, wish: QualityWish, who: Person) -> QualityRun:
+    def begin(self, setup: QualitySetup, who: Person) -> QualityRun:
         """Start a run. Raises Problem 409 while another one is under way."""
         if self._task is not None and not self._task.done():
             raise Problem(409, "Hearing is being measured already; wait until that is done, or cancel it.")
-        run = QualityRun(secrets.token_hex(6), who.name, time.time(), wish)
+        run = QualityRun(secrets.token_hex(6), who.name, time.time(), setup)
         self.runs[run.id] = run
         self._task = asyncio.get_running_loop().create_task(self._measure(run))
         return run
@@ -159,7 +159,7 @@ class QualityRuns:
 
     async def _steps(self, run: QualityRun) -> None:
         ears = MicrophoneSettings(**{one.name: getattr(self.ears, one.name) for one in fields(MicrophoneSettings)})
-        job = BeginQuality(run.wish, ears, self.speech)
+        job = BeginQuality(run.setup, ears, self.speech)
         answer = await self._worker.ask(job, budget=BUDGET)
         run.voice = answer.voice
         run.rows = answer.places

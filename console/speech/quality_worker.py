@@ -34,14 +34,14 @@ class QualityWorker:
 
     def begin(self, job: BeginQuality) -> BegunQuality:
         """Prepare a run → the places, and why nobody can speak from some."""
-        wish = job.wish
+        setup = job.setup
         self._run = SpeechQualityHere(
-            wish.world,
-            Pose(x=wish.x_m, y=wish.y_m, heading=wish.heading_rad),
-            wish.towards_rad,
-            wish.distances_m,
-            wish.snr_db,
-            phrases=wish.phrases,
+            setup.world,
+            Pose(x=setup.x_m, y=setup.y_m, heading=setup.heading_rad),
+            setup.towards_rad,
+            setup.distances_m,
+            setup.snr_db,
+            phrases=setup.phrases,
             ears=job.ears,
             speech=job.speech,
         )

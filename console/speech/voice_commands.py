@@ -52,7 +52,7 @@ class VoiceCommands:
         if not who.may("operator"):
             raise Problem(403, "Viewers watch and may stop the robot; an operator takes words on.")
         try:
-            self._lease.acquire(who, time.monotonic()) if self._lease.held_by(who) else self._dispatcher.wish(
+            self._lease.acquire(who, time.monotonic()) if self._lease.held_by(who) else self._dispatcher.change_lease(
                 "acquire", who
             )
         except Refused as refused:

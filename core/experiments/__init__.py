@@ -16,10 +16,10 @@ Experiment = Callable[..., ExperimentResult]
 def _in(module: str) -> Experiment:
     """The experiment of that module, imported when it is run."""
 
-    def run(**wishes: Any) -> ExperimentResult:
-        if wishes.get("out") is not None:
-            check_folder(wishes["out"])
-        return import_module(f"core.experiments.{module}").run(**wishes)
+    def run(**options: Any) -> ExperimentResult:
+        if options.get("out") is not None:
+            check_folder(options["out"])
+        return import_module(f"core.experiments.{module}").run(**options)
 
     return run
 

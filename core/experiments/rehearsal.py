@@ -75,14 +75,14 @@ class Rehearsal:
         self._touching = frame.contact
         self.snapshot = self.pilot.step(frame)
         self.endings += self.snapshot.endings
-        self._order(self.snapshot, now)
+        self._request(self.snapshot, now)
         self._tick_until(now + 1 / self.robot.profile.rate)
         self.robot.drive(self.gate.twist)
         for tell in self.when_stepped:
             tell(frame)
         return self.snapshot
 
-    def _order(self, snapshot: Snapshot, now: float) -> None:
+    def _request(self, snapshot: Snapshot, now: float) -> None:
         twist, press = snapshot.setpoint, snapshot.setpoint_press
         setpoint = Setpoint(EPOCH, next(self._seq), "goal", press, twist.v, twist.w, snapshot.nonce)
         self.gate.accept(setpoint, now)

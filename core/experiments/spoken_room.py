@@ -178,10 +178,10 @@ class SpokenRoom:
             if not right:
                 wrong.append(decision.echo)
                 break
-            return self._order(heard, command)
+            return self._obey(heard, command)
         return SentenceOutcome(number=None, call=call, why=why, tries=tries, wrong=tuple(wrong))
 
-    def _order(self, heard: SentenceOutcome, command: Command) -> SentenceOutcome:
+    def _obey(self, heard: SentenceOutcome, command: Command) -> SentenceOutcome:
         heard = dataclasses.replace(heard, begun=self.robot.snapshot.stamp)
         try:
             number = self.robot.begin(dataclasses.replace(command, call=heard.call), "ears")

@@ -319,5 +319,5 @@ def parts_of(settings: Settings) -> MapperSettings:
         ekf=settings.ekf,
         motion=settings.motion,
         occupancy=settings.occupancy,
-        lost=LocalizationSettings(alarm=settings.localization_monitor),
+        lost=LocalizationSettings(kidnap=settings.localization_monitor),
     )

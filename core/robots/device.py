@@ -6,6 +6,8 @@ wheels in `drive`, let go in `close`. Everything else (a thread, connecting agai
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 from core.gate.twist import Twist
 from core.message import message
 from core.robots.readings import Readings
@@ -38,25 +40,25 @@ class Equipment:
     microphones: tuple[MicrophoneArray, ...] = ()
 
 
-class Device:
+class Device(ABC):
     """Base class of all. `open` and `run` are called from the device's own thread, `drive` from the driver's."""
 
     def __init__(self, arguments: str = "") -> None:
         """`arguments`: what follows the scheme, or the file, in the robot's URL. Raises BadInput."""
 
+    @abstractmethod
     def open(self) -> Equipment:
         """Connect, within a few seconds → what is there.
 
         Raises Unavailable with a sentence while the other side cannot be reached, BadInput when it never will.
         """
-        raise NotImplementedError
 
+    @abstractmethod
     def run(self, readings: Readings) -> None:
         """Hand on what comes until the link is lost or `close` is called, then return or raise OSError.
 
         It is opened again after either, and what was set by `drive` before is forgotten.
         """
-        raise NotImplementedError
 
     def drive(self, twist: Twist) -> None:
         """Set speeds, which hold until the next call; called 40 times a second. Must not wait.

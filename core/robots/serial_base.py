@@ -39,7 +39,7 @@ TCP_PORT = 2000
 BAUD = 115200
 LONGEST_LINE = 120  # bytes
 ASKING = 0.3  # [s] between questions what the robot is
-WAKING = 5.0  # [s] that it may take to answer: opening the port resets many boards
+RESET_TIME = 5.0  # [s] that it may take to answer: opening the port resets many boards
 LOST_AFTER = 1.0  # [s] without odometry
 SPEED_OVER = 0.06  # [s] over which speeds are taken from the wheels
 COUNTER = 1 << 32  # [ms] at which the robot's counter starts over
@@ -181,7 +181,7 @@ class SerialBase(Device):
         """Open the port and ask the robot what it is."""
         self._buffer, self._equipment = b"", None
         self._link = open_link(self._address, self._baud)
-        asked, end = 0.0, time.monotonic() + WAKING
+        asked, end = 0.0, time.monotonic() + RESET_TIME
         while time.monotonic() < end:
             if time.monotonic() - asked > ASKING:
                 self.drive(ZERO)

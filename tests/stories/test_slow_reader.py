@@ -75,7 +75,7 @@ async def typed(story: Story) -> None:
 
 
 async def took_over(story: Story) -> None:
-    story.dispatcher.wish("release", ANNA)
+    story.dispatcher.change_lease("release", ANNA)
 
 
 async def closed(story: Story) -> None:

@@ -327,7 +327,7 @@ class Story:
             case "jog":
                 self._loop.create_task(self._jog(who))
             case "take" | "release" | "acquire" as wish:
-                self.dispatcher.wish(wish, who)
+                self.dispatcher.change_lease(wish, who)
             case "forget":
                 self.dispatcher.forget(who)
             case _:

@@ -27,7 +27,7 @@ SETTLED = 3.0  # [s] after the start or after being found in which nothing is su
 class LocalizationSettings:
     """Settings of kidnap detection and recovery."""
 
-    alarm: KidnapSettings = field(default_factory=KidnapSettings)
+    kidnap: KidnapSettings = field(default_factory=KidnapSettings)
     lost: RecoverySettings = field(default_factory=RecoverySettings)
 
 
@@ -36,8 +36,8 @@ class LocalizationMonitor:
 
     def __init__(self, settings: LocalizationSettings, watched: bool) -> None:
         self._settings, self._watched = settings, watched
-        self._alarm, self._walls = KidnapDetector(settings.alarm), WidenedWalls()
-        self._finding: Recovery | None = None
+        self._detector, self._walls = KidnapDetector(settings.kidnap), WidenedWalls()
+        self._recovery: Recovery | None = None
         self._odometry = Pose()  # adds up the wheels' moves while the robot is lost
         self._since: float | None = None
         self.words = ""  # a sentence on how the robot was found last
@@ -45,22 +45,22 @@ class LocalizationMonitor:
     @property
     def lost(self) -> bool:
         """True while the robot's place is searched for."""
-        return self._finding is not None
+        return self._recovery is not None
 
     @property
     def doubtful(self) -> bool:
         """True while nothing should be written to the map."""
-        return self.lost or bool(self._alarm.doubt)
+        return self.lost or bool(self._detector.doubt)
 
     @property
     def status(self) -> LostStatus | None:
         """The status of the search for the operator; None: the robot's place is known."""
-        return self._finding.lost if self._finding else None
+        return self._recovery.lost if self._recovery else None
 
     @property
     def turn(self) -> float:
         """Turn rate [rad/s] of the robot on the spot for another look; 0 while its place is known."""
-        return self._finding.turn if self._finding else 0.0
+        return self._recovery.turn if self._recovery else 0.0
 
     def needs(self, stamp: float) -> bool:
         """Return whether a scan at this time is to be judged."""
@@ -87,32 +87,32 @@ class LocalizationMonitor:
             wheels=wheels,
             scans=tracker.seen,
         )
-        if self._alarm.observe(evidence):
-            self.begin(stamp, self._alarm.doubt, grid, None if self._alarm.carried else pose)
+        if self._detector.observe(evidence):
+            self.begin(stamp, self._detector.doubt, grid, None if self._detector.carried else pose)
 
     def clicked(self, stamp: float, click: Click, grid: OccupancyGrid, believed: Pose) -> None:
         """Search at the place that the operator clicked; the robot believes to be at `believed`."""
-        if self._finding is None:
+        if self._recovery is None:
             self.begin(stamp, "you clicked another place", grid, believed)
-        if self._finding is not None:
-            self._finding.place_at(click)
+        if self._recovery is not None:
+            self._recovery.place_at(click)
 
     def search(self, stamp: float, step: Pose, beams: Beams | None, may_turn: bool = False) -> RecoveredPose | None:
         """One frame of looking for the robot's place → the place once it is found."""
-        if self._finding is None:
+        if self._recovery is None:
             return None
         self._odometry = self._odometry @ step
         view = None
         if beams is not None:
             view = ScanView.of_beams(stamp, self._odometry, beams)
-        found = self._finding.step(stamp, self._odometry, view, may_turn)
+        found = self._recovery.step(stamp, self._odometry, view, may_turn)
         if found is not None:
-            self._finding, self.words, self._since = None, found.words, stamp
-            self._alarm.calm()
+            self._recovery, self.words, self._since = None, found.words, stamp
+            self._detector.calm()
         return found
 
     def begin(self, stamp: float, why: str, grid: OccupancyGrid, before: Pose | None = None) -> None:
         """Look for the robot's place on this map; `why`: a clause for the operator; `before`: where it may yet be."""
         self._odometry = Pose()
-        settings, usual = self._settings.lost, self._alarm.usual
-        self._finding = Recovery(stamp, why, grid, settings=settings, usual=usual, before=before)
+        settings, usual = self._settings.lost, self._detector.usual
+        self._recovery = Recovery(stamp, why, grid, settings=settings, usual=usual, before=before)

@@ -13,7 +13,7 @@ class CalibrationMicrophones extends WizardStep {
   /** @type {MicrophoneCalibration | null} */
   #calibration = null;
   #busy = false;
-  #showing = false;
+  #demo = false;
   #compass = new ClapCompass();
   #advice = make("p", { class: "claps-advice", role: "status" });
   #verdict = make("p", { class: "claps-verdict", role: "alert" });
@@ -83,7 +83,7 @@ class CalibrationMicrophones extends WizardStep {
 
   /** @override */
   left() {
-    this.#showing = false;
+    this.#demo = false;
   }
 
   /** Direction of the next clap [rad]. */
@@ -103,9 +103,9 @@ class CalibrationMicrophones extends WizardStep {
     this.#show.disabled =
       !may ||
       !calibration.microphones ||
-      (this.#busy && !this.#showing) ||
+      (this.#busy && !this.#demo) ||
       calibration.claps.length >= calibration.asked_rad.length;
-    write(/** @type {Element} */ (this.#show.lastElementChild), this.#showing ? "Enough shown" : "Show me");
+    write(/** @type {Element} */ (this.#show.lastElementChild), this.#demo ? "Enough shown" : "Show me");
     this.#accept.hidden = calibration.solution === null || !may;
     this.#accept.disabled = this.#busy;
     this.#undo.hidden = calibration.active === null || !may;
@@ -172,15 +172,15 @@ class CalibrationMicrophones extends WizardStep {
   }
 
   async #showMe() {
-    if (this.#showing) {
-      this.#showing = false;
+    if (this.#demo) {
+      this.#demo = false;
       return;
     }
-    this.#showing = true;
+    this.#demo = true;
     const wanted = this.#calibration?.asked_rad.length ?? 4;
-    for (let turn = 0; this.#showing && turn < wanted + 2 && (this.#calibration?.claps.length ?? 0) < wanted; turn += 1)
+    for (let turn = 0; this.#demo && turn < wanted + 2 && (this.#calibration?.claps.length ?? 0) < wanted; turn += 1)
       if (!(await this.#clap(true))) break;
-    this.#showing = false;
+    this.#demo = false;
     this.draw();
   }
 

@@ -68,7 +68,7 @@
  */
 
 /**
- * The wishes of this socket: the camera, and a calibration session (null: none); what is left out stays.
+ * What this socket wants: the camera, and a calibration session (null: none); what is left out stays.
  * @typedef {object} SubscriptionMessage
  * @property {'want'} kind
  * @property {boolean} [camera]

@@ -1,7 +1,7 @@
 // Written by `python -m console.messages.generate_js` from console/messages/pending_command.py; a test keeps the two equal. Do not edit.
 
 /**
- * An order as it was understood.
+ * A command as it was understood.
  * @typedef {object} CommandPayload
  * @property {number} id
  * @property {string} name

@@ -39,7 +39,7 @@ class QualityList extends Panel {
 
   /** @param {Run} run */
   #row(run) {
-    const { distances_m: far, phrases } = run.wish;
+    const { distances_m: far, phrases } = run.setup;
     const open = make(
       "button",
       { type: "button", class: "quality-open" },

@@ -31,7 +31,7 @@ import { address, call, post } from "../net/api.js";
  * @property {string} summary "" before anything was measured
  * @property {Row[]} rows
  * @property {boolean[]} reports which rows have a page
- * @property {{phrases: number, distances_m: number[], snr_db: number[]}} wish
+ * @property {{phrases: number, distances_m: number[], snr_db: number[]}} setup
  */
 /**
  * @typedef {object} RunRequest

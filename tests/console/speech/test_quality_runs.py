@@ -1,4 +1,4 @@
-"""How well somebody is understood here: from the wish to the page, and given up on the way."""
+"""How well somebody is understood here: from the setup to the page, and given up on the way."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import msgspec
 import pytest
 from msgspec.structs import replace
 
-from console.speech.quality_runs import QualityRow, QualityRun, QualityRuns, QualityWish, summary
+from console.speech.quality_runs import QualityRow, QualityRun, QualityRuns, QualitySetup, summary
 from core.speech.settings import SpeechSettings
 from core.speech.synthesis import can_speak
 from tests.console.live import Live
@@ -97,8 +97,8 @@ async def reopened(folder: Path) -> QualityRuns:
 def test_a_run_that_the_end_of_the_console_cut_off_is_not_running_afterwards(tmp_path: Path) -> None:
     kept = tmp_path / "speech_quality"
     kept.mkdir()
-    wish = QualityWish("lab", 0.0, 0.0, 0.0, 0.0, [1.0], [30.0], 18)
-    run = QualityRun("0123456789ab", "me", 1.0, wish)
+    setup = QualitySetup("lab", 0.0, 0.0, 0.0, 0.0, [1.0], [30.0], 18)
+    run = QualityRun("0123456789ab", "me", 1.0, setup)
     (kept / f"{run.id}.json").write_bytes(msgspec.json.encode(run))
     (kept / "broken.json").write_text("{")
     assert [one.state for one in asyncio.run(reopened(tmp_path)).runs.values()] == ["cancelled"]

@@ -69,6 +69,7 @@ def test_a_driver_of_ones_own_is_a_file(tmp_path: Path) -> None:
         ("x = (", "cannot be used: SyntaxError"),
         ("import no_such_package", "cannot be used: ModuleNotFoundError"),
         ("class Other: ...", "declares 0 kinds of Device"),
+        ("from core.robots.device import Device\nclass Half(Device): ...", "abstract methods? '?open"),
     ],
 )
 def test_a_driver_that_cannot_be_used_is_a_sentence(tmp_path: Path, text: str | None, sentence: str) -> None:
