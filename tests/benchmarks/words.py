@@ -19,7 +19,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from core.speech.recognition.decision import Decision, Scores, Thresholds, decide
+from core.speech.recognition.decision import Decision, Scores, Sentence, Thresholds, decide
 from core.speech.recognition.recognizer import Recognizer, StreamingRecognizer, Utterance, pcm
 from core.speech.settings import RATE, SpeechSettings
 from core.speech.sphinx.decoder import grammar_decoder
@@ -43,7 +43,7 @@ class PlainGrammar:
 
     def decide(self, utterance: Utterance) -> Decision:
         thresholds = Thresholds(reject=-math.inf, accept=-math.inf)
-        return decide(self._dictation.transcribe(utterance), Scores(sentence=0.0), thresholds)
+        return decide(Sentence.of(self._dictation.transcribe(utterance)), Scores(sentence=0.0), thresholds)
 
 
 def share(count: int, of: int) -> str:

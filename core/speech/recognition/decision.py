@@ -15,7 +15,7 @@ from core.commands import needs_confirmation
 from core.commands.command import Command
 from core.commands.stop_moving import START, STOP_MOVING
 from core.message import message
-from core.speech.understanding.grammar import STOP_WORD, Refusal, understand
+from core.speech.understanding.grammar import STOP_WORD, Refusal, spoken_bounds, understand
 
 Verdict = Literal["accept", "confirm", "reject"]
 
@@ -75,6 +75,31 @@ class RecognizedUtterance:
 
 
 @message
+class Sentence:
+    """Words as an engine wrote them down, and what they mean: parsed here, and nowhere behind it."""
+
+    words: str
+    read: Command | Refusal  # as typed words; speech has tighter bounds
+
+    @classmethod
+    def of(cls, words: str) -> Sentence:
+        """Parse the words of an engine."""
+        return cls(words=words, read=understand(words))
+
+    @property
+    def spoken(self) -> Command | Refusal:
+        """The command within the bounds of speech, or why it is none."""
+        return self.read if isinstance(self.read, Refusal) else spoken_bounds(self.read)
+
+    @property
+    def meaning(self) -> tuple[str, tuple[tuple[str, float], ...]]:
+        """The command's name and numbers, equal for "meter" and "meters"; the words, where they are no command."""
+        return (
+            (self.words, ()) if isinstance(self.read, Refusal) else (self.read.name, tuple(self.read.numbers.items()))
+        )
+
+
+@message
 class Scores:
     """How well a sentence fits the sound. Margins are log-likelihood ratios; ∞ where the engine knows no rival."""
 
@@ -93,21 +118,27 @@ class Thresholds:
 
 
 def decide(
-    words: str, scores: Scores, thresholds: Thresholds, *, objection: str = "", others: Iterable[str] = ()
+    sentence: Sentence,
+    scores: Scores,
+    thresholds: Thresholds,
+    *,
+    objection: str = "",
+    others: Iterable[Sentence] = (),
 ) -> Decision:
     """Decide about the sentence that fits best.
 
     `objection`: a sentence, why these words must not move the robot however well they fit; "": none. `others`: the
     sentences that fit nearly as well, the best first. Only STOP gets through in spite of an objection.
     """
+    words = sentence.words
     confidence = _logistic(min(scores.over_free_text, scores.over_second_best) / thresholds.scale)
     if not words or scores.over_free_text <= 0:
-        return Decision(verdict="reject", confidence=confidence if words else 0.0, reason=NO_COMMAND)
+        return no_command(confidence if words else 0.0)
     if not objection and scores.over_second_best < thresholds.reject:
         objection = NOT_SURE
     if objection:
-        return _rejected(words, confidence, objection, others)
-    read = understand(words, spoken=True)
+        return _rejected(sentence, confidence, objection, others)
+    read = sentence.spoken
     if isinstance(read, Refusal):
         return Decision(
             verdict="reject", confidence=confidence, words=words, reason=read.reason, suggestions=read.suggestions
@@ -121,27 +152,32 @@ def decide(
     )
 
 
+def no_command(confidence: float = 0.0) -> Decision:
+    """Reject speech that is no sentence of the grammar; `confidence` in the one that fits best."""
+    return Decision(verdict="reject", confidence=confidence, reason=NO_COMMAND)
+
+
 def stop(words: str = "stop", *, confidence: float = 1.0, remark: str = "") -> Decision:
     """STOP, whatever else was said; `remark`: a sentence for the operator."""
     command = Command(name=STOP_MOVING.name, numbers={}, heard_as=STOP_MOVING.words[0], remark=remark)
     return Decision(verdict="accept", command=command, confidence=confidence, words=words)
 
 
-def _rejected(words: str, confidence: float, objection: str, others: Iterable[str]) -> Decision:
-    if STOP_WORD.search(words.lower()):
-        return stop(words, confidence=confidence, remark=objection)
+def _rejected(sentence: Sentence, confidence: float, objection: str, others: Iterable[Sentence]) -> Decision:
+    if STOP_WORD.search(sentence.words.lower()):
+        return stop(sentence.words, confidence=confidence, remark=objection)
     return Decision(
         verdict="reject",
         confidence=confidence,
-        alternatives=_commands((words, *others)),
-        words=words,
-        reason=f"{objection} I heard “{words}”; say it again.",
+        alternatives=_commands((sentence, *others)),
+        words=sentence.words,
+        reason=f"{objection} I heard “{sentence.words}”; say it again.",
     )
 
 
-def _commands(sentences: Iterable[str]) -> tuple[Command, ...]:
+def _commands(sentences: Iterable[Sentence]) -> tuple[Command, ...]:
     """Those of the sentences that are commands within the bounds of speech, but for START: it changes nothing."""
-    read = (understand(words, spoken=True) for words in sentences)
+    read = (sentence.spoken for sentence in sentences)
     return tuple(one for one in read if isinstance(one, Command) and one.name != START.name)
 
 

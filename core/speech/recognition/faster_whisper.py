@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from core.errors import BadInput
-from core.speech.recognition.decision import TOO_LONG, Decision, Scores, Thresholds, decide, log_odds
+from core.speech.recognition.decision import TOO_LONG, Decision, Scores, Sentence, Thresholds, decide, log_odds
 from core.speech.recognition.engines import package
 from core.speech.recognition.recognizer import Utterance
 
@@ -42,7 +42,9 @@ class FasterWhisper:
         words, likely, silent = self._read(utterance)
         margin = log_odds(min(math.exp(likely), 1.0 - silent))
         objection = TOO_LONG if utterance.cut else ""
-        return decide(words, Scores(sentence=likely, over_second_best=margin), THRESHOLDS, objection=objection)
+        return decide(
+            Sentence.of(words), Scores(sentence=likely, over_second_best=margin), THRESHOLDS, objection=objection
+        )
 
     def transcribe(self, utterance: Utterance) -> str:
         """Write down all speech, in any words."""

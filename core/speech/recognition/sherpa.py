@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from core.errors import BadInput
-from core.speech.recognition.decision import TOO_LONG, Decision, Scores, Thresholds, decide
+from core.speech.recognition.decision import TOO_LONG, Decision, Scores, Sentence, Thresholds, decide
 from core.speech.recognition.engines import package
 from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import RATE
@@ -35,7 +35,9 @@ class Sherpa:
     def decide(self, utterance: Utterance) -> Decision:
         """Read all speech strictly as a command."""
         objection = TOO_LONG if utterance.cut else ""
-        return decide(self.transcribe(utterance), Scores(sentence=math.nan), THRESHOLDS, objection=objection)
+        return decide(
+            Sentence.of(self.transcribe(utterance)), Scores(sentence=math.nan), THRESHOLDS, objection=objection
+        )
 
     def transcribe(self, utterance: Utterance) -> str:
         """Write down all speech, in any words."""

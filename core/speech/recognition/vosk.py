@@ -10,7 +10,7 @@ import math
 from pathlib import Path
 
 from core.errors import BadInput
-from core.speech.recognition.decision import TOO_LONG, Decision, Scores, Thresholds, decide, log_odds
+from core.speech.recognition.decision import TOO_LONG, Decision, Scores, Sentence, Thresholds, decide, log_odds
 from core.speech.recognition.engines import package
 from core.speech.recognition.recognizer import Utterance, pcm
 from core.speech.settings import RATE
@@ -37,7 +37,7 @@ class Vosk:
         """Read all speech strictly as a command; the least certain word says how sure that is."""
         words, least = self._read(utterance)
         scores = Scores(sentence=least, over_second_best=log_odds(least))
-        return decide(words, scores, THRESHOLDS, objection=TOO_LONG if utterance.cut else "")
+        return decide(Sentence.of(words), scores, THRESHOLDS, objection=TOO_LONG if utterance.cut else "")
 
     def transcribe(self, utterance: Utterance) -> str:
         """Write down all speech, in any words."""

@@ -10,16 +10,17 @@ word, which a breath may resemble, has to fit better than anything else every ti
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from math import inf
 from typing import Any
 
 from scipy.signal import resample_poly
 
 from core.commands import needs_confirmation
+from core.commands.command import Command
 from core.message import Array, message
 from core.perception.sound.noise_reduction import without_noise
-from core.speech.recognition.decision import TOO_LONG, Decision, Scores, Thresholds, decide
+from core.speech.recognition.decision import TOO_LONG, Decision, Scores, Sentence, Thresholds, decide, no_command
 from core.speech.recognition.endpointing import over_noise, voiced
 from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import RATE, SpeechSettings
@@ -30,7 +31,6 @@ from core.speech.sphinx.jsgf import plain_grammar
 from core.speech.sphinx.leftover_speech import left_over
 from core.speech.sphinx.likelihood_ratio import headroom
 from core.speech.sphinx.rescoring import Vote, Words, nearest_others, vote
-from core.speech.understanding.grammar import Refusal, understand
 
 LEAST_BEFORE = 0.15  # [s] of noise before the speech that are left out of learning it: the speech may begin there
 MOST_LEFT = 0.12  # [s] of speech outside the words, which may be the end of a consonant
@@ -43,7 +43,23 @@ SPEEDS = ((20, 19), (10, 9), (18, 19))
 
 SCALE = 10.0  # [nats] of a lead that make its odds e times better
 
-Meaning = tuple[str, tuple[object, ...]]  # a command and its numbers
+
+class Candidates(dict[Words, Sentence]):
+    """The sentences that one utterance may be, by their words; each is parsed once."""
+
+    def __init__(self, rejected: Iterable[str]) -> None:
+        """`rejected`: the words of commands that were rejected just before."""
+        super().__init__()
+        self._rejected = {Sentence.of(words).meaning for words in rejected}
+
+    def unlikely(self, words: Words) -> bool:
+        """Return whether a command of that meaning was rejected just before."""
+        return self[words].meaning in self._rejected
+
+    def __missing__(self, words: Words) -> Sentence:
+        """Parse words that were not read before."""
+        self[words] = sentence = Sentence.of(" ".join(words))
+        return sentence
 
 
 @message
@@ -76,49 +92,45 @@ class Sphinx:
         views, offset = views_of(utterance, self._settings.clear_ratio)
         said = decoded(self._commands, views[0])
         if not said.words:
-            return decide("", Scores(sentence=-inf), self._thresholds)
+            return no_command()
+        sentences = Candidates(utterance.rejected)
         margin = headroom(said, decoded(self._others, views[0]), self._settings)
-        if margin <= 0:
-            return decide(" ".join(said.words), Scores(sentence=said.fit, over_free_text=margin), self._thresholds)
         objection = _objection(utterance, offset, said)
-        ranking = Ranking(best=said) if objection else self._ranked(said, views, utterance.rejected)
+        ranking = Ranking(best=said) if margin <= 0 or objection else self._ranked(said, views, sentences)
         scores = Scores(sentence=ranking.best.fit, over_free_text=margin, over_second_best=ranking.lead)
-        others = [" ".join(words) for words in ranking.others]
-        words = " ".join(ranking.best.words)
-        return decide(words, scores, self._thresholds, objection=objection, others=others)
+        others = [sentences[words] for words in ranking.others]
+        return decide(sentences[ranking.best.words], scores, self._thresholds, objection=objection, others=others)
 
     def _faster_and_slower(self, samples: Array) -> Iterator[Array]:
         """The samples (N,) as deeper and higher voices would say them."""
         for up, down in SPEEDS[: self._settings.opinions]:
             yield resample_poly(samples, up, down)
 
-    def _ranked(self, said: DecodedPath, views: list[Array], rejected: tuple[str, ...]) -> Ranking:
+    def _ranked(self, said: DecodedPath, views: list[Array], sentences: Candidates) -> Ranking:
         """Choose the sentence that explains all views best, at other speeds too. `said` is what was read from the
-        first view; sentences `rejected` are less likely.
+        first view.
         """
         views = [*views, *self._faster_and_slower(views[0])]
         if len(said.words) == 1:
             return Ranking(best=said, lead=inf if all(self._stands(said, view) for view in views[1:]) else -inf)
-        meaning, before = _meaning(said.words), {_meaning(tuple(sentence.split())) for sentence in rejected}
-        if meaning in before and (others := nearest_others(self._quick, said.words, views[0], INSTEAD)):
-            return self._elected(said, [said.words, *others], views, before)
+        if sentences.unlikely(said.words) and (others := nearest_others(self._quick, said.words, views[0], INSTEAD)):
+            return self._elected(said, [said.words, *others], views, sentences)
+        meaning = sentences[said.words].meaning
         for view in views[1:]:
             words = decoded(self._quick, view).words
-            read = _meaning(words)
+            read = sentences[words].meaning
             if read[0] != meaning[0]:
                 return Ranking(best=said, lead=-inf, others=(words,) if words else ())
             if read != meaning:
-                return self._elected(said, [said.words, words], views, before)
-        return self._ahead(said, views)
+                return self._elected(said, [said.words, words], views, sentences)
+        return self._ahead(said, views, sentences[said.words])
 
-    def _elected(
-        self, said: DecodedPath, sentences: list[Words], views: list[Array], before: set[Meaning]
-    ) -> Ranking:
+    def _elected(self, said: DecodedPath, found: list[Words], views: list[Array], sentences: Candidates) -> Ranking:
         """The sentence that the first views together take for what was said. Its lead ends where sentences are
         accepted: views that differ never make it sure, unless the others do not fit at all.
         """
-        unlikely = [words for words in sentences if _meaning(words) in before]
-        first, second, *more = vote(self._quick, sentences, views[:VOTERS], unlikely)
+        unlikely = [words for words in found if sentences.unlikely(words)]
+        first, second, *more = vote(self._quick, found, views[:VOTERS], unlikely)
         lead = _lead(first, second)
         return Ranking(
             best=said if first.path.words == said.words else first.path,
@@ -126,12 +138,11 @@ class Sphinx:
             others=tuple(one.path.words for one in (second, *more) if one.path.words),
         )
 
-    def _ahead(self, said: DecodedPath, views: list[Array]) -> Ranking:
+    def _ahead(self, said: DecodedPath, views: list[Array], sentence: Sentence) -> Ranking:
         """A sentence that all views read alike, and by how much no other digit fits as well, but never so little that
         it is rejected; not measured for commands that are delayed anyway.
         """
-        command = understand(" ".join(said.words))
-        if isinstance(command, Refusal) or needs_confirmation(command):
+        if not isinstance(sentence.read, Command) or needs_confirmation(sentence.read):
             return Ranking(best=said)
         others = nearest_others(self._quick, said.words, views[0])
         if not others:
@@ -160,12 +171,6 @@ def _objection(utterance: Utterance, offset: float, said: DecodedPath) -> str:
 def _lead(first: Vote, second: Vote) -> float:
     """[nats] of the one sentence before the other; -∞ where neither fits."""
     return first.fit - second.fit if first.fit > -inf else -inf
-
-
-def _meaning(words: Words) -> Meaning:
-    """The command that the words are, and its numbers, "meter" or "meters"; the words, where they are none."""
-    read = understand(" ".join(words))
-    return (" ".join(words), ()) if isinstance(read, Refusal) else (read.name, tuple(read.numbers.items()))
 
 
 def options_of(settings: SpeechSettings) -> dict[str, Any]:

@@ -101,9 +101,20 @@ def understand(words: str, *, spoken: bool = False) -> Command | Refusal:
     if why_not:
         verdict = Refusal(why_not, (verdict.heard_as,) if isinstance(verdict, Command) else verdict.suggestions)
     if isinstance(verdict, Refusal) and STOP_WORD.search(_folded(words)):
-        remark = verdict.reason if text is not None and _begins(_unpunctuated(text), "stop at") else ""
-        return Command(name=STOP_MOVING.name, numbers={}, heard_as=STOP_MOVING.words[0], remark=remark)
+        return _stop(verdict.reason if text is not None and _begins(_unpunctuated(text), "stop at") else "")
     return verdict
+
+
+def spoken_bounds(command: Command) -> Command | Refusal:
+    """Hold a command that was understood as typed words against the bounds of speech."""
+    read = command_of(command.name, command.numbers, spoken=True)
+    if isinstance(read, Command):
+        return command
+    return _stop(read.reason) if STOP_WORD.search(command.heard_as) else read
+
+
+def _stop(remark: str) -> Command:
+    return Command(name=STOP_MOVING.name, numbers={}, heard_as=STOP_MOVING.words[0], remark=remark)
 
 
 def say(kind: CommandSpec, numbers: dict[str, float], pattern: str | None = None) -> str:

@@ -9,7 +9,15 @@ import pytest
 
 from core.message import Array
 from core.sensors.microphones import Sound
-from core.speech.recognition.decision import NOT_SURE, Decision, RecognizedUtterance, Scores, Thresholds, decide
+from core.speech.recognition.decision import (
+    NOT_SURE,
+    Decision,
+    RecognizedUtterance,
+    Scores,
+    Sentence,
+    Thresholds,
+    decide,
+)
 from core.speech.recognition.recognizer import StreamingRecognizer
 from core.speech.settings import RATE
 from core.speech.sphinx.recognizer import Sphinx
@@ -48,14 +56,14 @@ def padded(samples: Array, lead: float = 0.7, tail: float = 0.8) -> Array:
 
 def sure(words: str) -> Decision:
     """The decision of an engine that is sure of these words."""
-    return decide(words, Scores(sentence=0.0), Thresholds(reject=0.0, accept=0.0))
+    return decide(Sentence.of(words), Scores(sentence=0.0), Thresholds(reject=0.0, accept=0.0))
 
 
 def confirming(words: str) -> Decision:
     """The decision of an engine whose words have to be confirmed."""
-    return decide(words, Scores(sentence=0.0, over_second_best=0.0), Thresholds(reject=0.0, accept=0.0))
+    return decide(Sentence.of(words), Scores(sentence=0.0, over_second_best=0.0), Thresholds(reject=0.0, accept=0.0))
 
 
 def unsure(words: str, objection: str = NOT_SURE) -> Decision:
     """The decision of an engine that objects to these words."""
-    return decide(words, Scores(sentence=0.0), Thresholds(reject=0.0, accept=0.0), objection=objection)
+    return decide(Sentence.of(words), Scores(sentence=0.0), Thresholds(reject=0.0, accept=0.0), objection=objection)

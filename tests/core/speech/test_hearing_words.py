@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from core.recording.sound_file import read_sound
 from core.sensors.microphones import Sound
 from core.speech.practice_voice import practice_voice
 from core.speech.recognition.decision import Decision, RecognizedUtterance, stop
-from core.speech.recognition.recognizer import Utterance
+from core.speech.recognition.recognizer import Utterance, at_16_khz
 from core.speech.settings import RATE
 from core.speech.sphinx.garbage_model import choose, command_words, fixed_words, grammar, openings, phones_of
 from core.speech.sphinx.jsgf import NUMBER_RULES, words_of
 from core.speech.transcription.transcriber import Transcriber
+from core.speech.understanding.grammar import understand
 from tests.core.speech.ears import engine, listened, mono, padded, pieces, sure, unsure
 
 DICTIONARY = {
@@ -136,3 +140,22 @@ def test_a_stop_that_is_read_in_a_pause_is_told_at_once(decision, early):
         (first, when), (_, over) = told
         assert first.decision.stops
         assert when - first.end < 0.35 < over - first.end
+
+
+@pytest.mark.real_data
+@pytest.mark.parametrize("name", ["flite_slt_00.flac", "flite_slt_02.flac"])
+def test_every_sentence_that_was_heard_is_parsed_once(
+    name: str, shared_data: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However many views of the sound were read, and whatever was weighed against it."""
+    calls: list[str] = []
+
+    def counted(words: str) -> object:
+        calls.append(words)
+        return understand(words)
+
+    monkeypatch.setattr("core.speech.recognition.decision.understand", counted)
+    samples = at_16_khz(read_sound(shared_data / "speech_commands_tts" / name)).samples[:, 0]
+    told = listened(Transcriber(recognizer=engine()), padded(samples))
+    assert [one.decision.verdict for one in told if one.final] != ["reject"]
+    assert calls and len(calls) == len(set(calls))

@@ -12,6 +12,7 @@ from core.speech.recognition.decision import (
     TOO_LONG,
     Decision,
     Scores,
+    Sentence,
     Thresholds,
     decide,
     log_odds,
@@ -24,7 +25,7 @@ THRESHOLDS = Thresholds(reject=10.0, accept=30.0, scale=10.0)
 
 def decided(words: str, free_text: float = math.inf, second_best: float = math.inf, objection: str = "") -> Decision:
     scores = Scores(sentence=-100.0, over_free_text=free_text, over_second_best=second_best)
-    return decide(words, scores, THRESHOLDS, objection=objection)
+    return decide(Sentence.of(words), scores, THRESHOLDS, objection=objection)
 
 
 def test_a_whole_sentence_is_a_command_and_its_numbers_are_repeated():
@@ -65,11 +66,13 @@ def test_uncertain_words_are_offered_when_they_are_a_command(words, offered):
 
 
 def test_what_else_may_have_been_said_is_known_by_its_likelihood():
-    others = ("continue three meters", "nonsense", "continue twelve meters", "continue four meters")
-    uncertain = decide("continue two meters", Scores(sentence=0.0), THRESHOLDS, objection=NOT_SURE, others=others)
+    said = Sentence.of("continue two meters")
+    heard = ("continue three meters", "nonsense", "continue twelve meters", "continue four meters")
+    others = [Sentence.of(words) for words in heard]
+    uncertain = decide(said, Scores(sentence=0.0), THRESHOLDS, objection=NOT_SURE, others=others)
     meant = ("continue 2 meters", "continue 3 meters", "continue 4 meters")
     assert uncertain.did_you_mean == meant
-    confirmed = decide("continue two meters", Scores(sentence=0.0, over_second_best=20.0), THRESHOLDS, others=others)
+    confirmed = decide(said, Scores(sentence=0.0, over_second_best=20.0), THRESHOLDS, others=others)
     assert tuple(one.heard_as for one in confirmed.alternatives) == meant[1:] and confirmed.did_you_mean == ()
 
 
@@ -108,7 +111,7 @@ def test_confidence_grows_with_the_narrower_margin_from_none_to_certain():
 def test_log_odds_give_the_probability_back_as_confidence(probability):
     thresholds = Thresholds(reject=-math.inf, accept=-math.inf)
     scores = Scores(sentence=0.0, over_second_best=log_odds(probability))
-    assert decide("turn left", scores, thresholds).confidence == pytest.approx(probability)
+    assert decide(Sentence.of("turn left"), scores, thresholds).confidence == pytest.approx(probability)
     assert (log_odds(0.0), log_odds(1.0)) == (-math.inf, math.inf)
 
 
