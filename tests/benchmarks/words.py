@@ -43,7 +43,7 @@ class PlainGrammar:
 
     def decide(self, utterance: Utterance) -> Decision:
         thresholds = Thresholds(reject=-math.inf, accept=-math.inf)
-        return decide(Sentence.of(self._dictation.transcribe(utterance)), Scores(sentence=0.0), thresholds)
+        return decide(Sentence(self._dictation.transcribe(utterance)), Scores(sentence=0.0), thresholds)
 
 
 def share(count: int, of: int) -> str:

@@ -15,7 +15,7 @@ from core.commands import needs_confirmation
 from core.commands.command import Command
 from core.commands.stop_moving import START, STOP_MOVING
 from core.message import message
-from core.speech.understanding.grammar import STOP_WORD, Refusal, spoken_bounds, understand
+from core.speech.understanding.grammar import STOP_WORD, Refusal, parse
 
 Verdict = Literal["accept", "confirm", "reject"]
 
@@ -74,29 +74,20 @@ class RecognizedUtterance:
     final: bool = True  # False: STOP, heard before the sentence was over
 
 
-@message
 class Sentence:
     """Words as an engine wrote them down, and what they mean: parsed here, and nowhere behind it."""
 
-    words: str
-    read: Command | Refusal  # as typed words; speech has tighter bounds
-
-    @classmethod
-    def of(cls, words: str) -> Sentence:
-        """Parse the words of an engine."""
-        return cls(words=words, read=understand(words))
-
-    @property
-    def spoken(self) -> Command | Refusal:
-        """The command within the bounds of speech, or why it is none."""
-        return self.read if isinstance(self.read, Refusal) else spoken_bounds(self.read)
+    def __init__(self, words: str) -> None:
+        self.words = words
+        parsed = parse(words)
+        self.spoken = parsed.bounded(spoken=True)  # the command within the bounds of speech, or why it is none
+        self.typed = parsed.bounded(spoken=False)  # the same within those of typed words
 
     @property
     def meaning(self) -> tuple[str, tuple[tuple[str, float], ...]]:
         """The command's name and numbers, equal for "meter" and "meters"; the words, where they are no command."""
-        return (
-            (self.words, ()) if isinstance(self.read, Refusal) else (self.read.name, tuple(self.read.numbers.items()))
-        )
+        command = self.typed
+        return (self.words, ()) if isinstance(command, Refusal) else (command.name, tuple(command.numbers.items()))
 
 
 @message

@@ -43,7 +43,7 @@ class FasterWhisper:
         margin = log_odds(min(math.exp(likely), 1.0 - silent))
         objection = TOO_LONG if utterance.cut else ""
         return decide(
-            Sentence.of(words), Scores(sentence=likely, over_second_best=margin), THRESHOLDS, objection=objection
+            Sentence(words), Scores(sentence=likely, over_second_best=margin), THRESHOLDS, objection=objection
         )
 
     def transcribe(self, utterance: Utterance) -> str:

@@ -36,7 +36,7 @@ class Sherpa:
         """Read all speech strictly as a command."""
         objection = TOO_LONG if utterance.cut else ""
         return decide(
-            Sentence.of(self.transcribe(utterance)), Scores(sentence=math.nan), THRESHOLDS, objection=objection
+            Sentence(self.transcribe(utterance)), Scores(sentence=math.nan), THRESHOLDS, objection=objection
         )
 
     def transcribe(self, utterance: Utterance) -> str:

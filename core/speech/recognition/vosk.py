@@ -37,7 +37,7 @@ class Vosk:
         """Read all speech strictly as a command; the least certain word says how sure that is."""
         words, least = self._read(utterance)
         scores = Scores(sentence=least, over_second_best=log_odds(least))
-        return decide(Sentence.of(words), scores, THRESHOLDS, objection=TOO_LONG if utterance.cut else "")
+        return decide(Sentence(words), scores, THRESHOLDS, objection=TOO_LONG if utterance.cut else "")
 
     def transcribe(self, utterance: Utterance) -> str:
         """Write down all speech, in any words."""

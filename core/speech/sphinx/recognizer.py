@@ -50,7 +50,7 @@ class Candidates(dict[Words, Sentence]):
     def __init__(self, rejected: Iterable[str]) -> None:
         """`rejected`: the words of commands that were rejected just before."""
         super().__init__()
-        self._rejected = {Sentence.of(words).meaning for words in rejected}
+        self._rejected = {Sentence(words).meaning for words in rejected}
 
     def unlikely(self, words: Words) -> bool:
         """Return whether a command of that meaning was rejected just before."""
@@ -58,7 +58,7 @@ class Candidates(dict[Words, Sentence]):
 
     def __missing__(self, words: Words) -> Sentence:
         """Parse words that were not read before."""
-        self[words] = sentence = Sentence.of(" ".join(words))
+        self[words] = sentence = Sentence(" ".join(words))
         return sentence
 
 
@@ -142,7 +142,7 @@ class Sphinx:
         """A sentence that all views read alike, and by how much no other digit fits as well, but never so little that
         it is rejected; not measured for commands that are delayed anyway.
         """
-        if not isinstance(sentence.read, Command) or needs_confirmation(sentence.read):
+        if not isinstance(sentence.typed, Command) or needs_confirmation(sentence.typed):
             return Ranking(best=said)
         others = nearest_others(self._quick, said.words, views[0])
         if not others:

@@ -94,27 +94,37 @@ class Refusal:
     suggestions: tuple[str, ...] = ()  # words that would be understood; never carried out by themselves
 
 
+@dataclass(frozen=True)
+class Parsed:
+    """Words that went through the grammar once: a command without its bounds, or the reason why they are none."""
+
+    words: str
+    text: str | None  # the words, tidied; None where they are no plain utterance
+    found: tuple[CommandSpec, dict[str, float]] | Refusal
+    why_not: str = ""  # a sentence: why the marks behind the words make them no command
+
+    def bounded(self, *, spoken: bool) -> Command | Refusal:
+        """Return the command within the bounds of what is `spoken`, or typed."""
+        verdict = self.found if isinstance(self.found, Refusal) else _bounded(*self.found, spoken)
+        if self.why_not:
+            offered = (verdict.heard_as,) if isinstance(verdict, Command) else verdict.suggestions
+            verdict = Refusal(self.why_not, offered)
+        if isinstance(verdict, Refusal) and STOP_WORD.search(_folded(self.words)):
+            began = self.text is not None and _begins(_unpunctuated(self.text), "stop at")
+            remark = verdict.reason if began else ""
+            return Command(name=STOP_MOVING.name, numbers={}, heard_as=STOP_MOVING.words[0], remark=remark)
+        return verdict
+
+
+def parse(words: str) -> Parsed:
+    """Match words with the grammar; the bounds of their numbers are another question."""
+    text, why_not = _tidy(words)
+    return Parsed(words, text, _unreadable(words) if text is None else _matched(text), why_not)
+
+
 def understand(words: str, *, spoken: bool = False) -> Command | Refusal:
     """Parse words into a command; `spoken`: heard rather than typed, so tighter bounds hold."""
-    text, why_not = _tidy(words)
-    verdict = _unreadable(words) if text is None else _read(text, spoken)
-    if why_not:
-        verdict = Refusal(why_not, (verdict.heard_as,) if isinstance(verdict, Command) else verdict.suggestions)
-    if isinstance(verdict, Refusal) and STOP_WORD.search(_folded(words)):
-        return _stop(verdict.reason if text is not None and _begins(_unpunctuated(text), "stop at") else "")
-    return verdict
-
-
-def spoken_bounds(command: Command) -> Command | Refusal:
-    """Hold a command that was understood as typed words against the bounds of speech."""
-    read = command_of(command.name, command.numbers, spoken=True)
-    if isinstance(read, Command):
-        return command
-    return _stop(read.reason) if STOP_WORD.search(command.heard_as) else read
-
-
-def _stop(remark: str) -> Command:
-    return Command(name=STOP_MOVING.name, numbers={}, heard_as=STOP_MOVING.words[0], remark=remark)
+    return parse(words).bounded(spoken=spoken)
 
 
 def say(kind: CommandSpec, numbers: dict[str, float], pattern: str | None = None) -> str:
@@ -163,13 +173,13 @@ def _unreadable(words: str) -> Refusal:
     return Refusal("I read plain letters and digits on one line only. Type the command again.", _examples())
 
 
-def _read(text: str, spoken: bool) -> Command | Refusal:
+def _matched(text: str) -> tuple[CommandSpec, dict[str, float]] | Refusal:
+    """A tidy text → the command that it is and the numbers in it."""
     for kind in VOCABULARY:
         for pattern in kind.words:
             match = READ[pattern].fullmatch(text)
             if match:
-                heard = {name: read_number(value) for name, value in match.groupdict().items()}
-                return _bounded(kind, heard, spoken)
+                return kind, {name: read_number(value) for name, value in match.groupdict().items()}
     if text in OTHER_WORDS:
         return Refusal(*OTHER_WORDS[text])
     return _near_miss(_unpunctuated(text))
@@ -245,7 +255,7 @@ def _badly_ended(kind: CommandSpec, opening: str, text: str) -> Refusal:
     filled = (
         say(kind, {n.name: read_number(v) for n, v in zip(kind.numbers, numbers, strict=True)}) if complete else ""
     )
-    fits = filled if filled and isinstance(_read(filled, False), Command) else kind.example
+    fits = filled if filled and isinstance(understand(filled), Command) else kind.example
     return Refusal(f"Say it whole and with nothing else, like “{fits}”; distances are in metres.", (fits,))
 
 

@@ -14,7 +14,7 @@ from core.commands.command import Command
 from core.errors import Refused
 from core.perception.people.voice_bearing import VoiceBearing
 from core.speech.recognition.decision import Decision
-from core.speech.understanding.grammar import understand
+from core.speech.understanding.grammar import parse, understand
 from tests.console.live import Live
 from tests.core.speech.ears import sure
 
@@ -164,13 +164,13 @@ def test_a_spoken_command_is_parsed_once(live: Live, spoken: VoiceCommands, monk
     listen(live, True)
     calls: list[str] = []
 
-    def counted(words: str, **more: Any) -> Any:
+    def counted(words: str) -> Any:
         calls.append(words)
-        return understand(words, **more)
+        return parse(words)
 
     for module in [name for name in sys.modules if name.startswith(("core.", "console."))]:
-        if getattr(sys.modules[module], "understand", None) is understand:
-            monkeypatch.setattr(sys.modules[module], "understand", counted)
+        if getattr(sys.modules[module], "parse", None) is parse:
+            monkeypatch.setattr(sys.modules[module], "parse", counted)
     heard = within_bounds(sure("turn left"))
     monkeypatch.setitem(globals(), "decision", lambda words: heard)
     assert said(live, "turn left") == ""

@@ -56,14 +56,14 @@ def padded(samples: Array, lead: float = 0.7, tail: float = 0.8) -> Array:
 
 def sure(words: str) -> Decision:
     """The decision of an engine that is sure of these words."""
-    return decide(Sentence.of(words), Scores(sentence=0.0), Thresholds(reject=0.0, accept=0.0))
+    return decide(Sentence(words), Scores(sentence=0.0), Thresholds(reject=0.0, accept=0.0))
 
 
 def confirming(words: str) -> Decision:
     """The decision of an engine whose words have to be confirmed."""
-    return decide(Sentence.of(words), Scores(sentence=0.0, over_second_best=0.0), Thresholds(reject=0.0, accept=0.0))
+    return decide(Sentence(words), Scores(sentence=0.0, over_second_best=0.0), Thresholds(reject=0.0, accept=0.0))
 
 
 def unsure(words: str, objection: str = NOT_SURE) -> Decision:
     """The decision of an engine that objects to these words."""
-    return decide(Sentence.of(words), Scores(sentence=0.0), Thresholds(reject=0.0, accept=0.0), objection=objection)
+    return decide(Sentence(words), Scores(sentence=0.0), Thresholds(reject=0.0, accept=0.0), objection=objection)

@@ -16,7 +16,7 @@ from core.speech.settings import RATE
 from core.speech.sphinx.garbage_model import choose, command_words, fixed_words, grammar, openings, phones_of
 from core.speech.sphinx.jsgf import NUMBER_RULES, words_of
 from core.speech.transcription.transcriber import Transcriber
-from core.speech.understanding.grammar import understand
+from core.speech.understanding.grammar import parse
 from tests.core.speech.ears import engine, listened, mono, padded, pieces, sure, unsure
 
 DICTIONARY = {
@@ -152,9 +152,9 @@ def test_every_sentence_that_was_heard_is_parsed_once(
 
     def counted(words: str) -> object:
         calls.append(words)
-        return understand(words)
+        return parse(words)
 
-    monkeypatch.setattr("core.speech.recognition.decision.understand", counted)
+    monkeypatch.setattr("core.speech.recognition.decision.parse", counted)
     samples = at_16_khz(read_sound(shared_data / "speech_commands_tts" / name)).samples[:, 0]
     told = listened(Transcriber(recognizer=engine()), padded(samples))
     assert [one.decision.verdict for one in told if one.final] != ["reject"]

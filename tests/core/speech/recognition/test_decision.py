@@ -18,6 +18,7 @@ from core.speech.recognition.decision import (
     log_odds,
     stop,
 )
+from core.speech.understanding.grammar import understand
 from tests.core.speech.ears import confirming, sure, unsure
 
 THRESHOLDS = Thresholds(reject=10.0, accept=30.0, scale=10.0)
@@ -25,7 +26,7 @@ THRESHOLDS = Thresholds(reject=10.0, accept=30.0, scale=10.0)
 
 def decided(words: str, free_text: float = math.inf, second_best: float = math.inf, objection: str = "") -> Decision:
     scores = Scores(sentence=-100.0, over_free_text=free_text, over_second_best=second_best)
-    return decide(Sentence.of(words), scores, THRESHOLDS, objection=objection)
+    return decide(Sentence(words), scores, THRESHOLDS, objection=objection)
 
 
 def test_a_whole_sentence_is_a_command_and_its_numbers_are_repeated():
@@ -66,9 +67,9 @@ def test_uncertain_words_are_offered_when_they_are_a_command(words, offered):
 
 
 def test_what_else_may_have_been_said_is_known_by_its_likelihood():
-    said = Sentence.of("continue two meters")
+    said = Sentence("continue two meters")
     heard = ("continue three meters", "nonsense", "continue twelve meters", "continue four meters")
-    others = [Sentence.of(words) for words in heard]
+    others = [Sentence(words) for words in heard]
     uncertain = decide(said, Scores(sentence=0.0), THRESHOLDS, objection=NOT_SURE, others=others)
     meant = ("continue 2 meters", "continue 3 meters", "continue 4 meters")
     assert uncertain.did_you_mean == meant
@@ -111,7 +112,7 @@ def test_confidence_grows_with_the_narrower_margin_from_none_to_certain():
 def test_log_odds_give_the_probability_back_as_confidence(probability):
     thresholds = Thresholds(reject=-math.inf, accept=-math.inf)
     scores = Scores(sentence=0.0, over_second_best=log_odds(probability))
-    assert decide(Sentence.of("turn left"), scores, thresholds).confidence == pytest.approx(probability)
+    assert decide(Sentence("turn left"), scores, thresholds).confidence == pytest.approx(probability)
     assert (log_odds(0.0), log_odds(1.0)) == (-math.inf, math.inf)
 
 
@@ -135,3 +136,22 @@ def test_a_place_that_is_objected_to_still_stops():
 )
 def test_uncertain_and_far_commands_wait_for_confirmation(decision, waits):
     assert decision.waits is waits
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "turn left",
+        "continue 7 meters",
+        "continue minus 2 meters",
+        "stop at 4 and 99",
+        "go to 4 and 99",
+        "stop at 1 and 2",
+        "continue",
+        "please stop",
+        "",
+    ],
+)
+def test_the_bounds_of_speech_are_the_same_whether_they_are_held_at_once_or_later(words):
+    now, later = understand(words, spoken=True), Sentence(words).spoken
+    assert type(now) is type(later) and repr(now) == repr(later)
