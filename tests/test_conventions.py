@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.benchmarks.mutants import MUTANTS, Mutant
+
 ROOT = Path(__file__).parent.parent
 TOOLS = ROOT / "node_modules/.bin"
 TEXTS = [
@@ -133,3 +135,8 @@ def test_a_class_name_means_one_thing() -> None:
             if isinstance(node, ast.ClassDef):
                 places.setdefault(node.name, []).append(str(path.relative_to(ROOT)))
     assert {name: where for name, where in places.items() if len(where) > 1} == {}
+
+
+@pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: mutant.name)
+def test_every_mutant_of_the_safety_campaign_still_changes_a_line(mutant: Mutant) -> None:
+    assert (ROOT / mutant.file).read_text().count(mutant.before) == 1

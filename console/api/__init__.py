@@ -128,4 +128,4 @@ async def undisturbed(behind: Behind, who: Who) -> Person:
     return who
 
 
-Driver = Annotated[Person, Depends(undisturbed)]  # or anybody who may, while nobody drives
+Operator = Annotated[Person, Depends(undisturbed)]  # or anybody who may, while nobody drives

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from console import messages
 from console.access.roles import PICTURE, needs
-from console.api import CalibrationSessions, Driver, HistoryInUse, RequestBody, Who, router
+from console.api import CalibrationSessions, HistoryInUse, Operator, RequestBody, Who, router
 from console.calibration.jobs import (
     DropView,
     ForgetRoom,
@@ -211,7 +211,7 @@ async def solve(id: Id, calibration_service: CalibrationSessions) -> Response:
 @calibration.post("/calibration/sessions/{id}/accept")
 @needs("operator")
 async def accept(
-    id: Id, asked: AcceptRequest, calibration_service: CalibrationSessions, history: HistoryInUse, who: Driver
+    id: Id, asked: AcceptRequest, calibration_service: CalibrationSessions, history: HistoryInUse, who: Operator
 ) -> Mapping[str, object]:
     """Use this calibration from now on; the former can be taken back."""
     report = await calibration_service.accept(calibration_service.find(id), force=asked.force, who=who.name)

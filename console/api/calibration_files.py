@@ -9,12 +9,12 @@ from typing import IO, Annotated, Any, Literal
 from fastapi import Path, Query, Request, Response
 
 from console.access.roles import TEXT, needs
-from console.api import CalibrationSessions, Driver, HistoryInUse, RequestBody, RobotInUse, router
+from console.api import CalibrationSessions, HistoryInUse, Operator, RequestBody, RobotInUse, router
 from console.api.calibration import Id, Name
 from console.calibration.codec import camera_in
 from console.calibration.jobs import CameraParameters, Document, StraightenPicture
 from console.calibration.session import PICTURE_BUDGET, CalibrationSession
-from console.calibration.storage import small_name
+from console.calibration.session_storage import small_name
 from console.http.downloads import file_named, zip_named
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationKind
@@ -109,7 +109,7 @@ async def active(calibration_service: CalibrationSessions) -> Mapping[Calibratio
 @calibration_files.post("/calibration/in-use/undo")
 @needs("operator")
 async def undo(
-    asked: UndoRequest, calibration_service: CalibrationSessions, history: HistoryInUse, who: Driver
+    asked: UndoRequest, calibration_service: CalibrationSessions, history: HistoryInUse, who: Operator
 ) -> Mapping[CalibrationKind, Document | None]:
     """Take the former calibration back."""
     await calibration_service.undo(asked.kind)
@@ -120,7 +120,7 @@ async def undo(
 @calibration_files.post("/calibration/import", openapi_extra=FILE)
 @needs("operator", body=TEXT)
 async def read_file(
-    request: Request, calibration_service: CalibrationSessions, history: HistoryInUse, who: Driver
+    request: Request, calibration_service: CalibrationSessions, history: HistoryInUse, who: Operator
 ) -> Mapping[str, object]:
     """Use what is in a file from now on: a camera (ROS camera_info, OpenCV, Kalibr, Beckon's own JSON) or a mount
     (static transform command, URDF joint, 4x4 matrices, Beckon's own JSON). `kind` in the answer tells which."""

@@ -8,7 +8,7 @@ from fastapi import Path
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import ArrayCalibration, Driver, HistoryInUse, RequestBody, router
+from console.api import ArrayCalibration, HistoryInUse, Operator, RequestBody, router
 from console.calibration.microphones import ArrayCheck, MicrophonesState
 
 microphones = router("microphones")
@@ -31,7 +31,7 @@ class ClapRequest(RequestBody):
 
 @microphones.post("/hearing/check", status_code=202)
 @needs("operator")
-async def check(asked: CheckRequest, array: ArrayCalibration, _: Driver) -> ArrayCheck:
+async def check(asked: CheckRequest, array: ArrayCalibration, _: Operator) -> ArrayCheck:
     """Listen for three seconds, in which a person should speak; then ask for the result."""
     array.check(show=asked.show)
     return array.checked()
@@ -53,7 +53,7 @@ async def shown(array: ArrayCalibration) -> MicrophonesState:
 
 @microphones.post("/calibration/microphones/clap", status_code=202)
 @needs("operator")
-async def clap(asked: ClapRequest, array: ArrayCalibration, _: Driver) -> MicrophonesState:
+async def clap(asked: ClapRequest, array: ArrayCalibration, _: Operator) -> MicrophonesState:
     """Listen for three seconds to a clap or a word from a known direction; it is `busy` meanwhile."""
     array.clap(asked.azimuth_rad, show=asked.show)
     return array.state
@@ -77,7 +77,7 @@ async def again(array: ArrayCalibration) -> MicrophonesState:
 
 @microphones.post("/calibration/microphones/accept")
 @needs("operator")
-async def accept(array: ArrayCalibration, history: HistoryInUse, who: Driver) -> MicrophonesState:
+async def accept(array: ArrayCalibration, history: HistoryInUse, who: Operator) -> MicrophonesState:
     """Use this orientation from now on."""
     await array.accept(who.name)
     history.add("calibration", who, words="accept microphones")
@@ -86,7 +86,7 @@ async def accept(array: ArrayCalibration, history: HistoryInUse, who: Driver) ->
 
 @microphones.post("/calibration/microphones/undo")
 @needs("operator")
-async def undo(array: ArrayCalibration, history: HistoryInUse, who: Driver) -> MicrophonesState:
+async def undo(array: ArrayCalibration, history: HistoryInUse, who: Operator) -> MicrophonesState:
     """The profile's own orientation again."""
     await array.undo()
     history.add("calibration", who, words="undo microphones")

@@ -9,7 +9,7 @@ from fastapi import Path, Request, Response
 from pydantic import Field
 
 from console.access.roles import PICTURE, needs
-from console.api import Driver, DriversLease, HistoryInUse, PeopleEnrolled, RequestBody, Who, router
+from console.api import DriversLease, HistoryInUse, Operator, PeopleEnrolled, RequestBody, Who, router
 from console.api.typed_route import OpenApi
 from console.http.problems import Problem
 from console.people.enrollment import EnrollmentState
@@ -78,7 +78,7 @@ async def begin(people: PeopleEnrolled, who: Who) -> EnrollmentState:
 
 @people.put("/people/chosen")
 @needs("operator")
-async def choose(asked: ChoiceRequest, people: PeopleEnrolled, history: HistoryInUse, who: Driver) -> PeopleState:
+async def choose(asked: ChoiceRequest, people: PeopleEnrolled, history: HistoryInUse, who: Operator) -> PeopleState:
     """Come to and follow only this person, or anybody; it outlasts a restart. Other commands are obeyed as before."""
     await people.choose(asked.id)
     history.add("people", who, words="anybody" if asked.id is None else "choose")

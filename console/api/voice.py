@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import Behind, Driver, RequestBody, SpokenAnswers, router
+from console.api import Behind, Operator, RequestBody, SpokenAnswers, router
 from console.api.simulation import speak_in_pieces
 from console.runtime import Runtime
 from console.speech.robot_voice import MOST, MOST_MOVING
@@ -55,7 +55,7 @@ class VoiceState(msgspec.Struct, frozen=True):
 
 @voice.post("/voice")
 @needs("operator")
-async def say(asked: SpeechRequest, behind: Behind, voice: SpokenAnswers, _: Driver) -> SpokenAnswer:
+async def say(asked: SpeechRequest, behind: Behind, voice: SpokenAnswers, _: Operator) -> SpokenAnswer:
     """A text → 16-bit samples of one channel in base64, to be played at once; meanwhile nobody is listened to.
 
     While somebody drives, only the driver makes the robot speak: it hears no STOP meanwhile.

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from console.calibration.active import ActiveCalibration
+from console.calibration.calibration_storage import ActiveCalibration
 from console.calibration.jobs import CameraParameters, MountPrior
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationKind, CalibrationSource

@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import logging
-import math
 import time
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
 from console.calibration.microphone_recorder import MicrophoneRecorder
+from console.calibration.orientation_storage import AcceptedOrientation, read_orientation, write_orientation
 from console.http.problems import Problem
 from console.robot.link import RobotLink
 from console.workers.array_jobs import ArrayMessage, CheckArray, FindClap, SoundMessage
 from console.workers.job import Answer, Job
 from console.workers.tasks import end
 from console.workers.worker import Worker, WorkerLost
-from core.calibration.files.camera_files import read_json
 from core.errors import BadInput, BeckonError, Refused, Unavailable
-from core.files import SEAL, is_intact, saving, sealed, sync_folder, write_atomic
+from core.files import saving
 from core.perception.sound.array_diagnostics import ArrayFault
 from core.perception.sound.array_orientation import Clap, Orientation, OrientationWizard, oriented
 from core.robots import Profile
@@ -39,23 +35,6 @@ BUDGET = 30.0  # [s] of processor time
 MOVING = 0.02  # [m/s, rad/s]
 MOST_CLAPS = 24
 FILE = "microphones.json"
-
-
-class AcceptedOrientation(msgspec.Struct, frozen=True):
-    """The file of an orientation; one that somebody wrote by hand may do without the lower half."""
-
-    yaw: float  # [rad] robot_from_microphones
-    yaw_sd: float  # [rad]
-    mirrored: bool  # the array is mounted upside down
-    residual: float  # [rad] rms
-    claps: int | None = None
-    accepted_s: float | None = None
-    who: str | None = None
-
-    @property
-    def orientation(self) -> Orientation:
-        """As the array takes it."""
-        return Orientation(yaw=self.yaw, yaw_sd=self.yaw_sd, mirrored=self.mirrored, residual=self.residual)
 
 
 @dataclass(frozen=True)
@@ -147,7 +126,7 @@ class MicrophoneCalibration:
     async def open(self) -> None:
         """Load the accepted orientation."""
         try:
-            self.active, self._verified = await asyncio.to_thread(_read, self._path)
+            self.active, self._verified = await asyncio.to_thread(read_orientation, self._path)
         except BadInput as wrong:
             self.trouble = str(wrong)
             log.warning(self.trouble)
@@ -332,38 +311,6 @@ class MicrophoneCalibration:
 
     async def _use(self, found: AcceptedOrientation | None) -> None:
         with saving("The microphones' orientation could not be saved"):
-            await asyncio.to_thread(_write, self._path, found)
+            await asyncio.to_thread(write_orientation, self._path, found)
         self.active, self._verified, self.left_out = found, found is not None, ""
         self._changed()
-
-
-def _read(path: Path) -> tuple[AcceptedOrientation | None, bool]:
-    """Return the orientation in the file, or None without a file, and whether it has its checksum.
-
-    Raises BadInput if it cannot be used.
-    """
-    try:
-        document = read_json(path.read_text(encoding="utf-8"))
-        found = msgspec.convert(document, AcceptedOrientation)
-        why = ""
-        if not all(abs(number) <= math.tau for number in (found.yaw, found.yaw_sd, found.residual)):
-            why = "its numbers cannot be"
-        if is_intact(document) is False:
-            why = f"it was changed after it was saved (if you changed it yourself, remove its “{SEAL}”)"
-        if not why:
-            return found, SEAL in document
-    except FileNotFoundError:
-        return None, False
-    except (OSError, ValueError, BadInput, msgspec.ValidationError) as trouble:
-        why = trouble.strerror if isinstance(trouble, OSError) else "it is damaged"
-    raise BadInput(f"The microphones' orientation in {path.name} cannot be used: {why}. Measure it again.")
-
-
-def _write(path: Path, found: AcceptedOrientation | None) -> None:
-    """Raises OSError."""
-    if found is None:
-        path.unlink(missing_ok=True)
-        if path.parent.is_dir():
-            sync_folder(path.parent)
-        return
-    write_atomic(path, json.dumps(sealed(msgspec.structs.asdict(found))))

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from console.broadcast import Broadcaster
-from console.calibration.active import NAMES, ActiveCalibration
 from console.calibration.apply import calibrated, laser_start
+from console.calibration.calibration_storage import NAMES, ActiveCalibration
 from console.calibration.codec import board_of
 from console.calibration.demo import demo_of
 from console.calibration.jobs import (
@@ -30,7 +30,7 @@ from console.calibration.session import (
     CameraCalibrationSession,
     LaserCalibrationSession,
 )
-from console.calibration.storage import VERSION, SessionInfo, SessionStore, StoredSession, kept_sessions
+from console.calibration.session_storage import VERSION, SessionInfo, SessionStore, StoredSession, kept_sessions
 from console.calibration.updates import SessionUpdates
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationBoard, CalibrationKind, CalibrationSessionState, CalibrationSource

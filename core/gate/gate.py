@@ -1,4 +1,4 @@
-"""The gate's logic, watchdog and deadman: from setpoints that may be late, repeated or malformed to a twist.
+"""The gate's logic: from setpoints that may be late, repeated or malformed to a twist.
 
 No clock, no thread, no file: every call brings the time `now` [s] of one steady clock. `tick`, every 20 ms, is the
 only source of motion. A setpoint counts for a quarter of a second, only under the lease that is in force, and only
@@ -11,11 +11,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+from core.gate.deadman import Deadman
 from core.gate.freshness import AgeTokens, InputIds
 from core.gate.guard import ObstacleGuard, Permitted
 from core.gate.limits import Limits, is_count, is_number, speed_cap
 from core.gate.setpoint import AcceptedSetpoint, Setpoint, Source
-from core.gate.status import CONSOLE_SILENT, GATE_LATE, SILENCE, GateStatus, State
+from core.gate.status import GATE_LATE, GateStatus, State
 from core.gate.trace import Event, TraceWriter
 from core.gate.twist import ZERO, Twist
 
@@ -39,6 +40,7 @@ class Gate:
         self.limits = limits
         self._trace = trace
         self._guard = ObstacleGuard(limits)
+        self._deadman = Deadman(limits)
         self._state: State = "halted" if halted else "disarmed"
         self._reason = "halted before the restart" if halted else ""
         self._remark = ""  # on the halt that is in force
@@ -54,7 +56,7 @@ class Gate:
         self._trips = 0
         self._ticked: float | None = None
         self._set_at = -math.inf  # when `_twist` was last set
-        self._beat = self._seen = self._heard = -math.inf
+        self._seen = self._heard = -math.inf
         self._contact, self._contact_side, self._side = False, 0.0, 0.0
 
     # what is asked
@@ -127,7 +129,7 @@ class Gate:
 
     def heartbeat(self, now: float) -> None:
         """Note that the console is alive."""
-        self._beat = now
+        self._deadman.heartbeat(now)
 
     def status(self) -> GateStatus:
         """Return the gate's status now."""
@@ -158,7 +160,7 @@ class Gate:
         """Time [s] at which the setpoint ends unless a new one or a heartbeat comes; a tick is due then, too."""
         if self._accepted is None:
             return math.inf
-        return min(self._accepted.arrived + self.limits.deadman, self._beat + self.limits.heartbeat)
+        return self._deadman.expires(self._accepted.arrived)
 
     # what follows
 
@@ -176,10 +178,8 @@ class Gate:
         """Return why the setpoint in force must end, "" if it need not."""
         if self._ticked is not None and not 0.0 <= now - self._ticked <= LATE:
             return GATE_LATE
-        if now >= accepted.arrived + self.limits.deadman:
-            return SILENCE
-        if now >= self._beat + self.limits.heartbeat:
-            return CONSOLE_SILENT
+        if silence := self._deadman.trouble(accepted.arrived, now):
+            return silence
         if now - self._last_sign > BLIND and math.isfinite(self._last_sign):
             return "no scan comes" if self.limits.guard else "the robot is silent"
         return ""
@@ -249,7 +249,7 @@ class Gate:
     def _obey(self, setpoint: Setpoint, age: float, now: float) -> str:
         """Take a moving setpoint under the present lease, young enough."""
         source, press = setpoint.source, setpoint.press
-        if now >= self._beat + self.limits.heartbeat:
+        if self._deadman.console_silent(now):
             return "The console's heartbeat is missing."
         over = "This was stopped: press again." if source == "jog" else "This command was stopped: give a new one."
         driven = self._accepted is not None and self._accepted.source == "jog"

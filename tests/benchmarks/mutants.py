@@ -15,11 +15,14 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 COPIED = ("core", "console", "static", "tests", "pyproject.toml", "README.md")
-DRIVER, GATE = "core/robots/process.py", "core/gate/gate.py"
+DRIVER, NEARNESS = "core/robots/process.py", "core/robots/nearness.py"
+GATE, DEADMAN = "core/gate/gate.py", "core/gate/deadman.py"
 LOOP, SUPERVISOR = "core/gate/process.py", "console/robot/supervisor.py"
 TESTS = {
     DRIVER: "tests/core/robots/test_driver.py",
+    NEARNESS: "tests/core/robots/test_driver.py",
     GATE: "tests/core/gate/test_gate.py",
+    DEADMAN: "tests/core/gate/test_gate.py",
     LOOP: "tests/core/gate/test_gate_process.py",
     SUPERVISOR: "tests/console/robot/test_robot_process.py",
 }
@@ -56,10 +59,17 @@ MUTANTS = (
         "                self._step()\n        self._robot.drive(ZERO)",
         "                self._step()",
     ),
-    Mutant("driver: orphan", DRIVER, "self._outbox.gone or os.getppid() != self._parent", "self._outbox.gone"),
-    Mutant("driver: frozen laser", DRIVER, "and self._freshness.shows(frame.scan, moving=self._twist.moves)", ""),
-    Mutant("gate: deadman", GATE, "if now >= order.arrived + self.limits.deadman:", "if False:"),
-    Mutant("gate: heartbeat", GATE, "            return CONSOLE_SILENT", '            return ""'),
+    Mutant(
+        "driver: orphan", DRIVER, "self._frame_sender.gone or os.getppid() != self._parent", "self._frame_sender.gone"
+    ),
+    Mutant(
+        "driver: frozen laser",
+        NEARNESS,
+        "if not self._freshness[laser.name].shows(scan, moving=moving):",
+        "if False:",
+    ),
+    Mutant("gate: deadman", DEADMAN, "if now >= arrived + self._limits.deadman:", "if False:"),
+    Mutant("gate: heartbeat", DEADMAN, "CONSOLE_SILENT if self.console_silent(now) else", '"" if now else'),
     Mutant("gate: late", GATE, "not 0.0 <= now - self._ticked <= LATE", "False"),
     Mutant("gate: blind", GATE, "if now - self._last_sign > BLIND and", "if False and"),
     Mutant("gate: stale scan", GATE, "if now - self._last_sign > self.limits.scan_age:", "if False:"),
@@ -69,7 +79,7 @@ MUTANTS = (
     Mutant("gate: need of neutral", GATE, '(source == "jog" and self._need_neutral) or ', ""),
     Mutant("loop: sleep", LOOP, "                self._look_for_sleep()\n", ""),
     Mutant("loop: console gone", LOOP, "        if not there:\n            self._console_gone()", ""),
-    Mutant("loop: number of a halt", LOOP, 'self._latched = told["number"] if', "self._latched = 10**6 if"),
+    Mutant("loop: number of a halt", LOOP, "self._latched = number", "self._latched = 10**6"),
     Mutant(
         "supervisor: sleep",
         SUPERVISOR,

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from console.calibration.active import ActiveCalibration
+from console.calibration.calibration_storage import ActiveCalibration
 from core.calibration.files.camera_files import ros_yaml
 from core.calibration.files.mount_files import both_ways
 from core.calibration.reports import kept as kept_form

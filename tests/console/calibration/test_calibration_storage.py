@@ -13,8 +13,8 @@ from urllib.parse import quote
 import numpy as np
 import pytest
 
-from console.calibration.active import ActiveCalibration
 from console.calibration.apply import calibrated, laser_in, nominal_mount
+from console.calibration.calibration_storage import ActiveCalibration
 from core.calibration.files.camera_files import kalibr_yaml, ros_yaml
 from core.calibration.files.mount_files import FORWARD, both_ways, matrix, static_transform, urdf_joint
 from core.calibration.reports import kept as kept_form

@@ -1,0 +1,34 @@
+"""The deadman of a setpoint, the watchdog over the console: when either is silent for too long, the motion ends."""
+
+from __future__ import annotations
+
+import math
+
+from core.gate.limits import Limits
+from core.gate.status import CONSOLE_SILENT, SILENCE
+
+
+class Deadman:
+    """Judges silence. A setpoint lasts `limits.deadman` [s], and only while the console's heartbeat comes."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self._beat = -math.inf
+
+    def heartbeat(self, now: float) -> None:
+        """Note that the console is alive."""
+        self._beat = now
+
+    def expires(self, arrived: float) -> float:
+        """Time [s] at which a setpoint that arrived then ends, unless a new one or a heartbeat comes."""
+        return min(arrived + self._limits.deadman, self._beat + self._limits.heartbeat)
+
+    def console_silent(self, now: float) -> bool:
+        """Return whether the console's heartbeat is missing."""
+        return now >= self._beat + self._limits.heartbeat
+
+    def trouble(self, arrived: float, now: float) -> str:
+        """Return why a setpoint that arrived then must end, "" if it need not."""
+        if now >= arrived + self._limits.deadman:
+            return SILENCE
+        return CONSOLE_SILENT if self.console_silent(now) else ""
