@@ -17,7 +17,7 @@ from console.api import RequestBody, SavedMaps, Who, router
 from console.api.typed_route import Responses
 from console.http.downloads import file_named, zip_named
 from console.maps.export import known_part, png
-from console.maps.store import LONGEST, MapInfo
+from console.maps.store import LONGEST, MapFacts, MapInfo
 from console.maps.trajectory import laid_out
 from console.scene.overlays.occupancy import paint
 from core.pipelines.nav2_map import map_pixels, nav2_map
@@ -36,19 +36,9 @@ class SaveMapRequest(RequestBody):
     replace: bool = False
 
 
-class SavedMapRow(msgspec.Struct, frozen=True, kw_only=True):
+class SavedMapRow(MapFacts, kw_only=True):
     """A saved map; `verified`: it bears checksums, which are compared when it is loaded or packed."""
 
-    name: str
-    saved_s: float  # Unix time
-    by: str  # who saved it
-    robot: str  # whose it is
-    resolution_m: float
-    width_m: float
-    height_m: float
-    submaps: int
-    landmarks: int
-    closures: int
     verified: bool
 
 
@@ -171,16 +161,5 @@ def drawn(grid: OccupancyGrid, style: str) -> bytes:
 
 def map_row(card: MapInfo) -> SavedMapRow:
     """A saved map, without its files."""
-    return SavedMapRow(
-        name=card.name,
-        saved_s=card.saved_s,
-        by=card.by,
-        robot=card.robot,
-        resolution_m=card.resolution_m,
-        width_m=card.width_m,
-        height_m=card.height_m,
-        submaps=card.submaps,
-        landmarks=card.landmarks,
-        closures=card.closures,
-        verified=bool(card.files),
-    )
+    facts = {name: getattr(card, name) for name in MapFacts.__struct_fields__}
+    return SavedMapRow(**facts, verified=bool(card.files))

@@ -18,6 +18,13 @@ from console.scene.viser_host.page import ScenePage
 page = APIRouter()
 
 NO_CACHE = {"Cache-Control": "no-cache"}
+PAGES = {
+    "/": "index.html",
+    "/calibrate": "calibrate.html",
+    "/hearing": "hearing.html",
+    "/people": "people.html",
+}
+"""The console's pages, by their path."""
 
 
 def static_folder() -> Path:
@@ -38,32 +45,17 @@ class PageFiles(StaticFiles):
         return response
 
 
-@page.get("/", include_in_schema=False)
-@needs("public")
-async def index() -> FileResponse:
-    """The page; it holds nothing secret and signs in by itself."""
-    return FileResponse(static_folder() / "index.html", headers=NO_CACHE)
+def serve_page(path: str, file: str) -> None:
+    """One page of the console at `path`; it holds nothing secret and signs in by itself."""
+
+    @page.get(path, include_in_schema=False)
+    @needs("public")
+    async def one() -> FileResponse:
+        return FileResponse(static_folder() / file, headers=NO_CACHE)
 
 
-@page.get("/calibrate", include_in_schema=False)
-@needs("public")
-async def wizards() -> FileResponse:
-    """The calibration wizards' page; as open as the other, and as empty."""
-    return FileResponse(static_folder() / "calibrate.html", headers=NO_CACHE)
-
-
-@page.get("/hearing", include_in_schema=False)
-@needs("public")
-async def hearing_page() -> FileResponse:
-    """The page that measures hearing; as open as the other, and as empty."""
-    return FileResponse(static_folder() / "hearing.html", headers=NO_CACHE)
-
-
-@page.get("/people", include_in_schema=False)
-@needs("public")
-async def people_page() -> FileResponse:
-    """The page for the enrollment of people; as open as the other, and as empty."""
-    return FileResponse(static_folder() / "people.html", headers=NO_CACHE)
+for path, file in PAGES.items():
+    serve_page(path, file)
 
 
 @page.get("/scene/", include_in_schema=False)

@@ -31,8 +31,8 @@ NAME = re.compile(r"\w(?:[\w \-]*\w)?")
 ASIDE = ".new-"  # how the folder of a map begins that is being written
 
 
-class MapInfo(msgspec.Struct):
-    """The description of a saved map."""
+class MapFacts(msgspec.Struct):
+    """A saved map in figures."""
 
     name: str
     saved_s: float  # Unix time
@@ -44,6 +44,11 @@ class MapInfo(msgspec.Struct):
     submaps: int
     landmarks: int
     closures: int
+
+
+class MapInfo(MapFacts):
+    """The description of a saved map, as its folder holds it."""
+
     version: int = VERSION
     files: dict[str, str] = {}  # name within the map's folder → checksum; maps of earlier consoles have none
 
