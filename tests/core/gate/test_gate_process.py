@@ -352,8 +352,9 @@ def test_nonsense_on_the_pipes_is_survived(gate: Played) -> None:
 def test_a_halt_is_on_disk_before_it_is_told_and_outlives_the_gate(tmp_path: Path) -> None:
     first = Played(tmp_path)
     first.start_driving()
-    first.tell("halt")
+    first.tell("halt", number=7)
     first.until(lambda: first.status["state"] == "halted")
+    first.until(lambda: first.status["latched"] == 7)  # this halt and no later one is on the disk
     first.process.kill()
     first.end()
     assert Latch(tmp_path).is_set
