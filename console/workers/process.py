@@ -39,6 +39,7 @@ WORKERS = {
     "array": "console.workers.array_worker:ArrayWorker",
     "quality": "console.speech.quality_worker:QualityWorker",
     "people": "console.people.worker:PeopleWorker",
+    "probe": "console.connection.probe_worker:ProbeWorker",
 }
 
 
