@@ -52,9 +52,9 @@ class ProbeRequest(RequestBody):
 
 
 class LaserPlace(RequestBody):
-    """Mounting of a laser, and what is added to its stamps."""
+    """Mounting of a laser, and what is added to its stamps. Without `x_m`, the driver's own place holds."""
 
-    x_m: Place
+    x_m: Place | None = None
     y_m: Place = 0.0
     heading_rad: Angle = 0.0
     height_m: Length | None = None
@@ -62,9 +62,12 @@ class LaserPlace(RequestBody):
 
 
 class CameraPlace(RequestBody):
-    """Mounting of a camera: yaw to the left, pitch downwards, roll clockwise seen from behind."""
+    """Mounting of a camera: yaw to the left, pitch downwards, roll clockwise seen from behind.
 
-    x_m: Place
+    Without `x_m`, the driver's own place holds.
+    """
+
+    x_m: Place | None = None
     y_m: Place = 0.0
     z_m: Place = 0.16
     yaw_rad: Angle = 0.0
@@ -75,7 +78,7 @@ class CameraPlace(RequestBody):
 class MicrophonesPlace(RequestBody):
     """Mounting of a microphone array."""
 
-    x_m: Place
+    x_m: Place = 0.0
     y_m: Place = 0.0
     heading_rad: Angle = 0.0
     height_m: Length = 0.25

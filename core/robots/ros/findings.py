@@ -15,6 +15,18 @@ from core.robots.ros.typestore import TF
 LAST = 30  # messages of a topic, over which its rate is measured
 FEWEST = 3  # messages that tell a rate
 
+NAMES: dict[Role, str] = {
+    "odometry": "The odometry",
+    "scan": "The laser",
+    "image": "The camera",
+    "camera_info": "The camera's own calibration",
+    "sound": "The sound of the microphones",
+    "cmd_vel": "The topic of speeds",
+    "battery": "The battery",
+    "map": "The robot's own map",
+    "pose": "The robot's own pose",
+    "frames": "The topic of mountings",
+}
 MISSING: dict[Role, str] = {
     "odometry": "The robot has no odometry; its motion is estimated from the scans.",
     "scan": "The robot has no laser scan; it is neither located nor are obstacles seen.",
@@ -86,7 +98,7 @@ def _role(choice: RoleChoice, topics: RosTopics, types: Mapping[str, str], traff
         found = [CandidateTopic(topic=one.topic, type=TF) for one in used]
     known = {one.topic for one in found}
     found += [CandidateTopic(topic=one.topic, type=one.type) for one in used if one.topic not in known]
-    remark = "" if used else "Switched off by the settings." if choice.switched_off else MISSING.get(choice.role, "")
+    remark = "" if used else f"{NAMES[choice.role]} is not used, as it was chosen." if choice.switched_off else MISSING.get(choice.role, "")
     if choice.role == "camera_info" and not topics.image:
         remark = ""
     return TopicRole(
