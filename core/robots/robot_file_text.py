@@ -112,9 +112,7 @@ def _value(value: Any, depth: int = 0) -> str:
         case list() | tuple():
             return f"[{', '.join(_value(one, depth + 1) for one in cast(Sequence[Any], value))}]"
         case dict():
-            pairs = (
-                f"{_key(key)} = {_value(one, depth + 1)}" for key, one in cast(Mapping[str, Any], value).items()
-            )
+            pairs = (f"{_key(key)} = {_value(one, depth + 1)}" for key, one in cast(Mapping[str, Any], value).items())
             return f"{{{', '.join(pairs)}}}"
         case _:
             raise BadInput(f"A robot file cannot hold a value of the kind {type(value).__name__}.")

@@ -250,7 +250,9 @@ class RosSensors:
             pixels = raw_pixels(content)
         self._view = content.header.frame_id.strip("/"), pixels.shape[1], pixels.shape[0]
         if self._readings is not None:
-            self._readings.image(Image(stamp=self._clocks.stamp(topic, stamp_of(content.header), received), pixels=pixels))
+            self._readings.image(
+                Image(stamp=self._clocks.stamp(topic, stamp_of(content.header), received), pixels=pixels)
+            )
 
     def _take_info(self, topic: str, content: Any, received: float) -> None:
         self._info = content

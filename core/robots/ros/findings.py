@@ -98,7 +98,13 @@ def _role(choice: RoleChoice, topics: RosTopics, types: Mapping[str, str], traff
         found = [CandidateTopic(topic=one.topic, type=TF) for one in used]
     known = {one.topic for one in found}
     found += [CandidateTopic(topic=one.topic, type=one.type) for one in used if one.topic not in known]
-    remark = "" if used else f"{NAMES[choice.role]} is not used, as it was chosen." if choice.switched_off else MISSING.get(choice.role, "")
+    remark = (
+        ""
+        if used
+        else f"{NAMES[choice.role]} is not used, as it was chosen."
+        if choice.switched_off
+        else MISSING.get(choice.role, "")
+    )
     if choice.role == "camera_info" and not topics.image:
         remark = ""
     return TopicRole(
