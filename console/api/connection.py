@@ -1,4 +1,4 @@
-"""The connection to the robot: topics, parts and mountings that were found, and the robot file that is made of them."""
+"""The connection to the robot: topics, parts and mountings that were found, and the robot file made of them."""
 
 from __future__ import annotations
 

@@ -41,10 +41,9 @@ def with_topics(file: RobotFile, choices: Sequence[TopicChoice], parts: Sequence
         if not 0 <= choice.part < len(joined):
             raise BadInput("The robot has no such part; look at it again.")
         part = _without(joined[choice.part], choice.role)
-        topics = choice.topics or (NOTHING,)
-        value = list(topics) if choice.role == "scan" and len(topics) > 1 else topics[0]
+        topics = list(choice.topics) or [NOTHING]
         if choice.part == 0:
-            own[choice.role] = value
+            own[choice.role] = topics if choice.role == "scan" and len(topics) > 1 else topics[0]
         else:
             part += f"{'&' if '?' in part else '?'}{choice.role}={','.join(topics)}"
         joined[choice.part] = part
