@@ -33,6 +33,8 @@ export class ConnectSensors extends Panel {
   #body = make("div", { class: "connect-mounts" });
   /** @type {Entry[]} */
   #entries = [];
+  /** @type {Map<string, HTMLButtonElement>} by laser: take its estimated time offset */
+  #estimates = new Map();
   #drawn = "";
 
   /** @param {ConnectionModel} model */
@@ -59,6 +61,22 @@ export class ConnectSensors extends Panel {
     this.hidden = true;
   }
 
+  /**
+   * @override
+   * @param {import("../net/session.js").View} view
+   */
+  show({ state }) {
+    for (const [laser, button] of this.#estimates) {
+      const timings = this.#model?.own ? (state?.robot.timings ?? []) : [];
+      const timing = timings.find((one) => one.laser === laser);
+      button.hidden = !timing || timing.applied_s === 0;
+      if (!timing) continue;
+      const value = fixed(1000 * timing.offset_s, 0);
+      write(button, `Use the estimated ${value} ms`);
+      button.value = String(Math.round(1000 * timing.offset_s));
+    }
+  }
+
   #draw() {
     const found = this.#model?.found;
     this.hidden = !found || Boolean(this.#model?.whyNot);
@@ -74,6 +92,7 @@ export class ConnectSensors extends Panel {
     if (key === this.#drawn) return;
     this.#drawn = key;
     this.#entries = [];
+    this.#estimates.clear();
     this.#body.replaceChildren(
       this.#group("limits", "", "Body", "Left empty, the value in grey is assumed.", false, found.limits.map(limit)),
       ...found.lasers.map((one) => {
@@ -125,7 +144,19 @@ export class ConnectSensors extends Panel {
       make("legend", {}, title),
       make("p", { class: "note", "data-tone": missing ? "stale" : null }, says),
       make("div", { class: "connect-fields" }, ...fields.map((field) => this.#field(kind, name, title, field))),
+      kind === "lasers" && this.#estimate(name),
     );
+  }
+
+  /** @param {string} laser */
+  #estimate(laser) {
+    const button = make("button", { type: "button", class: "button connect-estimate", hidden: true });
+    button.addEventListener("click", () => {
+      const entry = this.#entries.find((one) => one.name === laser && one.field.key === "time_offset_s");
+      if (entry) entry.input.value = button.value;
+    });
+    this.#estimates.set(laser, button);
+    return button;
   }
 
   /** @param {Entry["kind"]} kind @param {string} name @param {string} title @param {Field} field */

@@ -15,6 +15,7 @@ from core.robots.robot_file import load_robot_file
 from tests.console.live import Live, Reply
 from tests.emulators.foxglove import FoxgloveEmulator
 from tests.emulators.world import World
+from tests.emulators.zenoh_robot import ZenohEmulator
 
 
 @pytest.fixture(scope="module")
@@ -78,6 +79,19 @@ def test_another_look_hears_the_topics_that_were_chosen_and_moves_nothing(
     assert roles["battery"]["used"][0]["topic"] == "/battery_state" and roles["odometry"]["used"] == []
     assert roles["scan"]["used"][0]["rate_hz"] > 1
     assert len(emulator.received) == before
+
+
+def test_a_robot_on_zenoh_is_looked_at_too(live: Live) -> None:
+    world = World()
+    emulator = ZenohEmulator(world)
+    emulator.start()
+    world.start()
+    try:
+        answer = post(live, "probe", {"url": emulator.url})
+    finally:
+        world.stop()
+        emulator.stop()
+    assert answer.status == 200 and roles_of(answer.json)["scan"]["used"][0]["topic"] == "/scan", answer.json
 
 
 def test_a_robot_file_is_written_once_and_replaced_when_that_is_said(live: Live, home: Path) -> None:
