@@ -12,6 +12,7 @@ import { Panel } from "../ui/panel.js";
 /** @typedef {{kind: "lasers" | "cameras" | "microphones" | "limits", name: string, field: Field, input: HTMLInputElement}} Entry */
 
 const SCALE = { m: 1, "m/s": 1, ms: 1000, "°": 180 / Math.PI, "°/s": 180 / Math.PI };
+const OFFSET = "time_offset_s";
 /** @type {Record<Origin, string>} */
 const ORIGINS = {
   robot: "mounting as the robot says it",
@@ -100,7 +101,7 @@ export class ConnectSensors extends Panel {
         return this.#mount("lasers", "Laser", one, says, [
           ...flat(one),
           {
-            key: "time_offset_s",
+            key: OFFSET,
             name: "add to stamps",
             unit: "ms",
             value: one.time_offset_s,
@@ -152,7 +153,7 @@ export class ConnectSensors extends Panel {
   #estimate(laser) {
     const button = make("button", { type: "button", class: "button connect-estimate", hidden: true });
     button.addEventListener("click", () => {
-      const entry = this.#entries.find((one) => one.name === laser && one.field.key === "time_offset_s");
+      const entry = this.#entries.find((one) => one.name === laser && one.field.key === OFFSET);
       if (entry) entry.input.value = button.value;
     });
     this.#estimates.set(laser, button);
@@ -161,8 +162,7 @@ export class ConnectSensors extends Panel {
 
   /** @param {Entry["kind"]} kind @param {string} name @param {string} title @param {Field} field */
   #field(kind, name, title, field) {
-    const exact = field.value * SCALE[field.unit];
-    const shown = String(Math.round(exact * 1e4) / 1e4);
+    const shown = shownOf(field);
     const input = make("input", {
       type: "text",
       inputmode: "decimal",
@@ -170,7 +170,7 @@ export class ConnectSensors extends Panel {
       autocomplete: "off",
       "aria-label": `${title}: ${field.name} in ${field.unit}`,
       value: field.known ? shown : "",
-      placeholder: String(Number(exact.toPrecision(3))),
+      placeholder: shown,
       disabled: !this.#model?.may,
     });
     const trouble = make("span", { class: "visually-hidden" });
@@ -206,7 +206,20 @@ export class ConnectSensors extends Panel {
       if (kind === "limits") body[field.key] = value;
       else body[kind][name] = { ...body[kind][name], [field.key]: value };
     }
+    this.#complete(body);
     return body;
+  }
+
+  /**
+   * Where one figure of a mounting was entered, the empty ones are the grey ones.
+   * @param {Record<string, any>} body
+   */
+  #complete(body) {
+    for (const { kind, name, field } of this.#entries) {
+      const place = kind === "limits" ? null : body[kind][name];
+      const keys = Object.keys(place ?? {}).filter((key) => key !== OFFSET);
+      if (keys.length > 0 && field.key !== OFFSET) place[field.key] ??= field.value;
+    }
   }
 }
 
@@ -237,13 +250,20 @@ function camera(one) {
   ];
 }
 
+/** @param {Field} field */
+function shownOf({ value, unit }) {
+  const digits = unit.startsWith("°") ? 100 : 10_000;
+  return String(Math.round(value * SCALE[unit] * digits) / digits);
+}
+
 /**
- * The entered value in the unit of the wire; null when empty, NaN when it is no number.
+ * The entered value in the unit of the wire; null when empty, NaN when it is no number. What was not changed is exact.
  * @param {HTMLInputElement} input @param {Field} field
  */
 function read(input, field) {
   const text = input.value.trim().replace(",", ".").replace("−", "-");
   if (text === "") return null;
+  if (text === shownOf(field)) return field.value;
   const value = Number(text) / SCALE[field.unit];
   return Number.isFinite(value) ? value : NaN;
 }
