@@ -12,9 +12,9 @@ from msgspec import structs
 from pydantic import Field
 
 from console.access.roles import needs
-from console.api import Operator, HistoryInUse, RequestBody, RobotConnection, router
+from console.api import HistoryInUse, Operator, RequestBody, RobotConnection, router
 from console.connection.service import LONGEST_URL, REAL_ONLY, WrittenFile
-from core.robots.connection import Connection
+from core.robots.connection import FoundRobot
 from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile, converted
 from core.robots.robot_file_text import ChosenRole, TopicChoice
 
@@ -31,7 +31,7 @@ Length = Annotated[float, Field(gt=0, le=10)]
 class FoundConnection(msgspec.Struct, frozen=True, kw_only=True):
     """What was found on the console's robot, and the robot files that were written before."""
 
-    connection: Connection
+    connection: FoundRobot
     why_not: str  # why no robot file can be written for it, a sentence; "" where one can
     files: list[str]  # names of robot files in the data folder
 
@@ -112,7 +112,7 @@ async def found(robot: RobotConnection) -> FoundConnection:
 
 @connection.post("/robot/probe")
 @needs("operator")
-async def probe(asked: ProbeRequest, robot: RobotConnection, who: Operator, history: HistoryInUse) -> Connection:
+async def probe(asked: ProbeRequest, robot: RobotConnection, who: Operator, history: HistoryInUse) -> FoundRobot:
     """Connect to a robot, which may be another one, listen for two seconds and let go. Nothing is driven."""
     history.add("look at robot", who, words=asked.url.partition("?")[0])
     return await robot.look(asked.url, choices(asked))

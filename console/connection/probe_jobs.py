@@ -5,11 +5,11 @@ from __future__ import annotations
 import msgspec
 
 from console.workers.job import Job
-from core.robots.connection import Connection
+from core.robots.connection import FoundRobot
 from core.robots.robot_file import RobotFile
 
 
-class ProbeRobot(Job[Connection], frozen=True):
+class ProbeRobot(Job[FoundRobot], frozen=True):
     """Connect, listen for some seconds, let go; nothing is driven."""
 
     file: RobotFile  # with its URL

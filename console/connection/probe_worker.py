@@ -7,7 +7,7 @@ import time
 from console.connection.probe_jobs import CheckedFile, CheckRobotFile, ProbeRobot
 from console.workers.job import Handler
 from core.robots.connect import devices_of, live
-from core.robots.connection import Connection, ReadConnection
+from core.robots.connection import FoundRobot, ReadConnection
 from core.robots.robot_file import parse_robot_file
 from core.robots.robot_file_text import toml_text
 
@@ -23,7 +23,7 @@ class ProbeWorker:
         """Every job it knows."""
         return ProbeRobot.handled_by(self.probe), CheckRobotFile.handled_by(self.check)
 
-    def probe(self, job: ProbeRobot) -> Connection:
+    def probe(self, job: ProbeRobot) -> FoundRobot:
         """What was found. Raises BadInput, Unavailable."""
         robot = live(job.file.url, job.file)
         try:

@@ -17,7 +17,7 @@ from console.workers.worker import Worker, WorkerLost
 from core.errors import BadInput, Refused, Unavailable
 from core.files import saving, write_atomic
 from core.robots.connect import OWN, SCHEMES, parts_of, split
-from core.robots.connection import Connection, ReadConnection, ReadRobotFile, describe
+from core.robots.connection import FoundRobot, ReadConnection, ReadRobotFile, describe
 from core.robots.robot_file import RobotFile
 from core.robots.robot_file_text import TopicChoice, with_topics
 
@@ -52,7 +52,7 @@ class ConnectionService:
         """True where the console drives a real robot."""
         return self._robot.profile.kind == "LIVE"
 
-    async def found(self) -> Connection:
+    async def found(self) -> FoundRobot:
         """What was found on the console's robot. Raises Unavailable while its driver is gone."""
         if not self.real:
             return describe(self._robot.profile)
@@ -62,7 +62,7 @@ class ConnectionService:
         """The names of the robot files that were written here."""
         return await asyncio.to_thread(lambda: sorted(path.name for path in self._folder.glob("*.toml")))
 
-    async def look(self, url: str, choices: Sequence[TopicChoice]) -> Connection:
+    async def look(self, url: str, choices: Sequence[TopicChoice]) -> FoundRobot:
         """Connect once more, or to another robot, and see what is there. Raises BadInput, Refused, Unavailable."""
         file = await self.chosen(url, choices)
         self._check_free(file.url)

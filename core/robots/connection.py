@@ -87,7 +87,7 @@ class FoundLimit(msgspec.Struct, frozen=True, kw_only=True):
     origin: Origin
 
 
-class Connection(msgspec.Struct, frozen=True, kw_only=True):
+class FoundRobot(msgspec.Struct, frozen=True, kw_only=True):
     """All that was found of a robot."""
 
     url: str
@@ -101,7 +101,7 @@ class Connection(msgspec.Struct, frozen=True, kw_only=True):
     microphones: tuple[FoundMicrophones, ...]
 
 
-class ReadConnection(RobotRequest[Connection], frozen=True, tag="connection"):
+class ReadConnection(RobotRequest[FoundRobot], frozen=True, tag="connection"):
     """Ask a live robot what was found."""
 
 
@@ -114,7 +114,7 @@ def describe(
     parts: tuple[FoundPart, ...] = (),
     equipment: Sequence[Equipment] = (),
     file: RobotFile | None = None,
-) -> Connection:
+) -> FoundRobot:
     """The profile and what its devices found → all of it, each figure with its origin."""
     file = file or RobotFile()
     placed = {name for part in parts for name in part.findings.placed}
@@ -132,7 +132,7 @@ def describe(
         ("max_speed", profile.max_speed),
         ("max_turn_rate", profile.max_turn_rate),
     )
-    return Connection(
+    return FoundRobot(
         url=profile.url,
         name=profile.name,
         failsafe=profile.failsafe,

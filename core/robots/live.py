@@ -15,7 +15,7 @@ from msgspec.structs import replace as replace_struct
 from core.errors import BeckonError, Unavailable
 from core.gate.twist import ZERO, Twist
 from core.robots import Profile
-from core.robots.connection import Connection, FoundPart, ReadConnection, ReadRobotFile, describe
+from core.robots.connection import FoundPart, FoundRobot, ReadConnection, ReadRobotFile, describe
 from core.robots.device import Device, Equipment
 from core.robots.findings import ClockOffset
 from core.robots.readings import Names, Readings
@@ -238,7 +238,7 @@ class LiveRobot:
             case _:
                 raise not_taken(self.requests)
 
-    def _connection(self) -> Connection:
+    def _connection(self) -> FoundRobot:
         parts = tuple(link.found(one) for link, one in zip(self._links, self._equipment, strict=True))
         return describe(self._profile, parts, self._equipment, self._file)
 

@@ -16,7 +16,7 @@ from core.errors import BadInput
 from core.geometry import Transform
 from core.robots import Profile
 from core.robots.connect import connect, parts_of
-from core.robots.connection import Connection, ReadConnection, ReadRobotFile, angles_of
+from core.robots.connection import FoundRobot, ReadConnection, ReadRobotFile, angles_of
 from core.robots.findings import TopicRole
 from core.robots.requests import ReadTruth
 from core.robots.robot_file import (
@@ -146,7 +146,7 @@ def numbers(profile: Profile) -> list[float]:
     return found
 
 
-def confirmed(found: Connection, file: RobotFile) -> RobotFile:
+def confirmed(found: FoundRobot, file: RobotFile) -> RobotFile:
     """The file of an operator who agrees with everything."""
     choices = [
         TopicChoice(role=one.role, topics=tuple(topic.topic for topic in one.used))  # type: ignore[arg-type]
