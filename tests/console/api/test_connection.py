@@ -146,7 +146,7 @@ def test_bad_input_gets_a_sentence(
 def test_who_watches_or_does_not_drive_writes_nothing(live: Live) -> None:
     assert post(live, "probe", {}, live.viewer).status == 403
     assert post(live, "file", {"name": "x"}, live.viewer).status == 403
-    live.runtime.lease.holder = Person("another", "Ann", "operator")
+    live.runtime.lease.take(Person("another", "Ann", "operator"), time.monotonic())
     try:
         assert "Ann drives now" in post(live, "probe", {}).json["detail"]
         assert post(live, "file", {"name": "x"}).status == 409
