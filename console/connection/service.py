@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import msgspec
+from msgspec import structs
 
 from console.connection.probe_jobs import CheckRobotFile, ProbeRobot
 from console.maps.store import slug
@@ -19,7 +20,7 @@ from core.files import saving, write_atomic
 from core.robots.connect import OWN, SCHEMES, parts_of, split
 from core.robots.connection import FoundRobot, ReadConnection, ReadRobotFile, describe
 from core.robots.robot_file import RobotFile
-from core.robots.robot_file_text import TopicChoice, with_topics
+from core.robots.robot_file_text import TopicChoice, with_topics, without_lock
 
 T = TypeVar("T")
 
@@ -64,9 +65,11 @@ class ConnectionService:
 
     async def look(self, url: str, choices: Sequence[TopicChoice]) -> FoundRobot:
         """Connect once more, or to another robot, and see what is there. Raises BadInput, Refused, Unavailable."""
-        file = await self.chosen(url, choices)
-        self._check_free(file.url)
-        return await self._at_work(lambda worker: worker.ask(ProbeRobot(file), budget=BUDGET))
+        chosen = await self.chosen(url, choices)
+        self._check_free(chosen.url)
+        file = without_lock(chosen, parts_of(chosen.url))
+        found = await self._at_work(lambda worker: worker.ask(ProbeRobot(file), budget=BUDGET))
+        return structs.replace(found, url=url)  # as it was asked for: a file is made of that robot's own one
 
     async def chosen(self, url: str, choices: Sequence[TopicChoice]) -> RobotFile:
         """The robot file of a URL with the operator's choice of topics. Raises BadInput."""

@@ -50,6 +50,12 @@ def with_topics(file: RobotFile, choices: Sequence[TopicChoice], parts: Sequence
     return msgspec.structs.replace(file, url="+".join(joined), robot=own)
 
 
+def without_lock(file: RobotFile, parts: Sequence[str]) -> RobotFile:
+    """The same robot without its lock of twist_mux: who only looks closes nothing. `parts`: of its URL."""
+    own = {key: value for key, value in file.robot.items() if key != "lock"}
+    return msgspec.structs.replace(file, url="+".join(_without(part, "lock") for part in parts), robot=own)
+
+
 def _without(part: str, key: str) -> str:
     """A part of a URL without one key of its query."""
     address, _, query = part.partition("?")

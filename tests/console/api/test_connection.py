@@ -74,7 +74,7 @@ def test_another_look_hears_the_topics_that_were_chosen_and_moves_nothing(
     assert at_once.status == 409 and "being looked at already" in at_once.json["detail"]
     look.join()
     (answer,) = answers
-    assert answer.status == 200
+    assert answer.status == 200 and answer.json["url"] == url_of(live)  # not without the options that were overruled
     roles = roles_of(answer.json)
     assert roles["battery"]["used"][0]["topic"] == "/battery_state" and roles["odometry"]["used"] == []
     assert roles["scan"]["used"][0]["rate_hz"] > 1

@@ -28,7 +28,7 @@ from core.robots.robot_file import (
     mounting_of,
     parse_robot_file,
 )
-from core.robots.robot_file_text import TopicChoice, toml_text, with_topics
+from core.robots.robot_file_text import TopicChoice, toml_text, with_topics, without_lock
 from core.robots.ros.findings import Traffic, roles_of
 from core.robots.ros.topics import RosSettings, choose_topics
 from core.robots.ros.typestore import TWIST
@@ -110,6 +110,8 @@ def test_a_choice_leaves_the_url_and_stands_in_the_file() -> None:
     file = with_topics(RobotFile(url=url, robot={"lock": "/stop"}), choices, parts_of(url))
     assert file.url == "foxglove://a:8765?tls=1+scip:///dev/ttyACM0+zenoh://b:7447?battery=/battery"
     assert file.robot == {"lock": "/stop", "scan": ["/front", "/rear"], "odometry": "none"}
+    looked = without_lock(file, parts_of(file.url + "&lock=/stop&domain=1"))
+    assert "lock" not in looked.robot and looked.url == file.url + "&domain=1"
     with pytest.raises(BadInput, match="no such part"):
         with_topics(file, [TopicChoice(part=3, role="scan", topics=())], parts_of(file.url))
 
