@@ -21,6 +21,7 @@ from console.access.roles import check_roles
 from console.api.calibration import calibration
 from console.api.calibration_files import calibration_files
 from console.api.commands import commands
+from console.api.connection import connection
 from console.api.documentation import ApiDescription, DescribedApp, documentation
 from console.api.hearing import hearing
 from console.api.help import help_pages
@@ -54,6 +55,7 @@ ROUTERS = (
     lease,
     login,
     maps,
+    connection,
     slam,
     playback,
     calibration,

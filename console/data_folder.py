@@ -19,7 +19,9 @@ from console.control.notices import Notifications
 from core.errors import Unavailable, Unwritable
 from core.files import reason, remove_unfinished, try_writing
 
-OURS = re.compile(r"history\.sqlite.*|console\.log.*|halt\..*|lock|maps|calibration|people|speech_quality|\..*\.new")
+OURS = re.compile(
+    r"history\.sqlite.*|console\.log.*|halt\..*|lock|maps|calibration|people|robots|speech_quality|\..*\.new"
+)
 LOOK, LOOK_AGAIN = 10.0, 2.0  # [s] between looks while all is well, and while it is not
 PATIENCE = 5.0  # [s] after which a disk that does not answer is reported
 CAUSE = "data folder"  # of the notice

@@ -22,6 +22,7 @@ from console.broadcast import Broadcaster
 from console.calibration.microphones import MicrophoneCalibration
 from console.calibration.service import CalibrationService
 from console.camera_stream import CameraStream, Picture
+from console.connection.service import ConnectionService
 from console.control.dispatcher import CommandDispatcher
 from console.control.history import History
 from console.control.lease import Lease
@@ -87,6 +88,7 @@ class Runtime:
         self.spoken = VoiceCommands(self.ears, self.dispatcher, self.lease, self.pending_commands, self.board)
         self.microphone = BrowserMicrophone(settings.speech)
         self.voice = RobotVoice(settings=settings.voice)
+        self.connection = ConnectionService(home, robot)
         self.quality = QualityRuns(home, settings.simulation, settings.speech)
         self.player = PlaybackController(robot, self.history, self.board)
         self.scene = Scene(

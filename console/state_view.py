@@ -182,6 +182,10 @@ def robot(snapshot: Snapshot, around: StateContext) -> messages.RobotState:
             messages.SensorLine(one.kind, one.name, one.state, round(one.age, 2), one.rate)
             for one in snapshot.sensors
         ],
+        timings=[
+            messages.LaserTiming(one.laser, near(one.offset), near(one.sd), near(one.applied))
+            for one in snapshot.timings
+        ],
         battery=snapshot.battery,
     )
 

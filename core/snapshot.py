@@ -139,7 +139,7 @@ class Snapshot:
     hearing: Hearing | None = None  # None: the robot has no microphones
     person: TrackedPerson | None = None  # who is looked at by the command that runs
     drift: Drift | None = None  # how the camera's mount seems to differ from its calibration
-    timing: TimeOffset | None = None  # of the laser whose stamps are the farthest off; None: not known yet
+    timings: tuple[TimeOffset, ...] = ()  # of the lasers whose time offset is known
     notices: tuple[Notice, ...] = ()  # newest last, at most 20
     sensors: tuple[SensorStatus, ...] = ()
     contact: bool = False

@@ -14,6 +14,7 @@ from console.access.open_sockets import OpenSockets
 from console.api.typed_route import Responses, TypedRoute
 from console.calibration.microphones import MicrophoneCalibration
 from console.calibration.service import CalibrationService
+from console.connection.service import ConnectionService
 from console.control.dispatcher import CommandDispatcher
 from console.control.history import History
 from console.control.lease import Lease
@@ -114,6 +115,7 @@ DriversLease = Annotated[Lease, part("lease")]
 NoticeBoard = Annotated[Notifications, part("board")]
 Pending = Annotated[PendingCommands, part("pending_commands")]
 PeopleEnrolled = Annotated[EnrollmentService, part("people")]
+RobotConnection = Annotated[ConnectionService, part("connection")]
 Playback = Annotated[PlaybackController, part("player")]
 QualityTests = Annotated[QualityRuns, part("quality")]
 RobotInUse = Annotated[RobotLink, part("robot")]

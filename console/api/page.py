@@ -23,6 +23,7 @@ PAGES = {
     "/calibrate": "calibrate.html",
     "/hearing": "hearing.html",
     "/people": "people.html",
+    "/connect": "connect.html",
 }
 """The console's pages, by their path."""
 

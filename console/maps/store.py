@@ -199,10 +199,10 @@ def key_of(name: str) -> str:
     return unicodedata.normalize("NFC", name).casefold()
 
 
-def slug(name: str) -> str:
-    """A name as every file system takes it: "Großes Büro" → "groes-buro"."""
+def slug(name: str, otherwise: str = "map") -> str:
+    """A name as every file system takes it: "Großes Büro" → "groes-buro"; `otherwise` where nothing is left."""
     plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode().lower()
-    return re.sub(r"[^a-z0-9]+", "-", plain).strip("-") or "map"
+    return re.sub(r"[^a-z0-9]+", "-", plain).strip("-") or otherwise
 
 
 def files_of(folder: Path) -> list[tuple[str, Path]]:

@@ -125,6 +125,15 @@ class SensorLine(Struct):
     rate_hz: float
 
 
+class LaserTiming(Struct):
+    """The time offset between a laser and the odometry, estimated from turns."""
+
+    laser: str
+    offset_s: float  # to add to its stamps; positive: they are early
+    sd_s: float
+    applied_s: float  # that are added now
+
+
 class RobotState(Struct):
     """The robot and the link to it."""
 
@@ -139,6 +148,7 @@ class RobotState(Struct):
     progress: float | None
     speed: float
     sensors: list[SensorLine]
+    timings: list[LaserTiming]  # of the lasers whose time offset is known
     battery: float | None
 
 

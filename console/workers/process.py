@@ -25,6 +25,7 @@ from core.errors import BeckonError
 from core.gate.scheduling import stand_back
 
 MOST_BYTES = 2**30  # of address space
+MORE_BYTES = {"probe": 2**33}  # of workers whose libraries reserve much for their threads
 MOST_PIXELS = 2**25  # that OpenCV's own readers may announce
 NICE = 5
 MOST_EXPENDABLE = 800  # of 1000, when memory runs out
@@ -39,6 +40,7 @@ WORKERS = {
     "array": "console.workers.array_worker:ArrayWorker",
     "quality": "console.speech.quality_worker:QualityWorker",
     "people": "console.people.worker:PeopleWorker",
+    "probe": "console.connection.probe_worker:ProbeWorker",
 }
 
 
@@ -49,7 +51,8 @@ def main() -> None:
     module, _, name = WORKERS[given["worker"]].partition(":")
     jobs = JobTable(getattr(import_module(module), name)())
     with contextlib.suppress(ValueError, OSError):
-        resource.setrlimit(resource.RLIMIT_AS, (MOST_BYTES, MOST_BYTES))
+        most = MORE_BYTES.get(given["worker"], MOST_BYTES)
+        resource.setrlimit(resource.RLIMIT_AS, (most, most))
     with contextlib.suppress(ConnectionError), socket.socket(fileno=int(given["pipe"])) as pipe:
         pipe.sendall(packed(JobResult(None)))
         while (raw := receive(pipe)) is not None:

@@ -292,7 +292,7 @@ class Pilot:
             hearing=hearing,
             person=doing.person,
             drift=self._mount.drift,
-            timing=self._timing.newest,
+            timings=self._timing.offsets,
             notices=self._notices.newest,
             sensors=self._sensor_status,
             contact=frame.contact,

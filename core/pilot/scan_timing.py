@@ -28,9 +28,9 @@ class ScanTiming:
         self._remarked: set[str] = set()  # lasers of which the operator knows
 
     @property
-    def newest(self) -> TimeOffset | None:
-        """The time offset of the laser whose stamps are the farthest off; None: none is known."""
-        return max(self._offsets.values(), key=lambda one: abs(one.offset), default=None)
+    def offsets(self) -> tuple[TimeOffset, ...]:
+        """The time offsets of the lasers of which they are known."""
+        return tuple(self._offsets.values())
 
     def correct(self, frame: SensorFrame, motion: Motion) -> SensorFrame:
         """The frame, its scan stamped on the odometry's clock."""

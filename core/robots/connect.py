@@ -20,11 +20,13 @@ from types import ModuleType, SimpleNamespace
 from typing import Any, NamedTuple
 from urllib.parse import urlencode
 
+from msgspec import structs
+
 from core.errors import BadInput, Unavailable
 from core.robots import Robot
 from core.robots.device import Device
 from core.robots.live import LiveRobot
-from core.robots.robot_file import RobotFile, load_robot_file, profile_of
+from core.robots.robot_file import RobotFile, absolute, load_robot_file, profile_of
 
 GROUP = "beckon.robots"  # of the entry points by which packages bring robots
 OWN = "py"  # scheme of a driver in a file
@@ -123,8 +125,14 @@ def connect(url: str, *, seed: int = 0, settings: object | None = None) -> Robot
     return live(url, RobotFile())
 
 
-def live(url: str, file: RobotFile, folder: Path = Path()) -> Robot:
+def live(url: str, file: RobotFile, folder: Path = Path()) -> LiveRobot:
     """Open the devices that a URL joins, as one robot. Raises BadInput or Unavailable."""
+    whole = absolute(structs.replace(file, url=url), folder)
+    return LiveRobot(devices_of(url, file), lambda equipment: profile_of(equipment, file, url, folder), file=whole)
+
+
+def devices_of(url: str, file: RobotFile) -> list[tuple[str, Device]]:
+    """The devices that a URL joins, with their names, not opened yet. Raises BadInput or Unavailable."""
     devices: list[tuple[str, Device]] = []
     for number, part in enumerate(parts_of(url)):
         name, rest = split(part)
@@ -133,7 +141,7 @@ def live(url: str, file: RobotFile, folder: Path = Path()) -> Robot:
         options = file.robot if number == 0 else {}
         opened = opener(name)(with_options(rest, options))
         devices.append((f"{name}:{rest.partition('?')[0]}", opened))
-    return LiveRobot(devices, lambda equipment: profile_of(equipment, file, url, folder))
+    return devices
 
 
 def parts_of(url: str) -> list[str]:

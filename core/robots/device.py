@@ -10,6 +10,7 @@ from abc import ABC, abstractmethod
 
 from core.gate.twist import Twist
 from core.message import message
+from core.robots.findings import Findings
 from core.robots.readings import Readings
 from core.sensors import Camera, Laser
 from core.sensors.microphones import MicrophoneArray
@@ -65,6 +66,10 @@ class Device(ABC):
 
         Never called while the link is down. Only the base needs it.
         """
+
+    def findings(self) -> Findings:
+        """What was found besides the equipment; asked from the driver's thread now and then, must not wait."""
+        return Findings()
 
     def close(self) -> None:
         """Let go of the link, from any thread, so that `run` returns; harmless when done twice."""

@@ -8,14 +8,19 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any, TypeVar, cast
 
-from core.errors import BadInput, BeckonError, Unavailable
+from msgspec.structs import replace as replace_struct
+
+from core.errors import BeckonError, Unavailable
 from core.gate.twist import ZERO, Twist
 from core.robots import Profile
+from core.robots.connection import FoundPart, FoundRobot, ReadConnection, ReadRobotFile, describe
 from core.robots.device import Device, Equipment
+from core.robots.findings import ClockOffset
 from core.robots.readings import Names, Readings
-from core.robots.requests import AnswerT, Requests, RobotRequest
+from core.robots.requests import AnswerT, Requests, RobotRequest, not_taken
+from core.robots.robot_file import RobotFile
 from core.sensors import Camera, Laser, SensorFrame
 from core.sensors.microphones import MicrophoneArray
 
@@ -25,6 +30,7 @@ log = logging.getLogger(__name__)
 
 SOONEST, LATEST = 0.25, 5.0  # [s] until the next try to connect
 OPENING = 20.0  # [s] that the devices may take at first
+LONG_AGO = 1e9  # [s] of Unix time (2001), which no clock has reached that counts from its start
 SPREAD = 0.3  # share by which the pauses differ, so that devices do not all knock at once
 
 
@@ -76,6 +82,29 @@ class DeviceLink:
             if len(alone) == 1:
                 self._names[type(alone[0]), ""] = alone[0].name  # readings of an only one may leave its name out
         return renamed
+
+    def found(self, equipment: Equipment) -> FoundPart:
+        """What was found of it; `equipment`: with its sensors' names on this robot."""
+        findings = self.device.findings()
+        own = {name: renamed for (_, name), renamed in self._names.items() if name}
+        return FoundPart(
+            name=self.name,
+            up=self.up,
+            drives=equipment.base is not None,
+            lasers=tuple(one.name for one in equipment.lasers),
+            cameras=tuple(one.name for one in equipment.cameras),
+            microphones=tuple(one.name for one in equipment.microphones),
+            findings=replace_struct(
+                findings,
+                placed=tuple(own.get(name, name) for name in findings.placed),
+                clocks=tuple(map(self._dated, findings.clocks)),
+            ),
+        )
+
+    def _dated(self, clock: ClockOffset) -> ClockOffset:
+        """A clock's offset, compared with the time of day where it tells one."""
+        tells = self._readings.now() - clock.offset_s
+        return replace_struct(clock, ahead_s=round(tells - time.time(), 4)) if tells > LONG_AGO else clock
 
     def _run(self) -> None:
         pause = SOONEST
@@ -137,8 +166,13 @@ class LiveRobot:
         devices: Sequence[tuple[str, Device]],
         shape: Callable[[tuple[Equipment, ...]], Profile],
         clock: Callable[[], float] = time.monotonic,
+        file: RobotFile | None = None,
     ) -> None:
-        """`devices`: each with the name that the operator reads. Raises Unavailable or BadInput with a sentence."""
+        """`devices`: each with the name that the operator reads; `file`: what the robot is made by.
+
+        Raises Unavailable or BadInput with a sentence.
+        """
+        self._file = file or RobotFile()
         self._readings = Readings(clock)
         self._base: DeviceLink | None = None
         self._links = [DeviceLink(name, device, self._readings) for name, device in devices]
@@ -153,8 +187,7 @@ class LiveRobot:
             self.close()
             raise missing.trouble or Unavailable(f"{missing.name} did not answer.")
         taken: set[str] = set()
-        equipment = tuple(link.named_apart(taken) for link in self._links)
-
+        self._equipment = equipment = tuple(link.named_apart(taken) for link in self._links)
         self._base = next((link for link in self._links if link.equipment and link.equipment.base), None)
         self._profile = shape(equipment)
         self._was_up = True
@@ -191,12 +224,23 @@ class LiveRobot:
 
     @property
     def requests(self) -> Requests:
-        """None: they are for the simulator and for recordings."""
-        return ()
+        """What was found of it, and its robot file."""
+        return ReadConnection, ReadRobotFile
 
     def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
-        """Raise BadInput: a real robot takes no requests."""
-        raise BadInput("A real robot takes no such request; it is for the simulator and for recordings.")
+        """One of `requests` → its answer. Raises BadInput for any other."""
+        request_any: RobotRequest[Any] = request
+        match request_any:
+            case ReadConnection():
+                return cast(AnswerT, self._connection())
+            case ReadRobotFile():
+                return cast(AnswerT, self._file)
+            case _:
+                raise not_taken(self.requests)
+
+    def _connection(self) -> FoundRobot:
+        parts = tuple(link.found(one) for link, one in zip(self._links, self._equipment, strict=True))
+        return describe(self._profile, parts, self._equipment, self._file)
 
     def close(self) -> None:
         """Stop, and let go of every device."""

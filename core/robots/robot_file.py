@@ -112,12 +112,19 @@ def load_robot_file(path: Path) -> RobotFile:
     try:
         if path.stat().st_size > LARGEST:
             raise BadInput(f"{path.name} is too large for a robot file; some ten lines are expected.")
-        entries = tomllib.loads(path.read_text(encoding="utf-8"))
-    except tomllib.TOMLDecodeError as trouble:
-        raise BadInput(f"{path.name} is not valid TOML: {trouble}.") from None
+        text = path.read_text(encoding="utf-8")
     except (OSError, ValueError):
         raise BadInput(f"The robot file {path.name} cannot be read.") from None
-    return converted(entries, RobotFile, path.name)
+    return parse_robot_file(text, path.name)
+
+
+def parse_robot_file(text: str, name: str) -> RobotFile:
+    """Read a robot file's text. Raises BadInput with a sentence that begins with `name`."""
+    try:
+        entries = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as trouble:
+        raise BadInput(f"{name} is not valid TOML: {trouble}.") from None
+    return converted(entries, RobotFile, name)
 
 
 T = TypeVar("T", bound=msgspec.Struct)
@@ -164,6 +171,23 @@ def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, fold
         failsafe=failsafe_of(base),
         capabilities=frozenset({"drive"} if any(one.base is not None for one in equipment) else set()),
     )
+
+
+def absolute(file: RobotFile, folder: Path) -> RobotFile:
+    """The same file with absolute paths, so that it may stand in another folder than `folder`."""
+    cameras = {
+        name: msgspec.structs.replace(table, calibration=str((folder / table.calibration).resolve()))
+        if table.calibration
+        else table
+        for name, table in file.cameras.items()
+    }
+    microphones = {
+        name: msgspec.structs.replace(table, profile=str((folder / table.profile).resolve()))
+        if table.profile and (folder / table.profile).exists()
+        else table
+        for name, table in file.microphones.items()
+    }
+    return msgspec.structs.replace(file, cameras=cameras, microphones=microphones)
 
 
 def failsafe_of(base: Base) -> str:

@@ -19,6 +19,7 @@ from core.message import Array, message
 from core.robots.byte_link import ByteLink, LinkAddress, drain, link_address, open_link
 from core.robots.device import Device, Equipment
 from core.robots.device_clock import DeviceClock
+from core.robots.findings import ClockOffset, Findings
 from core.robots.readings import Readings
 from core.sensors import Laser, Scan
 
@@ -164,6 +165,11 @@ class SensorTime:
         self._turns = 0
         self._scans = 0
 
+    @property
+    def offset(self) -> float | None:
+        """Robot's clock minus the sensor's [s]; None before the first scan."""
+        return self._clock.offset if self._apart is None else self._apart
+
     def plausible(self, counter: int) -> bool:
         """Return whether `counter` [ms] may follow the last one."""
         return self._last is None or 0 < (counter - self._last) % WRAP < JUMP_MS
@@ -199,6 +205,7 @@ class ScipLaser(Device):
         self._buffer = bytearray()
         self._received: deque[list[bytes]] = deque()
         self._parameters: ScipParameters | None = None
+        self._clock: SensorTime | None = None  # of the present stream
 
     def open(self) -> Equipment:
         """Make the sensor wait for commands, whatever it is doing, and read its geometry."""
@@ -223,7 +230,7 @@ class ScipLaser(Device):
             return
         laser = laser_of(parameters, self._skip, self._cluster)
         late = (parameters.last / parameters.steps_per_turn) * 60 / parameters.rpm
-        clock = SensorTime(self._ask_time(readings), late)
+        clock = self._clock = SensorTime(self._ask_time(readings), late)
         command = f"MD{parameters.first:04}{parameters.last:04}{self._cluster:02}{self._skip}00".encode()
         self._write(command + b"\n")
         patience = max(LOST_AFTER, 16 / laser.rate)
@@ -239,6 +246,11 @@ class ScipLaser(Device):
                 if scan is not None:
                     readings.scan(scan)
         raise OSError("no scans come")
+
+    def findings(self) -> Findings:
+        """The laser's clock."""
+        offset = self._clock.offset if self._clock else None
+        return Findings(clocks=() if offset is None else (ClockOffset(clock="laser", offset_s=round(offset, 4)),))
 
     def close(self) -> None:
         """Switch the laser off and let go."""

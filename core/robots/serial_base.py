@@ -32,6 +32,7 @@ from core.geometry import Pose, arc
 from core.robots.byte_link import ByteLink, LinkAddress, link_address, open_link
 from core.robots.device import Base, Device, Equipment
 from core.robots.device_clock import DeviceClock
+from core.robots.findings import ClockOffset, Findings
 from core.robots.readings import Readings
 
 EXAMPLE = "serial:///dev/ttyUSB0?baud=115200"
@@ -176,6 +177,7 @@ class SerialBase(Device):
         self._link: ByteLink | None = None
         self._buffer = b""
         self._equipment: Equipment | None = None
+        self._clock: DeviceClock | None = None  # since the link came up
 
     def open(self) -> Equipment:
         """Open the port and ask the robot what it is."""
@@ -201,7 +203,8 @@ class SerialBase(Device):
         """Hand on odometry, bumper and battery."""
         if self._equipment is None or self._equipment.base is None:
             return
-        odometry, clock = WheelOdometry(self._equipment.base.wheelbase or 0.1), DeviceClock()
+        odometry = WheelOdometry(self._equipment.base.wheelbase or 0.1)
+        clock = self._clock = DeviceClock()
         heard = time.monotonic()
         while time.monotonic() - heard < LOST_AFTER:
             for words in self._lines(LOST_AFTER / 10):
@@ -213,6 +216,11 @@ class SerialBase(Device):
                 if words[:1] == ["O"]:
                     heard = time.monotonic()
         raise OSError("no odometry comes")
+
+    def findings(self) -> Findings:
+        """The base's clock."""
+        offset = self._clock.offset if self._clock else None
+        return Findings(clocks=() if offset is None else (ClockOffset(clock="base", offset_s=round(offset, 4)),))
 
     def drive(self, twist: Twist) -> None:
         """Send the speeds."""

@@ -16,6 +16,7 @@ from urllib.parse import parse_qsl, urlsplit
 from core.errors import BadInput, Unavailable
 from core.gate import Twist
 from core.robots.device import Device, Equipment
+from core.robots.findings import Findings
 from core.robots.readings import Readings
 from core.robots.ros.bridge import RosSensors, VelocityCommands
 from core.robots.ros.topics import NAME, TYPES, RosSettings, RosTopics, choose_topics
@@ -105,6 +106,10 @@ class ZenohRobot(Device):
         """Send speeds, as often as this is called while they are not zero. Raises OSError when the link is lost."""
         if self._speeds is not None:
             self._commands.drive(twist)
+
+    def findings(self) -> Findings:
+        """The robot's topics and what comes on them."""
+        return Findings() if self.sensors is None else self.sensors.findings(self.address.settings)
 
     def close(self) -> None:
         """Stop, and let go of the link."""

@@ -136,7 +136,7 @@ def driven(place: str, stamping: Stamping, seed: int, legs: tuple[Leg, ...] = WA
     for frame in frames(place, legs, stamping, seed):
         snapshot, truth = pilot.step(frame), frame.truth
         assert truth is not None
-        pose, timing = snapshot.estimate.pose, snapshot.timing
+        pose, timing = snapshot.estimate.pose, next(iter(snapshot.timings), None)
         lost = lost or snapshot.floor.lost is not None
         rows.append((pose.distance_to(truth.x, truth.y), abs(wrap(pose.heading - truth.heading)), frame.stamp))
     errors, turned, stamps = np.array(rows).T

@@ -75,6 +75,7 @@ class InProcessRobot:
         for thread in self._threads:
             if thread.is_alive():
                 thread.join()
+        self.robot.close()
 
     def next_frame(self, timeout: float) -> SensorFrame | None:
         with self._news:

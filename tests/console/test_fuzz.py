@@ -24,7 +24,8 @@ PATHS = [
     "/api/calibration/sessions/1/export/all", "/api/calibration/in-use", "/api/calibration/in-use/undo",
     "/api/calibration/demo", "/people", "/api/people", "/api/people/chosen", "/api/people/demo",
     "/api/people/1", "/api/people/1/background", "/api/people/1/pictures/1.jpg", "/api/people/1/capture",
-    "/api/people/1/finish", "/api/people/1/rename",
+    "/api/people/1/finish", "/api/people/1/rename", "/connect", "/api/robot/connection", "/api/robot/probe",
+    "/api/robot/file",
 ]  # fmt: skip
 METHODS = ["GET", "POST", "PUT", "DELETE", "PATCH", "OPTIONS", "HEAD", "TRACE", "BREW"]
 KEYS = ["kind", "text", "do", "value", "ref", "v", "w", "press", "seq", "nonce", "epoch", "camera", "t", "x_m", "y_m",

@@ -91,6 +91,7 @@ export const STATE = {
     progress: null,
     speed: 1,
     sensors: [],
+    timings: [],
     battery: null,
   },
   gate: {

@@ -26,8 +26,10 @@ from core.recording.ros_frames import FrameTree
 from core.recording.scans import make_scan
 from core.robots.device import Base, Equipment
 from core.robots.device_clock import DeviceClock
+from core.robots.findings import ClockOffset, Findings
 from core.robots.readings import Readings
-from core.robots.ros.topics import COMPRESSED_IMAGE, RosTopics
+from core.robots.ros.findings import Traffic, roles_of
+from core.robots.ros.topics import COMPRESSED_IMAGE, RosSettings, RosTopics
 from core.robots.ros.typestore import RAW_AUDIO, RobotTypes
 from core.sensors import Camera, Image, Laser, Scan, Sound
 from core.sensors.microphones import load_array
@@ -71,17 +73,32 @@ class RosClocks:
 
     def __init__(self) -> None:
         self._clocks: deque[DeviceClock] = deque(maxlen=MOST_CLOCKS)
+        self._users: dict[str, DeviceClock] = {}  # topic → the clock of its newest stamp
 
-    def stamp(self, own: float, received: float) -> float:
+    def stamp(self, topic: str, own: float, received: float) -> float:
         """A message's own stamp [s], 0 for none, and when it came → when it was measured."""
         if own <= 0 or not math.isfinite(own):
             return received
         for clock in self._clocks:
             if clock.offset is not None and abs(received - own - clock.offset) < SAME_CLOCK:
-                return clock.stamp(own, received)
-        clock = DeviceClock()
-        self._clocks.appendleft(clock)
+                break
+        else:
+            clock = DeviceClock()
+            self._clocks.appendleft(clock)
+        self._users[topic] = clock
         return clock.stamp(own, received)
+
+    @property
+    def offsets(self) -> tuple[ClockOffset, ...]:
+        """Every clock in use, named by the topics that it stamps."""
+        topics: dict[DeviceClock, list[str]] = {}
+        for topic, clock in list(self._users.items()):
+            topics.setdefault(clock, []).append(topic)
+        return tuple(
+            ClockOffset(clock=", ".join(sorted(names)), offset_s=round(offset, 4))
+            for clock, names in topics.items()
+            if (offset := clock.offset) is not None
+        )
 
 
 class RosSensors:
@@ -90,6 +107,9 @@ class RosSensors:
     def __init__(self, types: RobotTypes, topics: RosTopics) -> None:
         self.types, self.topics = types, topics
         self.notices: list[str] = list(topics.notices)
+        self._said: list[str] = []  # notices that were handed on
+        self._placed: set[str] = set()  # sensors whose mounting the robot says
+        self._traffic = Traffic()
         self._readings: Readings | None = None
         self._clocks = RosClocks()
         self._tree = FrameTree()
@@ -132,11 +152,22 @@ class RosSensors:
         self._readings = readings
         for sentence in self.notices:
             readings.note(sentence)
+        self._said += self.notices
         self.notices = []
 
     def detach(self) -> None:
         """Hand nothing on until `attach`."""
         self._readings = None
+
+    def findings(self, settings: RosSettings) -> Findings:
+        """What was found on the robot, to be shown; from any thread."""
+        return Findings(
+            base_frame=self._base_frame,
+            roles=roles_of(self.topics, settings, self._traffic),
+            placed=tuple(sorted(self._placed)),
+            clocks=self._clocks.offsets,
+            remarks=tuple(dict.fromkeys((*self._said, *self.notices))),
+        )
 
     def take(self, topic: str, payload: bytes | memoryview) -> None:
         """A message as it came; what cannot be decoded or used is counted in `types.errors`."""
@@ -158,6 +189,7 @@ class RosSensors:
         try:
             self._takers[topic](topic, content, received)
             self._heard.add(topic)
+            self._traffic.note(topic, content)
         except Exception:  # whatever a hostile message brings about, the next one may be fine
             self.types.errors[topic] += 1
 
@@ -186,7 +218,7 @@ class RosSensors:
             self._tree.add(transform, stamp_of(transform.header), received, fixed=True)
 
     def _take_scan(self, topic: str, content: Any, received: float) -> None:
-        stamp = self._clocks.stamp(stamp_of(content.header), received)
+        stamp = self._clocks.stamp(topic, stamp_of(content.header), received)
         scan = make_scan(
             stamp,
             content.ranges,
@@ -207,7 +239,7 @@ class RosSensors:
             raise BadRecord("it has no heading")
         self._base_frame = self._base_frame or content.child_frame_id.strip("/")
         pose = Pose(float(place.x), float(place.y), float(heading_of(q.x, q.y, q.z, q.w)))
-        stamp = self._clocks.stamp(stamp_of(content.header), received)
+        stamp = self._clocks.stamp(topic, stamp_of(content.header), received)
         if self._readings is not None:
             self._readings.wheels(pose, float(twist.linear.x), float(twist.angular.z), stamp)
 
@@ -218,7 +250,9 @@ class RosSensors:
             pixels = raw_pixels(content)
         self._view = content.header.frame_id.strip("/"), pixels.shape[1], pixels.shape[0]
         if self._readings is not None:
-            self._readings.image(Image(stamp=self._clocks.stamp(stamp_of(content.header), received), pixels=pixels))
+            self._readings.image(
+                Image(stamp=self._clocks.stamp(topic, stamp_of(content.header), received), pixels=pixels)
+            )
 
     def _take_info(self, topic: str, content: Any, received: float) -> None:
         self._info = content
@@ -239,7 +273,7 @@ class RosSensors:
             raise BadRecord("its sound has no usable rate")
         samples = np.frombuffer(bytes(content.data), "<i2")
         samples = samples[: len(samples) // channels * channels].reshape(-1, channels) / 32768.0
-        stamp = self._clocks.stamp(own, received)
+        stamp = self._clocks.stamp(topic, own, received)
         if abs(stamp - self._sound_end) < SOUND_GAP:
             stamp = self._sound_end
         self._sound_end = stamp + len(samples) / rate
@@ -258,6 +292,7 @@ class RosSensors:
         beams_end = laser.angle_min + (laser.beams - 1) * laser.angle_step
         if placed.upside_down:
             self._turned.add(topic)
+        self._placed.add(laser_name(topic, self.topics))
         return replace(
             laser,
             name=laser_name(topic, self.topics),
@@ -283,6 +318,7 @@ class RosSensors:
         if found is None:
             self.notices.append(f"The robot does not say where {frame or self.topics.image} is mounted.")
             return Camera(model=model)
+        self._placed.add(Camera.name)
         return Camera(model=model, mounting=_optical(found, frame))
 
 

@@ -23,6 +23,7 @@ from core.errors import BadInput, Unavailable
 from core.gate import Twist
 from core.message import message
 from core.robots.device import Device, Equipment
+from core.robots.findings import Findings
 from core.robots.readings import Readings
 from core.robots.ros.bridge import RosSensors, VelocityCommands
 from core.robots.ros.topics import RosSettings, RosTopics, choose_topics
@@ -165,6 +166,10 @@ class RosSocket(Device):
         """Send speeds, as often as this is called while they are not zero. Raises OSError when the link is lost."""
         if self.topics is not None and self.topics.cmd_vel:
             self._commands.drive(twist)
+
+    def findings(self) -> Findings:
+        """The robot's topics and what comes on them."""
+        return Findings() if self.sensors is None else self.sensors.findings(self.address.settings)
 
     def close(self) -> None:
         """Stop, and let go of the link."""

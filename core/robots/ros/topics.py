@@ -100,6 +100,7 @@ class RosTopics:
     lock: str = ""
     base_frame: str = ""
     types: Mapping[str, str]  # topic → its type, of all that are read
+    candidates: Mapping[str, tuple[tuple[str, str], ...]]  # role → topic, type
     notices: tuple[str, ...] = ()  # sentences about what could not be decided
 
     @property
@@ -155,6 +156,7 @@ class _Chooser:
             lock="" if self._settings.lock == NOTHING else _absolute(self._settings.lock, self._space),
             base_frame=self._settings.base_frame,
             types=self._chosen,
+            candidates={role: self._candidates(role) for role in TYPES},
             notices=tuple(self._notices),
         )
 
@@ -166,6 +168,14 @@ class _Chooser:
             for topic, types in self._types.items()
             if topic.startswith(self._space) and any(kind in kinds for kind in types)
         ]
+
+    def _candidates(self, role: str) -> tuple[tuple[str, str], ...]:
+        """All topics that could have a role, each with its type; "" where the robot does not say it."""
+        typed = [
+            (topic, next(kind for kind in TYPES[role] if kind in self._types[topic])) for topic in self._of(role)
+        ]
+        silent = set(self._listeners or ()) - set(self._types) if role == "cmd_vel" else set[str]()
+        return (*sorted(typed), *((topic, "") for topic in sorted(silent) if "vel" in topic))
 
     def _take(self, role: str, topic: str) -> str:
         self._chosen[topic] = next(kind for kind in TYPES[role] if kind in self._types[topic])

@@ -132,6 +132,15 @@
  */
 
 /**
+ * The time offset between a laser and the odometry, estimated from turns.
+ * @typedef {object} LaserTiming
+ * @property {string} laser
+ * @property {number} offset_s
+ * @property {number} sd_s
+ * @property {number} applied_s
+ */
+
+/**
  * The lease: the operator who drives.
  * @typedef {object} LeaseState
  * @property {string | null} holder
@@ -194,6 +203,7 @@
  * @property {number | null} progress
  * @property {number} speed
  * @property {SensorLine[]} sensors
+ * @property {LaserTiming[]} timings
  * @property {number | null} battery
  */
 

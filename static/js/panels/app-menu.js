@@ -60,6 +60,17 @@ class AppMenu extends Panel {
       make("span", { class: "note" }, "Enroll a person, and choose whom the robot comes to."),
     ),
   );
+  #connect = make(
+    "a",
+    { class: "menu-item", href: "connect" },
+    icon("link"),
+    make(
+      "span",
+      { class: "menu-words" },
+      make("span", {}, "Connect"),
+      make("span", { class: "note" }, "What was found on the robot, and its robot file."),
+    ),
+  );
   #help = make(
     "a",
     { class: "menu-item", href: "help", target: "_blank", rel: "noopener" },
@@ -79,6 +90,7 @@ class AppMenu extends Panel {
     this.#calibrate,
     this.#hearing,
     this.#people,
+    this.#connect,
     this.#halt,
     this.#reset,
     this.#keys,

@@ -57,6 +57,7 @@ def test_every_way_in_but_the_door_itself_refuses_a_stranger(live: Live) -> None
         ("GET", "/calibrate"),
         ("GET", "/hearing"),
         ("GET", "/people"),
+        ("GET", "/connect"),
         ("GET", "/help"),
         ("GET", "/static/docs/{path:path}"),
         ("GET", "/static/main.js"),

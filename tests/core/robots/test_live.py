@@ -156,9 +156,9 @@ def test_a_device_that_opens_while_it_is_closed_does_not_run() -> None:
     until(lambda: not any(thread.name.startswith("device-") for thread in threading.enumerate()))
 
 
-def test_a_real_robot_takes_no_requests() -> None:
+def test_a_real_robot_takes_no_requests_of_a_simulator() -> None:
     robot = LiveRobot([("the base", Wire())], shape)
-    with pytest.raises(BadInput, match="for the simulator"):
+    with pytest.raises(BadInput, match="understands the requests connection and robot_file"):
         robot.ask(ReadTruth())
     robot.close()
 

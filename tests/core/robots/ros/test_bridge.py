@@ -236,10 +236,14 @@ def test_topics_whose_stamps_agree_share_a_clock_and_a_strange_one_has_its_own()
     clocks = RosClocks()
     for number in range(50):
         now = 0.1 * number
-        assert clocks.stamp(1000.0 + now, now + 0.002) == pytest.approx(now + 0.002, abs=1e-9)
-        assert clocks.stamp(1000.0 + now - 0.1, now + 0.004) == pytest.approx(now - 0.098, abs=1e-9)
-        assert clocks.stamp(7.0 + now, now) == pytest.approx(now, abs=1e-9)  # counts from when it was switched on
-        assert clocks.stamp(0.0, now) == now
+        assert clocks.stamp("/odom", 1000.0 + now, now + 0.002) == pytest.approx(now + 0.002, abs=1e-9)
+        assert clocks.stamp("/scan", 1000.0 + now - 0.1, now + 0.004) == pytest.approx(now - 0.098, abs=1e-9)
+        assert clocks.stamp("/sonar", 7.0 + now, now) == pytest.approx(
+            now, abs=1e-9
+        )  # counts from when it was switched on
+        assert clocks.stamp("/image", 0.0, now) == now
+    offsets = {one.clock: one.offset_s for one in clocks.offsets}
+    assert offsets == pytest.approx({"/odom, /scan": -999.998, "/sonar": -7.0}, abs=1e-4)
 
 
 class Sent:

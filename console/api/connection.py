@@ -1,0 +1,193 @@
+"""The connection to the robot: topics, parts and mountings that were found, and the robot file made of them."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from typing import Annotated, cast
+
+import msgspec
+from msgspec import structs
+from pydantic import Field
+
+from console.access.roles import needs
+from console.api import HistoryInUse, Operator, RequestBody, RobotConnection, router
+from console.connection.service import LONGEST_URL, REAL_ONLY, WrittenFile
+from core.robots.connection import FoundRobot
+from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile, converted
+from core.robots.robot_file_text import ChosenRole, TopicChoice
+
+connection = router("connection")
+
+Url = Annotated[str, Field(min_length=3, max_length=LONGEST_URL, examples=["foxglove://192.168.0.7:8765"])]
+Name = Annotated[str, Field(min_length=1, max_length=60)]
+Topic = Annotated[str, Field(min_length=1, max_length=200)]
+Place = Annotated[float, Field(ge=-10, le=10)]
+Angle = Annotated[float, Field(ge=-2 * math.pi, le=2 * math.pi)]
+Length = Annotated[float, Field(gt=0, le=10)]
+
+
+class FoundConnection(msgspec.Struct, frozen=True, kw_only=True):
+    """What was found on the console's robot, and the robot files that were written before."""
+
+    connection: FoundRobot
+    why_not: str  # why no robot file can be written for it, a sentence; "" where one can
+    files: list[str]  # names of robot files in the data folder
+
+
+class TopicChoiceRequest(RequestBody):
+    """The topics for a role on a part of the URL, counted from 0; none of them switches the role off."""
+
+    part: int = Field(default=0, ge=0, le=20)
+    role: ChosenRole
+    topics: list[Topic] = Field(max_length=2)
+
+
+class ProbeRequest(RequestBody):
+    """A robot to look at, and topics that are not to be guessed."""
+
+    url: Url
+    topics: list[TopicChoiceRequest] = Field(default=[], max_length=60)
+
+
+class LaserPlace(RequestBody):
+    """Mounting of a laser, and what is added to its stamps. Without `x_m`, the driver's own place holds."""
+
+    x_m: Place | None = None
+    y_m: Place = 0.0
+    heading_rad: Angle = 0.0
+    height_m: Length | None = None
+    time_offset_s: float = Field(default=0.0, ge=-1, le=1)
+
+
+class CameraPlace(RequestBody):
+    """Mounting of a camera: yaw to the left, pitch downwards, roll clockwise seen from behind.
+
+    Without `x_m`, the driver's own place holds.
+    """
+
+    x_m: Place | None = None
+    y_m: Place = 0.0
+    z_m: Place = 0.16
+    yaw_rad: Angle = 0.0
+    pitch_rad: Angle = 0.0
+    roll_rad: Angle = 0.0
+
+
+class MicrophonesPlace(RequestBody):
+    """Mounting of a microphone array."""
+
+    x_m: Place = 0.0
+    y_m: Place = 0.0
+    heading_rad: Angle = 0.0
+    height_m: Length = 0.25
+
+
+class RobotFileRequest(ProbeRequest):
+    """All that the operator confirmed; `replace`: also when there is a robot file of that name already.
+
+    What is left out is as before, or as the robot says it.
+    """
+
+    name: Name
+    radius_m: Length | None = None
+    wheelbase_m: Length | None = None
+    cruise_m_s: float | None = Field(default=None, gt=0, le=5)
+    max_speed_m_s: float | None = Field(default=None, gt=0, le=5)
+    max_turn_rate_rad_s: float | None = Field(default=None, gt=0, le=20)
+    lasers: dict[str, LaserPlace] = Field(default={}, max_length=20)
+    cameras: dict[str, CameraPlace] = Field(default={}, max_length=20)
+    microphones: dict[str, MicrophonesPlace] = Field(default={}, max_length=20)
+    replace: bool = False
+
+
+@connection.get("/robot/connection")
+@needs("viewer")
+async def found(robot: RobotConnection) -> FoundConnection:
+    """Parts, topics with their types, frames and rates, sensors and mountings of the console's robot."""
+    why_not = "" if robot.real else REAL_ONLY.format(kind="simulator, or a recording,")
+    return FoundConnection(connection=await robot.found(), why_not=why_not, files=await robot.files())
+
+
+@connection.post("/robot/probe")
+@needs("operator")
+async def probe(asked: ProbeRequest, robot: RobotConnection, who: Operator, history: HistoryInUse) -> FoundRobot:
+    """Connect to a robot, which may be another one, listen for two seconds and let go. Nothing is driven."""
+    history.add("look at robot", who, words=asked.url.partition("?")[0])
+    return await robot.look(asked.url, choices(asked))
+
+
+@connection.post("/robot/file", status_code=201)
+@needs("operator")
+async def write(asked: RobotFileRequest, robot: RobotConnection, who: Operator, history: HistoryInUse) -> WrittenFile:
+    """Write a robot file into the data folder, with which the console can be started again."""
+    file = confirmed(await robot.chosen(asked.url, choices(asked)), asked)
+    day = time.strftime("%Y-%m-%d %H:%M")
+    written = await robot.write(file, f"Written by {who.name}, {day}. Start it with:", replace=asked.replace)
+    history.add("robot file", who, words=written.name)
+    return written
+
+
+def choices(asked: ProbeRequest) -> list[TopicChoice]:
+    """The operator's choice of topics."""
+    return [TopicChoice(part=one.part, role=one.role, topics=tuple(one.topics)) for one in asked.topics]
+
+
+def confirmed(file: RobotFile, asked: RobotFileRequest) -> RobotFile:
+    """A robot file with what the operator confirmed. Raises BadInput for a value out of bounds."""
+    figures = {
+        "radius": asked.radius_m,
+        "wheelbase": asked.wheelbase_m,
+        "cruise": asked.cruise_m_s,
+        "max_speed": asked.max_speed_m_s,
+        "max_turn_rate": asked.max_turn_rate_rad_s,
+    }
+    given = {key: value for key, value in figures.items() if value is not None}
+    lasers = {
+        name: structs.replace(
+            file.lasers.get(name, LaserTable()),
+            x=place.x_m,
+            y=place.y_m,
+            heading_deg=degrees(place.heading_rad),
+            height=place.height_m,
+            time_offset=place.time_offset_s,
+        )
+        for name, place in asked.lasers.items()
+    }
+    cameras = {
+        name: structs.replace(
+            file.cameras.get(name, CameraTable()),
+            x=place.x_m,
+            y=place.y_m,
+            z=place.z_m,
+            yaw_deg=degrees(place.yaw_rad),
+            pitch_deg=degrees(place.pitch_rad),
+            roll_deg=degrees(place.roll_rad),
+        )
+        for name, place in asked.cameras.items()
+    }
+    microphones = {
+        name: structs.replace(
+            file.microphones.get(name, MicrophonesTable()),
+            x=place.x_m,
+            y=place.y_m,
+            heading_deg=degrees(place.heading_rad),
+            height=place.height_m,
+        )
+        for name, place in asked.microphones.items()
+    }
+    whole = structs.replace(
+        file,
+        name=" ".join(asked.name.split()),
+        lasers={**file.lasers, **lasers},
+        cameras={**file.cameras, **cameras},
+        microphones={**file.microphones, **microphones},
+        **given,
+    )
+    return converted(cast(Mapping[str, object], msgspec.to_builtins(whole)), RobotFile, "The robot file")
+
+
+def degrees(angle: float) -> float:
+    """An angle [rad] as a robot file has it [°]."""
+    return round(math.degrees(angle), 4) + 0.0

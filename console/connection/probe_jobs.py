@@ -1,0 +1,28 @@
+"""Jobs of the worker that connects to another robot to see what is there, or checks a robot file."""
+
+from __future__ import annotations
+
+import msgspec
+
+from console.workers.job import Job
+from core.robots.connection import FoundRobot
+from core.robots.robot_file import RobotFile
+
+
+class ProbeRobot(Job[FoundRobot], frozen=True):
+    """Connect, listen for some seconds, let go; nothing is driven."""
+
+    file: RobotFile  # with its URL
+
+
+class CheckedFile(msgspec.Struct, frozen=True):
+    """The text of a robot file that was read back and accepted by its drivers."""
+
+    text: str
+
+
+class CheckRobotFile(Job[CheckedFile], frozen=True):
+    """Write a robot file's text, read it back, and ask its drivers about their own entries."""
+
+    file: RobotFile
+    comment: str

@@ -1,0 +1,130 @@
+"""What was found on the robot, or on another one that is looked at; robot files in the data folder."""
+
+from __future__ import annotations
+
+import asyncio
+import shlex
+from collections.abc import Awaitable, Callable, Sequence
+from pathlib import Path
+from typing import TypeVar
+
+import msgspec
+from msgspec import structs
+
+from console.connection.probe_jobs import CheckRobotFile, ProbeRobot
+from console.maps.store import slug
+from console.robot.link import RobotLink
+from console.workers.worker import Worker, WorkerLost
+from core.errors import BadInput, Refused, Unavailable
+from core.files import saving, write_atomic
+from core.robots.connect import OWN, SCHEMES, parts_of, split
+from core.robots.connection import FoundRobot, ReadConnection, ReadRobotFile, describe
+from core.robots.robot_file import RobotFile
+from core.robots.robot_file_text import TopicChoice, with_topics, without_lock
+
+T = TypeVar("T")
+
+BUDGET = 10.0  # [s] of processor time of a probe
+TOPICS = ("foxglove", "zenoh", "rosbridge")  # links to which a second client may connect
+LONGEST_URL = 2000
+FOLDER = "robots"
+REAL_ONLY = "The {kind} needs no robot file; a file describes a real robot. Type the URL of one."
+
+
+class WrittenFile(msgspec.Struct, frozen=True):
+    """A robot file on the disk."""
+
+    name: str  # "marvin.toml"
+    path: str
+    command: str  # that starts a console with it
+    text: str
+
+
+class ConnectionService:
+    """Lives on the event loop; one robot is looked at at a time."""
+
+    def __init__(self, home: Path, robot: RobotLink) -> None:
+        self._folder = home / FOLDER
+        self._robot = robot
+        self._turn = asyncio.Lock()
+
+    @property
+    def real(self) -> bool:
+        """True where the console drives a real robot."""
+        return self._robot.profile.kind == "LIVE"
+
+    async def found(self) -> FoundRobot:
+        """What was found on the console's robot. Raises Unavailable while its driver is gone."""
+        if not self.real:
+            return describe(self._robot.profile)
+        return await asyncio.to_thread(self._robot.ask, ReadConnection())
+
+    async def files(self) -> list[str]:
+        """The names of the robot files that were written here."""
+        return await asyncio.to_thread(lambda: sorted(path.name for path in self._folder.glob("*.toml")))
+
+    async def look(self, url: str, choices: Sequence[TopicChoice]) -> FoundRobot:
+        """Connect once more, or to another robot, and see what is there. Raises BadInput, Refused, Unavailable."""
+        chosen = await self.chosen(url, choices)
+        self._check_free(chosen.url)
+        file = without_lock(chosen, parts_of(chosen.url))
+        found = await self._at_work(lambda worker: worker.ask(ProbeRobot(file), budget=BUDGET))
+        return structs.replace(found, url=url)  # as it was asked for: a file is made of that robot's own one
+
+    async def chosen(self, url: str, choices: Sequence[TopicChoice]) -> RobotFile:
+        """The robot file of a URL with the operator's choice of topics. Raises BadInput."""
+        base = await self._base(url)
+        return with_topics(base, choices, parts_of(base.url))
+
+    async def write(self, file: RobotFile, comment: str, *, replace: bool) -> WrittenFile:
+        """Write a robot file that its drivers accept. Raises BadInput, Refused where it exists, Unwritable."""
+        path = self._folder / f"{slug(file.name, 'robot')}.toml"
+        command = f"beckon run --robot {shlex.quote(str(path))}"
+        checked = await self._at_work(
+            lambda worker: worker.ask(CheckRobotFile(file, f"{comment}\n{command}"), budget=BUDGET)
+        )
+        async with self._turn:
+            if path.exists() and not replace:
+                raise Refused(f"There is a robot file {path.name} already; choose another name, or replace it.")
+            with saving("The robot file could not be written"):
+                await asyncio.to_thread(write_atomic, path, checked.text)
+        return WrittenFile(path.name, str(path), command, checked.text)
+
+    async def _base(self, url: str) -> RobotFile:
+        """The file that a URL's robot has now, or an empty one. Raises BadInput for a URL that is none."""
+        if self.real and url == self._robot.profile.url:
+            return await asyncio.to_thread(self._robot.ask, ReadRobotFile())
+        if len(url) > LONGEST_URL or not url.isprintable() or url.endswith(".toml"):
+            raise BadInput("Type the robot's URL, such as foxglove://192.168.0.7:8765.")
+        for part in parts_of(url):
+            name, _ = split(part)
+            if name == OWN:
+                raise BadInput("A driver of your own is named where the console is started: beckon run --robot py:…")
+            if name in SCHEMES and SCHEMES[name].section:
+                raise BadInput(REAL_ONLY.format(kind=SCHEMES[name].what))
+        return RobotFile(url=url)
+
+    def _check_free(self, url: str) -> None:
+        """Raises Refused for a device that this console uses and that bears no second client."""
+        if not self.real:
+            return
+        used = {part.partition("?")[0] for part in parts_of(self._robot.profile.url)}
+        for part in parts_of(url):
+            name, _ = split(part)
+            address = part.partition("?")[0]
+            if name not in TOPICS and (address in used or name == OWN):
+                raise Refused(f"{address} is in use by this console; what was found on it is shown here.")
+
+    async def _at_work(self, work: Callable[[Worker], Awaitable[T]]) -> T:
+        """Do one thing in a worker of its own, which is gone afterwards. Raises Refused while another is done."""
+        if self._turn.locked():
+            raise Refused("A robot is being looked at already; wait some seconds.")
+        async with self._turn:
+            worker = Worker("probe")
+            try:
+                return await work(worker)
+            except WorkerLost as lost:
+                raise Unavailable(f"The robot could not be looked at: {lost}") from None
+            finally:
+                worker.kill()
+                await worker.gone()

@@ -1,0 +1,116 @@
+"""What was found on a ROS robot: for every role its topics, their messages, and the others that could have it."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Mapping
+from typing import Any, get_args
+
+from core.message import message
+from core.robots.findings import CandidateTopic, Role, TopicRole, UsedTopic
+from core.robots.ros.topics import MOST_SCANS, NOTHING, RosSettings, RosTopics
+from core.robots.ros.typestore import TF
+
+LAST = 30  # messages of a topic, over which its rate is measured
+FEWEST = 3  # messages that tell a rate
+
+NAMES: dict[Role, str] = {
+    "odometry": "The odometry",
+    "scan": "The laser",
+    "image": "The camera",
+    "camera_info": "The camera's own calibration",
+    "sound": "The sound of the microphones",
+    "cmd_vel": "The topic of speeds",
+    "battery": "The battery",
+    "map": "The robot's own map",
+    "pose": "The robot's own pose",
+    "frames": "The topic of mountings",
+}
+MISSING: dict[Role, str] = {
+    "odometry": "The robot has no odometry; its motion is estimated from the scans.",
+    "scan": "The robot has no laser scan; it is neither located nor are obstacles seen.",
+    "image": "The robot has no camera pictures; landmarks are corners only, and no person is seen.",
+    "camera_info": "The camera is not calibrated by the robot; calibrate it.",
+    "sound": "The robot has no microphones; only those of browsers are heard.",
+    "cmd_vel": "The robot takes no speeds; it cannot be driven.",
+    "battery": "The robot does not say how full its battery is.",
+    "frames": "The robot has no /tf_static; where its sensors are mounted has to be entered.",
+}
+
+
+class Traffic:
+    """Counts the messages of every topic, and remembers their frames. Filled by one thread, read by another."""
+
+    def __init__(self) -> None:
+        self._times: dict[str, deque[float]] = {}  # topic → when the last messages came [s]
+        self._frames: dict[str, str] = {}
+
+    def note(self, topic: str, content: Any) -> None:
+        """A message that could be used."""
+        self._times.setdefault(topic, deque(maxlen=LAST)).append(time.monotonic())
+        frame = getattr(content, "child_frame_id", "") or getattr(getattr(content, "header", None), "frame_id", "")
+        self._frames[topic] = str(frame).strip("/")
+
+    def used(self, topic: str, kind: str) -> UsedTopic:
+        """What came on a topic."""
+        times = tuple(self._times.get(topic, ()))
+        now = time.monotonic()
+        spread = times[-1] - times[0] if len(times) >= FEWEST else 0.0
+        return UsedTopic(
+            topic=topic,
+            type=kind,
+            frame=self._frames.get(topic, ""),
+            rate_hz=round((len(times) - 1) / spread, 2) if spread > 0 else None,
+            age_s=round(now - times[-1], 2) if times else None,
+        )
+
+
+@message
+class RoleChoice:
+    """The topics of a role, as they were chosen."""
+
+    role: Role
+    topics: tuple[str, ...]
+    switched_off: bool  # by the settings
+
+
+def roles_of(topics: RosTopics, settings: RosSettings, traffic: Traffic) -> tuple[TopicRole, ...]:
+    """Every role with the topics that have it, what comes on them, and all that could have it."""
+    types = {**topics.types, topics.cmd_vel: topics.cmd_vel_type}
+    return tuple(_role(_choice(role, topics, settings), topics, types, traffic) for role in get_args(Role))
+
+
+def _choice(role: Role, topics: RosTopics, settings: RosSettings) -> RoleChoice:
+    chosen: str | tuple[str, ...] = topics.scans if role == "scan" else getattr(topics, role)
+    said = getattr(settings, role, "")
+    return RoleChoice(
+        role=role,
+        topics=(chosen,) if isinstance(chosen, str) else chosen,
+        switched_off=said in (NOTHING, (NOTHING,)),
+    )
+
+
+def _role(choice: RoleChoice, topics: RosTopics, types: Mapping[str, str], traffic: Traffic) -> TopicRole:
+    used = tuple(traffic.used(topic, types.get(topic, "")) for topic in choice.topics if topic)
+    found = [CandidateTopic(topic=topic, type=kind) for topic, kind in topics.candidates.get(choice.role, ())]
+    if choice.role == "frames":
+        found = [CandidateTopic(topic=one.topic, type=TF) for one in used]
+    known = {one.topic for one in found}
+    found += [CandidateTopic(topic=one.topic, type=one.type) for one in used if one.topic not in known]
+    remark = (
+        ""
+        if used
+        else f"{NAMES[choice.role]} is not used, as it was chosen."
+        if choice.switched_off
+        else MISSING.get(choice.role, "")
+    )
+    if choice.role == "camera_info" and not topics.image:
+        remark = ""
+    return TopicRole(
+        role=choice.role,
+        used=used,
+        candidates=tuple(found),
+        most=MOST_SCANS if choice.role == "scan" else 1,
+        remark=remark,
+    )

@@ -1,0 +1,196 @@
+// Element <connect-parts>: the robot's parts; for a part with topics, which of them is what, to be chosen.
+
+import { icon, make, write } from "../ui/element.js";
+import { age, fixed } from "../ui/format.js";
+import { Panel } from "../ui/panel.js";
+import { shortType } from "./connection-model.js";
+
+/** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
+/** @typedef {import("./connection-model.js").Part} Part */
+/** @typedef {import("./connection-model.js").Role} Role */
+/** @typedef {import("./connection-model.js").TopicRole} TopicRole */
+/** @typedef {import("./connection-model.js").Used} Used */
+
+/** @type {Record<Role, string>} */
+const NAMES = {
+  odometry: "Odometry",
+  scan: "Laser",
+  image: "Camera",
+  camera_info: "Camera calibration",
+  sound: "Microphones",
+  cmd_vel: "Speeds to the robot",
+  cmd_vel_type: "",
+  battery: "Battery",
+  map: "Its own map",
+  pose: "Its own pose",
+  frames: "Mountings",
+};
+const TYPES = ["Twist", "TwistStamped"];
+const UNUSED = "";
+
+class ConnectParts extends Panel {
+  /** @type {ConnectionModel | null} */
+  #model = null;
+  #list = make("div", { class: "connect-list" });
+  #again = make("button", { type: "button", class: "button primary" }, icon("again"), "Look again");
+  #changed = make(
+    "div",
+    { class: "connect-changed" },
+    make("p", {}, "Other topics are chosen. Look again to hear what comes on them, before they are written."),
+    this.#again,
+  );
+  /** @type {Map<string, {rate: HTMLElement, said: HTMLElement}>} cells that change with every reading */
+  #cells = new Map();
+  #drawn = "";
+
+  /** @param {ConnectionModel} model */
+  watch(model) {
+    this.#model = model;
+    model.onChange(() => this.#draw());
+  }
+
+  /** @override */
+  build() {
+    this.append(this.#list, this.#changed);
+    this.#again.addEventListener("click", () => {
+      const model = this.#model;
+      if (model?.found) void model.look(model.found.url);
+    });
+    this.#draw();
+  }
+
+  #draw() {
+    const model = this.#model;
+    if (!model) return;
+    this.#changed.hidden = !model.changed;
+    this.#again.disabled = Boolean(model.busy);
+    const { found } = model;
+    if (!found) return;
+    const key = JSON.stringify([found.parts.map(lasting), model.may]);
+    if (key !== this.#drawn) {
+      this.#drawn = key;
+      this.#cells.clear();
+      this.#list.replaceChildren(...found.parts.map((part, index) => this.#part(part, index)));
+    }
+    for (const [index, { findings }] of found.parts.entries()) {
+      for (const { role, used } of findings.roles) {
+        for (const [place, one] of used.entries()) this.#refresh(`${index} ${role} ${place}`, one, role);
+      }
+    }
+  }
+
+  /** @param {string} key @param {Used} used @param {Role} role */
+  #refresh(key, used, role) {
+    const cells = this.#cells.get(key);
+    if (!cells) return;
+    write(cells.rate, rateOf(used, role));
+    write(cells.said, [shortType(used.type), used.frame && `frame ${used.frame}`].filter(Boolean).join(" · "));
+  }
+
+  /** @param {Part} part @param {number} index */
+  #part(part, index) {
+    const { roles, remarks, base_frame: base } = part.findings;
+    const has = [
+      part.drives && "base",
+      ...part.lasers.map((name) => (name === "laser" ? "laser" : `laser ${name}`)),
+      ...part.cameras.map((name) => (name === "camera" ? "camera" : `camera ${name}`)),
+      ...part.microphones.map(() => "microphones"),
+    ].filter(Boolean);
+    const about = [has.join(", ") || "no sensor", base && `base frame ${base}`].filter(Boolean).join(" · ");
+    const missing = roles.map((one) => one.remark).filter(Boolean);
+    const said = [...remarks, ...missing];
+    return make(
+      "section",
+      { class: "card connect-card", "aria-label": part.name },
+      make("h2", { class: "connect-part" }, part.name),
+      make("p", { class: "note" }, part.up ? about : `${about} · does not answer`),
+      roles.length > 0 && make("div", { class: "connect-roles" }, ...roles.flatMap((role) => this.#rows(role, index))),
+      said.length > 0 &&
+        make(
+          "ul",
+          { class: "connect-remarks" },
+          ...said.map((text) => make("li", {}, icon("info"), make("span", {}, text))),
+        ),
+    );
+  }
+
+  /** @param {TopicRole} role @param {number} part */
+  #rows(role, part) {
+    const count = Math.min(role.most, Math.max(role.candidates.length, 1));
+    const selects = Array.from({ length: count }, (_, place) => this.#select(role, part, place));
+    return selects.map((select, place) => {
+      const name = place === 0 ? NAMES[role.role] : `${NAMES[role.role]} ${place + 1}`;
+      const cells = {
+        rate: make("span", { class: "connect-rate" }, role.used[place] ? "" : "–"),
+        said: make("span", { class: "note connect-said" }),
+      };
+      this.#cells.set(`${part} ${role.role} ${place}`, cells);
+      const typed = role.role === "cmd_vel" && place === 0 && role.used[0] ? this.#type(role, part) : null;
+      select?.addEventListener("change", () => this.#chosen(role, part, selects));
+      if (select) select.setAttribute("aria-label", name);
+      return make(
+        "div",
+        { class: "connect-role", "data-empty": !role.used[place] },
+        make("span", { class: "connect-name" }, name),
+        make(
+          "div",
+          { class: "connect-topic" },
+          select ?? make("span", { class: "connect-fixed" }, role.used[place]?.topic ?? "none found"),
+          typed,
+        ),
+        cells.said,
+        cells.rate,
+      );
+    });
+  }
+
+  /** @param {TopicRole} role @param {number} part @param {number} place */
+  #select({ role, used, candidates }, part, place) {
+    if (role === "frames" || candidates.length === 0) return null;
+    const select = make(
+      "select",
+      { class: "connect-input", disabled: !this.#model?.may },
+      ...candidates.map(({ topic }) => make("option", { value: topic }, topic)),
+      make("option", { value: UNUSED }, "not used"),
+    );
+    const chosen = this.#model?.choices.get(`${part} ${role}`)?.topics ?? used.map(({ topic }) => topic);
+    select.value = chosen[place] ?? UNUSED;
+    return select;
+  }
+
+  /** @param {TopicRole} role @param {number} part */
+  #type({ used }, part) {
+    const select = make(
+      "select",
+      { class: "connect-input connect-type", "aria-label": "Type of the speeds", disabled: !this.#model?.may },
+      ...TYPES.map((name) => make("option", { value: name }, name)),
+    );
+    select.value = shortType(used[0]?.type ?? "");
+    select.addEventListener("change", () => this.#model?.choose(part, "cmd_vel_type", [select.value]));
+    return select;
+  }
+
+  /** @param {TopicRole} role @param {number} part @param {(HTMLSelectElement | null)[]} selects */
+  #chosen({ role }, part, selects) {
+    const topics = [...new Set(selects.map((select) => select?.value ?? UNUSED).filter((topic) => topic !== UNUSED))];
+    this.#model?.choose(part, role, topics);
+  }
+}
+
+/** What of a part stays from one reading to the next. @param {Part} part */
+const lasting = ({ findings, ...part }) => ({
+  ...part,
+  base: findings.base_frame,
+  remarks: findings.remarks,
+  roles: findings.roles.map(({ used, ...role }) => ({ ...role, used: used.map(({ topic }) => topic) })),
+});
+
+/** @param {Used} used @param {Role} role */
+function rateOf({ rate_hz: rate, age_s: old }, role) {
+  if (role === "cmd_vel") return "sent while driving";
+  if (old === null) return "nothing came yet";
+  if (rate === null || role === "frames") return `${age(old)} ago`;
+  return old > Math.max(1, 5 / rate) ? `last ${age(old)} ago` : `${fixed(rate, rate < 9.95 ? 1 : 0)} Hz`;
+}
+
+customElements.define("connect-parts", ConnectParts);

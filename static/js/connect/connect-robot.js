@@ -1,0 +1,109 @@
+// Element <connect-robot>: the robot that is shown, and the URL of another one to look at.
+
+import { icon, make, mark, redraw, write } from "../ui/element.js";
+import { Panel } from "../ui/panel.js";
+
+/** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
+
+class ConnectRobot extends Panel {
+  /** @type {ConnectionModel | null} */
+  #model = null;
+  #title = make("h2", {}, "Reading what was found…");
+  #state = icon("link");
+  #about = make("span");
+  #failsafe = make("p", { class: "connect-failsafe" });
+  #url = make("input", {
+    id: "connect-url",
+    type: "text",
+    class: "connect-input",
+    autocomplete: "off",
+    autocapitalize: "off",
+    spellcheck: "false",
+    placeholder: "foxglove://192.168.0.7:8765",
+  });
+  #look = make("button", { type: "submit", class: "button" }, icon("eye"), "Look");
+  #back = make("button", { type: "button", class: "button plain" }, icon("undo"), "Back to this console's robot");
+  #status = make("p", { class: "note connect-status", role: "status" });
+  #filled = "";
+
+  /** @param {ConnectionModel} model */
+  watch(model) {
+    this.#model = model;
+    model.onChange(() => this.#draw());
+  }
+
+  /** @override */
+  build() {
+    const form = make(
+      "form",
+      { class: "connect-look" },
+      make("label", { for: "connect-url" }, "URL of a robot"),
+      make("div", { class: "connect-line" }, this.#url, this.#look),
+      make(
+        "p",
+        { class: "note" },
+        "Look connects, listens for two seconds and lets go; nothing moves. Bare devices are joined by a plus: serial:///dev/ttyUSB0+scip:///dev/ttyACM0. ",
+        make(
+          "a",
+          { class: "link", href: "static/docs/how-to/connect-a-ros-robot.md", target: "_blank", rel: "noopener" },
+          "How to",
+        ),
+      ),
+    );
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      const url = this.#url.value.trim();
+      if (url) void this.#model?.look(url);
+    });
+    this.#back.addEventListener("click", () => void this.#model?.back());
+    this.append(
+      make(
+        "section",
+        { class: "card connect-card", "aria-label": "Robot" },
+        this.#title,
+        make("p", { class: "connect-state" }, this.#state, this.#about),
+        this.#failsafe,
+        form,
+        this.#status,
+        this.#back,
+      ),
+    );
+    this.#draw();
+  }
+
+  #draw() {
+    const model = this.#model;
+    if (!model) return;
+    const { found } = model;
+    if (found) {
+      write(this.#title, found.name);
+      const again = model.probed ? "Looked at again; the console keeps its topics until it is started again" : "";
+      const whose = model.own ? again || "This console drives it" : "Only looked at, not connected";
+      write(this.#about, `${whose} · ${found.url}`);
+      const silent = found.parts.filter((part) => !part.up).map((part) => part.name);
+      redraw(this.#state, silent.length ? "unlinked" : "link");
+      write(this.#failsafe, failsafe(found.failsafe));
+      if (this.#filled !== found.url) {
+        this.#filled = found.url;
+        this.#url.value = model.whyNot ? "" : found.url; // a simulator is not looked at
+      }
+    }
+    this.#back.hidden = !model.probed && !model.changed;
+    this.#look.disabled = Boolean(model.busy) || !model.may;
+    this.#url.disabled = !model.may;
+    const why = model.may || !found ? "" : "You are watching. Only an operator can look at robots and write files.";
+    write(this.#status, model.busy || model.trouble || why);
+    mark(this.#status, "data-tone", model.busy ? "busy" : model.trouble ? "fault" : null);
+  }
+}
+
+/**
+ * What the robot does by itself without a word, as a sentence.
+ * @param {string} words
+ */
+function failsafe(words) {
+  if (!words) return "What it does by itself when nobody speaks to it is not known.";
+  return /^[A-Z]/.test(words) ? words : `Without a word it stops by itself after ${words}.`;
+}
+
+customElements.define("connect-robot", ConnectRobot);

@@ -1,0 +1,271 @@
+// Element <connect-sensors>: where the sensors are mounted, the robot's size and limits; all to be confirmed or entered.
+
+import { make, write } from "../ui/element.js";
+import { fixed } from "../ui/format.js";
+import { Panel } from "../ui/panel.js";
+
+/** @typedef {import("./connection-model.js").Connection} Connection */
+/** @typedef {import("./connection-model.js").ConnectionModel} ConnectionModel */
+/** @typedef {import("./connection-model.js").Limit} Limit */
+/** @typedef {import("./connection-model.js").Origin} Origin */
+/** @typedef {{key: string, name: string, unit: "m" | "°" | "ms" | "m/s" | "°/s", value: number, known: boolean}} Field a value in the unit of the wire */
+/** @typedef {{kind: "lasers" | "cameras" | "microphones" | "limits", name: string, field: Field, input: HTMLInputElement}} Entry */
+
+const SCALE = { m: 1, "m/s": 1, ms: 1000, "°": 180 / Math.PI, "°/s": 180 / Math.PI };
+const OFFSET = "time_offset_s";
+/** @type {Record<Origin, string>} */
+const ORIGINS = {
+  robot: "mounting as the robot says it",
+  file: "mounting from the robot file",
+  assumed: "its mounting is not known: enter it",
+};
+/** @type {Record<Limit["name"], {key: string, name: string, unit: Field["unit"]}>} */
+const LIMITS = {
+  radius: { key: "radius_m", name: "Radius", unit: "m" },
+  wheelbase: { key: "wheelbase_m", name: "Wheelbase", unit: "m" },
+  cruise: { key: "cruise_m_s", name: "Cruise", unit: "m/s" },
+  max_speed: { key: "max_speed_m_s", name: "Highest speed", unit: "m/s" },
+  max_turn_rate: { key: "max_turn_rate_rad_s", name: "Highest turn rate", unit: "°/s" },
+};
+
+export class ConnectSensors extends Panel {
+  /** @type {ConnectionModel | null} */
+  #model = null;
+  #body = make("div", { class: "connect-mounts" });
+  /** @type {Entry[]} */
+  #entries = [];
+  /** @type {Map<string, HTMLButtonElement>} by laser: take its estimated time offset */
+  #estimates = new Map();
+  #drawn = "";
+
+  /** @param {ConnectionModel} model */
+  watch(model) {
+    this.#model = model;
+    model.onChange(() => this.#draw());
+  }
+
+  /** @override */
+  build() {
+    this.append(
+      make(
+        "section",
+        { class: "card connect-card", "aria-label": "Body and mountings" },
+        make("h2", {}, "Body and mountings"),
+        make(
+          "p",
+          { class: "note" },
+          "Seen from the middle between the wheels, on the floor: x forward, y to the left, angles counter-clockwise.",
+        ),
+        this.#body,
+      ),
+    );
+    this.hidden = true;
+  }
+
+  /**
+   * @override
+   * @param {import("../net/session.js").View} view
+   */
+  show({ state }) {
+    for (const [laser, button] of this.#estimates) {
+      const timings = this.#model?.own ? (state?.robot.timings ?? []) : [];
+      const timing = timings.find((one) => one.laser === laser);
+      button.hidden = !timing || timing.applied_s === 0;
+      if (!timing) continue;
+      const value = fixed(1000 * timing.offset_s, 0);
+      write(button, `Use the estimated ${value} ms`);
+      button.value = String(Math.round(1000 * timing.offset_s));
+    }
+  }
+
+  #draw() {
+    const found = this.#model?.found;
+    this.hidden = !found || Boolean(this.#model?.whyNot);
+    if (!found) return;
+    const key = JSON.stringify([
+      found.url,
+      found.limits,
+      found.lasers,
+      found.cameras,
+      found.microphones,
+      this.#model?.may,
+    ]);
+    if (key === this.#drawn) return;
+    this.#drawn = key;
+    this.#entries = [];
+    this.#estimates.clear();
+    this.#body.replaceChildren(
+      this.#group("limits", "", "Body", "Left empty, the value in grey is assumed.", false, found.limits.map(limit)),
+      ...found.lasers.map((one) => {
+        const says = `${one.beams} beams, ${fixed(one.range_max_m, 1)} m, ${fixed(one.rate_hz, 0)} Hz`;
+        return this.#mount("lasers", "Laser", one, says, [
+          ...flat(one),
+          {
+            key: OFFSET,
+            name: "add to stamps",
+            unit: "ms",
+            value: one.time_offset_s,
+            known: one.time_offset_s !== 0,
+          },
+        ]);
+      }),
+      ...found.cameras.map((one) =>
+        this.#mount("cameras", "Camera", one, `${one.width} × ${one.height}, ${fixed(one.rate_hz, 0)} Hz`, camera(one)),
+      ),
+      ...found.microphones.map((one) =>
+        this.#mount("microphones", "Microphones", one, `${one.microphones} microphones`, flat(one)),
+      ),
+    );
+  }
+
+  /**
+   * @param {Entry["kind"]} kind @param {string} word
+   * @param {{name: string, mounting: Origin}} sensor @param {string} says @param {Field[]} fields
+   */
+  #mount(kind, word, sensor, says, fields) {
+    const title = sensor.name === word.toLowerCase() ? word : `${word} ${sensor.name}`;
+    const missing = sensor.mounting === "assumed";
+    const tf = this.#model?.found?.parts.flatMap(({ findings }) =>
+      findings.roles.filter(({ role }) => role === "frames").flatMap(({ used }) => used.map(({ topic }) => topic)),
+    )[0];
+    const origin =
+      sensor.mounting === "robot" && tf && kind !== "microphones" ? `mounting from ${tf}` : ORIGINS[sensor.mounting];
+    const text = `${says} · ${origin}`;
+    return this.#group(kind, sensor.name, title, text, missing, fields);
+  }
+
+  /**
+   * @param {Entry["kind"]} kind @param {string} name @param {string} title @param {string} says
+   * @param {boolean} missing @param {Field[]} fields
+   */
+  #group(kind, name, title, says, missing, fields) {
+    return make(
+      "fieldset",
+      { class: "connect-mount" },
+      make("legend", {}, title),
+      make("p", { class: "note", "data-tone": missing ? "stale" : null }, says),
+      make("div", { class: "connect-fields" }, ...fields.map((field) => this.#field(kind, name, title, field))),
+      kind === "lasers" && this.#estimate(name),
+    );
+  }
+
+  /** @param {string} laser */
+  #estimate(laser) {
+    const button = make("button", { type: "button", class: "button connect-estimate", hidden: true });
+    button.addEventListener("click", () => {
+      const entry = this.#entries.find((one) => one.name === laser && one.field.key === OFFSET);
+      if (entry) entry.input.value = button.value;
+    });
+    this.#estimates.set(laser, button);
+    return button;
+  }
+
+  /** @param {Entry["kind"]} kind @param {string} name @param {string} title @param {Field} field */
+  #field(kind, name, title, field) {
+    const shown = shownOf(field);
+    const input = make("input", {
+      type: "text",
+      inputmode: "decimal",
+      class: "connect-input",
+      autocomplete: "off",
+      "aria-label": `${title}: ${field.name} in ${field.unit}`,
+      value: field.known ? shown : "",
+      placeholder: shown,
+      disabled: !this.#model?.may,
+    });
+    const trouble = make("span", { class: "visually-hidden" });
+    input.addEventListener("input", () => {
+      const bad = Number.isNaN(read(input, field) ?? 0);
+      input.setAttribute("aria-invalid", String(bad));
+      write(trouble, bad ? "This is not a number." : "");
+    });
+    this.#entries.push({ kind, name, field, input });
+    return make(
+      "label",
+      { class: "connect-field" },
+      make("span", {}, field.name),
+      make("span", { class: "connect-unit" }, input, make("span", {}, field.unit)),
+      trouble,
+    );
+  }
+
+  /**
+   * The values as they stand, for the robot file; null when one of them is no number.
+   * @returns {Record<string, unknown> | null}
+   */
+  get confirmed() {
+    /** @type {Record<string, any>} */
+    const body = { lasers: {}, cameras: {}, microphones: {} };
+    for (const { kind, name, field, input } of this.#entries) {
+      const value = read(input, field);
+      if (Number.isNaN(value ?? 0)) {
+        input.focus();
+        return null;
+      }
+      if (value === null) continue;
+      if (kind === "limits") body[field.key] = value;
+      else body[kind][name] = { ...body[kind][name], [field.key]: value };
+    }
+    this.#complete(body);
+    return body;
+  }
+
+  /**
+   * Where one figure of a mounting was entered, the empty ones are the grey ones.
+   * @param {Record<string, any>} body
+   */
+  #complete(body) {
+    for (const { kind, name, field } of this.#entries) {
+      const place = kind === "limits" ? null : body[kind][name];
+      const keys = Object.keys(place ?? {}).filter((key) => key !== OFFSET);
+      if (keys.length > 0 && field.key !== OFFSET) place[field.key] ??= field.value;
+    }
+  }
+}
+
+/** @param {Limit} one @returns {Field} */
+const limit = (one) => ({ ...LIMITS[one.name], value: one.value, known: one.origin !== "assumed" });
+
+/** @param {{x_m: number, y_m: number, heading_rad: number, height_m: number, mounting: Origin}} one @returns {Field[]} */
+function flat(one) {
+  const known = one.mounting !== "assumed";
+  return [
+    { key: "x_m", name: "x", unit: "m", value: one.x_m, known },
+    { key: "y_m", name: "y", unit: "m", value: one.y_m, known },
+    { key: "heading_rad", name: "heading", unit: "°", value: one.heading_rad, known },
+    { key: "height_m", name: "height", unit: "m", value: one.height_m, known },
+  ];
+}
+
+/** @param {import("./connection-model.js").FoundCamera} one @returns {Field[]} */
+function camera(one) {
+  const known = one.mounting !== "assumed";
+  return [
+    { key: "x_m", name: "x", unit: "m", value: one.x_m, known },
+    { key: "y_m", name: "y", unit: "m", value: one.y_m, known },
+    { key: "z_m", name: "height", unit: "m", value: one.z_m, known },
+    { key: "yaw_rad", name: "yaw, left", unit: "°", value: one.yaw_rad, known },
+    { key: "pitch_rad", name: "pitch, down", unit: "°", value: one.pitch_rad, known },
+    { key: "roll_rad", name: "roll", unit: "°", value: one.roll_rad, known },
+  ];
+}
+
+/** @param {Field} field */
+function shownOf({ value, unit }) {
+  const digits = unit.startsWith("°") ? 100 : 10_000;
+  return String(Math.round(value * SCALE[unit] * digits) / digits);
+}
+
+/**
+ * The entered value in the unit of the wire; null when empty, NaN when it is no number. What was not changed is exact.
+ * @param {HTMLInputElement} input @param {Field} field
+ */
+function read(input, field) {
+  const text = input.value.trim().replace(",", ".").replace("−", "-");
+  if (text === "") return null;
+  if (text === shownOf(field)) return field.value;
+  const value = Number(text) / SCALE[field.unit];
+  return Number.isFinite(value) ? value : NaN;
+}
+
+customElements.define("connect-sensors", ConnectSensors);

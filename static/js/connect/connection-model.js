@@ -1,0 +1,212 @@
+// Client model of the Connect page: what was found, the operator's choice of topics, and the robot file.
+
+import { call, post, sentenceOf } from "../net/api.js";
+
+/** @typedef {import("../net/session.js").Session} Session */
+/** @typedef {"odometry" | "scan" | "image" | "camera_info" | "sound" | "cmd_vel" | "cmd_vel_type" | "battery" | "map" | "pose" | "frames"} Role */
+/** @typedef {"robot" | "file" | "assumed"} Origin */
+/** @typedef {{topic: string, type: string}} Candidate */
+/** @typedef {Candidate & {frame: string, rate_hz: number | null, age_s: number | null}} Used */
+/** @typedef {{role: Role, used: Used[], candidates: Candidate[], most: number, remark: string}} TopicRole */
+/** @typedef {{clock: string, offset_s: number, ahead_s: number | null}} Clock */
+/**
+ * @typedef {object} Part a device of the robot
+ * @property {string} name
+ * @property {boolean} up
+ * @property {boolean} drives
+ * @property {string[]} lasers
+ * @property {string[]} cameras
+ * @property {string[]} microphones
+ * @property {{base_frame: string, roles: TopicRole[], clocks: Clock[], remarks: string[]}} findings
+ */
+/** @typedef {{name: string, x_m: number, y_m: number, heading_rad: number, height_m: number, mounting: Origin, beams: number, range_max_m: number, rate_hz: number, time_offset_s: number}} FoundLaser */
+/** @typedef {{name: string, x_m: number, y_m: number, z_m: number, yaw_rad: number, pitch_rad: number, roll_rad: number, mounting: Origin, width: number, height: number, rate_hz: number}} FoundCamera */
+/** @typedef {{name: string, x_m: number, y_m: number, heading_rad: number, height_m: number, mounting: Origin, microphones: number}} FoundMicrophones */
+/** @typedef {{name: "radius" | "wheelbase" | "cruise" | "max_speed" | "max_turn_rate", value: number, origin: Origin}} Limit */
+/**
+ * @typedef {object} Connection
+ * @property {string} url
+ * @property {string} name
+ * @property {string} failsafe
+ * @property {boolean} odometry
+ * @property {Limit[]} limits
+ * @property {Part[]} parts
+ * @property {FoundLaser[]} lasers
+ * @property {FoundCamera[]} cameras
+ * @property {FoundMicrophones[]} microphones
+ */
+/** @typedef {{part: number, role: Role, topics: string[]}} Choice */
+/** @typedef {{name: string, path: string, command: string, text: string}} Written */
+
+const ROOT = "api/robot";
+const ASK_MS = 2000;
+
+export class ConnectionModel {
+  /** @type {Connection | null} what is shown; null until it was read */
+  found = null;
+  /** True while `found` is of another look than the console's own connection. */
+  probed = false;
+  whyNot = "";
+  /** @type {string[]} names of the robot files that exist */
+  files = [];
+  /** @type {Map<string, Choice>} the operator's choice, by part and role */
+  choices = new Map();
+  /** True while topics were chosen on which nothing was heard yet. */
+  changed = false;
+  busy = "";
+  trouble = "";
+  /** @type {Written | null} */
+  written = null;
+  /** @type {Set<() => void>} */
+  #listeners = new Set();
+
+  /** @param {Session} session */
+  constructor(session) {
+    this.session = session;
+    session.on("hello", () => void this.read());
+    setInterval(() => {
+      if (document.visibilityState === "visible" && !this.probed && !this.changed && !this.busy) void this.read();
+    }, ASK_MS);
+  }
+
+  /** True unless this user is a viewer. */
+  get may() {
+    return this.session.hello !== null && this.session.hello.you.role !== "viewer";
+  }
+
+  /** True where what is shown is the robot that the console drives. */
+  get own() {
+    return this.found !== null && this.found.url === this.session.hello?.robot.url;
+  }
+
+  /** @param {() => void} listener */
+  onChange(listener) {
+    this.#listeners.add(listener);
+  }
+
+  /** Show what the console is connected to. */
+  async read() {
+    try {
+      const { connection, why_not, files } = await call(`${ROOT}/connection`);
+      if (this.probed || this.changed) return;
+      [this.found, this.whyNot, this.files] = [connection, why_not, files];
+      if (!this.busy) this.trouble = "";
+    } catch (trouble) {
+      this.trouble = sentenceOf(trouble);
+    }
+    this.#tell();
+  }
+
+  /** Return to the console's own robot. */
+  async back() {
+    this.probed = this.changed = false;
+    this.choices.clear();
+    this.written = null;
+    await this.read();
+  }
+
+  /**
+   * Choose topics; nothing is heard on them before the next look.
+   * @param {number} part @param {Role} role @param {string[]} topics
+   */
+  choose(part, role, topics) {
+    this.choices.set(`${part} ${role}`, { part, role, topics });
+    this.changed = true;
+    this.written = null;
+    this.#tell();
+  }
+
+  /**
+   * Connect to a robot, see what is there, and let go.
+   * @param {string} url
+   */
+  async look(url) {
+    if (url !== this.found?.url) this.choices.clear();
+    await this.#during(`Looking at ${url}. That takes up to 20 seconds.`, async () => {
+      this.found = await post(`${ROOT}/probe`, { url, topics: [...this.choices.values()] });
+      this.choices.clear();
+      this.changed = false;
+      this.probed = true;
+      this.written = null;
+      this.whyNot = "";
+    });
+  }
+
+  /**
+   * Write the robot file.
+   * @param {Record<string, unknown>} confirmed name, limits and mountings
+   * @param {boolean} replace
+   */
+  async write(confirmed, replace) {
+    const found = this.found;
+    if (!found) return;
+    await this.#during("Writing…", async () => {
+      /** @type {Written} */
+      const written = await post(`${ROOT}/file`, {
+        ...confirmed,
+        url: found.url,
+        topics: confirmedTopics(found),
+        replace,
+      });
+      this.written = written;
+      this.files = [...new Set([...this.files, written.name])];
+      this.session.announce(`${written.name} is written.`);
+    });
+  }
+
+  /** @param {string} doing @param {() => Promise<void>} act */
+  async #during(doing, act) {
+    this.busy = doing;
+    this.trouble = "";
+    this.#tell();
+    try {
+      await act();
+    } catch (trouble) {
+      this.trouble = sentenceOf(trouble);
+    }
+    this.busy = "";
+    this.#tell();
+  }
+
+  #tell() {
+    for (const listener of this.#listeners) listener();
+  }
+}
+
+/** Roles whose absence at the next start is no reason to refuse the robot: they are named only where several could be it. */
+const LOOSE = new Set(["camera_info", "battery", "map", "pose"]);
+
+/**
+ * The topics as they are used now, as a choice that a robot file keeps.
+ * @param {Connection} found
+ * @returns {Choice[]}
+ */
+export function confirmedTopics(found) {
+  return found.parts.flatMap(({ findings }, part) =>
+    findings.roles
+      .filter(({ role, used, candidates }) => {
+        if (role === "frames") return false;
+        return LOOSE.has(role) ? candidates.length > Number(used.length > 0) : used.length > 0 || candidates.length > 0;
+      })
+      .flatMap(({ role, used }) => {
+        const topics = used.map(({ topic }) => topic);
+        const [type = ""] = role === "cmd_vel" ? used.map((one) => one.type) : [];
+        const typed = type ? [{ part, role: /** @type {Role} */ ("cmd_vel_type"), topics: [shortType(type)] }] : [];
+        return [{ part, role, topics }, ...typed];
+      }),
+  );
+}
+
+/** @param {string} type "sensor_msgs/msg/LaserScan" → "LaserScan" */
+export const shortType = (type) => type.split("/").at(-1) ?? type;
+
+/** The file of a robot's name, as the console makes it. @param {string} name */
+export const fileOf = (name) =>
+  `${
+    name
+      .normalize("NFKD")
+      .replace(/[^\p{ASCII}]/gu, "")
+      .toLowerCase()
+      .replace(/[^a-z0-9]+/g, "-")
+      .replace(/^-+|-+$/g, "") || "robot"
+  }.toml`;

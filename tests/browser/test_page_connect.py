@@ -1,0 +1,78 @@
+"""The Connect page against an emulated ROS robot: topics are chosen, looked at again, and written to a robot file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect
+
+from core.robots.robot_file import load_robot_file
+from tests.browser.visit import PHONE, Visit
+from tests.console.live import Live
+from tests.emulators.foxglove import FoxgloveEmulator
+from tests.emulators.world import World
+
+Open = Callable[..., Visit]
+
+
+class Near:
+    """Addresses of the page."""
+
+    def __init__(self, live: Live, home: Path) -> None:
+        root = f"http://127.0.0.1:{live.port}/connect#t="
+        self.driving, self.watching, self.home = root + live.operator, root + live.viewer, home
+
+
+@pytest.fixture(scope="module")
+def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Near]:
+    world, home = World(), tmp_path_factory.mktemp("connect")
+    emulator = FoxgloveEmulator(world)
+    emulator.start()
+    world.start()
+    with Live(home, url=emulator.url) as live:
+        yield Near(live, home)
+    world.stop()
+    emulator.stop()
+
+
+def test_topics_are_chosen_heard_and_written_and_nothing_is_overwritten_unasked(visit: Open, console: Near) -> None:
+    here = visit()
+    page = here.page
+    battery = page.get_by_label("Battery")
+    expect(battery).to_have_value("/battery_state")
+    expect(here.find("connect-sensors")).to_contain_text("mounting from /tf_static")
+    expect(here.find("connect-timing")).to_contain_text("turn the robot on the spot")
+    expect(here.find("connect-robot")).to_contain_text("stops by itself")
+
+    battery.select_option("not used")
+    expect(here.button("Write robot file")).to_be_disabled()
+    here.button("Look again").click()
+    expect(here.find("connect-parts")).to_contain_text("The battery is not used")
+    page.get_by_label("Laser: x in m").fill("0.1")
+    page.get_by_label("Body: Radius in m").fill("0,2")
+    page.get_by_label("Name of the robot").fill("Marvin")
+    here.button("Write robot file").click()
+    expect(here.find(".connect-command")).to_contain_text("beckon run --robot")
+    file = load_robot_file(console.home / "robots" / "marvin.toml")
+    assert file.robot["battery"] == "none" and file.robot["scan"] == "/scan"
+    assert (file.lasers["laser"].x, file.radius, file.wheelbase) == (0.1, 0.2, None)
+
+    page.get_by_label("Body: Radius in m").fill("0.3")
+    here.button("Write robot file").click()
+    expect(page.get_by_text("There is a marvin.toml already. Replace it?")).to_be_visible()
+    here.button("Keep it").click()
+    assert load_robot_file(console.home / "robots" / "marvin.toml") == file
+    here.button("Write robot file").click()
+    here.button("Replace it").click()
+    here.until(lambda: load_robot_file(console.home / "robots" / "marvin.toml").radius == 0.3, "it is replaced")
+
+
+def test_who_watches_sees_all_and_changes_nothing_on_a_phone_too(visit: Open, console: Near) -> None:
+    here = visit(size=PHONE, theme="light", watching=True)
+    expect(here.page.get_by_label("Odometry")).to_be_disabled()
+    expect(here.button("Write robot file")).to_be_disabled()
+    expect(here.button("Look")).to_be_disabled()
+    width = "document.querySelector('main').scrollWidth <= document.querySelector('main').clientWidth"
+    assert here.page.evaluate(width)

@@ -1,0 +1,59 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { confirmedTopics, fileOf } from "../../static/js/connect/connection-model.js";
+
+/** @typedef {import("../../static/js/connect/connection-model.js").TopicRole} TopicRole */
+/** @typedef {import("../../static/js/connect/connection-model.js").Connection} Connection */
+
+/** @param {TopicRole["role"]} role @param {string[]} used @param {string[]} others @param {string} [type] @returns {TopicRole} */
+const role = (role, used, others, type = "a/msg/B") => ({
+  role,
+  used: used.map((topic) => ({ topic, type, frame: "", rate_hz: null, age_s: null })),
+  candidates: [...used, ...others].map((topic) => ({ topic, type })),
+  most: 1,
+  remark: "",
+});
+
+/** @param {TopicRole[]} roles @returns {Connection} */
+const found = (...roles) => ({
+  ...{
+    url: "foxglove://a",
+    name: "a",
+    failsafe: "",
+    odometry: true,
+    limits: [],
+    lasers: [],
+    cameras: [],
+    microphones: [],
+  },
+  parts: [
+    {
+      ...{ name: "foxglove://a", up: true, drives: true, lasers: [], cameras: [], microphones: [] },
+      findings: { base_frame: "", roles, clocks: [], remarks: [] },
+    },
+  ],
+});
+
+test("what is used is confirmed, with the type of the speeds", () => {
+  const speeds = role("cmd_vel", ["/tab_vel"], [], "geometry_msgs/msg/TwistStamped");
+  assert.deepEqual(confirmedTopics(found(role("scan", ["/front", "/rear"], []), speeds)), [
+    { part: 0, role: "scan", topics: ["/front", "/rear"] },
+    { part: 0, role: "cmd_vel", topics: ["/tab_vel"] },
+    { part: 0, role: "cmd_vel_type", topics: ["TwistStamped"] },
+  ]);
+});
+
+test("what is not there is not named, so that it may come later", () => {
+  assert.deepEqual(confirmedTopics(found(role("odometry", [], []), role("frames", ["/tf_static"], []))), []);
+});
+
+test("a battery is named only where it was a choice, and what is switched off stays off", () => {
+  assert.deepEqual(confirmedTopics(found(role("battery", ["/battery"], []))), []);
+  assert.equal(confirmedTopics(found(role("battery", ["/battery"], ["/spare"]))).length, 1);
+  assert.deepEqual(confirmedTopics(found(role("battery", [], ["/battery"])))[0]?.topics, []);
+  assert.deepEqual(confirmedTopics(found(role("sound", [], ["/sound"])))[0]?.topics, []);
+});
+
+test("a file has a name that every file system takes", () => {
+  assert.deepEqual(["Marvin 2", "Großes Büro", " – "].map(fileOf), ["marvin-2.toml", "groes-buro.toml", "robot.toml"]);
+});
