@@ -17,7 +17,7 @@ from console.api import RequestBody, SavedMaps, Who, router
 from console.api.typed_route import Responses
 from console.http.downloads import file_named, zip_named
 from console.maps.export import known_part, png
-from console.maps.store import LONGEST, MapFacts, MapInfo
+from console.maps.store import LONGEST, SavedMapFacts, MapInfo
 from console.maps.trajectory import laid_out
 from console.scene.overlays.occupancy import paint
 from core.pipelines.nav2_map import map_pixels, nav2_map
@@ -36,7 +36,7 @@ class SaveMapRequest(RequestBody):
     replace: bool = False
 
 
-class SavedMapRow(MapFacts, kw_only=True):
+class SavedMapRow(SavedMapFacts, kw_only=True):
     """A saved map; `verified`: it bears checksums, which are compared when it is loaded or packed."""
 
     verified: bool
@@ -161,5 +161,5 @@ def drawn(grid: OccupancyGrid, style: str) -> bytes:
 
 def map_row(card: MapInfo) -> SavedMapRow:
     """A saved map, without its files."""
-    facts = {name: getattr(card, name) for name in MapFacts.__struct_fields__}
+    facts = {name: getattr(card, name) for name in SavedMapFacts.__struct_fields__}
     return SavedMapRow(**facts, verified=bool(card.files))

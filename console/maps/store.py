@@ -31,7 +31,7 @@ NAME = re.compile(r"\w(?:[\w \-]*\w)?")
 ASIDE = ".new-"  # how the folder of a map begins that is being written
 
 
-class MapFacts(msgspec.Struct):
+class SavedMapFacts(msgspec.Struct):
     """A saved map in figures."""
 
     name: str
@@ -46,7 +46,7 @@ class MapFacts(msgspec.Struct):
     closures: int
 
 
-class MapInfo(MapFacts):
+class MapInfo(SavedMapFacts):
     """The description of a saved map, as its folder holds it."""
 
     version: int = VERSION
