@@ -17,7 +17,7 @@ from console.api import RequestBody, SavedMaps, Who, router
 from console.api.typed_route import Responses
 from console.http.downloads import file_named, zip_named
 from console.maps.export import known_part, png
-from console.maps.store import LONGEST, SavedMapFacts, MapInfo
+from console.maps.store import LONGEST, MapInfo, SavedMapFacts
 from console.maps.trajectory import laid_out
 from console.scene.overlays.occupancy import paint
 from core.pipelines.nav2_map import map_pixels, nav2_map
