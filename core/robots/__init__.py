@@ -12,8 +12,10 @@ from core.sensors import Camera, Laser, SensorFrame
 from core.sensors.microphones import MicrophoneArray
 
 RobotKind = Literal["SIM", "LOG", "LIVE"]
-Capability = Literal["drive", "simulate", "replay"]
-"""drive: it takes speeds; simulate: its world is made up and can be changed; replay: it can be paused and sought."""
+Capability = Literal["drive", "simulate", "replay", "navigate"]
+"""drive: it takes speeds; simulate: its world is made up and can be changed; replay: it can be paused and sought;
+navigate: it has a map, a pose on it or goals of its own, see `ReadNavigation`.
+"""
 
 
 @message
@@ -33,6 +35,7 @@ class Profile:
     arrays: tuple[MicrophoneArray, ...] = ()  # voices are located with the first
     odometry: bool = True  # it says how far its wheels have rolled
     failsafe: str = ""  # what the base does by itself when nobody speaks to it, a sentence; "": not known
+    lock: str = ""  # topic of the lock of its own that is closed while it is to stand; "": none
     capabilities: frozenset[Capability] = frozenset({"drive"})
     duration: float | None = None  # [s] of a recording
 

@@ -191,11 +191,14 @@ class LiveRobot:
 
     @property
     def requests(self) -> Requests:
-        """None: they are for the simulator and for recordings."""
-        return ()
+        """The requests that its devices take."""
+        return tuple(kind for link in self._links for kind in link.device.requests)
 
     def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
-        """Raise BadInput: a real robot takes no requests."""
+        """The answer of the device that takes such a request. Raises BadInput, Refused or Unavailable."""
+        for link in self._links:
+            if type(request) in link.device.requests:
+                return link.device.ask(request)
         raise BadInput("A real robot takes no such request; it is for the simulator and for recordings.")
 
     def close(self) -> None:

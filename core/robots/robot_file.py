@@ -26,7 +26,7 @@ import numpy as np
 from core.calibration.files.camera_files import read_camera
 from core.errors import BadInput
 from core.geometry import OPTICAL, Pose, Transform
-from core.robots import Profile
+from core.robots import Capability, Profile
 from core.robots.device import Base, Equipment
 from core.sensors import Camera, Laser
 from core.sensors.microphones import MicrophoneArray, load_array
@@ -162,8 +162,16 @@ def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, fold
         arrays=tuple(_array(array, file.microphones.get(array.name), folder) for array in arrays),
         odometry=base.odometry,
         failsafe=failsafe_of(base),
-        capabilities=frozenset({"drive"} if any(one.base is not None for one in equipment) else set()),
+        lock=base.lock,
+        capabilities=capabilities_of(equipment),
     )
+
+
+def capabilities_of(equipment: tuple[Equipment, ...]) -> frozenset[Capability]:
+    """What the devices can do together."""
+    drives = any(one.base is not None for one in equipment)
+    navigates = any(one.navigates for one in equipment)
+    return frozenset({*(("drive",) if drives else ()), *(("navigate",) if navigates else ())})
 
 
 def failsafe_of(base: Base) -> str:
