@@ -8,6 +8,7 @@ from typing import Literal, Protocol
 from core.gate import Twist
 from core.message import message
 from core.robots.requests import AnswerT, Requests, RobotRequest
+from core.robots.urdf import BodyShape
 from core.sensors import Camera, Laser, SensorFrame
 from core.sensors.microphones import MicrophoneArray
 
@@ -33,6 +34,8 @@ class Profile:
     lasers: tuple[Laser, ...] = ()
     cameras: tuple[Camera, ...] = ()  # landmarks and people are looked for with the first
     arrays: tuple[MicrophoneArray, ...] = ()  # voices are located with the first
+    shapes: tuple[BodyShape, ...] = ()  # its looks; none: a round body is drawn
+    notices: tuple[str, ...] = ()  # sentences about what of its description could not be used
     odometry: bool = True  # it says how far its wheels have rolled
     failsafe: str = ""  # what the base does by itself when nobody speaks to it, a sentence; "": not known
     lock: str = ""  # topic of the lock of its own that is closed while it is to stand; "": none

@@ -157,6 +157,8 @@ class LiveRobot:
 
         self._base = next((link for link in self._links if link.equipment and link.equipment.base), None)
         self._profile = shape(equipment)
+        for sentence in self._profile.notices:
+            self._readings.note(sentence)
         self._was_up = True
         self._times_up = self._base.times_up if self._base else 0
         self._neutral = True  # zero was asked for since the base came back
