@@ -40,8 +40,8 @@ class OwnNavigationCard extends Panel {
   #x = field("x", "m");
   #y = field("y", "m");
   #heading = field("heading", "°");
-  #send = make("button", { type: "submit" }, "Let the robot's own navigation go there");
-  #cancel = make("button", { type: "button", hidden: true }, "End its way");
+  #send = make("button", { type: "submit", class: "button small" }, "Let the robot's own navigation go there");
+  #cancel = make("button", { type: "button", class: "button small", hidden: true }, "End its way");
   #form = make("form", { class: "own-goal" }, this.#x.label, this.#y.label, this.#heading.label, this.#send);
   #operates = false;
   #there = false;

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from core.errors import BadInput
-from core.geometry import OPTICAL, Pose
+from core.geometry import OPTICAL
 from core.robots.device import Base, Equipment
 from core.robots.robot_file import load_robot_file, profile_of
 from core.robots.urdf import load_body
@@ -24,7 +24,8 @@ def link(name: str, shape: str) -> str:
 
 
 def joint(kind: str, parent: str, child: str, origin: str) -> str:
-    return f'<joint name="{child}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><origin {origin}/></joint>'
+    ends = f'<parent link="{parent}"/><child link="{child}"/>'
+    return f'<joint name="{child}" type="{kind}">{ends}<origin {origin}/></joint>'
 
 
 GOOD = "".join(
@@ -77,7 +78,8 @@ def test_sensors_are_mounted_by_link_and_the_body_is_in_the_profile(tmp_path: Pa
     file = load_robot_file(tmp_path / "robot.toml")
     whole = Equipment(name="x", base=Base(), lasers=(LASER,), cameras=(CAMERA,), microphones=(ARRAY,))
     profile = profile_of((whole,), file, "x:", tmp_path)
-    assert profile.lasers[0].mounting == Pose(0.1, 0.0, pytest.approx(1.5)) and profile.lasers[0].height == 0.2
+    at = profile.lasers[0].mounting
+    assert (at.x, at.y, at.heading) == pytest.approx((0.1, 0.0, 1.5)) and profile.lasers[0].height == 0.2
     ahead = profile.cameras[0].mounting.rotation[:, 2]
     assert np.allclose(ahead, [0.0, 1.0, 0.0], atol=1e-5) and OPTICAL[0, 2] == 1.0
     assert profile.arrays[0].height == 0.3 and profile.arrays[0].mounting.heading == pytest.approx(
