@@ -88,7 +88,7 @@ async def layer(asked: LayerRequest, navigation: OwnNavigationInUse) -> OwnNavig
 
 
 def state_of(navigation: OwnNavigationService) -> OwnNavigationState:
-    """The state as it is told. Raises Problem 404 for a robot without a navigation of its own."""
+    """The state as the page has it. Raises Problem 404 for a robot without a navigation of its own."""
     if not navigation.there:
         raise Problem(404, "This robot has no navigation of its own that Beckon knows.")
     newest, found = navigation.newest, navigation.map

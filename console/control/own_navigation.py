@@ -40,7 +40,7 @@ HELD = 200  # poses of Beckon's own that are kept, for the one of a stamp: 5 s
 SAME_TIME = 0.2  # [s] between a pose on the robot's map and Beckon's own at which they are one
 DRIVES = "The robot's own navigation drives now, and Beckon's gate does not look ahead for it. STOP ends it."
 ENDED = "The robot's own navigation has ended its way: it reached the goal."
-CANCELLED = "The robot's own navigation was told to stand: its present pose is its goal now."
+CANCELLED = "The robot's own navigation was stopped: its present pose is its goal now."
 UNALIGNED = (
     "The robot does not say where it is on its map, so how that lies to Beckon's is not known: both are drawn "
     "with one origin."
@@ -167,7 +167,7 @@ class OwnNavigationService:
         try:
             await self.stop()
         except BeckonError as trouble:
-            self._board.tell("error", f"The robot's own navigation could not be told to stand: {trouble}")
+            self._board.tell("error", f"The robot's own navigation could not be stopped: {trouble}")
 
     async def _look(self) -> None:
         known = self.map.number if self.map is not None else 0

@@ -433,7 +433,7 @@ class VelocityCommands:
                 self._let, self._locked = let, -math.inf
 
     def stand(self) -> None:
-        """Owe zeros whoever drove, and close the lock now. Raises OSError when the link is lost."""
+        """Owe zeros, also where another drove, and close the lock now. Raises OSError when the link is lost."""
         with self._guard:
             self._let = False
             self._beat(closed=True, now=self._clock())

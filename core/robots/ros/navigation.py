@@ -87,8 +87,8 @@ class RosNavigation:
                 self._frame = content.header.frame_id.strip("/") or self._frame
             self._pose = stamp, pose
             fitting = min(self._odometry, key=lambda entry: abs(entry[0] - own), default=None)
-            told_by_frames = self._known_from != "" and self._known_from == self._topics.moving_frames
-            if fitting is not None and not told_by_frames and abs(fitting[0] - own) < SAME_TIME:
+            known_by_frames = self._known_from != "" and self._known_from == self._topics.moving_frames
+            if fitting is not None and not known_by_frames and abs(fitting[0] - own) < SAME_TIME:
                 self._map_from_odometry, self._known_from = pose @ fitting[1].inverse(), self._topics.pose
 
     def take_frames(self, content: Any) -> None:

@@ -63,7 +63,7 @@ class RosDevice(Device):
     def drive(self, twist: Twist) -> None:
         """Send speeds, as often as this is called while they are not zero. Raises OSError when the link is lost.
 
-        Two cannot steer: whoever drives by hand or command ends the goal of the robot's own navigation.
+        Two cannot steer: driving by hand or by command ends the goal of the robot's own navigation.
         """
         if self.topics is None or not self.topics.cmd_vel:
             return

@@ -71,7 +71,8 @@ class EquippedRobot:
 
     def _sound(self, stamp: float) -> Sound:
         """A quiet room."""
-        samples = self._chance.normal(0.0, 1e-3, (RATE // 40, len(self.profile.arrays[0].channels))).astype(np.float32)
+        shape = RATE // 40, len(self.profile.arrays[0].channels)
+        samples = self._chance.normal(0.0, 1e-3, shape).astype(np.float32)
         return Sound(stamp=stamp - 1 / 40, rate=RATE, samples=samples)
 
     def _scan(self, stamp: float) -> Scan | None:
