@@ -29,6 +29,7 @@ from console.api.lease import lease
 from console.api.login import login
 from console.api.maps import maps
 from console.api.microphones import microphones
+from console.api.own_navigation import own_navigation
 from console.api.page import PageFiles, page, scene_page_file, static_folder
 from console.api.pending_command import pending_command
 from console.api.people import people
@@ -58,6 +59,7 @@ ROUTERS = (
     connection,
     slam,
     playback,
+    own_navigation,
     calibration,
     calibration_files,
     simulation,

@@ -28,6 +28,7 @@ from console.control.history import History
 from console.control.lease import Lease
 from console.control.link_monitor import LinkMonitor
 from console.control.notices import Notifications
+from console.control.own_navigation import OwnNavigationService
 from console.control.pending_commands import PendingCommands
 from console.control.pilot_supervisor import PilotSupervisor
 from console.control.playback import PlaybackController
@@ -91,8 +92,13 @@ class Runtime:
         self.connection = ConnectionService(home, robot)
         self.quality = QualityRuns(home, settings.simulation, settings.speech)
         self.player = PlaybackController(robot, self.history, self.board)
+        self.own_navigation = OwnNavigationService(robot, self.dispatcher, self.history, self.board)
+        self.dispatcher.when_cancelled.append(self.own_navigation.stop_soon)
         self.scene = Scene(
-            robot, partial(self._call, self.board.tell, "warning"), lambda: self.pending_commands.command
+            robot,
+            partial(self._call, self.board.tell, "warning"),
+            lambda: self.pending_commands.command,
+            lambda: self.own_navigation.map_view,
         )
         self.calibration_service = CalibrationService(
             home, robot, self.broadcaster, self.board.tell, self._look_through
@@ -119,6 +125,7 @@ class Runtime:
         self._loop: asyncio.AbstractEventLoop | None = None
         self.snapshot_subscribers: list[Callable[[Snapshot, SensorFrame], None]] = [
             lambda snapshot, _: self.maps.took(snapshot),
+            lambda snapshot, _: self.own_navigation.took(snapshot),
             lambda snapshot, _: self.people.took(snapshot),
             self._let_hear,
             lambda snapshot, _: self.pending_commands.took(snapshot),
@@ -154,7 +161,7 @@ class Runtime:
             self.calibration_service.open(), self.quality.open(), self.array.open(), self.people.open()
         )
         self.pilots.start()
-        for task in (self._beat, self.folder.watch, *self.beside):
+        for task in (self._beat, self.folder.watch, self.own_navigation.watch, *self.beside):
             self.keep(asyncio.create_task(task()))
 
     def farewell_soon(self) -> None:

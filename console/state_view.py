@@ -229,6 +229,7 @@ def card(profile: Profile) -> messages.RobotCard:
         drives=profile.drives,
         capabilities=sorted(profile.capabilities),
         failsafe=profile.failsafe,
+        lock=profile.lock,
         duration_s=profile.duration,
     )
 

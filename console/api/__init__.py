@@ -19,6 +19,7 @@ from console.control.dispatcher import CommandDispatcher
 from console.control.history import History
 from console.control.lease import Lease
 from console.control.notices import Notifications
+from console.control.own_navigation import OwnNavigationService
 from console.control.pending_commands import PendingCommands
 from console.control.playback import PlaybackController
 from console.http.problems import Problem
@@ -114,6 +115,7 @@ Dispatcher = Annotated[CommandDispatcher, part("dispatcher")]
 DriversLease = Annotated[Lease, part("lease")]
 NoticeBoard = Annotated[Notifications, part("board")]
 Pending = Annotated[PendingCommands, part("pending_commands")]
+OwnNavigationInUse = Annotated[OwnNavigationService, part("own_navigation")]
 PeopleEnrolled = Annotated[EnrollmentService, part("people")]
 RobotConnection = Annotated[ConnectionService, part("connection")]
 Playback = Annotated[PlaybackController, part("player")]

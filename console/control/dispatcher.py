@@ -133,6 +133,16 @@ class CommandDispatcher:
             self._press(message.press, who, now)
         self.setpoint_sender.jog(message)
 
+    def admit_own_navigation(self, who: Person) -> None:
+        """Check that this person may let the robot's own navigation drive; a free lease goes to this person.
+
+        Raises Problem 403, 409, 503.
+        """
+        self._check_motion(who)
+        if self._active or self._jog is not None:
+            raise Problem(409, "Beckon drives the robot now; stop that first. Two cannot steer.")
+        self._obtain(who)
+
     def abandon(self, press: int) -> None:
         """The socket of a hand that was driving is gone: zero now, instead of waiting for the deadman."""
         if self._jog is not None and self._jog.press == press:

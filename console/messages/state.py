@@ -235,6 +235,7 @@ class RobotCard(Struct):
     drives: bool
     capabilities: list[Capability]
     failsafe: str  # what the base does by itself when nobody speaks to it
+    lock: str  # topic of the robot's own lock that STOP closes, too; "": none
     duration_s: float | None
 
 

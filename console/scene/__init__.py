@@ -18,6 +18,7 @@ from console import messages
 from console.access.logins import Person
 from console.access.open_sockets import OpenSockets, TooMany
 from console.control.dispatcher import CommandDispatcher
+from console.control.own_navigation import OwnMapView
 from console.robot.link import RobotLink
 from console.scene.click_to_go import ClickToGo
 from console.scene.overlays.associations import Associations
@@ -32,6 +33,7 @@ from console.scene.overlays.people import People
 from console.scene.overlays.plan import Plan
 from console.scene.overlays.pose_ellipse import PoseEllipse
 from console.scene.overlays.robot import RobotBody
+from console.scene.overlays.robots_own_map import RobotsOwnMap
 from console.scene.overlays.scan import ScanPoints
 from console.scene.overlays.submaps import Submaps
 from console.scene.overlays.trail import TrailLine
@@ -86,14 +88,21 @@ class Scene:
     """Draws the newest snapshot in a thread of its own, so that no picture ever makes the pilot late."""
 
     def __init__(
-        self, robot: RobotLink, complain: Callable[[str], None], waiting: Callable[[], Command | None]
+        self,
+        robot: RobotLink,
+        complain: Callable[[str], None],
+        waiting: Callable[[], Command | None],
+        own_map: Callable[[], OwnMapView | None],
     ) -> None:
-        """`complain`, from any thread: why the scene is left as it is; `waiting`: the order that waits, if any."""
+        """`complain`, from any thread: why the scene is left as it is; `waiting`: the order that waits, if any;
+        `own_map`: the robot's own map while it is shown.
+        """
         self.why_not = ""  # why there is no scene; "" when there is one
         self.tabs: dict[str, Callable[[messages.AnswerMessage], None]] = {}  # how to tell each open page something
         self._robot = robot
         self._complain = complain
         self._waiting = waiting
+        self._own_map = own_map
         self._server: QuietViser | None = None
         self._inside: NoSocketServer | None = None
         self._sockets = OpenSockets()
@@ -154,7 +163,8 @@ class Scene:
         try:
             overlays = [overlay(server.scene, self._robot.profile) for overlay in OVERLAYS]
             intended = PreviewLines(server.scene, self._robot.profile, self._waiting)
-            self._draw(server, [*overlays, intended])
+            own = RobotsOwnMap(server.scene, self._robot.profile, self._own_map)
+            self._draw(server, [own, *overlays, intended])
         except Exception:
             log.exception("The scene could not be drawn any more")
             self.why_not = "The 3-D scene cannot be drawn and stays as it is; the log says why. All else goes on."

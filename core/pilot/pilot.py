@@ -38,6 +38,9 @@ from core.snapshot import Ending, Hearing, Snapshot
 LOOKING_AROUND = "Looking around before the first move…"
 FOUND = "I know where I am again."
 AGAIN = "The robot was somewhere else than it believed, and knows its place again; give the command once more."
+BLIND = (
+    "This robot has neither odometry nor a laser, so how far it goes cannot be known: it can be driven by hand alone."
+)
 NOTHING_YET = "There is no map yet; drive a little first."
 
 
@@ -83,6 +86,8 @@ class Pilot:
         """Execute this command from the next frame on; the one under way is pre-empted. Raises Refused."""
         if not self._profile.drives:
             raise Refused("This is a recording; it cannot be commanded. Connect a robot or the simulator.")
+        if self._is_blind and spec_of(command.name).moves:
+            raise Refused(BLIND)
         lost = self._mapper.lost
         if lost is not None and spec_of(command.name).moves and spec_of(command.name).needs_pose:
             raise Refused(f"Not now: {lost.words}")
@@ -178,6 +183,11 @@ class Pilot:
         self._trail, self._dead_reckoning_trail = MapTrail(), Trail()
         self._mapper = Mapper(parts_of(self._settings), self._profile.laser, self._profile.drives, saved)
 
+    @property
+    def _is_blind(self) -> bool:
+        """True for a robot of which nothing says how it moves."""
+        return self._profile.drives and not self._profile.odometry and not self._profile.lasers
+
     def _decide(self, frame: SensorFrame, motion: Motion, pose: Pose) -> Twist:
         """Return the twist to ask of the gate."""
         if self._executor.active_command is None:
@@ -224,6 +234,7 @@ class Pilot:
         self._contact = frame.contact
         if frame.trouble:
             self._executor.end("failed", frame.trouble)
+        self._notices.watch(frame.stamp, "blind", BLIND if self._is_blind else "", "warning", "")
         self._notices.watch(frame.stamp, "base", frame.trouble, "error", "The base answers again.")
         lost = self._mapper.lost
         if self._needs_a_place and lost is None and self._lost and self._mapper.strayed:

@@ -8,12 +8,15 @@ from typing import Literal, Protocol
 from core.gate import Twist
 from core.message import message
 from core.robots.requests import AnswerT, Requests, RobotRequest
+from core.robots.urdf import BodyShape
 from core.sensors import Camera, Laser, SensorFrame
 from core.sensors.microphones import MicrophoneArray
 
 RobotKind = Literal["SIM", "LOG", "LIVE"]
-Capability = Literal["drive", "simulate", "replay"]
-"""drive: it takes speeds; simulate: its world is made up and can be changed; replay: it can be paused and sought."""
+Capability = Literal["drive", "simulate", "replay", "navigate"]
+"""drive: it takes speeds; simulate: its world is made up and can be changed; replay: it can be paused and sought;
+navigate: it has a map, a pose on it or goals of its own, see `ReadNavigation`.
+"""
 
 
 @message
@@ -31,8 +34,11 @@ class Profile:
     lasers: tuple[Laser, ...] = ()
     cameras: tuple[Camera, ...] = ()  # landmarks and people are looked for with the first
     arrays: tuple[MicrophoneArray, ...] = ()  # voices are located with the first
+    shapes: tuple[BodyShape, ...] = ()  # its looks; none: a round body is drawn
+    notices: tuple[str, ...] = ()  # sentences about what of its description could not be used
     odometry: bool = True  # it says how far its wheels have rolled
     failsafe: str = ""  # what the base does by itself when nobody speaks to it, a sentence; "": not known
+    lock: str = ""  # topic of the lock of its own that is closed while it is to stand; "": none
     capabilities: frozenset[Capability] = frozenset({"drive"})
     duration: float | None = None  # [s] of a recording
 

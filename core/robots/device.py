@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
+from core.errors import BadInput
 from core.gate.twist import Twist
 from core.message import message
 from core.robots.findings import Findings
 from core.robots.readings import Readings
+from core.robots.requests import AnswerT, Requests, RobotRequest
 from core.sensors import Camera, Laser
 from core.sensors.microphones import MicrophoneArray
 
@@ -28,6 +30,7 @@ class Base:
     failsafe: float | None = None  # [s] without a word after which the base stops by itself; None: it never does
     failsafe_words: str = ""  # a sentence, where that needs more words: "It stops … but any byte counts as one."
     odometry: bool = True  # it says how far it has rolled
+    lock: str = ""  # topic of the lock of its own that is closed while it is to stand
 
 
 @message
@@ -39,6 +42,7 @@ class Equipment:
     lasers: tuple[Laser, ...] = ()
     cameras: tuple[Camera, ...] = ()
     microphones: tuple[MicrophoneArray, ...] = ()
+    navigates: bool = False  # it has a navigation of its own, and takes the requests for it
 
 
 class Device(ABC):
@@ -70,6 +74,15 @@ class Device(ABC):
     def findings(self) -> Findings:
         """What was found besides the equipment; asked from the driver's thread now and then, must not wait."""
         return Findings()
+
+    @property
+    def requests(self) -> Requests:
+        """The requests that it takes, known when it is open; none as a rule."""
+        return ()
+
+    def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
+        """One of `requests` → its answer, at once. Raises BadInput, Refused or Unavailable with a sentence."""
+        raise BadInput("This device takes no such request.")
 
     def close(self) -> None:
         """Let go of the link, from any thread, so that `run` returns; harmless when done twice."""

@@ -9,14 +9,15 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from core.gate import Twist
+from core.geometry import Pose
 from core.recording.ros import ros2_name
 from core.robots.device import Device
 from core.robots.ros.socket_link import RosAddress, RosSocket, parse_address
 from core.robots.ros.topics import RosTopics
-from core.robots.ros.typestore import BOOL, RobotTypes
+from core.robots.ros.typestore import BOOL, GOAL, RobotTypes
 
 PORT = 8765
-SPEEDS, LOCK = 1, 2  # numbers of the channels that are written to
+SPEEDS, LOCK, GOALS = 1, 2, 3  # numbers of the channels that are written to
 MESSAGE = 0x01  # opcode both ways
 MESSAGE_HEAD = struct.Struct("<BIQ")  # opcode, subscription, time [ns]
 SEND_HEAD = struct.Struct("<BI")  # opcode, channel
@@ -66,7 +67,7 @@ class FoxgloveRobot(RosSocket):
             sentence = (
                 "This bridge takes no speeds, so the robot cannot be driven: give it the capability clientPublish."
             )
-            return replace(topics, cmd_vel="", lock="", notices=(*topics.notices, sentence))
+            return replace(topics, cmd_vel="", lock="", goal="", notices=(*topics.notices, sentence))
         return topics
 
     def _subscribe(self, topics: RosTopics) -> None:
@@ -83,9 +84,12 @@ class FoxgloveRobot(RosSocket):
             self._send(json.dumps({"op": "subscribe", "subscriptions": [{"id": number, "channelId": number}]}))
 
     def _advertise(self, topics: RosTopics) -> None:
-        channels = [self._own_channel(SPEEDS, topics.cmd_vel, topics.cmd_vel_type)]
-        if topics.lock:
-            channels.append(self._own_channel(LOCK, topics.lock, BOOL))
+        written = (
+            (SPEEDS, topics.cmd_vel, topics.cmd_vel_type),
+            (LOCK, topics.lock, BOOL),
+            (GOALS, topics.goal, GOAL),
+        )
+        channels = [self._own_channel(number, topic, kind) for number, topic, kind in written if topic]
         self._send(json.dumps({"op": "advertise", "channels": channels}))
 
     def _own_channel(self, number: int, topic: str, kind: str) -> dict[str, Any]:
@@ -107,6 +111,9 @@ class FoxgloveRobot(RosSocket):
     def _send_lock(self, closed: bool) -> None:
         if self.topics is not None and self.topics.lock:
             self._send(SEND_HEAD.pack(MESSAGE, LOCK) + self.types.encode_bool(closed))
+
+    def _send_goal(self, frame: str, goal: Pose) -> None:
+        self._send(SEND_HEAD.pack(MESSAGE, GOALS) + self.types.encode_goal(frame, goal.x, goal.y, goal.heading))
 
     def _read(self, raw: str | bytes) -> tuple[str, Any] | None:
         if isinstance(raw, str):

@@ -190,6 +190,8 @@ class LiveRobot:
         self._equipment = equipment = tuple(link.named_apart(taken) for link in self._links)
         self._base = next((link for link in self._links if link.equipment and link.equipment.base), None)
         self._profile = shape(equipment)
+        for sentence in self._profile.notices:
+            self._readings.note(sentence)
         self._was_up = True
         self._times_up = self._base.times_up if self._base else 0
         self._neutral = True  # zero was asked for since the base came back
@@ -224,11 +226,11 @@ class LiveRobot:
 
     @property
     def requests(self) -> Requests:
-        """What was found of it, and its robot file."""
-        return ReadConnection, ReadRobotFile
+        """What was found of it, its robot file, and the requests that its devices take."""
+        return (ReadConnection, ReadRobotFile, *(kind for link in self._links for kind in link.device.requests))
 
     def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
-        """One of `requests` → its answer. Raises BadInput for any other."""
+        """One of `requests` → its answer. Raises BadInput for any other, Refused or Unavailable."""
         request_any: RobotRequest[Any] = request
         match request_any:
             case ReadConnection():
@@ -236,7 +238,10 @@ class LiveRobot:
             case ReadRobotFile():
                 return cast(AnswerT, self._file)
             case _:
-                raise not_taken(self.requests)
+                taker = next((link.device for link in self._links if type(request) in link.device.requests), None)
+                if taker is None:
+                    raise not_taken(self.requests)
+                return taker.ask(request)
 
     def _connection(self) -> FoundRobot:
         parts = tuple(link.found(one) for link, one in zip(self._links, self._equipment, strict=True))

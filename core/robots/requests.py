@@ -236,6 +236,59 @@ class Seek(RobotRequest[PlaybackState], frozen=True, tag="seek"):
     value: float
 
 
+# the navigation that a real robot has of its own
+
+
+class PlanarPose(msgspec.Struct, frozen=True):
+    """A pose on a map."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+
+
+class OwnMap(msgspec.Struct, frozen=True):
+    """The robot's own occupancy map, as a picture that is small enough to be handed around."""
+
+    png: bytes  # grey: 0 unknown, 1 free … 101 occupied; row 0 at the highest y of the map
+    cell_m: float  # side of a picture element
+    width_m: float
+    height_m: float
+    origin: PlanarPose  # of its lower left corner, in the map's frame
+    frame: str
+
+
+class OwnNavigation(msgspec.Struct, frozen=True, kw_only=True):
+    """What the robot's own navigation says, and the goal that it was given."""
+
+    map: OwnMap | None  # None also where the asker knows it already
+    map_number: int  # rises with every map; 0: none yet
+    refused: str = ""  # why the newest map is not shown, a sentence
+    pose: PlanarPose | None  # on its own map; None: it does not say
+    stamp_s: float  # of the pose, robot clock
+    known_from: str  # the topic that says where it is on its map: "/tf"; "": none
+    takes_goals: str  # the topic; "": it takes none
+    goal: PlanarPose | None  # the goal that it was given and that is under way
+
+
+class ReadNavigation(RobotRequest[OwnNavigation], frozen=True, tag="navigation"):
+    """Ask for the robot's own map, pose and goal. A map of the number that is known is left out."""
+
+    known_map: int = 0
+
+
+class SendGoal(RobotRequest[OwnNavigation], frozen=True, tag="goal"):
+    """Let the robot's own navigation drive there, on its own map."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float = 0.0
+
+
+class CancelGoal(RobotRequest[OwnNavigation], frozen=True, tag="cancel_goal"):
+    """Let the robot's own navigation stand: its present pose becomes the goal."""
+
+
 Requests = tuple[type[RobotRequest[Any]], ...]
 
 

@@ -26,11 +26,13 @@ import numpy as np
 from core.calibration.files.camera_files import read_camera
 from core.errors import BadInput
 from core.geometry import OPTICAL, Pose, Transform
-from core.robots import Profile
+from core.robots import Capability, Profile
 from core.robots.device import Base, Equipment
+from core.robots.urdf import Body, load_body
 from core.sensors import Camera, Laser
 from core.sensors.microphones import MicrophoneArray, load_array
 
+FLAT = 0.7  # cosine of the tilt from which on a link no longer lies flat
 LARGEST = 200_000  # bytes of a robot file
 
 
@@ -64,6 +66,7 @@ class LaserTable(Table, frozen=True):
     range_min: Annotated[Length | None, about("nearest range that is a measurement")] = None
     range_max: Annotated[Range | None, about("farthest range that is a measurement")] = None
     rate: Annotated[Rate | None, about("turns of the mirror")] = None
+    link: Annotated[str, about("link of the URDF where it sits, instead of x, y, heading_deg and height")] = ""
     time_offset: Annotated[TimeOffset, about("to add to its stamps")] = 0.0
 
 
@@ -77,6 +80,7 @@ class CameraTable(Table, frozen=True):
     pitch_deg: Annotated[Angle, about("turned downwards")] = 0.0
     roll_deg: Annotated[Angle, about("turned about its own axis, clockwise seen from behind")] = 0.0
     rate: Annotated[Rate | None, about("pictures")] = None
+    link: Annotated[str, about("link of the URDF where it sits, instead of the place and the angles")] = ""
     calibration: Annotated[str, about("file of the camera model (JSON or YAML), beside the robot file")] = ""
 
 
@@ -88,6 +92,7 @@ class MicrophonesTable(Table, frozen=True):
     y: Annotated[Place, about("to the left")] = 0.0
     heading_deg: Annotated[Angle, about("where its +x looks, counter-clockwise from straight ahead")] = 0.0
     height: Annotated[Length, about("above the floor")] = 0.25
+    link: Annotated[str, about("link of the URDF where it sits, instead of the place")] = ""
 
 
 class RobotFile(Table, frozen=True):
@@ -101,6 +106,7 @@ class RobotFile(Table, frozen=True):
     max_speed: Annotated[Speed | None, about("the highest speed that is ever asked for")] = None
     max_turn_rate: Annotated[TurnRate | None, about("the highest turn rate that is ever asked for")] = None
     rate: Annotated[FrameRate, about("frames, that is control updates")] = 40.0
+    urdf: Annotated[str, about("file of the robot's URDF, beside the robot file: mountings, looks")] = ""
     lasers: dict[str, LaserTable] = {}
     cameras: dict[str, CameraTable] = {}
     microphones: dict[str, MicrophonesTable] = {}
@@ -154,6 +160,7 @@ def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, fold
     def first(*values: float | None) -> float:
         return next(value for value in values if value is not None)
 
+    body = load_body(folder / file.urdf) if file.urdf else None
     max_speed = first(file.max_speed, base.max_speed, known.max_speed)
     return Profile(
         name=file.name or equipment[0].name,
@@ -164,12 +171,15 @@ def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, fold
         max_speed=max_speed,
         max_turn_rate=first(file.max_turn_rate, base.max_turn_rate, known.max_turn_rate),
         rate=file.rate,
-        lasers=tuple(_laser(laser, file.lasers.get(laser.name)) for laser in lasers),
-        cameras=tuple(_camera(camera, file.cameras.get(camera.name), folder) for camera in cameras),
-        arrays=tuple(_array(array, file.microphones.get(array.name), folder) for array in arrays),
+        lasers=tuple(_laser(laser, file.lasers.get(laser.name), body) for laser in lasers),
+        cameras=tuple(_camera(camera, file.cameras.get(camera.name), folder, body) for camera in cameras),
+        arrays=tuple(_array(array, file.microphones.get(array.name), folder, body) for array in arrays),
         odometry=base.odometry,
+        shapes=body.shapes if body else (),
+        notices=body.notices if body else (),
         failsafe=failsafe_of(base),
-        capabilities=frozenset({"drive"} if any(one.base is not None for one in equipment) else set()),
+        lock=base.lock,
+        capabilities=capabilities_of(equipment),
     )
 
 
@@ -187,7 +197,15 @@ def absolute(file: RobotFile, folder: Path) -> RobotFile:
         else table
         for name, table in file.microphones.items()
     }
-    return msgspec.structs.replace(file, cameras=cameras, microphones=microphones)
+    urdf = str((folder / file.urdf).resolve()) if file.urdf else ""
+    return msgspec.structs.replace(file, cameras=cameras, microphones=microphones, urdf=urdf)
+
+
+def capabilities_of(equipment: tuple[Equipment, ...]) -> frozenset[Capability]:
+    """What the devices can do together."""
+    drives = any(one.base is not None for one in equipment)
+    navigates = any(one.navigates for one in equipment)
+    return frozenset({*(("drive",) if drives else ()), *(("navigate",) if navigates else ())})
 
 
 def failsafe_of(base: Base) -> str:
@@ -206,9 +224,14 @@ def _all_known(kind: str, named: Mapping[str, object], there: list[str]) -> None
         raise BadInput(f"The robot file describes the {kind} {unknown}, but the robot has no such one; {found}.")
 
 
-def _laser(laser: Laser, table: LaserTable | None) -> Laser:
+def _laser(laser: Laser, table: LaserTable | None, body: Body | None) -> Laser:
     if table is None:
         return laser
+    if table.link:
+        laser, turned = _on_link(laser, _link(body, table.link))
+        table = msgspec.structs.replace(table, x=None, height=None)
+        if turned:
+            raise BadInput(f"The link {table.link} stands on edge: no laser can scan the floor plan from there.")
     place = laser.mounting if table.x is None else Pose(table.x, table.y, math.radians(table.heading_deg))
     return replace(
         laser,
@@ -221,10 +244,27 @@ def _laser(laser: Laser, table: LaserTable | None) -> Laser:
     )
 
 
-def _camera(camera: Camera, table: CameraTable | None, folder: Path) -> Camera:
+def _link(body: Body | None, link: str) -> Transform:
+    """robot_from_link. Raises BadInput."""
+    if body is None:
+        raise BadInput(f"The robot file names the link {link}, but no urdf.")
+    return body.mounting(link)
+
+
+def _on_link(laser: Laser, at: Transform) -> tuple[Laser, bool]:
+    """The laser at a link, and whether that does not lie flat; that it hangs upside down is the driver's to tell."""
+    heading = math.atan2(float(at.rotation[1, 0]), float(at.rotation[0, 0]))
+    x, y, z = (float(number) for number in at.translation)
+    place = replace(laser, mounting=Pose(x, y, heading), height=z if z > 0 else laser.height)
+    return place, abs(float(at.rotation[2, 2])) < FLAT
+
+
+def _camera(camera: Camera, table: CameraTable | None, folder: Path, body: Body | None) -> Camera:
     if table is None:
         return camera
     mounting = camera.mounting if table.x is None else mounting_of(table.x, table)
+    if table.link:
+        mounting = optical_mounting(_link(body, table.link))
     model = read_camera(folder / table.calibration) if table.calibration else camera.model
     return replace(camera, mounting=mounting, model=model, rate=table.rate or camera.rate)
 
@@ -238,10 +278,24 @@ def mounting_of(x: float, table: CameraTable) -> Transform:
     return Transform(rotation=turned @ OPTICAL, translation=np.array([x, table.y, table.z]))
 
 
-def _array(array: MicrophoneArray, table: MicrophonesTable | None, folder: Path) -> MicrophoneArray:
+def optical_mounting(at: Transform) -> Transform:
+    """A camera's link → robot_from_camera: the optical frame itself (z looks ahead), or the camera's body."""
+    if at.rotation[2, 2] < FLAT:
+        return at
+    return at @ Transform(rotation=OPTICAL, translation=np.zeros(3))
+
+
+def _array(
+    array: MicrophoneArray, table: MicrophonesTable | None, folder: Path, body: Body | None
+) -> MicrophoneArray:
     if table is None:
         return array
     if table.profile:
         beside = folder / table.profile
         array = replace(load_array(beside if beside.exists() else table.profile), name=array.name)
+    if table.link:
+        at = _link(body, table.link)
+        x, y, z = (float(number) for number in at.translation)
+        heading = math.atan2(float(at.rotation[1, 0]), float(at.rotation[0, 0]))
+        return replace(array, mounting=Pose(x, y, heading), height=z if z > 0 else array.height)
     return replace(array, mounting=Pose(table.x, table.y, math.radians(table.heading_deg)), height=table.height)

@@ -7,18 +7,20 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
 from core.errors import BadInput, Unavailable
 from core.gate import Twist
+from core.geometry import Pose
 from core.recording.ros import ros2_name
 from core.robots.device import Device
 from core.robots.ros.bridge import RosSensors
 from core.robots.ros.socket_link import RosAddress, RosSocket, parse_address
 from core.robots.ros.topics import RosTopics
-from core.robots.ros.typestore import BOOL, TWIST_STAMPED, RobotTypes
+from core.robots.ros.typestore import BOOL, GOAL, TWIST_STAMPED, RobotTypes
 
 PORT = 9090
 TYPES, TOPICS = "/rosapi/topics_and_raw_types", "/rosapi/topics"  # services; older robots have only the second
@@ -75,9 +77,10 @@ class RosbridgeRobot(RosSocket):
                 )
 
     def _advertise(self, topics: RosTopics) -> None:
-        self._say(op="advertise", topic=topics.cmd_vel, type=self._name(topics.cmd_vel_type))
-        if topics.lock:
-            self._say(op="advertise", topic=topics.lock, type=self._name(BOOL))
+        written = ((topics.cmd_vel, topics.cmd_vel_type), (topics.lock, BOOL), (topics.goal, GOAL))
+        for topic, kind in written:
+            if topic:
+                self._say(op="advertise", topic=topic, type=self._name(kind))
 
     def _send_twist(self, twist: Twist) -> None:
         if self.topics is None:
@@ -87,13 +90,22 @@ class RosbridgeRobot(RosSocket):
             "angular": {"x": 0.0, "y": 0.0, "z": twist.w},
         }
         if self.topics.cmd_vel_type == TWIST_STAMPED:
-            stamp = dict.fromkeys(("secs", "nsecs") if self.types.encoding == "ros1" else ("sec", "nanosec"), 0)
-            content = {"header": {"stamp": stamp, "frame_id": self.topics.base_frame}, "twist": content}
+            content = {"header": self._header(self.topics.base_frame), "twist": content}
         self._say(op="publish", topic=self.topics.cmd_vel, msg=content)
 
     def _send_lock(self, closed: bool) -> None:
         if self.topics is not None and self.topics.lock:
             self._say(op="publish", topic=self.topics.lock, msg={"data": closed})
+
+    def _send_goal(self, frame: str, goal: Pose) -> None:
+        if self.topics is not None:
+            turned = {"x": 0.0, "y": 0.0, "z": math.sin(goal.heading / 2), "w": math.cos(goal.heading / 2)}
+            pose = {"position": {"x": goal.x, "y": goal.y, "z": 0.0}, "orientation": turned}
+            self._say(op="publish", topic=self.topics.goal, msg={"header": self._header(frame), "pose": pose})
+
+    def _header(self, frame: str) -> dict[str, Any]:
+        stamp = dict.fromkeys(("secs", "nsecs") if self.types.encoding == "ros1" else ("sec", "nanosec"), 0)
+        return {"stamp": stamp, "frame_id": frame}
 
     def _read(self, raw: str | bytes) -> tuple[str, Any] | None:
         fields: dict[str, Any] = json.loads(raw) if isinstance(raw, str) else self._unpack(raw)

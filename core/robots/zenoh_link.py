@@ -5,7 +5,6 @@ Its nodes speak zenoh by rmw_zenoh, or DDS with zenoh-bridge-ros2dds beside them
 
 from __future__ import annotations
 
-import contextlib
 import re
 import time
 from collections import deque
@@ -15,12 +14,13 @@ from urllib.parse import parse_qsl, urlsplit
 
 from core.errors import BadInput, Unavailable
 from core.gate import Twist
+from core.geometry import Pose
 from core.robots.device import Device, Equipment
-from core.robots.findings import Findings
 from core.robots.readings import Readings
-from core.robots.ros.bridge import RosSensors, VelocityCommands
+from core.robots.ros.bridge import RosSensors
+from core.robots.ros.ros_device import RosDevice
 from core.robots.ros.topics import NAME, TYPES, RosSettings, RosTopics, choose_topics
-from core.robots.ros.typestore import BOOL, RobotTypes
+from core.robots.ros.typestore import BOOL, GOAL, RobotTypes
 from core.robots.ros.zenoh_keys import NO_HASH, Dialect, Endpoint
 from core.robots.ros.zenoh_session import TopicWriter, ZenohAddress, ZenohConnection, type_hash
 
@@ -36,14 +36,12 @@ LIVELY_SPAN = 4.0  # [s]
 MOST_NAMED = 8
 
 
-class ZenohRobot(Device):
+class ZenohRobot(RosDevice):
     """A robot behind a zenoh router."""
 
     def __init__(self, address: ZenohAddress) -> None:
+        super().__init__(address.settings)
         self.address = address
-        self.types = RobotTypes()
-        self.sensors: RosSensors | None = None
-        self.topics: RosTopics | None = None  # as they were chosen at the first connection
         self._link: ZenohConnection | None = None
         self._equipment: Equipment | None = None  # as it was found at the first connection
         self._latched: set[str] = set()
@@ -51,8 +49,7 @@ class ZenohRobot(Device):
         self._lock: TopicWriter | None = None
         self._arrived: deque[float] = deque(maxlen=LIVELY)  # [s] when the last messages came, latched ones apart
         self._fell_silent = False
-        lock = self._send_lock if address.settings.lock not in ("", "none") else None
-        self._commands = VelocityCommands(self._send_twist, lock)
+        self._goals: TopicWriter | None = None
 
     def open(self) -> Equipment:
         """Connect, find the robot's topics and hear every one once. Raises Unavailable with a sentence."""
@@ -62,13 +59,14 @@ class ZenohRobot(Device):
         dialect = endpoints[0].dialect
         topics = self.topics = self.topics or chosen_topics(endpoints, self.address.settings)
         self.types = RobotTypes()
-        sensors = self.sensors = self.sensors or RosSensors(self.types, topics)
+        sensors = self.sensors = self.sensors or RosSensors(self.types, topics, self._send_goal)
         sensors.types = self.types
         self._arrived.clear()
         self._subscribe(link, endpoints, dialect)
         if topics.cmd_vel:
             self._speeds = link.writer(topics.cmd_vel, topics.cmd_vel_type, dialect)
             self._lock = link.writer(topics.lock, BOOL, dialect) if topics.lock else None
+        self._goals = link.writer(topics.goal, GOAL, dialect) if topics.goal else None
         self._listen(link, LEARNING, lambda: not sensors.missing and (self._arrived or not self._fell_silent))
         if self._fell_silent and not self._arrived:
             raise Unavailable(f"The robot at {self.address.name} is there, but sends nothing.")
@@ -85,7 +83,7 @@ class ZenohRobot(Device):
         seen, listens = link.graph.changed, self._listens(link, topics)
         if topics.cmd_vel and not listens:
             readings.note(f"Nothing on the robot listens to {topics.cmd_vel}; until it does, nothing moves.")
-        self._commands.restart()
+        self._restart()
         sensors.attach(readings)
         try:
             while not link.lost.is_set():
@@ -102,19 +100,9 @@ class ZenohRobot(Device):
             link.lost.set()  # from here on nothing counts as sent
             sensors.detach()
 
-    def drive(self, twist: Twist) -> None:
-        """Send speeds, as often as this is called while they are not zero. Raises OSError when the link is lost."""
-        if self._speeds is not None:
-            self._commands.drive(twist)
-
-    def findings(self) -> Findings:
-        """The robot's topics and what comes on them."""
-        return Findings() if self.sensors is None else self.sensors.findings(self.address.settings)
-
     def close(self) -> None:
         """Stop, and let go of the link."""
-        with contextlib.suppress(OSError):
-            self._commands.finish()
+        self._finish()
         link = self._link
         if link is not None:
             link.close()
@@ -191,12 +179,16 @@ class ZenohRobot(Device):
         if self._lock is not None:
             self._lock.put(self.types.encode_bool(closed))
 
+    def _send_goal(self, frame: str, goal: Pose) -> None:
+        if self._goals is not None:
+            self._goals.put(self.types.encode_goal(frame, goal.x, goal.y, goal.heading))
+
 
 def chosen_topics(endpoints: list[Endpoint], settings: RosSettings) -> RosTopics:
-    """Choose the robot's topics. What speeds are sent as, its listeners say, not who else sends some."""
-    speeds = TYPES["cmd_vel"]
+    """Choose the robot's topics. What speeds and goals are sent as, its listeners say, not who else sends some."""
+    written = (*TYPES["cmd_vel"], *TYPES["goal"])
     found = {
-        (endpoint.topic, endpoint.type) for endpoint in endpoints if endpoint.publishes != (endpoint.type in speeds)
+        (endpoint.topic, endpoint.type) for endpoint in endpoints if endpoint.publishes != (endpoint.type in written)
     }
     listeners = {endpoint.topic for endpoint in endpoints if not endpoint.publishes}
     return choose_topics(sorted(found), settings, listeners)

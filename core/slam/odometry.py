@@ -8,11 +8,14 @@ from core.slam.scan_matching.scan_odometry import ScanOdometry, ScanOdometrySett
 
 
 class Odometry:
-    """One `update` for every frame. A frame without wheels takes the last ones; before any wheels the scans count."""
+    """One `update` for every frame. A frame without wheels takes the last ones; before any wheels the scans count,
+    those of the first laser: two that look apart do not fit on each other.
+    """
 
     def __init__(self, laser: Laser | None, motion: MotionSettings, scans: ScanOdometrySettings) -> None:
         self._track = WheelTrack(motion)
-        self._scans = ScanOdometry(laser or Laser(), scans)
+        self._laser = laser or Laser()
+        self._scans = ScanOdometry(self._laser, scans)
         self._wheels: Wheels | None = None
 
     def update(self, frame: SensorFrame) -> Motion:
@@ -20,7 +23,7 @@ class Odometry:
         self._wheels = frame.wheels or self._wheels
         if self._wheels is not None:
             return Motion(self._track.step(frame.stamp, self._wheels), self._wheels)
-        if frame.scan is None:
+        if frame.scan is None or frame.scan.laser not in ("", self._laser.name):
             return Motion(wheels=self._scans.wheels, by_scans=True)
         increment = self._scans.update(frame.scan, frame.stamp)
         return Motion(increment, self._scans.wheels, by_scans=True)

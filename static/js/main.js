@@ -16,6 +16,7 @@ import "./panels/pending-command-card.js";
 import "./panels/key-sheet.js";
 import "./panels/lease-chip.js";
 import "./panels/map-card.js";
+import "./panels/own-navigation-card.js";
 import "./panels/place-view.js";
 import "./panels/playback-bar.js";
 import "./panels/record-card.js";

@@ -12,9 +12,10 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from core.robots.ros.topics import BATTERY, CAMERA_INFO, COMPRESSED_IMAGE, LASER_SCAN, ODOMETRY
-from core.robots.ros.typestore import BOOL, RAW_AUDIO, TF, TWIST, TWIST_STAMPED
+from core.robots.ros.typestore import BOOL, GOAL, RAW_AUDIO, TF, TWIST, TWIST_STAMPED
 from core.sensors import Wheels
 from tests.emulators.by_hand import serve
+from tests.emulators.own_navigation import EmulatedNavigation
 from tests.emulators.ros_messages import PROFILE, RosMessageMaker, speeds_of
 from tests.emulators.world import World
 
@@ -63,6 +64,7 @@ class FoxgloveEmulator:
         self.subscribed: set[str] = set()
         self.frames: list[bytes] = []  # every command as it came
         self.maker = RosMessageMaker(time.time())
+        self.navigation: EmulatedNavigation | None = None  # set it before `start`
         self._client_channels: dict[tuple[int, int], str] = {}
         self._server: Any = None
         self._context: Any = None
@@ -96,7 +98,8 @@ class FoxgloveEmulator:
             )
         )
         self.port = self._server.port
-        topics = TOPICS | dict.fromkeys(self.listens, self.cmd_vel_type)
+        own = self.navigation.topics if self.navigation else {}
+        topics = TOPICS | own | dict.fromkeys(self.listens, self.cmd_vel_type)
         self._channels = {topic: self._channel(foxglove, context, topic, kind) for topic, kind in topics.items()}
         if "ConnectionGraph" in self.capabilities:
             graph = ConnectionGraph()
@@ -126,6 +129,8 @@ class FoxgloveEmulator:
         self.log("/tf_static", self.maker.frames())
         self.log("/camera/camera_info", self.maker.camera_info(self._stamp))
         self.log("/battery_state", self.maker.battery(0.8))
+        if self.navigation is not None:
+            self.log("/map", self.navigation.grid())
 
     def _channel(self, foxglove: Any, context: Any, topic: str, kind: str) -> Any:
         text = self.maker.store.generate_msgdef(kind, ros_version=2)[0].encode()
@@ -137,6 +142,8 @@ class FoxgloveEmulator:
         count = round(self._stamp * rate) + 1
         self._stamp = count / rate
         self.log("/odom", self.maker.odometry(wheels, self._stamp))
+        for topic, payload in self.navigation.step(wheels, self._stamp) if self.navigation else ():
+            self.log(topic, payload)
         if count % round(PERIOD * rate) == 0:
             self.describe()
 
@@ -150,7 +157,7 @@ class FoxgloveEmulator:
         self.subscribed.discard(channel.topic)
 
     def on_client_advertise(self, client: Any, channel: Any) -> None:
-        if channel.encoding == "cdr" and channel.schema_name in (self.cmd_vel_type, BOOL):
+        if channel.encoding == "cdr" and channel.schema_name in (self.cmd_vel_type, BOOL, GOAL):
             self._client_channels[client.id, channel.id] = channel.topic
 
     def on_client_unadvertise(self, client: Any, client_channel_id: int) -> None:
@@ -164,6 +171,10 @@ class FoxgloveEmulator:
             self.world.drive(*speeds)
         elif topic is not None and len(data) == 5:
             self.locks.append((time.monotonic(), bool(data[4])))
+            if self.navigation is not None:
+                self.navigation.locked = self.locks[-1]
+        elif topic == "/goal_pose" and self.navigation is not None:
+            self.navigation.take_cdr(data)
 
     def on_connection_graph_subscribe(self) -> None: ...
 
@@ -174,10 +185,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.emulators.foxglove", description=__doc__)
     parser.add_argument("--port", type=int, default=8765)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--navigates", action="store_true", help="it has a navigation of its own")
     parser.add_argument("--stamped", action="store_true", help="the robot takes TwistStamped")
     given = parser.parse_args()
     world = World(seed=given.seed)
-    serve(FoxgloveEmulator(world, given.port, cmd_vel_type=TWIST_STAMPED if given.stamped else TWIST), world)
+    emulator = FoxgloveEmulator(world, given.port, cmd_vel_type=TWIST_STAMPED if given.stamped else TWIST)
+    if given.navigates:
+        emulator.navigation = EmulatedNavigation(world, emulator.maker)
+    serve(emulator, world)
 
 
 if __name__ == "__main__":

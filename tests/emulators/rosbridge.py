@@ -21,14 +21,16 @@ import numpy as np
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import Server, ServerConnection, serve
 
-from core.robots.ros.typestore import TWIST, TWIST_STAMPED, usual_types
+from core.geometry import Pose
+from core.robots.ros.typestore import GOAL, TWIST, TWIST_STAMPED, usual_types
 from core.sensors import Wheels
 from tests.emulators.by_hand import serve as serve_by_hand
 from tests.emulators.foxglove import PERIOD, TOPICS
+from tests.emulators.own_navigation import EmulatedNavigation
 from tests.emulators.ros_messages import PROFILE, RosMessageMaker
 from tests.emulators.world import World
 
-LATCHED = ("/tf_static", "/camera/camera_info", "/battery_state")
+LATCHED = ("/map", "/tf_static", "/camera/camera_info", "/battery_state")
 
 
 class RosbridgeEmulator:
@@ -51,6 +53,7 @@ class RosbridgeEmulator:
         self.commands: list[dict[str, Any]] = []  # as they came
         self.subscribed: dict[str, dict[str, Any]] = {}  # topic → the request
         self.maker = RosMessageMaker(time.time())
+        self.navigation: EmulatedNavigation | None = None  # set it before `start`
         self.clients: list[ServerConnection] = []
         self._stamp = 0.0
         self._server: Server | None = None
@@ -63,6 +66,10 @@ class RosbridgeEmulator:
     @property
     def url(self) -> str:
         return f"rosbridge://127.0.0.1:{self.port}"
+
+    @property
+    def topics(self) -> dict[str, str]:
+        return TOPICS | (self.navigation.topics if self.navigation else {})
 
     def start(self) -> None:
         self._server = serve(self._serve, "127.0.0.1", self.port, compression=None, max_size=None)
@@ -91,12 +98,12 @@ class RosbridgeEmulator:
         request = self.subscribed.get(topic)
         if request is None or not self.clients:
             return
-        payload = bytes(self.maker.store.cdr_to_ros1(cdr, TOPICS[topic])) if self.ros1 else cdr
+        payload = bytes(self.maker.store.cdr_to_ros1(cdr, self.topics[topic])) if self.ros1 else cdr
         if request.get("compression") == "cbor-raw":
             content = {"secs": 0, "nsecs": 0, "bytes": payload}
             self.say(cbor2.dumps({"op": "publish", "topic": topic, "msg": content}))
         else:
-            content = self._json(self.maker.store.deserialize_cdr(cdr, TOPICS[topic]))
+            content = self._json(self.maker.store.deserialize_cdr(cdr, self.topics[topic]))
             self.say(json.dumps({"op": "publish", "topic": topic, "msg": content}))
 
     def describe(self) -> None:
@@ -104,6 +111,8 @@ class RosbridgeEmulator:
         self.log("/tf_static", self.maker.frames())
         self.log("/camera/camera_info", self.maker.camera_info(self._stamp))
         self.log("/battery_state", self.maker.battery(0.8))
+        if self.navigation is not None:
+            self.log("/map", self.navigation.grid())
 
     def _json(self, value: Any) -> Any:
         """As rosbridge writes messages: bytes in base 64, no number is null, ROS 1 with names of its own."""
@@ -128,6 +137,8 @@ class RosbridgeEmulator:
         count = round(self._stamp * PROFILE.rate) + 1
         self._stamp = count / PROFILE.rate
         self.log("/odom", self.maker.odometry(wheels, self._stamp))
+        for topic, payload in self.navigation.step(wheels, self._stamp) if self.navigation else ():
+            self.log(topic, payload)
         if count % round(PERIOD * PROFILE.rate) == 0:
             self.describe()
 
@@ -162,13 +173,20 @@ class RosbridgeEmulator:
             self.world.drive(*speeds)
         elif kind == self._name("std_msgs/msg/Bool"):
             self.locks.append((time.monotonic(), content["data"]))
+            if self.navigation is not None:
+                self.navigation.locked = self.locks[-1]
+        elif kind == self._name(GOAL) and self.navigation is not None:
+            stamp, place, q = content["header"]["stamp"], content["pose"]["position"], content["pose"]["orientation"]
+            assert not any(stamp.values())
+            heading = 2 * math.atan2(q["z"], q["w"])
+            self.navigation.take_goal(content["header"]["frame_id"], Pose(place["x"], place["y"], heading))
 
     def _answer(self, fields: dict[str, Any]) -> dict[str, Any]:
         service = fields["service"]
         answer = {"op": "service_response", "service": service, "id": fields.get("id")}
         if service not in self.services:
             return answer | {"result": False, "values": f"Service {service} does not exist"}
-        topics = TOPICS | {"/cmd_vel": self.cmd_vel_type}
+        topics = self.topics | {"/cmd_vel": self.cmd_vel_type}
         values: dict[str, Any] = {"topics": list(topics), "types": [self._name(kind) for kind in topics.values()]}
         if service == "/rosapi/topics_and_raw_types":
             version, store = (1, usual_types("ros1")) if self.ros1 else (2, self.maker.store)

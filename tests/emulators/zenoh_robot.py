@@ -19,10 +19,11 @@ import xxhash
 import zenoh
 import zenoh.ext
 
-from core.robots.ros.typestore import BOOL, TF, TWIST, TWIST_STAMPED
+from core.robots.ros.typestore import BOOL, GOAL, TWIST, TWIST_STAMPED
 from core.sensors import Wheels
 from tests.emulators.by_hand import serve
 from tests.emulators.foxglove import TOPICS
+from tests.emulators.own_navigation import EmulatedNavigation
 from tests.emulators.ros_messages import PROFILE, RosMessageMaker, speeds_of
 from tests.emulators.world import World
 
@@ -151,6 +152,7 @@ class ZenohEmulator:
         self.tokens: set[str] = set()  # of others
         self._senders: set[bytes] = set()  # identifiers of all whose tokens were ever there
         self.maker = RosMessageMaker(time.time())
+        self.navigation: EmulatedNavigation | None = None  # set it before `start`
         self.node: RmwNode | None = None
         self.router: zenoh.Session | None = None
         self.puts: dict[str, Put] = {}
@@ -193,8 +195,11 @@ class ZenohEmulator:
         node.listener(f"{self.namespace}/cmd_vel", self.cmd_vel_type, self._command)
         node.listener(f"{self.namespace}/stop_lock", BOOL, self._locked)
         self.puts = {
-            topic: node.publisher(self.namespace + topic, kind, latched=kind == TF) for topic, kind in TOPICS.items()
+            topic: node.publisher(self.namespace + topic, kind, latched=topic in ("/tf_static", "/map"))
+            for topic, kind in (TOPICS | (self.navigation.topics if self.navigation else {})).items()
         }
+        if self.navigation is not None:
+            node.listener(f"{self.namespace}/goal_pose", GOAL, self._take_goal)
         self.describe(latched=True)
 
     def stop_nodes(self) -> None:
@@ -221,6 +226,8 @@ class ZenohEmulator:
         """What the robot says of itself: mountings once, calibration and battery again and again."""
         if latched:
             self.log("/tf_static", self.maker.frames())
+            if self.navigation is not None:
+                self.log("/map", self.navigation.grid())
         self.log("/camera/camera_info", self.maker.camera_info(self._stamp))
         self.log("/battery_state", self.maker.battery(0.8))
 
@@ -228,6 +235,8 @@ class ZenohEmulator:
         count = round(self._stamp * PROFILE.rate) + 1
         self._stamp = count / PROFILE.rate
         self.log("/odom", self.maker.odometry(wheels, self._stamp))
+        for topic, payload in self.navigation.step(wheels, self._stamp) if self.navigation else ():
+            self.log(topic, payload)
         if count % round(PERIOD * PROFILE.rate) == 0:
             self.describe()
 
@@ -260,10 +269,16 @@ class ZenohEmulator:
         self.frames.append(payload)
         self.world.drive(*speeds)
 
+    def _take_goal(self, sample: zenoh.Sample) -> None:
+        if self.navigation is not None and self._is_heard(sample):
+            self.navigation.take_cdr(sample.payload.to_bytes())
+
     def _locked(self, sample: zenoh.Sample) -> None:
         payload = sample.payload.to_bytes()
         if len(payload) == 5:
             self.locks.append((time.monotonic(), bool(payload[4])))
+            if self.navigation is not None:
+                self.navigation.locked = self.locks[-1]
 
 
 def main() -> None:

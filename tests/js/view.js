@@ -21,6 +21,7 @@ export const HELLO = {
     drives: true,
     capabilities: ["drive", "simulate"],
     failsafe: "",
+    lock: "",
     duration_s: null,
   },
   tab: "1",

@@ -21,6 +21,7 @@ CONCAVE: Colour = (124, 92, 240)
 CLOSURE: Colour = (236, 72, 133)  # rose: a place that was recognised
 DOUBT: Colour = (217, 140, 20)  # amber: not used, or doubtful
 VOICE: Colour = (214, 84, 190)  # a voice
+OWN_MAP: Colour = (150, 120, 60)  # ochre: what the robot's own navigation says
 ROOM: Colour = (96, 165, 250)
 UNSURE: Colour = (142, 148, 160)
 BODY: Colour = (233, 236, 241)

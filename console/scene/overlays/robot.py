@@ -1,4 +1,4 @@
-"""The robot: a round body on two wheels, with its laser turret and its camera."""
+"""The robot: as its URDF draws it, else a round body on two wheels, with its laser turret and its camera."""
 
 from __future__ import annotations
 
@@ -20,6 +20,12 @@ class RobotBody:
 
     def __init__(self, scene: SceneApi, robot: Profile) -> None:
         self._frame = scene.add_frame("/robot", show_axes=False)
+        if robot.shapes:
+            for number, shape in enumerate(robot.shapes):
+                scene.add_mesh_simple(
+                    f"/robot/part{number}", shape.vertices, shape.faces, color=shape.colour, side="double"
+                )
+            return
         self._build_body(scene, robot.radius)
         self._build_wheels(scene, robot)
         self._build_turret(scene, robot)

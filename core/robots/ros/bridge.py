@@ -29,6 +29,7 @@ from core.robots.device_clock import DeviceClock
 from core.robots.findings import ClockOffset, Findings
 from core.robots.readings import Readings
 from core.robots.ros.findings import Traffic, roles_of
+from core.robots.ros.navigation import RosNavigation, SendGoalMessage
 from core.robots.ros.topics import COMPRESSED_IMAGE, RosSettings, RosTopics
 from core.robots.ros.typestore import RAW_AUDIO, RobotTypes
 from core.sensors import Camera, Image, Laser, Scan, Sound
@@ -104,8 +105,10 @@ class RosClocks:
 class RosSensors:
     """Takes the messages of the chosen topics: first to learn what the robot has, then to hand them on."""
 
-    def __init__(self, types: RobotTypes, topics: RosTopics) -> None:
+    def __init__(self, types: RobotTypes, topics: RosTopics, send_goal: SendGoalMessage | None = None) -> None:
+        """`send_goal` hands a goal to the robot's own navigation."""
         self.types, self.topics = types, topics
+        self.navigation = RosNavigation(topics, send_goal or _no_goal)
         self.notices: list[str] = list(topics.notices)
         self._said: list[str] = []  # notices that were handed on
         self._placed: set[str] = set()  # sensors whose mounting the robot says
@@ -130,6 +133,9 @@ class RosSensors:
                 (topics.sound, self._take_sound),
                 (topics.battery, self._take_battery),
                 (topics.frames, self._take_frames),
+                (topics.moving_frames, self._take_moving_frames),
+                (topics.map, self._take_map),
+                (topics.pose, self._take_pose),
                 *((scan, self._take_scan) for scan in topics.scans),
             )
             if topic
@@ -138,7 +144,7 @@ class RosSensors:
     @property
     def newest_only(self) -> frozenset[str]:
         """Topics of which older messages may be left out when newer ones are there."""
-        return frozenset({self.topics.image} - {""})
+        return frozenset({self.topics.image, self.topics.map} - {""})
 
     @property
     def missing(self) -> list[str]:
@@ -204,18 +210,34 @@ class RosSensors:
             )
         lasers = tuple(self._mounted(topic) for topic in topics.scans if topic in self._lasers)
         camera = self._camera()
-        base = Base(failsafe=FAILSAFE, failsafe_words=FAILSAFE_WORDS, odometry=bool(topics.odometry))
+        base = Base(
+            failsafe=FAILSAFE, failsafe_words=FAILSAFE_WORDS, odometry=bool(topics.odometry), lock=topics.lock
+        )
         return Equipment(
             name=name,
             base=base if topics.cmd_vel else None,
             lasers=lasers,
             cameras=(camera,) if camera else (),
             microphones=(load_array(topics.array),) if topics.array and topics.sound else (),
+            navigates=self.navigation.there,
         )
 
     def _take_frames(self, topic: str, content: Any, received: float) -> None:
         for transform in content.transforms:
             self._tree.add(transform, stamp_of(transform.header), received, fixed=True)
+
+    def _take_moving_frames(self, topic: str, content: Any, received: float) -> None:
+        self.navigation.take_frames(content)
+
+    def _take_map(self, topic: str, content: Any, received: float) -> None:
+        why_not = self.navigation.take_map(content)
+        if why_not and self._readings is not None:
+            self._readings.note(why_not)
+        elif why_not:
+            self.notices.append(why_not)
+
+    def _take_pose(self, topic: str, content: Any, received: float) -> None:
+        self.navigation.take_pose(content, self._clocks.stamp(topic, stamp_of(content.header), received))
 
     def _take_scan(self, topic: str, content: Any, received: float) -> None:
         stamp = self._clocks.stamp(topic, stamp_of(content.header), received)
@@ -240,6 +262,7 @@ class RosSensors:
         self._base_frame = self._base_frame or content.child_frame_id.strip("/")
         pose = Pose(float(place.x), float(place.y), float(heading_of(q.x, q.y, q.z, q.w)))
         stamp = self._clocks.stamp(topic, stamp_of(content.header), received)
+        self.navigation.take_odometry(content.header, pose, float(twist.linear.x), stamp)
         if self._readings is not None:
             self._readings.wheels(pose, float(twist.linear.x), float(twist.angular.z), stamp)
 
@@ -322,6 +345,10 @@ class RosSensors:
         return Camera(model=model, mounting=_optical(found, frame))
 
 
+def _no_goal(frame: str, goal: Pose) -> None:
+    raise ConnectionResetError("there is no link")
+
+
 def laser_name(topic: str, topics: RosTopics) -> str:
     """Name of a laser on this robot: "laser" where it is the only one, else by its topic, "front_scan"."""
     return "laser" if len(topics.scans) == 1 else topic.strip("/").replace("/", "_")
@@ -397,7 +424,8 @@ def _laser_of(scan: Scan, period: float) -> Laser:
 class VelocityCommands:
     """When speeds are sent: at every call while the robot is to move, then a few zeros, then nothing at all.
 
-    With a lock, that is closed after the zeros until the next motion, and sent as a heartbeat.
+    With a lock, that is closed after the zeros until the next motion, and sent as a heartbeat. It is open, too, while
+    the robot's own navigation was let drive.
     """
 
     def __init__(
@@ -410,6 +438,7 @@ class VelocityCommands:
         self._send, self._send_lock, self._clock = send, send_lock, clock
         self._guard = threading.Lock()
         self._owed = 0  # zeros
+        self._let = False  # its own navigation may drive
         self._sent = self._locked = -math.inf  # [s] when the last of each was sent
 
     def drive(self, twist: Twist) -> None:
@@ -431,7 +460,20 @@ class VelocityCommands:
             if 0 < self._owed < ZEROS and now - self._sent >= ZERO_PERIOD:
                 self._put_zero()
             if now - self._locked >= LOCK_PERIOD:
-                self._beat(closed=not self._owed, now=now)
+                self._beat(closed=not (self._owed or self._let), now=now)
+
+    def let_drive(self, let: bool) -> None:
+        """Open the lock for the robot's own navigation, or close it again; with the next `tick` at the latest."""
+        with self._guard:
+            if let != self._let:
+                self._let, self._locked = let, -math.inf
+
+    def stand(self) -> None:
+        """Owe zeros, also where another drove, and close the lock now. Raises OSError when the link is lost."""
+        with self._guard:
+            self._let = False
+            self._beat(closed=True, now=self._clock())
+            self._owed = ZEROS - 1
 
     def restart(self) -> None:
         """The link is up again: a robot that was moving when it was lost gets its zeros first."""
@@ -448,7 +490,7 @@ class VelocityCommands:
         self._owed -= 1
         self._put(ZERO)
         if not self._owed:
-            self._beat(closed=True, now=self._clock())
+            self._beat(closed=not self._let, now=self._clock())
 
     def _put(self, twist: Twist) -> None:
         self._sent = self._clock()

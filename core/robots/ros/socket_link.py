@@ -20,12 +20,11 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
 from core.errors import BadInput, Unavailable
-from core.gate import Twist
 from core.message import message
-from core.robots.device import Device, Equipment
-from core.robots.findings import Findings
+from core.robots.device import Equipment
 from core.robots.readings import Readings
-from core.robots.ros.bridge import RosSensors, VelocityCommands
+from core.robots.ros.bridge import RosSensors
+from core.robots.ros.ros_device import RosDevice
 from core.robots.ros.topics import RosSettings, RosTopics, choose_topics
 from core.robots.ros.typestore import RobotTypes
 
@@ -103,7 +102,7 @@ def acknowledge_at_once(end: socket.socket) -> None:
             end.setsockopt(socket.IPPROTO_TCP, QUICK_ACK, 1)
 
 
-class RosSocket(Device):
+class RosSocket(RosDevice):
     """A ROS robot behind a WebSocket."""
 
     kind = ""  # "foxglove bridge"
@@ -111,18 +110,14 @@ class RosSocket(Device):
     subprotocols: Sequence[str] = ()
 
     def __init__(self, address: RosAddress) -> None:
+        super().__init__(address.settings)
         self.address = address
-        self.types = RobotTypes()
-        self.sensors: RosSensors | None = None
-        self.topics: RosTopics | None = None  # as they were chosen at the first connection
         self.unreadable = 0  # messages of the link itself that could not be read
         self._socket: ClientConnection | None = None
         self._readings: Readings | None = None
         self._equipment: Equipment | None = None  # as it was found at the first connection
         self._notes: list[str] = []
         self._said: deque[str] = deque(maxlen=REMEMBERED)
-        lock = self._send_lock if address.settings.lock not in ("", "none") else None
-        self._commands = VelocityCommands(self._send_twist, lock)
 
     def open(self) -> Equipment:
         """Connect, find the robot's topics and hear every one once. Raises Unavailable with a sentence."""
@@ -133,12 +128,12 @@ class RosSocket(Device):
         if self.topics is None:
             self.topics = self._chosen()
         if self.sensors is None:
-            self.sensors = RosSensors(self.types, self.topics)
+            self.sensors = RosSensors(self.types, self.topics, self._send_goal)
         sensors = self.sensors
         sensors.types = self.types
         self._subscribe(self.topics)
         self._listen(LEARNING, lambda: not sensors.missing)
-        if self.topics.cmd_vel:
+        if self.topics.cmd_vel or self.topics.goal:
             self._advertise(self.topics)
         for name, why in self.types.skipped.items():
             self._note(f"{name} is not read: {why}.")
@@ -153,7 +148,7 @@ class RosSocket(Device):
         for sentence in self._notes:
             readings.note(sentence)
         self._notes = []
-        self._commands.restart()
+        self._restart()
         self.sensors.attach(readings)
         try:
             while self._hear(TICK):
@@ -162,19 +157,9 @@ class RosSocket(Device):
             self.sensors.detach()
             self._readings = None
 
-    def drive(self, twist: Twist) -> None:
-        """Send speeds, as often as this is called while they are not zero. Raises OSError when the link is lost."""
-        if self.topics is not None and self.topics.cmd_vel:
-            self._commands.drive(twist)
-
-    def findings(self) -> Findings:
-        """The robot's topics and what comes on them."""
-        return Findings() if self.sensors is None else self.sensors.findings(self.address.settings)
-
     def close(self) -> None:
         """Stop, and let go of the link."""
-        with contextlib.suppress(OSError):
-            self._commands.finish()
+        self._finish()
         link, self._socket = self._socket, None
         if link is not None:
             with contextlib.suppress(OSError, WebSocketException):
@@ -199,7 +184,7 @@ class RosSocket(Device):
         raise NotImplementedError
 
     def _advertise(self, topics: RosTopics) -> None:
-        """Say that speeds will come."""
+        """Say that speeds, goals and beats of the lock will come, as far as the topics are there."""
         raise NotImplementedError
 
     def _read(self, raw: str | bytes) -> tuple[str, Any] | None:
@@ -209,12 +194,6 @@ class RosSocket(Device):
     def _take(self, sensors: RosSensors, topic: str, payload: Any) -> None:
         """Hand a message on, which is bytes here."""
         sensors.take(topic, payload)
-
-    def _send_twist(self, twist: Twist) -> None:
-        raise NotImplementedError
-
-    def _send_lock(self, closed: bool) -> None:
-        raise NotImplementedError
 
     # What they have in common.
 

@@ -10,7 +10,7 @@ from typing import Any
 from core.errors import BadInput, Unavailable
 from core.message import message
 from core.recording.ros import ros2_name
-from core.robots.ros.typestore import AUDIO_DATA, RAW_AUDIO, TF, TWIST, TWIST_STAMPED
+from core.robots.ros.typestore import AUDIO_DATA, GOAL, RAW_AUDIO, TF, TWIST, TWIST_STAMPED
 from core.sensors.microphones import load_array
 
 LASER_SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
@@ -31,6 +31,7 @@ TYPES = {
     "battery": (BATTERY,),
     "map": (GRID,),
     "pose": (POSE,),
+    "goal": (GOAL,),
     "cmd_vel": (TWIST_STAMPED, TWIST),
 }
 """What a topic may carry that is to be this; the first is preferred."""
@@ -39,6 +40,8 @@ MOST_SCANS = 2
 NOTHING = "none"  # a setting's value for "do not use any"
 NAME = re.compile(r"/?[A-Za-z_][\w/.-]{0,200}")
 
+GOALS = ("goal_pose", "move_base_simple/goal")  # of Nav2, of the navigation of ROS 1
+OTHER_POSE = re.compile(r"initial|odom|ekf|imu|gps|visual|slam_toolbox/")
 SECOND_RATE = re.compile(r"filter|throttle|merged|matched|multi|virtual|raw_?scan|cloud|debug|test")
 NOT_SEEN = re.compile(
     r"depth|disparity|infra|(?<![a-z])ir\d?(?![a-z])|mask|debug|thermal|costmap|confidence|rect|overlay"
@@ -60,6 +63,7 @@ class RosSettings:
     battery: str = ""
     map: str = ""
     pose: str = ""
+    goal: str = ""  # where the robot's own navigation takes goals
     cmd_vel: str = ""
     cmd_vel_type: str = ""  # "Twist" or "TwistStamped"
     lock: str = ""  # a std_msgs/Bool of twist_mux, closed while nothing is asked for; "" is none
@@ -95,6 +99,8 @@ class RosTopics:
     map: str = ""
     pose: str = ""
     frames: str = ""  # /tf_static
+    moving_frames: str = ""  # /tf, for where the robot is on its own map
+    goal: str = ""
     cmd_vel: str = "/cmd_vel"
     cmd_vel_type: str = TWIST
     lock: str = ""
@@ -107,7 +113,8 @@ class RosTopics:
     def read(self) -> tuple[str, ...]:
         """The topics that sensors are read from."""
         single = (self.odometry, self.image, self.camera_info, self.sound, self.battery, self.frames)
-        return (*self.scans, *filter(None, single))
+        navigation = (self.map, self.pose, self.moving_frames)
+        return (*self.scans, *filter(None, (*single, *navigation)))
 
 
 def choose_topics(
@@ -130,7 +137,9 @@ class _Chooser:
         self._settings, self._listeners = settings, listeners
         self._space = f"/{settings.namespace.strip('/')}/" if settings.namespace else "/"
         self._types: dict[str, list[str]] = {}  # topic → types
+        self._ros1 = False
         for topic, kind in found:
+            self._ros1 = self._ros1 or kind.count("/") == 1
             self._types.setdefault(topic, []).append(ros2_name(kind))
         self._chosen: dict[str, str] = {}
         self._notices: list[str] = []
@@ -139,6 +148,7 @@ class _Chooser:
         scans = self._scans()
         image = self._one("image", NOT_SEEN)
         cmd_vel, cmd_vel_type = self._commands()
+        own_map, own_pose = self._one("map", NOT_SEEN), self._one("pose", OTHER_POSE)
         near_image = self._settings.camera_info or _nearest(image, self._of("camera_info")) if image else NOTHING
         return RosTopics(
             scans=scans,
@@ -148,9 +158,11 @@ class _Chooser:
             sound=self._one("sound", SECOND_RATE),
             array=self._settings.array,
             battery=self._one("battery", SECOND_RATE),
-            map=self._one("map", NOT_SEEN),
-            pose=self._one("pose", SECOND_RATE),
-            frames=self._frames(),
+            map=own_map,
+            pose=own_pose,
+            frames=self._frames("tf_static"),
+            moving_frames=self._frames("tf") if own_map or own_pose else "",
+            goal=self._goal(navigates=bool(own_map or own_pose)),
             cmd_vel=cmd_vel,
             cmd_vel_type=cmd_vel_type,
             lock="" if self._settings.lock == NOTHING else _absolute(self._settings.lock, self._space),
@@ -197,7 +209,9 @@ class _Chooser:
         name = getattr(self._settings, role)
         if name:
             return self._named(role, name)
-        ranked = sorted(self._of(role), key=self._rank(role, avoided))
+        strict = role in ("map", "pose")
+        fitting = [topic for topic in self._of(role) if not (strict and avoided.search(topic))]
+        ranked = sorted(fitting, key=self._rank(role, avoided))
         if not ranked or (role == "image" and NOT_SEEN.search(ranked[0].replace("rect", ""))):
             return ""
         if len(ranked) > 1:
@@ -251,8 +265,17 @@ class _Chooser:
             self._notices.append(f"Speeds are sent to {best}; the robot also has {', '.join(sorted(possible)[:6])}.")
         return best
 
-    def _frames(self) -> str:
-        for topic in (f"{self._space}tf_static", "/tf_static"):
+    def _goal(self, *, navigates: bool) -> str:
+        """Where goals go; a robot with a map or a pose on one has the usual topic, also where the link hides it."""
+        if self._settings.goal:
+            return "" if self._settings.goal == NOTHING else _absolute(self._settings.goal, self._space)
+        known = [topic for topic in self._of("goal") if topic.endswith(GOALS)]
+        if known:
+            return min(known, key=lambda topic: (topic.count("/"), topic))
+        return f"{self._space}{GOALS[1] if self._ros1 else GOALS[0]}" if navigates else ""
+
+    def _frames(self, name: str) -> str:
+        for topic in (f"{self._space}{name}", f"/{name}"):
             if TF in (types := self._types.get(topic, [])) or "tf/msg/tfMessage" in types:
                 self._chosen[topic] = TF
                 return topic

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections import Counter
 from typing import Any, Literal
 
@@ -14,6 +15,7 @@ from core.gate import Twist
 RosEncoding = Literal["cdr", "ros1"]
 
 TWIST, TWIST_STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+GOAL = "geometry_msgs/msg/PoseStamped"
 BOOL = "std_msgs/msg/Bool"
 TF = "tf2_msgs/msg/TFMessage"
 RAW_AUDIO = "foxglove_msgs/msg/RawAudio"
@@ -105,11 +107,26 @@ class RobotTypes:
         vector = make["geometry_msgs/msg/Vector3"]
         content = make[TWIST](linear=vector(x=twist.v, y=0.0, z=0.0), angular=vector(x=0.0, y=0.0, z=twist.w))
         if name == TWIST_STAMPED:
-            stamp = make["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
-            more = {"seq": 0} if self.encoding == "ros1" else {}
-            header = make["std_msgs/msg/Header"](stamp=stamp, frame_id=frame, **more)
-            content = make[TWIST_STAMPED](header=header, twist=content)
+            content = make[TWIST_STAMPED](header=self._header(frame), twist=content)
         return self.encode(name, content)
+
+    def encode_goal(self, frame: str, x: float, y: float, heading: float) -> bytes:
+        """A PoseStamped [m], [rad] in that frame, with the stamp 0."""
+        self.borrow(GOAL)
+        make = self._store.types
+        pose = make["geometry_msgs/msg/Pose"](
+            position=make["geometry_msgs/msg/Point"](x=x, y=y, z=0.0),
+            orientation=make["geometry_msgs/msg/Quaternion"](
+                x=0.0, y=0.0, z=math.sin(heading / 2), w=math.cos(heading / 2)
+            ),
+        )
+        return self.encode(GOAL, make[GOAL](header=self._header(frame), pose=pose))
+
+    def _header(self, frame: str) -> Any:
+        make = self._store.types
+        stamp = make["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
+        more = {"seq": 0} if self.encoding == "ros1" else {}
+        return make["std_msgs/msg/Header"](stamp=stamp, frame_id=frame, **more)
 
     def encode_bool(self, value: bool) -> bytes:
         """A std_msgs/Bool."""

@@ -184,8 +184,9 @@
  * @property {number} max_speed_m_s
  * @property {number} max_turn_rate_rad_s
  * @property {boolean} drives
- * @property {('drive' | 'simulate' | 'replay')[]} capabilities
+ * @property {('drive' | 'simulate' | 'replay' | 'navigate')[]} capabilities
  * @property {string} failsafe
+ * @property {string} lock
  * @property {number | null} duration_s
  */
 

@@ -71,6 +71,9 @@ class LinkChip extends Panel {
         ? []
         : [/** @type {[string, string]} */ (["Battery", `${fixed(100 * state.robot.battery, 0)} %`])]),
       ["Without a word", hello?.robot.failsafe || "–"],
+      ...(hello?.robot.lock
+        ? [/** @type {[string, string]} */ (["STOP", `also closes the robot's lock ${hello.robot.lock}`])]
+        : []),
       ["Gate", state ? `${state.gate.state}${state.gate.reason ? ` (${state.gate.reason})` : ""}` : "–"],
       ["Pages open", String(state?.viewers ?? "–")],
       ["Beckon", hello?.version ?? "–"],

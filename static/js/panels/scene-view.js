@@ -33,6 +33,7 @@ const LAYERS = [
   ["plan", "Way and goal", "Where the robot is going"],
   ["preview", "Pending command", "Preview of a spoken command before it begins"],
   ["wall", "Wall", "Seen occupied"],
+  ["own", "Robot's own map", "What the robot's own navigation takes for its map and for its place on it"],
   ["free", "Free floor", "Seen free; what is not drawn is unknown"],
 ];
 
@@ -93,8 +94,9 @@ export class SceneView extends Panel {
    * @override
    * @param {View} view
    */
-  show({ state, up, permission }) {
+  show({ state, hello, up, permission }) {
     if (!MAP_DRAWN) return;
+    this.#reveal("own", hello?.robot.capabilities.includes("navigate") ?? false);
     this.#reveal3d();
     this.#goes = up && permission.may !== "no" && !state?.floor.lost;
     this.classList.toggle("is-old", !up);

@@ -35,7 +35,7 @@ def test_a_usual_robot_needs_no_settings() -> None:
     assert (topics.pose, topics.sound, topics.frames) == ("/amcl_pose", "/microphone", "/tf_static")
     assert (topics.cmd_vel, topics.cmd_vel_type) == ("/cmd_vel", TWIST)
     assert topics.types["/camera/image_raw/compressed"] == "sensor_msgs/msg/CompressedImage"
-    assert "/map" not in topics.read and "/scan" in topics.read
+    assert {"/map", "/amcl_pose", "/scan"} <= set(topics.read) and topics.goal == "/goal_pose"
 
 
 def test_ros_1_names_of_types_are_the_same_types() -> None:

@@ -1,0 +1,236 @@
+"""The robot's own navigation beside Beckon's: its map and pose for the scene, and goals for it on request.
+
+While it drives, the robot's own software steers it and Beckon's gate does not. Everything that ends a command of
+Beckon's ends such a goal, too: STOP, another command, a hand, a lease that lapses.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections import deque
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from console.access.logins import Person
+from console.control.dispatcher import CommandDispatcher
+from console.control.history import History
+from console.control.notices import Notifications
+from console.robot.link import RobotLink
+from core.errors import BadInput, BeckonError, Refused
+from core.geometry import Pose
+from core.message import Array
+from core.robots.requests import (
+    AnswerT,
+    CancelGoal,
+    OwnNavigation,
+    PlanarPose,
+    ReadNavigation,
+    RobotRequest,
+    SendGoal,
+)
+from core.snapshot import Ending, Snapshot
+
+log = logging.getLogger(__name__)
+
+PERIOD = 0.5  # [s] between two looks
+HELD = 200  # poses of Beckon's own that are kept, for the one of a stamp: 5 s
+SAME_TIME = 0.2  # [s] between a pose on the robot's map and Beckon's own at which they are one
+DRIVES = "The robot's own navigation drives now, and Beckon's gate does not look ahead for it. STOP ends it."
+ENDED = "The robot's own navigation has ended its way: it reached the goal."
+CANCELLED = "The robot's own navigation was stopped: its present pose is its goal now."
+UNALIGNED = (
+    "The robot does not say where it is on its map, so how that lies to Beckon's is not known: both are drawn "
+    "with one origin."
+)
+NO_MAP = "The robot has not published a map yet."
+
+
+@dataclass(frozen=True)
+class DecodedMap:
+    """A map of the robot's with its number."""
+
+    number: int
+    cells: Array  # (H, W) uint8: 0 unknown, 1 free … 101 occupied; row 0 at the highest y
+    width: float  # [m]
+    height: float  # [m]
+    origin: Pose  # of the lower left corner, on the map
+
+
+@dataclass(frozen=True)
+class OwnMapView:
+    """The robot's own map, and where it is in Beckon's world."""
+
+    number: int
+    cells: Array  # (H, W) uint8: 0 unknown, 1 free … 101 occupied; row 0 at the highest y
+    width: float  # [m]
+    height: float  # [m]
+    corner: Pose  # of its lower left corner, world
+    robot: Pose | None  # where its own navigation believes to be, world
+    aligned: bool  # its place in Beckon's world is known
+
+
+class OwnNavigationService:
+    """Asks the robot twice a second; its methods run on the event loop."""
+
+    def __init__(
+        self, robot: RobotLink, dispatcher: CommandDispatcher, history: History, board: Notifications
+    ) -> None:
+        self.shown = True  # in the scene
+        self.newest: OwnNavigation | None = None  # its map apart
+        self.map: DecodedMap | None = None
+        self.map_view: OwnMapView | None = None  # for the scene; None: nothing is shown
+        self.own_from_map: Pose | None = None  # where the robot's map lies on Beckon's; None: not known
+        self._robot, self._dispatcher = robot, dispatcher
+        self._history, self._board = history, board
+        self._poses: deque[tuple[float, Pose]] = deque(maxlen=HELD)
+        self._entry = 0  # in the history, of the goal that is under way; 0: none
+        self._one_at_a_time = asyncio.Lock()  # a look that began before a goal must not end it
+        self._stopping: set[asyncio.Task[None]] = set()
+
+    @property
+    def there(self) -> bool:
+        """True for a robot with a navigation of its own."""
+        return "navigate" in self._robot.profile.capabilities
+
+    @property
+    def sentence(self) -> str:
+        """How its map lies to Beckon's, or why there is none."""
+        if self.newest is not None and self.newest.refused:
+            return self.newest.refused
+        if self.map is None:
+            return NO_MAP
+        if self.own_from_map is None:
+            return UNALIGNED
+        known_from = self.newest.known_from if self.newest is not None else ""
+        return f"It lies on Beckon's map as {known_from} and the odometry say."
+
+    def took(self, snapshot: Snapshot) -> None:
+        """Keep where Beckon believed to be, for poses of the same time."""
+        self._poses.append((snapshot.stamp, snapshot.estimate.pose))
+
+    async def watch(self) -> None:
+        """Look after it for as long as the console runs."""
+        while self.there:
+            try:
+                await self._look()
+            except BeckonError as trouble:
+                log.debug("The robot's own navigation: %s", trouble)
+            await asyncio.sleep(PERIOD)
+
+    async def go(self, goal: Pose, who: Person, *, on_own_map: bool) -> None:
+        """Send a goal on the robot's map, or on Beckon's. Raises Problem 403 to 503 or BeckonError."""
+        if not self.there:
+            raise Refused("This robot has no navigation of its own.")
+        if not on_own_map:
+            if self.own_from_map is None:
+                raise Refused(UNALIGNED)
+            goal = self.own_from_map.inverse() @ goal
+        self._dispatcher.admit_own_navigation(who)
+        request = SendGoal(x_m=goal.x, y_m=goal.y, heading_rad=goal.heading)
+        words = f"goal ({goal.x:.2f}, {goal.y:.2f}) on the robot's own map"
+        async with self._one_at_a_time:
+            self._end("pre-empted", "Another goal came after it.")
+            self._entry = self._history.add("goal", who, state="running", words=words).id
+            try:
+                answer = await self._ask(request)
+            except BeckonError as why:
+                self._end("refused", str(why))
+                raise
+            self._board.tell("warning", DRIVES)
+            self._take(answer)
+
+    async def stop(self) -> None:
+        """Let the robot's own navigation stand, if it drives for Beckon. Raises Refused, Unavailable."""
+        if self.there:
+            async with self._one_at_a_time:
+                answer = await self._ask(CancelGoal())
+                self._end("cancelled", CANCELLED)
+                self._take(answer)
+
+    def stop_soon(self, state: Ending, why: str, objected: bool) -> None:
+        """End a goal that is under way, or may be, without waiting: something else happens."""
+        goal = self.newest.goal if self.newest is not None else None
+        if self._entry or goal is not None:
+            task = asyncio.get_running_loop().create_task(self._stopped())
+            self._stopping.add(task)
+            task.add_done_callback(self._stopping.discard)
+
+    def show(self, shown: bool) -> None:
+        """Draw its map in the scene, or not."""
+        self.shown = shown
+        self._draw()
+
+    async def _stopped(self) -> None:
+        try:
+            await self.stop()
+        except BeckonError as trouble:
+            self._board.tell("error", f"The robot's own navigation could not be stopped: {trouble}")
+
+    async def _look(self) -> None:
+        known = self.map.number if self.map is not None else 0
+        async with self._one_at_a_time:
+            self._take(await self._ask(ReadNavigation(known_map=known)))
+
+    async def _ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
+        return await asyncio.to_thread(self._robot.ask, request)
+
+    def _take(self, answer: OwnNavigation) -> None:
+        if answer.map is not None:
+            try:
+                self.map = decoded(answer)
+            except BadInput as wrong:
+                log.warning("The robot's own map: %s", wrong)
+        self.newest = answer
+        if self._entry and answer.goal is None:
+            self._end("done", ENDED)
+        self._align(answer)
+        self._draw()
+
+    def _end(self, state: str, remark: str) -> None:
+        entry, self._entry = self._entry, 0
+        if entry:
+            self._history.end(entry, state, remark)
+            if state in ("done", "cancelled"):
+                self._board.tell("info", remark)
+
+    def _align(self, answer: OwnNavigation) -> None:
+        """Where the robot's map lies on Beckon's, from both poses at one time."""
+        if answer.pose is None or not self._poses:
+            return
+        stamp, here = min(self._poses, key=lambda entry: abs(entry[0] - answer.stamp_s))
+        if abs(stamp - answer.stamp_s) < SAME_TIME:
+            self.own_from_map = here @ as_pose(answer.pose).inverse()
+
+    def _draw(self) -> None:
+        found = self.map
+        if found is None or not self.shown:
+            self.map_view = None
+            return
+        aligned = self.own_from_map or Pose()
+        said = self.newest.pose if self.newest is not None else None
+        self.map_view = OwnMapView(
+            number=found.number,
+            cells=found.cells,
+            width=found.width,
+            height=found.height,
+            corner=aligned @ found.origin,
+            robot=None if said is None else aligned @ as_pose(said),
+            aligned=self.own_from_map is not None,
+        )
+
+
+def decoded(answer: OwnNavigation) -> DecodedMap:
+    """The map in an answer. Raises BadInput."""
+    assert answer.map is not None
+    cells = cv2.imdecode(np.frombuffer(answer.map.png, np.uint8), cv2.IMREAD_GRAYSCALE)
+    if cells is None:
+        raise BadInput("Its picture cannot be read.")
+    return DecodedMap(answer.map_number, cells, answer.map.width_m, answer.map.height_m, as_pose(answer.map.origin))
+
+
+def as_pose(said: PlanarPose) -> Pose:
+    """A pose as it was handed on → a pose."""
+    return Pose(said.x_m, said.y_m, said.heading_rad)

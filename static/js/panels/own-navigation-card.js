@@ -1,0 +1,136 @@
+// Element <own-navigation-card>: the robot's own map and pose, and goals for its own navigation; hidden without one.
+
+import { call, post, sentenceOf } from "../net/api.js";
+import { make, mark, write } from "../ui/element.js";
+import { fixed } from "../ui/format.js";
+import { Panel } from "../ui/panel.js";
+
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {{x_m: number, y_m: number, heading_rad: number}} Pose */
+/**
+ * @typedef {object} OwnNavigation
+ * @property {{width_m: number, height_m: number} | null} map
+ * @property {string} sentence
+ * @property {boolean} shown
+ * @property {Pose | null} pose
+ * @property {string} takes_goals
+ * @property {Pose | null} goal
+ */
+
+const PATH = "api/robot/navigation";
+const PERIOD_MS = 1000; // between two looks
+const WARNING = "While it drives, Beckon's gate does not look ahead for it. STOP ends it.";
+
+/** @param {Pose} pose */
+const inWords = ({ x_m, y_m, heading_rad }) =>
+  `x ${fixed(x_m, 2)} m, y ${fixed(y_m, 2)} m, ${fixed((heading_rad * 180) / Math.PI, 0)}°`;
+
+/** @param {string} name @param {string} unit */
+function field(name, unit) {
+  const input = make("input", { type: "number", step: "any", value: "0", required: true, "aria-label": name });
+  return { input, label: make("label", {}, `${name} `, input, ` ${unit}`) };
+}
+
+class OwnNavigationCard extends Panel {
+  #sentence = make("p", { class: "note" });
+  #pose = make("p", { class: "note" });
+  #goal = make("p", { role: "status", hidden: true });
+  #trouble = make("p", { class: "note", role: "alert", hidden: true });
+  #layer = make("button", { type: "button", class: "toggle", "aria-pressed": "true" }, "On the map");
+  #x = field("x", "m");
+  #y = field("y", "m");
+  #heading = field("heading", "°");
+  #send = make("button", { type: "submit", class: "button small" }, "Let the robot's own navigation go there");
+  #cancel = make("button", { type: "button", class: "button small", hidden: true }, "End its way");
+  #form = make("form", { class: "own-goal" }, this.#x.label, this.#y.label, this.#heading.label, this.#send);
+  #operates = false;
+  #there = false;
+  /** @type {OwnNavigation | null} */
+  #newest = null;
+
+  /** @override */
+  build() {
+    this.classList.add("card");
+    this.setAttribute("role", "region");
+    this.setAttribute("aria-label", "Robot's own navigation");
+    this.append(
+      make(
+        "div",
+        { class: "card-head" },
+        make("h2", { class: "card-title" }, "Robot's own navigation"),
+        make("span", { class: "spring" }),
+        this.#layer,
+      ),
+      this.#sentence,
+      this.#pose,
+      this.#goal,
+      this.#form,
+      this.#cancel,
+      this.#trouble,
+    );
+    this.#form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      void this.#ask(() => post(`${PATH}/goal`, this.#wanted()));
+    });
+    this.#cancel.addEventListener("click", () => void this.#ask(() => call(`${PATH}/goal`, { method: "DELETE" })));
+    this.#layer.addEventListener("click", () => void this.#ask(() => this.#switch()));
+    setInterval(() => this.#there && !document.hidden && void this.#ask(() => call(PATH), false), PERIOD_MS);
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ hello, up, permission }) {
+    this.#there = up && (hello?.robot.capabilities.includes("navigate") ?? false);
+    this.classList.toggle("is-old", !up);
+    this.#operates = up && permission.may !== "no";
+    this.hidden = this.#newest === null;
+    this.#send.disabled = this.#layer.disabled = !this.#operates;
+  }
+
+  #wanted() {
+    const heading = (Number(this.#heading.input.value) * Math.PI) / 180;
+    return { x_m: Number(this.#x.input.value), y_m: Number(this.#y.input.value), heading_rad: heading };
+  }
+
+  #switch() {
+    const body = JSON.stringify({ shown: !this.#newest?.shown });
+    return call(`${PATH}/layer`, { method: "PUT", body, headers: { "content-type": "application/json" } });
+  }
+
+  /**
+   * @param {() => Promise<OwnNavigation>} request
+   * @param {boolean} aloud say what goes wrong
+   */
+  async #ask(request, aloud = true) {
+    try {
+      this.#draw(await request());
+      if (aloud) this.#say("");
+    } catch (trouble) {
+      if (aloud) this.#say(sentenceOf(trouble));
+    }
+  }
+
+  /** @param {string} sentence */
+  #say(sentence) {
+    write(this.#trouble, sentence);
+    this.#trouble.hidden = !sentence;
+  }
+
+  /** @param {OwnNavigation} found */
+  #draw(found) {
+    this.#newest = found;
+    const size = found.map ? `Its map: ${fixed(found.map.width_m, 1)} by ${fixed(found.map.height_m, 1)} m. ` : "";
+    write(this.#sentence, size + found.sentence);
+    write(this.#pose, found.pose ? `It believes to be at ${inWords(found.pose)} on its map.` : "");
+    write(this.#goal, found.goal ? `It drives to ${inWords(found.goal)}. ${WARNING}` : "");
+    this.#goal.hidden = this.#cancel.hidden = found.goal === null;
+    mark(this.#layer, "aria-pressed", String(found.shown));
+    this.#layer.hidden = found.map === null;
+    this.#form.hidden = !found.takes_goals;
+    this.hidden = false;
+  }
+}
+
+customElements.define("own-navigation-card", OwnNavigationCard);
