@@ -131,7 +131,7 @@ def test_a_lost_link_ends_the_goal_as_soon_as_it_is_back() -> None:
 
 
 def test_no_goal_is_sent_that_stop_could_not_end() -> None:
-    topics = RosTopics(map="/map", goal="/goal_pose", types={"/map": GRID})
+    topics = RosTopics(map="/map", goal="/goal_pose", candidates={}, types={"/map": GRID})
     navigation = RosNavigation(topics, lambda *_: pytest.fail("it was sent"))
     with pytest.raises(Refused, match="STOP could not end it"):
         navigation.go(Pose(1.0, 0.0, 0.0))
@@ -163,7 +163,7 @@ def grid(cells: Any = PLAIN, corner: Pose = Pose(), cell: float = 0.05, **sizes:
     ],
 )
 def test_a_grid_that_is_none_is_refused_with_one_sentence(content: Any, why: str) -> None:
-    navigation = RosNavigation(RosTopics(types={}), lambda *_: None)
+    navigation = RosNavigation(RosTopics(candidates={}, types={}), lambda *_: None)
     assert why in navigation.take_map(content)
     assert navigation.take_map(content) == ""  # said once
     assert why in navigation.state().refused and navigation.state().map is None
