@@ -32,7 +32,11 @@ from tests.benchmarks.running_console import Console, console
 from tests.emulators.robot_process import SPEAKER, RobotProcess, robot_process
 
 TURN, WAY, PLACE = math.radians(5), 0.06, 0.12  # [rad], [m], [m] that a command may be off
-DRIFT, WALLS, BESIDE = 0.08, 0.05, 0.90  # [m] RMS of the way; [m] of a wall off its place; share of cells within twice
+DRIFT, WALLS, BESIDE = (
+    0.08,
+    0.05,
+    0.90,
+)  # [m] RMS of the way; [m] of a wall off its place; share of cells within twice
 MARKS = 0.10  # [m] of a landmark from the nearest true corner or edge, median
 COMING = 0.15  # [m] that COME HERE may be off its half metre
 AT = (1.6, 0.9)  # [m] where the person stands, as seen from the start
@@ -132,7 +136,9 @@ def obey(running: Console, words: str, patience: float = 60.0) -> tuple[str, flo
     entry = running.answer("/api/commands", {"text": words})
     while time.monotonic() - began < patience:
         newest = running.get("/api/commands/history?limit=5")["commands"]
-        state, remark = next(((one["state"], one["remark"]) for one in newest if one["id"] == entry["id"]), ("gone", ""))
+        state, remark = next(
+            ((one["state"], one["remark"]) for one in newest if one["id"] == entry["id"]), ("gone", "")
+        )
         if state not in ("running", "accepted"):
             time.sleep(0.3)
             return state if state == "done" else f"{state}: {remark}", time.monotonic() - began

@@ -34,6 +34,10 @@ class CameraEmulator:
         self._watched = False
         self._port.stop()
 
+    def inject(self, data: bytes) -> bool:
+        """Send bytes as they are → whether a driver was there."""
+        return self._port.inject(data)
+
     def _serve(self, wire: Wire) -> None:
         asked = b""
         while b"\r\n\r\n" not in asked:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 import time
 from collections.abc import Callable, Generator, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -19,14 +20,18 @@ from core.robots.conformance import ConformanceReport, Interruption, check_robot
 from core.robots.connect import connect
 from core.robots.driver_session import DriverSession
 from core.robots.process import TIMEOUT
+from tests.emulators.camera import CameraEmulator
 from tests.emulators.foxglove import FoxgloveEmulator
 from tests.emulators.lds import LidarEmulator
+from tests.emulators.microphones import PORT_NAME, MicrophonesEmulator
+from tests.emulators.robot_process import scip
 from tests.emulators.rosbridge import RosbridgeEmulator
-from tests.emulators.scip import ScipEmulator
 from tests.emulators.serial_base import SerialRobot
+from tests.emulators.sound_card import sounddevice
 from tests.emulators.srv1 import Srv1Emulator
 from tests.emulators.toy_robot import ToyRobot
 from tests.emulators.world import World
+from tests.emulators.zenoh_robot import ZenohEmulator
 
 Speeds = list[tuple[float, float, float]]  # time.monotonic(), speeds that are zero when the robot shall stand
 
@@ -98,25 +103,34 @@ def in_world(
         yield robot
 
 
-def scip(world: World) -> ScipEmulator:
-    sensor = ScipEmulator()
-    world.on_scan.append(sensor.show_scan)
-    return sensor
+@contextmanager
+def with_sound_card() -> Generator[Emulated]:
+    """Microphones in `sim:lab`, behind the stand-in of the package sounddevice."""
+    world = World(listening=True)
+    card = MicrophonesEmulator(world)
+    with wired(card, world) as robot, pytest.MonkeyPatch.context() as changed:
+        changed.setitem(sys.modules, "sounddevice", sounddevice)
+        changed.setenv(PORT_NAME, card.address)
+        yield robot
 
 
+SIGHT = ("rate", "stamps", "age")  # what a robot without laser and camera does not have
 BASE = ("sound", "drive", "stop", "silence", "standing after reconnect")  # what a laser alone does not have
 SUBJECTS = {
     "sim": Subject(lambda: without_wire("sim:lab"), lacks=("loss noticed", "reconnect", "standing after reconnect")),
     "foxglove": Subject(lambda: in_world(FoxgloveEmulator, heard="received"), lacks=("sound",)),
     "rosbridge": Subject(lambda: in_world(RosbridgeEmulator, heard="received"), lacks=("sound",)),
-    "serial": Subject(lambda: in_world(SerialRobot), lacks=("rate", "stamps", "age", "sound")),
+    "zenoh": Subject(lambda: in_world(ZenohEmulator, heard="received"), lacks=("sound",)),
+    "serial": Subject(lambda: in_world(SerialRobot), lacks=(*SIGHT, "sound")),
     "srv1": Subject(
         lambda: in_world(Srv1Emulator, failsafe=None),
         stop_within=0.150,  # a picture is on its way
-        lacks=("sound", "drive", "stop", "silence", "standing after reconnect"),
+        lacks=BASE,  # it has no odometry
     ),
     "scip": Subject(lambda: in_world(scip), lacks=BASE),
     "lds": Subject(lambda: in_world(lambda world: LidarEmulator(world, "ld19")), lacks=BASE),
+    "camera": Subject(lambda: in_world(CameraEmulator), lacks=BASE),
+    "audio": Subject(with_sound_card, lacks=(*SIGHT, *BASE[1:])),
     "py": Subject(lambda: wired(ToyRobot()), lacks=("sound",)),
 }
 CHECKS = (
