@@ -21,7 +21,11 @@ settings.load_profile("beckon")
 REPOSITORY = Path(__file__).resolve().parent.parent
 BROWSER = "browser/"
 LIVE = (BROWSER, "benchmarks/", "console/", "core/gate/test_gate_process.py")  # these keep real time
-WIRES = ("core/robots/", "stories/test_own_driver.py")  # real time too, but mostly waiting: any process runs any test
+WIRES = (
+    "core/robots/",
+    "stories/test_own_driver.py",
+    "stories/test_session",
+)  # real time too, but mostly waiting: any process runs any test
 SHARED = ("core/robots/test_conformance.py", "core/robots/ros/test_links.py")  # but tests of one robot run together
 LONG = "test_conventions.py"  # its reading of types lasts longest of what computes
 

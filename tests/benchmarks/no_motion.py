@@ -1,9 +1,9 @@
 """What moves after an event although nobody asked for it: `python -m tests.benchmarks.no_motion [NAME …]`.
 
-Per driver, the robot turns by a command over its wire until the event strikes: the link is cut and restored, a process
-(console, gate, driver, the robot's own side) is frozen and thaws, the console is killed and another one comes, or a
-second console comes while the first one stands. Told: how far the robot moved after the event, in metres, a radian
-counts as one; it has to be 0. The client of the first console goes on with its signs of life all the time.
+Per driver, the robot turns by a command over its wire until the event strikes: the link is cut and restored, a
+process (console, gate, driver, the robot's own side) is frozen and thaws, the console is killed and another one
+comes, or a second console comes while the first one stands. Told: how far the robot moved after the event, in metres,
+a radian counts as one; it has to be 0. The client of the first console goes on with its signs of life all the time.
 """
 
 from __future__ import annotations

@@ -82,15 +82,13 @@ SUBJECTS: dict[str, tuple[str, ...]] = {
 }
 
 
-def motions(here: Session, follow: float = 20.0) -> list[Row]:
+def motions(here: Session, follow: float = 20.0) -> Iterator[Row]:
     """TURN LEFT and RIGHT, CONTINUE, STOP AT, FOLLOW WALL and STOP MOVING by REST."""
-    rows = [
-        _turned(here, "turn left", math.pi / 2),
-        _turned(here, "turn right", -math.pi / 2),
-        _went(here, "continue 0.5 meters", 0.5),
-        _reached(here, 1.0, 0.4),
-    ]
-    return [*rows, _followed(here, follow)]
+    yield _turned(here, "turn left", math.pi / 2)
+    yield _turned(here, "turn right", -math.pi / 2)
+    yield _went(here, "continue 0.5 meters", 0.5)
+    yield _reached(here, 1.0, 0.4)
+    yield _followed(here, follow)
 
 
 def _turned(here: Session, words: str, angle: float) -> Row:
@@ -191,20 +189,18 @@ def watched(here: Session) -> Iterator[None]:
     thread.join()
 
 
-def scores(here: Session) -> list[Row]:
+def scores(here: Session) -> Iterator[Row]:
     """The way, the occupancy grid and the landmarks against the truth."""
     apart = np.array([error for error, _ in here.errors])
     plan = here.plan()
     off = to_surfaces(occupied_cells(here.running), plan)
     within = float(np.mean(off < 2 * WALLS)) if len(off) else 0.0
     marks = to_surfaces(landmarks(here.running), plan)
-    return [
-        Row("way, RMS", "done", float(np.sqrt(np.mean(apart**2))), DRIFT, 0.0),
-        Row("way, at the end", "done", float(np.median(apart[-5:])), DRIFT, 0.0),
-        Row(f"walls, median of {len(off)}", "done" if len(off) > 100 else "no map", _median(off), WALLS, 0.0),
-        Row(f"walls beyond {2 * WALLS} m, share", "done", 1 - within, 1 - BESIDE, 0.0),
-        Row(f"landmarks, median of {len(marks)}", "done" if len(marks) else "none", _median(marks), MARKS, 0.0),
-    ]
+    yield Row("way, RMS", "done", float(np.sqrt(np.mean(apart**2))), DRIFT, 0.0)
+    yield Row("way, at the end", "done", float(np.median(apart[-5:])), DRIFT, 0.0)
+    yield Row(f"walls, median of {len(off)}", "done" if len(off) > 100 else "no map", _median(off), WALLS, 0.0)
+    yield Row(f"walls beyond {2 * WALLS} m, share", "done", 1 - within, 1 - BESIDE, 0.0)
+    yield Row(f"landmarks, median of {len(marks)}", "done" if len(marks) else "none", _median(marks), MARKS, 0.0)
 
 
 def _median(values: Array) -> float:
@@ -267,13 +263,14 @@ def session(name: str) -> Iterator[Session]:
                 yield Session(running, truth_of(running), plan, None)
 
 
-def run(name: str, follow: float = 20.0) -> list[Row]:
-    """One subject's session."""
+def run(name: str, follow: float = 20.0) -> Iterator[Row]:
+    """One subject's session, line by line."""
     with session(name) as here:
         with watched(here):
-            rows = motions(here, follow)
-        rows += scores(here)
-        return [*rows, come_here(here)] if "audio" in SUBJECTS[name] else rows
+            yield from motions(here, follow)
+        yield from scores(here)
+        if "audio" in SUBJECTS[name]:
+            yield come_here(here)
 
 
 def main() -> None:

@@ -1,7 +1,7 @@
 """A sound card with an array of microphones: what the simulated room sounds like, for a `sounddevice` of the tests.
 
-The driver runs unchanged: with `environment()` it imports the stand-in of PortAudio in `sound_card/`, which gets blocks
-of 16-bit samples over TCP.
+The driver runs unchanged: with `environment()` it imports the stand-in of PortAudio in `sound_card/`, which gets
+blocks of 16-bit samples over TCP.
 """
 
 from __future__ import annotations

@@ -6,11 +6,13 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -103,7 +105,7 @@ class Served:
         poses = [pose for stamp, pose in self.track if stamp >= since]
         return sum(
             (step := before.inverse() @ after).distance_to(0.0, 0.0) + abs(step.heading)
-            for before, after in zip(poses, poses[1:], strict=False)
+            for before, after in itertools.pairwise(poses)
         )
 
 
@@ -115,6 +117,7 @@ class RobotProcess:
         self._process = subprocess.Popen(
             command, cwd=Path(__file__).parents[2], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
+        self._asking = threading.Lock()
         described = self._next()
         self.url: str = described["url"]
         self.environment: dict[str, str] = described["environment"]
@@ -125,9 +128,10 @@ class RobotProcess:
 
     def ask(self, do: str, **more: object) -> Any:
         assert self._process.stdin is not None
-        self._process.stdin.write(json.dumps({"do": do, **more}) + "\n")
-        self._process.stdin.flush()
-        return self._next()
+        with self._asking:
+            self._process.stdin.write(json.dumps({"do": do, **more}) + "\n")
+            self._process.stdin.flush()
+            return self._next()
 
     def truth(self) -> Pose:
         return Pose(*self.ask("truth"))

@@ -12,7 +12,7 @@ import pytest
 
 from core.errors import BadInput, Unavailable
 from core.gate import ZERO, Twist
-from core.robots.srv1 import Srv1, decode_picture, motor_command, motor_percents, open_device
+from core.robots.srv1 import MotorSide, Srv1, decode_picture, motor_command, motor_percents, open_device
 from tests.core.robots.links import frames, is_up, live, memory, no_leak, percentile, until
 from tests.emulators.srv1 import Srv1Emulator, jpeg_of
 from tests.emulators.wires import malformed
@@ -53,11 +53,24 @@ def test_motor_commands_are_those_of_the_manual(percents: tuple[int, int], hexad
 
 
 def test_speeds_become_percents_of_each_side() -> None:
-    assert motor_percents(Twist(0.2, 0.0), 0.1, 0.4, 0.4) == (50, 50)
-    assert motor_percents(Twist(0.2, 0.0), 0.1, 0.4, 0.5) == (50, 40)
-    assert motor_percents(Twist(0.0, 2.0), 0.1, 0.4, 0.4) == (-25, 25)
-    assert motor_percents(Twist(0.8, 4.0), 0.1, 0.4, 0.4) == (60, 100)
+    assert motor_percents(Twist(0.2, 0.0), 0.1, 0.4, 0.4) == pytest.approx((50, 50))
+    assert motor_percents(Twist(0.2, 0.0), 0.1, 0.4, 0.5) == pytest.approx((50, 40))
+    assert motor_percents(Twist(0.0, 2.0), 0.1, 0.4, 0.4) == pytest.approx((-25, 25))
+    assert motor_percents(Twist(0.8, 4.0), 0.1, 0.4, 0.4) == pytest.approx((60, 100))
     assert motor_percents(Twist(float("nan"), 0.0), 0.1, 0.4, 0.4) == (0, 0)
+
+
+@pytest.mark.parametrize("wanted", [-1.7, -0.3, 0.05, 0.5, 1.2, 1.9, 2.6, 3.4])
+def test_what_is_slower_than_the_motors_turn_comes_in_pulses(wanted: float) -> None:
+    side = MotorSide()
+    sent = [side.next(wanted, 0.025 * number) for number in range(4000)]
+    assert np.mean(sent) == pytest.approx(wanted, abs=0.01) and not {1, -1} & set(sent)
+    assert side.next(0.0, 100.1) == 0  # a stop is one at once
+
+
+def test_usual_speeds_are_whole_percents_without_pulses() -> None:
+    side = MotorSide()
+    assert {side.next(25.3, 0.025 * number) for number in range(100)} == {25}
 
 
 def test_the_robot_moves_in_its_world_and_shows_pictures(robot_there: Srv1Emulator) -> None:
