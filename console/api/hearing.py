@@ -63,9 +63,6 @@ async def listen(asked: ListeningRequest, behind: Behind, who: Who) -> Listening
         behind.spoken.take_on(who)
     elif asked.obey is False or not asked.listen:
         behind.spoken.let_go()
-    if behind.robot.profile.kind == "LIVE":
-        listening = True  # microphones of a real robot are always on
-    else:
-        listening = (await behind.ask(SetListening(on=asked.listen))).on
+    answer = await behind.ask(SetListening(on=asked.listen))
     behind.history.add("listen", who, words="on" if asked.listen else "off")
-    return Listening(listening=listening, obeying=behind.spoken.driver is not None)
+    return Listening(listening=answer.on, obeying=behind.spoken.driver is not None)

@@ -62,7 +62,7 @@ class Trial:
         self.until_live()
         self.running.answer("/api/commands", {"text": "stop moving"})
         self.look(0.5)
-        self.running.answer("/api/commands", {"text": "turn left 350 degrees"})
+        self.running.answer("/api/commands", {"text": "turn left"})
         began = time.monotonic()
         until(lambda: self.running.get("/api/state") and self.robot.ask("moved", since=began) > 0.1)
 
