@@ -54,7 +54,7 @@ class Trial:
             time.sleep(0.1)
 
     def until_live(self) -> None:
-        until(lambda: self.running.get("/api/state")["robot"]["link"] == "live")
+        until(lambda: self.running.get("/api/state").get("robot", {}).get("link") == "live")
         self.look(1.0)
 
     def turn(self) -> None:
