@@ -263,6 +263,7 @@ class Runtime:
 
     def _published(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """From the pilot's thread."""
+        frame = self.robot.profile.first_view(frame)
         picture = self.feed.encoded(frame.image)
         self.scene.show(snapshot)
         if self.calibration_service.frame_came(frame):

@@ -21,7 +21,12 @@ settings.load_profile("beckon")
 REPOSITORY = Path(__file__).resolve().parent.parent
 BROWSER = "browser/"
 LIVE = (BROWSER, "benchmarks/", "console/", "core/gate/test_gate_process.py")  # these keep real time
-WIRES = "core/robots/"  # real time too, but mostly waiting: any process may run these files
+WIRES = (
+    "core/robots/",
+    "stories/test_own_driver.py",
+    "stories/test_session",
+)  # real time too, but mostly waiting: any process runs any test
+SHARED = ("core/robots/test_conformance.py", "core/robots/ros/test_links.py")  # but tests of one robot run together
 LONG = "test_conventions.py"  # its reading of types lasts longest of what computes
 
 
@@ -32,10 +37,16 @@ def room_of(file: str) -> str:
 
 
 class Sharing(LoadScopeScheduling):
-    """Pages in one process, consoles in another, one test after another each; beside them the others, by files."""
+    """Pages in one process, consoles in another, one test after another each; beside them the others, by files.
+
+    Tests on wires wait most of their time: each goes to whoever is free, so that none is left with a long file.
+    """
 
     def _split_scope(self, nodeid: str) -> str:
-        return room_of(nodeid.partition("::")[0])
+        file, _, test = nodeid.partition("::")
+        if file.removeprefix("tests/").startswith(SHARED):
+            return f"{file}[{test.partition('[')[2].partition('-')[0]}"
+        return nodeid if file.removeprefix("tests/").startswith(WIRES) else room_of(file)
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -52,7 +63,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """What only computes takes the time that is left over by what keeps real time."""
     if "PYTEST_XDIST_WORKER" in os.environ and hasattr(os, "SCHED_IDLE"):
-        policy = os.SCHED_OTHER if file_of(item).startswith((*LIVE, WIRES)) else os.SCHED_IDLE
+        policy = os.SCHED_OTHER if file_of(item).startswith((*LIVE, *WIRES)) else os.SCHED_IDLE
         if os.sched_getscheduler(0) != policy:
             with contextlib.suppress(PermissionError):  # some systems let nobody out of idleness
                 os.sched_setscheduler(0, policy, os.sched_param(0))

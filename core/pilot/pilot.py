@@ -151,6 +151,8 @@ class Pilot:
         with self._inbox.between_frames:
             self._begin_again_after_a_seek(frame.stamp)
             self._inbox.open(frame.stamp)
+            sensed = frame
+            frame = self._profile.first_view(frame)
             motion = self._odometry.update(frame)
             frame = self._timing.correct(frame, motion)
             frame = self._vision.without_repeats(frame, motion.wheels)
@@ -160,7 +162,7 @@ class Pilot:
             dead_reckoning = self._dead_reckoning.update(motion.increment)
             self._mount.watch(frame.stamp, estimate.pose, seen.pairs, self._vision.camera)
             hearing = self._hearing.hear(frame.sound, frame.stamp, estimate)
-            self._report(frame)
+            self._report(sensed)
             twist = self._decide(frame, motion, estimate.pose)
             self._stamp = frame.stamp
             return self._publish(frame, motion, estimate, dead_reckoning, hearing, twist)

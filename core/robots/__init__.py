@@ -67,6 +67,13 @@ class Profile:
         """The first camera."""
         return self.cameras[0] if self.cameras else None
 
+    def first_view(self, frame: SensorFrame) -> SensorFrame:
+        """The frame without a picture of another camera than the first, through which the robot looks."""
+        first, image = self.camera, frame.image
+        if first is None or image is None or image.camera in ("", first.name):
+            return frame
+        return replace(frame, image=None)
+
     @property
     def microphones(self) -> MicrophoneArray | None:
         """The first microphone array."""

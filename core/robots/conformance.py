@@ -6,6 +6,7 @@ The robot runs behind the driver's own loop, as it does for the console, so that
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import stat
 import threading
@@ -222,7 +223,7 @@ class Suite:
             self.skip("The robot has no base.", *names)
         elif not allowed:
             self.skip("It moves the robot: ask for it with --drive.", *names)
-        elif not any(frame.wheels for frame in self.session.frames(1.0, ZERO)):
+        elif not any(frame.wheels for frame in self.session.frames(1.0, ZERO, until=has_odometry)):
             self.skip("The base sends no odometry: watch the wheels while you drive.", *names)
         else:
             self._check_drive()
@@ -314,6 +315,7 @@ class Suite:
 
     def check_holdings(self, before: Holdings) -> None:
         """No thread and no socket is left."""
+        gc.collect()  # what nobody holds any more is not left behind
         deadline = time.monotonic() + LETTING_GO
         while (left := Holdings.now().beyond(before)) and time.monotonic() < deadline:
             time.sleep(0.02)
@@ -349,6 +351,11 @@ def open_links() -> int:
                 mode = os.fstat(int(descriptor)).st_mode
                 count += not stat.S_ISREG(mode) and not stat.S_ISDIR(mode)
     return count
+
+
+def has_odometry(frame: SensorFrame) -> bool:
+    """Return whether the wheels are known."""
+    return frame.wheels is not None
 
 
 def stands(frame: SensorFrame) -> bool:

@@ -19,7 +19,7 @@ from core.robots.connection import FoundPart, FoundRobot, ReadConnection, ReadRo
 from core.robots.device import Device, Equipment
 from core.robots.findings import ClockOffset
 from core.robots.readings import Names, Readings
-from core.robots.requests import AnswerT, Requests, RobotRequest, not_taken
+from core.robots.requests import AnswerT, ListeningState, Requests, RobotRequest, SetListening, not_taken
 from core.robots.robot_file import RobotFile
 from core.sensors import Camera, Laser, SensorFrame
 from core.sensors.microphones import MicrophoneArray
@@ -226,8 +226,9 @@ class LiveRobot:
 
     @property
     def requests(self) -> Requests:
-        """What was found of it, its robot file, and the requests that its devices take."""
-        return (ReadConnection, ReadRobotFile, *(kind for link in self._links for kind in link.device.requests))
+        """What was found of it, its robot file, to listen, which it always does, and what its devices take."""
+        own = (ReadConnection, ReadRobotFile, SetListening)
+        return (*own, *(kind for link in self._links for kind in link.device.requests))
 
     def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
         """One of `requests` → its answer. Raises BadInput for any other, Refused or Unavailable."""
@@ -237,6 +238,8 @@ class LiveRobot:
                 return cast(AnswerT, self._connection())
             case ReadRobotFile():
                 return cast(AnswerT, self._file)
+            case SetListening():
+                return cast(AnswerT, ListeningState(on=True))
             case _:
                 taker = next((link.device for link in self._links if type(request) in link.device.requests), None)
                 if taker is None:

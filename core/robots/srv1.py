@@ -10,6 +10,7 @@ way. The robot has no odometry. Sources: SRV_protocol of 24 April 2010 and the b
 from __future__ import annotations
 
 import contextlib
+import math
 import struct
 import threading
 import time
@@ -44,13 +45,15 @@ LARGEST_PICTURE = 2_000_000  # bytes
 RESYNCHRONISING = 3  # times
 HEADER = 10  # bytes before a picture: `##IMJ`, size, length
 STOPPED = (0, 0)
+SLUGGISH = 2  # percent below which the motors do not turn
+PULSE = 0.1  # [s] over which pulses make up for a speed that is slower
 
 
 class LostStep(OSError):
     """The answer was not the one expected; the robot may be within another command."""
 
 
-def motor_percents(twist: Twist, wheelbase: float, left: float, right: float) -> tuple[int, int]:
+def motor_percents(twist: Twist, wheelbase: float, left: float, right: float) -> tuple[float, float]:
     """Speeds → percent of each side, both lowered alike where one would need more than 100.
 
     `wheelbase` [m], `left`, `right` [m/s] at 100 percent.
@@ -59,7 +62,31 @@ def motor_percents(twist: Twist, wheelbase: float, left: float, right: float) ->
         return STOPPED
     sides = ((twist.v - twist.w * wheelbase / 2) / left, (twist.v + twist.w * wheelbase / 2) / right)
     scale = 100 / max(1.0, *map(abs, sides))
-    return round(sides[0] * scale), round(sides[1] * scale)
+    return sides[0] * scale, sides[1] * scale
+
+
+class MotorSide:
+    """One side's whole percents. What is slower than the motors turn comes in pulses that are as fast on average."""
+
+    def __init__(self) -> None:
+        self._sent, self._at = 0, 0.0
+        self._owed = 0.0  # [percent·s] that it rolled less than it was asked for
+
+    def next(self, wanted: float, now: float) -> int:
+        """The percent to send at `now` [s]."""
+        elapsed = min(now - self._at, PULSE)
+        self._at = now
+        if wanted == 0 or abs(wanted) >= 2 * SLUGGISH:
+            self._owed, self._sent = 0.0, round(wanted)
+            return self._sent
+        most = SLUGGISH * PULSE
+        self._owed = max(-most, min(most, self._owed + (wanted - self._sent) * elapsed))
+        due = wanted + self._owed / PULSE
+        if abs(due) >= SLUGGISH:
+            self._sent = round(due)
+        else:
+            self._sent = int(math.copysign(SLUGGISH, due)) if abs(due) > SLUGGISH / 2 else 0
+        return self._sent
 
 
 def motor_command(percents: tuple[int, int]) -> bytes:
@@ -93,7 +120,8 @@ class Srv1(Device):
         self._changed, self._closing = threading.Event(), threading.Event()
         self._idle = threading.Event()  # `run` is over, and the motors were stopped as far as that was possible
         self._idle.set()
-        self._wanted, self._wanted_at = STOPPED, 0.0
+        self._wanted: tuple[float, float] = STOPPED
+        self._wanted_at = 0.0
 
     def open(self) -> Equipment:
         """Connect, find the firmware's place between two commands, stop, and switch its failsafe on."""
@@ -137,14 +165,16 @@ class Srv1(Device):
     def _work(self, readings: Readings) -> None:
         """Talk to the robot until the device is closed."""
         sent, sent_at, asked = STOPPED, 0.0, 0.0
+        left, right = MotorSide(), MotorSide()
         while not self._closing.is_set():
             self._changed.clear()
             now = time.monotonic()
             wanted = self._wanted if now - self._wanted_at < DEADMAN else STOPPED
+            percents = left.next(wanted[0], now), right.next(wanted[1], now)
             try:
-                if wanted != sent or now - sent_at > REPEATING:
-                    self._exchange(motor_command(wanted), b"#M", ANSWERING)
-                    sent, sent_at = wanted, now
+                if percents != sent or now - sent_at > REPEATING:
+                    self._exchange(motor_command(percents), b"#M", ANSWERING)
+                    sent, sent_at = percents, now
                 elif self._rate and now - asked >= 1 / self._rate:
                     asked = now
                     self._take_picture(readings)

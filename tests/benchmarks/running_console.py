@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import signal
 import subprocess
 import sys
 import tempfile
 import urllib.error
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,14 +21,22 @@ import psutil
 class Console:
     """`beckon run` in a process of its own, on the simulator, with the gate's diary."""
 
-    def __init__(self, folder: Path, *, auth: bool = False, robot: str = "sim:lab") -> None:
-        """`auth`: who comes has to show one of the `keys`, the operator's or the viewer's."""
+    def __init__(
+        self,
+        folder: Path,
+        *,
+        auth: bool = False,
+        robot: str = "sim:lab",
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
+        """`auth`: who comes has to show one of the `keys`, the operator's or the viewer's. `environment`: further."""
         self.trace = folder / "gate.csv"
         command = [sys.executable, "-m", "console", "run", "--no-browser", "--port", "0", "--robot", robot]
         self.process = subprocess.Popen(
             [*command, *(() if auth else ("--no-auth",)), "--gate-trace", str(self.trace), "--data", str(folder)],
             stdout=subprocess.PIPE,
             text=True,
+            env={**os.environ, **(environment or {})},
         )
         assert self.process.stdout is not None
         lines = [self.process.stdout.readline() for _ in range(2 if auth else 1)]
@@ -44,6 +53,12 @@ class Console:
                 return json.load(answer)
         except urllib.error.HTTPError as refused:
             return json.load(refused)
+
+    def download(self, path: str) -> bytes:
+        """GET → the file. Raises OSError where it is refused."""
+        asked = urllib.request.Request(f"http://127.0.0.1:{self.port}{path}", headers=self.signed)
+        with urllib.request.urlopen(asked, timeout=20) as answer:
+            return answer.read()
 
     def post(self, path: str, body: dict[str, object] | None = None) -> int:
         """POST and answer with the status."""
@@ -83,10 +98,12 @@ class Console:
 
 
 @contextlib.contextmanager
-def console(*, auth: bool = False, robot: str = "sim:lab") -> Iterator[Console]:
+def console(
+    *, auth: bool = False, robot: str = "sim:lab", environment: Mapping[str, str] | None = None
+) -> Iterator[Console]:
     """A console for a few trials."""
     with tempfile.TemporaryDirectory() as folder:
-        running = Console(Path(folder), auth=auth, robot=robot)
+        running = Console(Path(folder), auth=auth, robot=robot, environment=environment)
         try:
             yield running
         finally:

@@ -11,6 +11,7 @@ import contextlib
 import dataclasses
 import json
 import math
+import os
 import threading
 import time
 from collections.abc import Sequence
@@ -84,6 +85,8 @@ class RosbridgeEmulator:
                 client.close()
             self._server.shutdown()
             self._thread.join(2.0)
+            for end in (self._server.shutdown_watcher, self._server.shutdown_notifier):
+                os.close(end)  # the library leaves them open
             self._server = None
 
     def status(self, sentence: str, level: str = "warning") -> None:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 from core.gate import ZERO, Twist
 from core.geometry import Pose
+from core.robots.requests import AnswerT, RobotRequest, SetListening
 from core.sensors import Image, Scan, Sound, Wheels
 from core.simulation.robot import SimulatedRobot, SimulationSettings
 
@@ -18,8 +19,13 @@ NEVER = float("-inf")
 class World:
     """`sim:<place>` stepped by a thread; the callbacks are called from it."""
 
-    def __init__(self, seed: int = 0, place: str = "lab", failsafe: float | None = 0.5) -> None:
-        """`failsafe` [s]: without `drive` for so long, the wheels stop; None: they never do."""
+    def __init__(
+        self, seed: int = 0, place: str = "lab", failsafe: float | None = 0.5, *, listening: bool = False
+    ) -> None:
+        """`failsafe` [s]: without `drive` for so long, the wheels stop; None: they never do.
+
+        `listening`: the microphones hear the room all the time, else only who speaks.
+        """
         self.on_scan: list[Callable[[Scan], None]] = []
         self.on_image: list[Callable[[Image], None]] = []
         self.on_wheels: list[Callable[[Wheels], None]] = []
@@ -29,7 +35,8 @@ class World:
         self.truth = Pose()
         self.robot: SimulatedRobot | None = None
         self._seed, self._place, self._failsafe = seed, place, failsafe
-        self._lock = threading.Lock()
+        self._listening = listening
+        self._lock, self._stepping = threading.Lock(), threading.Lock()
         self._wanted, self._wanted_at = ZERO, NEVER
         self._over = threading.Event()
         self._thread: threading.Thread | None = None
@@ -38,6 +45,8 @@ class World:
         """Begin to live. The camera is simulated where somebody looks at its pictures."""
         settings = SimulationSettings(camera=bool(self.on_image))
         self.robot = SimulatedRobot(self._place, seed=self._seed, settings=settings)
+        if self._listening:
+            self.robot.ask(SetListening(on=True))
         self._over.clear()
         self._thread = threading.Thread(target=self._live, args=(self.robot,), name="world", daemon=True)
         self._thread.start()
@@ -47,6 +56,12 @@ class World:
         self._over.set()
         if self._thread is not None:
             self._thread.join(5.0)
+
+    def ask(self, request: RobotRequest[AnswerT]) -> AnswerT:
+        """Put somebody into the room, let them speak, read the floor plan: a request to the simulator."""
+        assert self.robot is not None
+        with self._stepping:
+            return self.robot.ask(request)
 
     def drive(self, v: float, w: float) -> None:
         """Set speeds [m/s], [rad/s], which hold until the next call or the failsafe."""
@@ -71,7 +86,8 @@ class World:
             self._step(robot)
 
     def _step(self, robot: SimulatedRobot) -> None:
-        frame = robot.read()
+        with self._stepping:
+            frame = robot.read()
         if frame.truth is not None:
             self.truth = frame.truth
         for value, callbacks in (

@@ -28,7 +28,7 @@ from tests.emulators.ros_messages import RosMessageMaker
 from tests.emulators.small_foxglove import SmallFoxglove
 from tests.emulators.world import World
 
-FUZZ = int(os.environ.get("BECKON_FUZZ", "2000"))  # damaged messages; 100000 by hand
+FUZZ = int(os.environ.get("BECKON_FUZZ", "400"))  # damaged messages; 100000 by hand
 MAKER = RosMessageMaker(1_700_000_000.0)
 
 
@@ -44,7 +44,8 @@ def scan(stamp: float = 0.0) -> bytes:
 
 
 @pytest.fixture
-def small() -> Iterator[SmallFoxglove]:
+def small(monkeypatch: pytest.MonkeyPatch) -> Iterator[SmallFoxglove]:
+    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING", 1.0)
     server = SmallFoxglove([SCAN_CHANNEL, ("/cmd_vel", *definition(TWIST))])
     server.on_subscribed = lambda one: one.log(1, scan())
     yield server
@@ -137,7 +138,8 @@ def test_a_bridge_that_takes_no_speeds_is_a_robot_that_only_shows(small: SmallFo
     assert small.published == [] and small.advertised == {}
 
 
-def test_speeds_go_where_the_connection_graph_has_a_listener() -> None:
+def test_speeds_go_where_the_connection_graph_has_a_listener(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING", 0.3)
     emulator = FoxgloveEmulator(World(), listens=("/base/cmd_vel",), cmd_vel_type=TWIST_STAMPED)
     emulator.start()
     device = device_of(emulator.url)
@@ -173,7 +175,8 @@ def test_settings_come_from_the_address() -> None:
     assert (device.address.settings.scan, device.address.settings.cmd_vel) == (("/front/scan",), "/tab_vel")
 
 
-def test_nobody_there_and_somebody_else_there_are_sentences() -> None:
+def test_nobody_there_and_somebody_else_there_are_sentences(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("core.robots.ros.socket_link.CONNECTING", 1.0)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -184,7 +187,8 @@ def test_nobody_there_and_somebody_else_there_are_sentences() -> None:
             open_device(f"//127.0.0.1:{port}").open()
 
 
-def test_a_robot_without_topics_is_a_sentence(small: SmallFoxglove) -> None:
+def test_a_robot_without_topics_is_a_sentence(small: SmallFoxglove, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("core.robots.ros.socket_link.LISTING", 1.0)
     small.channels = []
     small.start()
     device = device_of(small.url)
@@ -194,7 +198,8 @@ def test_a_robot_without_topics_is_a_sentence(small: SmallFoxglove) -> None:
 
 
 @pytest.mark.skipif(shutil.which("openssl") is None, reason="a certificate needs openssl: apt install openssl")
-def test_an_encrypted_bridge_is_checked_by_its_certificate(tmp_path: Path) -> None:
+def test_an_encrypted_bridge_is_checked_by_its_certificate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING", 0.3)
     made, key = certificate(tmp_path)
     emulator = FoxgloveEmulator(World(), tls=(made.read_bytes(), key.read_bytes()))
     emulator.start()

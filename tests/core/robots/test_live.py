@@ -18,8 +18,8 @@ from core.robots.device import Base, Device, Equipment
 from core.robots.device_clock import DeviceClock
 from core.robots.live import LiveRobot
 from core.robots.readings import Readings
-from core.robots.requests import ReadTruth
-from core.sensors import Scan, Sound
+from core.robots.requests import ReadTruth, SetListening
+from core.sensors import Camera, Image, Scan, SensorFrame, Sound
 
 
 class Wire(Device):
@@ -156,11 +156,19 @@ def test_a_device_that_opens_while_it_is_closed_does_not_run() -> None:
     until(lambda: not any(thread.name.startswith("device-") for thread in threading.enumerate()))
 
 
-def test_a_real_robot_takes_no_requests_of_a_simulator() -> None:
+def test_a_real_robot_listens_always_and_takes_no_requests_of_a_simulator() -> None:
     robot = LiveRobot([("the base", Wire())], shape)
-    with pytest.raises(BadInput, match="understands the requests connection and robot_file"):
+    assert robot.ask(SetListening(on=False)).on  # its microphones cannot be switched off
+    with pytest.raises(BadInput, match="understands the requests connection, robot_file and listen"):
         robot.ask(ReadTruth())
     robot.close()
+
+
+def test_a_robot_of_two_cameras_looks_through_the_first() -> None:
+    profile = Profile(name="two eyes", url="", cameras=(Camera(name="front"), Camera(name="back")))
+    for name, seen in (("front", True), ("back", False), ("", True)):
+        frame = SensorFrame(stamp=1.0, image=Image(stamp=1.0, pixels=np.zeros((2, 2, 3), np.uint8), camera=name))
+        assert (profile.first_view(frame).image is not None) is seen
 
 
 def test_a_frame_carries_one_scan_all_sound_and_the_wheels_as_they_go_on() -> None:

@@ -22,7 +22,7 @@ from tests.core.robots.links import frames, is_up, live, memory, until
 from tests.emulators.rosbridge import RosbridgeEmulator
 from tests.emulators.world import World
 
-FUZZ = int(os.environ.get("BECKON_FUZZ", "2000"))  # damaged messages; 100000 by hand
+FUZZ = int(os.environ.get("BECKON_FUZZ", "400"))  # damaged messages; 100000 by hand
 
 
 def device_of(emulator: RosbridgeEmulator, options: str = "") -> RosbridgeRobot:
@@ -36,8 +36,9 @@ def scan(stamp: float) -> Scan:
 
 
 @pytest.fixture
-def emulator() -> Iterator[RosbridgeEmulator]:
-    """Nothing is sensed but what a test says."""
+def emulator(monkeypatch: pytest.MonkeyPatch) -> Iterator[RosbridgeEmulator]:
+    """Nothing is sensed but what a test says, and nothing is waited for."""
+    monkeypatch.setattr("core.robots.ros.socket_link.LEARNING", 0.3)
     one = RosbridgeEmulator(World())
     yield one
     one.stop()

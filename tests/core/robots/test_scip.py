@@ -60,7 +60,7 @@ def room(number: int, beams: int = LAST - FIRST + 1) -> Array:
     return np.random.default_rng(number).integers(20, 5601, beams)
 
 
-@pytest.fixture(params=["tcp", "serial"])
+@pytest.fixture(params=[pytest.param("tcp", marks=pytest.mark.campaign), "serial"])
 def sensor(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[ScipEmulator]:
     emulator = ScipEmulator(path=tmp_path / "ttyACM0" if request.param == "serial" else None)
     with turning(emulator, [room(number) for number in range(100)]):
@@ -138,7 +138,7 @@ def test_the_geometry_is_what_the_sensor_says() -> None:
 def test_scans_arrive_at_the_sensors_rate_exact_and_on_time(sensor: ScipEmulator) -> None:
     with live(device_of(sensor)) as robot:
         zero = time.monotonic() - robot._readings.now()
-        scans = [frame.scan for frame in frames(robot, 3.0) if frame.scan is not None]
+        scans = [frame.scan for frame in frames(robot, 2.0) if frame.scan is not None]
     stamps = np.array([scan.stamp for scan in scans])
     sent = np.array([begin - zero for begin, _ in sensor.sent])
     truth = {tuple(ranges.tolist()): begin for (_, ranges), begin in zip(sensor.sent, sent, strict=True)}
@@ -146,7 +146,7 @@ def test_scans_arrive_at_the_sensors_rate_exact_and_on_time(sensor: ScipEmulator
         scan.stamp - FIRST * 0.1 / 1024 - truth[tuple((scan.ranges * 1e3).round().astype(int).tolist())]
         for scan in scans
     ]
-    assert len(scans) >= 26 and (np.diff(stamps) > 0).all()
+    assert len(scans) >= 16 and (np.diff(stamps) > 0).all()
     assert np.median(np.diff(stamps)) == pytest.approx(0.1, abs=0.003)
     assert np.median(np.abs(errors)) < 0.003
 
@@ -238,7 +238,7 @@ def fuzz_sent(sensor: ScipEmulator) -> set[tuple[float, ...]]:
 
 
 def test_malformed_bytes_neither_end_the_driver_nor_become_scans(quick_sensor: ScipEmulator) -> None:
-    wrong, growth = fuzz(quick_sensor, 2000)
+    wrong, growth = fuzz(quick_sensor, 500)
     assert wrong == 0 and growth < 20
 
 

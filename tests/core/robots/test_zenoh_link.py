@@ -30,7 +30,7 @@ from tests.core.robots.links import frames, is_up, live, memory, no_leak, until
 from tests.emulators.world import World
 from tests.emulators.zenoh_robot import ZenohEmulator, free_port, session
 
-FUZZ = int(os.environ.get("BECKON_FUZZ", "2000"))  # damaged messages; 100000 by hand
+FUZZ = int(os.environ.get("BECKON_FUZZ", "400"))  # damaged messages; 100000 by hand
 VECTOR = bytes.fromhex("00010000 9a9999999999b93f") + bytes(32) + bytes.fromhex("000000000000e03f")
 
 
@@ -55,6 +55,12 @@ def running(**settings: object) -> Iterator[ZenohEmulator]:
 def emulator() -> Iterator[ZenohEmulator]:
     with running() as one:
         yield one
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Topics are waited for less long."""
+    monkeypatch.setattr("core.robots.zenoh_link.LISTING", 1.0)
 
 
 def notes_of(robot: LiveRobot, seconds: float) -> str:
@@ -102,7 +108,7 @@ def test_a_stamped_type_is_taken_from_the_listener_and_stamped_0(bridge: bool) -
     assert emulator.frames[0][: len(head)] == head and len(emulator.frames[0]) == 76
 
 
-@pytest.mark.parametrize("bridge", [False, True])
+@pytest.mark.parametrize("bridge", [False, pytest.param(True, marks=pytest.mark.campaign)])
 def test_one_of_several_robots_is_meant_by_its_namespace(bridge: bool) -> None:
     with running(bridge=bridge, namespace="/robot1") as emulator:
         assert emulator.node is not None
@@ -118,7 +124,7 @@ def test_one_of_several_robots_is_meant_by_its_namespace(bridge: bool) -> None:
             device_of(emulator, "/nowhere").open()
 
 
-def test_another_domain_is_another_world() -> None:
+def test_another_domain_is_another_world(impatient: None) -> None:
     with running(domain=7) as emulator:
         with live(device_of(emulator, "?domain=7")) as robot:
             assert robot.profile.laser is not None
@@ -128,9 +134,12 @@ def test_another_domain_is_another_world() -> None:
         device.close()
 
 
-def test_a_type_of_another_definition_is_left_out_with_a_sentence(emulator: ZenohEmulator) -> None:
+def test_a_type_of_another_definition_is_left_out_with_a_sentence(
+    emulator: ZenohEmulator, monkeypatch: pytest.MonkeyPatch
+) -> None:
     emulator.stop()
     usual = emulator.hash_of
+    monkeypatch.setattr("core.robots.zenoh_link.LEARNING", 0.5)
     emulator.hash_of = lambda kind: "RIHS01_" + "0" * 64 if kind == LASER_SCAN else usual(kind)  # type: ignore[method-assign]
     emulator.start()
     with live(device_of(emulator)) as robot:
@@ -181,7 +190,7 @@ def test_a_robot_that_falls_silent_is_lost_although_its_tokens_stay(emulator: Ze
         read: list[SensorFrame] = []
         assert 1.5 < timed(lambda: read.append(robot.read()) or read[-1].trouble, 5.0) < 3.5
         assert "was lost" in " ".join(frame.note for frame in read) + notes_of(robot, 0.3)
-        frames(robot, 4.0)
+        frames(robot, 1.0)
         assert not is_up(robot)  # it answers, but sends nothing
         emulator.world.start()
         until(lambda: is_up(robot), 15.0)
@@ -253,7 +262,8 @@ def test_the_address_says_which_robot_and_which_of_its_topics() -> None:
     assert (address.settings.scan, address.settings.namespace) == (("/front/scan",), "/fleet/bot1")
 
 
-def test_nobody_there_and_somebody_else_there_are_sentences() -> None:
+def test_nobody_there_and_somebody_else_there_are_sentences(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("core.robots.ros.zenoh_session.CONNECTING", 1.0)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         rest = f"//127.0.0.1:{free.getsockname()[1]}"
@@ -266,7 +276,7 @@ def test_nobody_there_and_somebody_else_there_are_sentences() -> None:
         assert time.monotonic() - began < 5.0
 
 
-def test_a_router_without_a_robot_is_a_sentence() -> None:
+def test_a_router_without_a_robot_is_a_sentence(impatient: None) -> None:
     port = free_port()
     with session("router", listen__endpoints=[f"tcp/127.0.0.1:{port}"]):
         device = open_device(f"//127.0.0.1:{port}")
@@ -333,7 +343,8 @@ def test_of_every_topic_so_many_messages_wait_and_of_pictures_the_newest() -> No
     assert waiting.take(0.0) == []
 
 
-def test_a_robot_that_is_closed_while_it_is_looked_for_is_let_go_of() -> None:
+def test_a_robot_that_is_closed_while_it_is_looked_for_is_let_go_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("core.robots.ros.zenoh_session.CONNECTING", 1.0)
     with socket.socket() as deaf:
         deaf.bind(("127.0.0.1", 0))
         deaf.listen()

@@ -39,10 +39,11 @@ DIALECTS = ("rosbridge JSON", "rosbridge ROS 1 JSON", "zenoh rmw Humble", "zenoh
 
 
 @pytest.fixture(
-    params=[pytest.param(name, marks=[pytest.mark.campaign] if name in DIALECTS else []) for name in LINKS]
+    scope="module",
+    params=[pytest.param(name, marks=[pytest.mark.campaign] if name in DIALECTS else []) for name in LINKS],
 )
-def opened(request: pytest.FixtureRequest) -> Iterator[Opened]:
-    """A running emulator, and what opens a device with options for it."""
+def there(request: pytest.FixtureRequest) -> Iterator[tuple[Any, Callable[..., Device]]]:
+    """A running emulator for all tests of a link, and what opens a device with options for it."""
     make, open_device, always = LINKS[request.param]
     world = World()
     emulator = make(world)
@@ -54,18 +55,27 @@ def opened(request: pytest.FixtureRequest) -> Iterator[Opened]:
     world.stop()
 
 
+@pytest.fixture
+def opened(there: Opened) -> Opened:
+    """The same, nothing heard yet."""
+    emulator, _ = there
+    for heard in (emulator.received, emulator.locks):
+        heard.clear()
+    return there
+
+
 def test_all_streams_come_at_their_rates_and_stamps_never_go_back(opened: Opened) -> None:
     _, device = opened
     with live(device()) as robot:
-        frames(robot, 0.3)
-        read = frames(robot, 3.0)
+        frames(robot, 0.8)  # until the clocks are compared
+        read = frames(robot, 1.5)
         laser, camera = robot.profile.laser, robot.profile.camera
     scans = [frame.scan for frame in read if frame.scan]
-    assert 25 <= len(scans) <= 33 and 24 <= sum(frame.image is not None for frame in read) <= 33
+    assert 11 <= len(scans) <= 18 and 11 <= sum(frame.image is not None for frame in read) <= 18
     assert all(frame.wheels is not None for frame in read)
     for stamps in ([frame.stamp for frame in read], [scan.stamp for scan in scans]):
         assert (np.diff(stamps) > 0).all()
-    assert np.diff([scan.stamp for scan in scans]) == pytest.approx(0.1, abs=0.03)
+    assert np.median(np.diff([scan.stamp for scan in scans])) == pytest.approx(0.1, abs=0.005)
     ages = [frame.stamp - frame.scan.stamp for frame in read if frame.scan]
     assert 0.06 < percentile(ages, 0.5) < 0.2  # the mirror turns for 0.1 s
     assert laser is not None and laser.beams == 682 and laser.height == pytest.approx(0.12)
@@ -103,6 +113,7 @@ def test_nothing_is_on_the_wire_while_nothing_is_asked_for_and_five_zeros_end_a_
         assert len(emulator.received) == len(speeds)
 
 
+@pytest.mark.campaign  # the conformance suite has a shorter one
 def test_a_stop_is_on_the_wire_within_30_ms(opened: Opened) -> None:
     emulator, device = opened
     waits: list[float] = []
@@ -129,6 +140,7 @@ def test_the_lock_is_a_heartbeat_that_closes_when_nothing_is_asked_for(opened: O
         assert emulator.locks[-1][1] is True
 
 
+@pytest.mark.campaign  # as the conformance suite has it, for every dialect
 def test_after_the_bridge_was_gone_nothing_moves_before_zero_was_asked_for(opened: Opened) -> None:
     emulator, device = opened
     with live(device()) as robot:
@@ -153,12 +165,10 @@ def test_closing_stops_the_robot_and_leaks_nothing(opened: Opened) -> None:
     with live(device()) as robot:  # what a first connection keeps for good
         frames(robot, 0.1)
     with no_leak():
-        for _ in range(3):
-            with live(device()) as robot:
-                frames(robot, 0.2, ZERO)
-                frames(robot, 0.2, Twist(0.1, 0.0))
-            time.sleep(0.1)
-            assert emulator.received[-1][1:] == (0.0, 0.0)
+        with live(device()) as robot:
+            frames(robot, 0.2, ZERO)
+            until(lambda: robot.drive(Twist(0.1, 0.0)) or emulator.received)
+        until(lambda: emulator.received[-1][1:] == (0.0, 0.0))
 
 
 def test_the_robot_stops_by_itself_when_the_console_is_silent(opened: Opened) -> None:
