@@ -6,12 +6,14 @@ Commands that fall behind free text are dropped, which makes talk cheap. Rows wi
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from core.message import Array, message
 from core.speech.whisper.spellings import Spellings, State
+from core.speech.whisper.tokenizer import Tokenizer
 from core.speech.whisper.transformer import Decoder, Decoding
 
 START, NO_TIMESTAMPS, END = 50257, 50362, 50256  # special tokens of English-only models
@@ -21,14 +23,12 @@ GRAMMAR_ROWS, FREE_ROWS, BRANCHES = 10, 3, 4
 BEHIND_FREE, BEHIND_DONE = 12.0, 9.0  # [nats] behind free text and behind a whole spelling, at which a row is dropped
 FIRST_TOKENS, TOKENS_A_SECOND = 8, 6  # tokens that a sentence may have, at most
 
-Tokens = tuple[int, ...]
-
 
 @message
 class ScoredText:
     """A whole text and its logarithmic probability [nats], given the sound."""
 
-    tokens: Tokens
+    text: str
     nats: float
 
 
@@ -51,14 +51,18 @@ class _Row:
 class Columns:
     """The tokens that are written, and the columns of their scores."""
 
-    def __init__(self, spellings: Spellings) -> None:
+    def __init__(self, spellings: Spellings, tokenizer: Tokenizer) -> None:
         self.tokens: Array = np.array(sorted({*range(COMMON), *spellings.tokens, START, NO_TIMESTAMPS, END}))  # (V,)
         self._of = {int(token): column for column, token in enumerate(self.tokens)}
         self.start, self.no_timestamps, self.end = self._of[START], self._of[NO_TIMESTAMPS], self._of[END]
         self.never = [self.start, self.no_timestamps]
         self.blank = self._of[BLANK]
-        self._spellings = spellings
+        self._spellings, self._raw = spellings, tokenizer.raw(map(int, self.tokens))
         self._known: dict[State, Array] = {}
+
+    def text(self, columns: Iterable[int]) -> str:
+        """Return what columns spell one after the other."""
+        return b"".join(self._raw[column] for column in columns).decode(errors="replace").strip()
 
     def of(self, state: State) -> Array:
         """Return the columns of the arcs of a state of the spellings."""
@@ -126,8 +130,7 @@ class _Beam:
         return Found(spellings=_ranked(self._spelled), free=_ranked(said))
 
     def _whole(self, row: _Row, nats: float) -> ScoredText:
-        tokens = self._columns.tokens[list(row.columns)] if row.columns else ()
-        return ScoredText(tokens=tuple(map(int, tokens)), nats=nats)
+        return ScoredText(text=self._columns.text(row.columns), nats=nats)
 
     def _extended_free(self, likely: Array) -> list[_Row]:
         rows: list[_Row] = []

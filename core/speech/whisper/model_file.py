@@ -18,7 +18,13 @@ from core.errors import BadInput
 from core.message import Array
 
 VERSION, SPEC = 6, "WhisperSpec"
-TYPES: tuple[type[np.generic], ...] = (np.float32, np.int8, np.int16, np.int32, np.float16)  # by the number that the file uses
+TYPES: tuple[type[np.generic], ...] = (
+    np.float32,
+    np.int8,
+    np.int16,
+    np.int32,
+    np.float16,
+)  # by the number that the file uses
 MOST_BYTES = 400_000_000  # a whisper-base.en has 145 MB
 MOST_VARIABLES, MOST_RANK = 2_000, 3
 
@@ -124,7 +130,9 @@ class ModelFile:
 
     def _finite(self, name: str, values: Array) -> Array:
         if not np.isfinite(values).all():
-            raise BadInput(f"{self._path.name!r} is no usable speech model: {name!r} has numbers that are not finite.")
+            raise BadInput(
+                f"{self._path.name!r} is no usable speech model: {name!r} has numbers that are not finite."
+            )
         return values
 
 

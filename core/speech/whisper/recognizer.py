@@ -30,7 +30,7 @@ from core.speech.recognition.decision import (
 from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import RATE
 from core.speech.understanding.grammar import STOP_WORD, Refusal, parse
-from core.speech.whisper.joint_search import Columns, Found, JointSearch, ScoredText
+from core.speech.whisper.joint_search import Columns, Found, JointSearch
 from core.speech.whisper.log_mel import log_mel
 from core.speech.whisper.model_file import ModelFile
 from core.speech.whisper.spellings import Spellings, as_understood, lacks_whole_part
@@ -60,7 +60,11 @@ class Bounds:
     behind_free: float  # [nats] behind the best free text that means something else, at most
 
 
-NUMBERS, FIXED, STOP = Bounds(score=-8, behind_free=4), Bounds(score=-6, behind_free=1), Bounds(score=-8, behind_free=2)
+NUMBERS, FIXED, STOP = (
+    Bounds(score=-8, behind_free=4),
+    Bounds(score=-6, behind_free=1),
+    Bounds(score=-8, behind_free=2),
+)
 """Middles of wide plateaus (`tests.benchmarks.voices`). Whisper rather writes "to", "by" or "for" than numbers."""
 
 
@@ -86,18 +90,18 @@ class WhisperRecognizer:
 
     def __init__(self, folder: Path) -> None:
         """`folder` with `model.bin` and `tokenizer.json` of an English-only model. Raises BadInput."""
+        tokenizer = Tokenizer(folder / "tokenizer.json")  # 30 MB, not needed after this
+        spellings = Spellings(tokenizer.encode)
+        columns = Columns(spellings, tokenizer)
         model = ModelFile(folder / "model.bin")
         self._encoder = Encoder(model)
-        self._tokenizer = Tokenizer(folder / "tokenizer.json")
-        spellings = Spellings(self._tokenizer.encode)
-        columns = Columns(spellings)
         decoder = Decoder(model, self._encoder.width, columns.tokens)
         self._search = JointSearch(decoder, spellings, columns)
 
     def decide(self, utterance: Utterance) -> Decision:
         """Compare the best meaning with free text and with the second meaning."""
         found = self.search(utterance.samples)
-        free_text = self._text(found.free[0]) if found.free else ""
+        free_text = found.free[0].text if found.free else ""
         decision = self._decided(utterance, found, free_text)
         goes = decision.command is not None and decision.command.name in NAME_STOP
         if STOP_WORD.search(free_text.lower()) and not goes and not decision.stops:
@@ -107,7 +111,7 @@ class WhisperRecognizer:
     def transcribe(self, utterance: Utterance) -> str:
         """Write down all speech, in any words."""
         found = self.search(utterance.samples)
-        return self._text(found.free[0]) if found.free else ""
+        return found.free[0].text if found.free else ""
 
     def search(self, samples: Array) -> Found:
         """Samples (N,) of full scale ±1 at 16 kHz → the likeliest commands and free texts."""
@@ -120,7 +124,7 @@ class WhisperRecognizer:
         """The commands of all spellings that were found, the likeliest first."""
         sums: dict[Key, Meaning] = {}
         for one in found.spellings:
-            spelling = self._text(one)
+            spelling = one.text
             key = key_of(spelling)
             if key is not None:
                 known = sums.get(key)
@@ -138,7 +142,7 @@ class WhisperRecognizer:
         if not meanings:
             return _not_understood(free_text, [], 0.0)
         best, free = meanings[0], found.free[0].nats if found.free else -math.inf
-        other = max((one.nats for one in found.free if key_of(self._text(one)) != best.key), default=-math.inf)
+        other = max((one.nats for one in found.free if key_of(one.text) != best.key), default=-math.inf)
         fits = min(best.nats - best.bounds.score, best.nats - other + best.bounds.behind_free)
         second = meanings[1].nats if len(meanings) > 1 else -math.inf
         if fits <= 0:
@@ -147,9 +151,6 @@ class WhisperRecognizer:
         scores = Scores(sentence=best.nats, over_free_text=fits, over_second_best=best.nats - second)
         objection = TOO_LONG if utterance.cut else NO_WHOLE_NUMBER if best.key[2] else ""
         return decide(sentences[0], scores, THRESHOLDS, objection=objection, others=sentences[1:])
-
-    def _text(self, scored: ScoredText) -> str:
-        return self._tokenizer.decode(scored.tokens).strip()
 
 
 def key_of(words: str) -> Key | None:

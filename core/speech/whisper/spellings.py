@@ -35,65 +35,37 @@ class Arcs:
         self.final = final  # whether the sentence may end here
 
 
-class Spellings:
-    """The automaton. States are sets of places in the spellings."""
+class _Written:
+    """All spellings of all sentences, with the places between their tokens."""
 
     def __init__(self, encode: Callable[[str], tuple[int, ...]]) -> None:
-        """`encode`: text → tokens; the pieces of a sentence are encoded one by one."""
         self._encode = encode
-        self._arcs: list[dict[int, set[int]]] = []
-        self._free: list[set[int]] = []  # places that are reached without a token
-        begin, self._end = self._new(), self._new()
+        self.arcs: list[dict[int, set[int]]] = []
+        self.free: list[set[int]] = []  # places that are reached without a token
+        self.begin, self.end = self._new(), self._new()
         last = self._new()
         for pattern in (words for kind in VOCABULARY for words in kind.words):
-            self._write_sentence(pattern, begin, last)
-        self._skip(last, self._end)
+            self._write_sentence(pattern, self.begin, last)
+        self._skip(last, self.end)
         for mark in ENDS:
-            self._write(mark, last, self._end)
-        self._states: dict[State, Arcs] = {}
-        self.begin = self._closed({begin})
-
-    @cached_property
-    def tokens(self) -> frozenset[int]:
-        """Every token of every spelling."""
-        return frozenset(token for arcs in self._arcs for token in arcs)
-
-    def arcs(self, state: State) -> Arcs:
-        """Return what may follow in a state."""
-        known = self._states.get(state)
-        if known is None:
-            reached: dict[int, set[int]] = {}
-            for place in state:
-                for token, targets in self._arcs[place].items():
-                    reached.setdefault(token, set()).update(targets)
-            closed = [self._closed(targets) for targets in reached.values()]
-            known = self._states[state] = Arcs(reached, closed, self._end in state)
-        return known
-
-    def _closed(self, places: set[int]) -> State:
-        waiting, found = list(places), set(places)
-        while waiting:
-            fresh = self._free[waiting.pop()] - found
-            found |= fresh
-            waiting += fresh
-        return frozenset(found)
+            self._write(mark, last, self.end)
 
     def _new(self) -> int:
-        self._arcs.append({})
-        self._free.append(set())
-        return len(self._arcs) - 1
+        self.arcs.append({})
+        self.free.append(set())
+        return len(self.arcs) - 1
 
     def _skip(self, source: int, target: int) -> None:
-        self._free[source].add(target)
+        self.free[source].add(target)
 
     def _write(self, text: str, source: int, target: int) -> None:
         """Add the tokens of one text between two places."""
         *first, last = self._encode(text)
         for token in first:
             place = self._new()
-            self._arcs[source].setdefault(token, set()).add(place)
+            self.arcs[source].setdefault(token, set()).add(place)
             source = place
-        self._arcs[source].setdefault(last, set()).add(target)
+        self.arcs[source].setdefault(last, set()).add(target)
 
     def _write_sentence(self, pattern: str, begin: int, end: int) -> None:
         """Add "stop at {x_m} and {y_m} meters": its first word small or capital."""
@@ -161,6 +133,42 @@ class Spellings:
             for digit in DIGITS[1:]:
                 self._write(f" {digit}", place, words)
                 self._write(f"-{digit}", place, words)
+
+
+class Spellings:
+    """The automaton. States are sets of places in the spellings."""
+
+    def __init__(self, encode: Callable[[str], tuple[int, ...]]) -> None:
+        """`encode`: text → tokens; the pieces of a sentence are encoded one by one."""
+        written = _Written(encode)
+        self._arcs, self._free, self._end = written.arcs, written.free, written.end
+        self._states: dict[State, Arcs] = {}
+        self.begin = self._closed({written.begin})
+
+    @cached_property
+    def tokens(self) -> frozenset[int]:
+        """Every token of every spelling."""
+        return frozenset(token for arcs in self._arcs for token in arcs)
+
+    def arcs(self, state: State) -> Arcs:
+        """Return what may follow in a state."""
+        known = self._states.get(state)
+        if known is None:
+            reached: dict[int, set[int]] = {}
+            for place in state:
+                for token, targets in self._arcs[place].items():
+                    reached.setdefault(token, set()).update(targets)
+            closed = [self._closed(targets) for targets in reached.values()]
+            known = self._states[state] = Arcs(reached, closed, self._end in state)
+        return known
+
+    def _closed(self, places: set[int]) -> State:
+        waiting, found = list(places), set(places)
+        while waiting:
+            fresh = self._free[waiting.pop()] - found
+            found |= fresh
+            waiting += fresh
+        return frozenset(found)
 
 
 def as_understood(spelling: str) -> str:

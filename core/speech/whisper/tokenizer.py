@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from functools import cache
+from collections.abc import Iterable
 from pathlib import Path
 
 import msgspec
@@ -47,19 +47,22 @@ class Tokenizer:
         self._ids = model.vocab
         self._letters = _letters()
         self._bytes = {letter: byte for byte, letter in self._letters.items()}
-        self._texts = {number: text for text, number in model.vocab.items()}
         if any(letter not in self._ids for letter in self._bytes):
             raise BadInput(f"{path.name!r} is no usable tokenizer: single letters are missing. Get the model again.")
-        self._piece = cache(self._merged)
+        self._known: dict[str, tuple[int, ...]] = {}
 
     def encode(self, text: str) -> tuple[int, ...]:
         """Text → tokens."""
-        return tuple(token for piece in PIECE.findall(text) for token in self._piece(piece))
+        for piece in (pieces := PIECE.findall(text)):
+            if piece not in self._known:
+                self._known[piece] = self._merged(piece)
+        return tuple(token for piece in pieces for token in self._known[piece])
 
-    def decode(self, tokens: tuple[int, ...]) -> str:
-        """Tokens → text; special tokens have none."""
-        letters = "".join(self._texts.get(token, "") for token in tokens)
-        return bytes(self._bytes[letter] for letter in letters if letter in self._bytes).decode(errors="replace")
+    def raw(self, tokens: Iterable[int]) -> list[bytes]:
+        """Return the bytes of each token; special ones have none."""
+        texts = {number: text for text, number in self._ids.items()}
+        letters = (texts.get(token, "") for token in tokens)
+        return [bytes(self._bytes[letter] for letter in text if letter in self._bytes) for text in letters]
 
     def _merged(self, piece: str) -> tuple[int, ...]:
         parts = [self._letters[byte] for byte in piece.encode()]

@@ -136,7 +136,9 @@ class Encoder:
         self._first = _convolution(model, "conv1", width, 80)
         self._second = _convolution(model, "conv2", width, width)
         self._layers = [
-            EncoderLayer(_self_attention(model, f"encoder/layer_{i}", width), _feed(model, f"encoder/layer_{i}", width))
+            EncoderLayer(
+                _self_attention(model, f"encoder/layer_{i}", width), _feed(model, f"encoder/layer_{i}", width)
+            )
             for i in range(model.layers("encoder"))
         ]
         self._norm = _norm(model, "encoder", width)
@@ -174,7 +176,8 @@ class Decoding:
     def __init__(self, decoder: Decoder, heard: Array) -> None:
         self._decoder = decoder
         self._sound = [
-            tuple(heads(part) for part in np.split(layer.cross.stacked(heard), 2, axis=-1)) for layer in decoder.layers
+            tuple(heads(part) for part in np.split(layer.cross.stacked(heard), 2, axis=-1))
+            for layer in decoder.layers
         ]
         self._caches: list[tuple[Array, Array]] = []
         self._length = 0
