@@ -14,7 +14,7 @@ import numpy as np
 from core.message import Array, message
 from core.speech.whisper.spellings import Spellings, State
 from core.speech.whisper.tokenizer import Tokenizer
-from core.speech.whisper.transformer import Decoder, Decoding
+from core.speech.whisper.transformer import Decoder
 
 START, NO_TIMESTAMPS, END = 50257, 50362, 50256  # special tokens of English-only models
 BLANK = 220  # a lone space, which nothing begins with

@@ -18,7 +18,7 @@ DYNAMICS = 8.0  # decades below the loudest value that are kept
 
 
 def log_mel(samples: Array) -> Array:
-    """Samples (N,), N ≥ 0, of full scale ±1 at 16 kHz → (80, F), F a multiple of 100: the sound and a second after it."""
+    """Samples (N,), N ≥ 0, of full scale ±1 at 16 kHz → (80, F), the sound and at least a second after it."""
     count = max(len(samples), WINDOW)
     padded = np.zeros(count + HOP, np.float32)
     padded[: len(samples)] = samples

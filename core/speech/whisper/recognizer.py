@@ -1,8 +1,8 @@
 """The recognizer of human voices: Whisper, scored against the grammar.
 
-Three numbers decide about the meaning that fits best: its score, which adds up the probabilities of all its spellings;
-how far the best free text is ahead of it; and how far it is ahead of the second meaning. The bounds for words without
-numbers are narrow, because everything that resembles a command resembles one of those.
+Three numbers decide about the meaning that fits best: its score, which adds up the probabilities of all its
+spellings; how far the best free text is ahead of it; and how far it is ahead of the second meaning. The bounds for
+words without numbers are narrow, because everything that resembles a command resembles one of those.
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -181,6 +182,7 @@ def lacks_whole_part(spelling: str) -> bool:
     words = re.findall(r"[a-z]+|[\d.]+", spelling.lower())
     numerals = {*DIGITS, *TEENS, *TENS, "hundred"}
     return any(
-        word.startswith(".") and word != "." or word == "point" and before not in numerals and not before.isdigit()
-        for before, word in zip(["", *words], words, strict=False)
+        (word.startswith(".") and word != ".")
+        or (word == "point" and before not in numerals and not before.isdigit())
+        for before, word in pairwise(["", *words])
     )

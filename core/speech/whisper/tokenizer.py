@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from itertools import pairwise
 from pathlib import Path
 
 import msgspec
@@ -68,7 +69,7 @@ class Tokenizer:
         parts = [self._letters[byte] for byte in piece.encode()]
         never = len(self._ranks)
         while len(parts) > 1:
-            rank, at = min((self._ranks.get(pair, never), at) for at, pair in enumerate(zip(parts, parts[1:])))
+            rank, at = min((self._ranks.get(pair, never), at) for at, pair in enumerate(pairwise(parts)))
             if rank == never:
                 break
             parts[at : at + 2] = [parts[at] + parts[at + 1]]

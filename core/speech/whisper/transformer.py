@@ -159,7 +159,7 @@ class Decoder:
     """Tokens so far and what was heard → what comes next."""
 
     def __init__(self, model: ModelFile, width: int, tokens: Array) -> None:
-        """`tokens` (V,): those that it may write; it counts them from 0. Raises BadInput where a weight is missing."""
+        """`tokens` (V,): those that it may write, counted from 0 here. Raises BadInput where a weight is missing."""
         self.embeddings = model.rows("decoder/embeddings/weight", tokens, VOCABULARY, width)  # (V, width)
         self.positions = model.get("decoder/position_encodings/encodings", LONGEST, width)
         self.layers = [_decoder_layer(model, f"decoder/layer_{i}", width) for i in range(model.layers("decoder"))]
