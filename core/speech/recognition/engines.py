@@ -91,7 +91,7 @@ def _why(settings: SpeechSettings, spec: EngineSpec) -> str:
 
 
 def model_folder(settings: SpeechSettings) -> Path:
-    """The folder with Whisper's model: that of the settings, else what was installed. Raises Unavailable, BadInput."""
+    """The folder with Whisper's model: that of the settings, else what is here. Raises Unavailable, BadInput."""
     if settings.model:
         folder = Path(settings.model).expanduser()
         if not folder.is_dir():

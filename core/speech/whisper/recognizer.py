@@ -94,8 +94,8 @@ class WhisperRecognizer:
         spellings = Spellings(tokenizer.encode)
         columns = Columns(spellings, tokenizer)
         model = ModelFile(folder / "model.bin")
-        self._encoder = Encoder(model)
-        decoder = Decoder(model, self._encoder.width, columns.tokens)
+        self.encode = Encoder(model)
+        decoder = Decoder(model, self.encode.width, columns.tokens)
         self._search = JointSearch(decoder, spellings, columns)
 
     def decide(self, utterance: Utterance) -> Decision:
@@ -118,7 +118,7 @@ class WhisperRecognizer:
         if len(samples) < SHORTEST * RATE or not np.any(samples):
             return Found(spellings=(), free=())
         heard = samples[-LONGEST * RATE :]
-        return self._search.search(self._encoder(log_mel(heard)), len(heard) / RATE)
+        return self._search.search(self.encode(log_mel(heard)), len(heard) / RATE)
 
     def meanings(self, found: Found, rejected: Iterable[str] = ()) -> list[Meaning]:
         """The commands of all spellings that were found, the likeliest first."""
