@@ -137,14 +137,14 @@ def test_human_digits_are_understood_and_no_other_number_is_obeyed(shared_data):
     folder = shared_data / "speech_human_digits"
     rows = [line.split("\t") for line in (folder / "index.tsv").read_text().splitlines()[1:]]
     right = wrong = wanted = 0
-    for name, _, text in [row for row in rows if row[1].startswith("digit")][::8]:
+    for name, _, text in [row for row in rows if row[1].startswith("digit")][::12]:
         decision, meant = whisper().decide(utterance(clip(folder, name))), Sentence(text).spoken
         numbers = dict(getattr(meant, "numbers", {}))
         obeyed = decision.command is not None and not decision.stops
         wanted += bool(numbers)
         right += obeyed and dict(decision.command.numbers) == numbers
         wrong += obeyed and dict(decision.command.numbers) != numbers
-    assert wanted >= 15 and right >= 0.8 * wanted and wrong == 0
+    assert wanted >= 10 and right >= 0.8 * wanted and wrong == 0
 
 
 @pytest.mark.real_data
