@@ -42,7 +42,7 @@ SHORTEST = 0.1  # [s] of sound below which nothing was said
 NO_WHOLE_NUMBER = "I did not hear the whole number."
 THRESHOLDS = Thresholds(reject=1.0, accept=2.0)  # [nats] before the second meaning
 REJECTED_BEFORE = 3.0  # [nats] by which a command is less likely that was rejected just before
-OFFERED, MOST_OFFERED = 10.0, 2  # [nats] behind the best free text, down to which a meaning is offered; and how many
+OFFERED, MOST_OFFERED = 6.0, 2  # [nats] behind the best free text, down to which a meaning is offered; and how many
 NAME_STOP = frozenset(
     kind.name for kind in VOCABULARY if kind is not STOP_MOVING and any(STOP_WORD.search(one) for one in kind.words)
 )
