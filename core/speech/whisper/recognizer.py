@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from core.commands import VOCABULARY
-from core.commands.stop_moving import STOP_MOVING
+from core.commands.stop_moving import START, STOP_MOVING
 from core.message import Array, message
 from core.speech.recognition.decision import (
     NO_COMMAND,
@@ -42,7 +42,9 @@ SHORTEST = 0.1  # [s] of sound below which nothing was said
 NO_WHOLE_NUMBER = "I did not hear the whole number."
 THRESHOLDS = Thresholds(reject=1.0, accept=2.0)  # [nats] before the second meaning
 REJECTED_BEFORE = 3.0  # [nats] by which a command is less likely that was rejected just before
-OFFERED, MOST_OFFERED = 6.0, 2  # [nats] behind the best free text, down to which a meaning is offered; and how many
+OFFERED = 6.0  # [nats] behind the best free text, down to which a meaning is offered
+BELOW = 2.0  # [nats] below its bound, down to which its score may be then
+MOST_OFFERED = 2  # meanings
 NAME_STOP = frozenset(
     kind.name for kind in VOCABULARY if kind is not STOP_MOVING and any(STOP_WORD.search(one) for one in kind.words)
 )
@@ -62,7 +64,7 @@ class Bounds:
 
 NUMBERS, FIXED, STOP = (
     Bounds(score=-8, behind_free=4),
-    Bounds(score=-6, behind_free=1),
+    Bounds(score=-6, behind_free=0.7),
     Bounds(score=-8, behind_free=2),
 )
 """Middles of wide plateaus (`tests.benchmarks.voices`). Whisper rather writes "to", "by" or "for" than numbers."""
@@ -146,7 +148,7 @@ class WhisperRecognizer:
         fits = min(best.nats - best.bounds.score, best.nats - other + best.bounds.behind_free)
         second = meanings[1].nats if len(meanings) > 1 else -math.inf
         if fits <= 0:
-            return _not_understood(free_text, [one for one in meanings if one.nats > free - OFFERED], fits)
+            return _not_understood(free_text, _near(meanings, free), fits)
         sentences = [Sentence(as_understood(one.spelling).lower().rstrip(".!")) for one in meanings[:3]]
         scores = Scores(sentence=best.nats, over_free_text=fits, over_second_best=best.nats - second)
         objection = TOO_LONG if utterance.cut else NO_WHOLE_NUMBER if best.key[2] else ""
@@ -162,11 +164,20 @@ def key_of(words: str) -> Key | None:
     return spec.name, tuple(numbers.items()), lacks_whole_part(words)
 
 
+def _near(meanings: list[Meaning], free: float) -> list[Meaning]:
+    """Those that are worth offering beside free text of that score [nats]; START changes nothing."""
+    return [
+        one
+        for one in meanings
+        if one.nats > max(free - OFFERED, one.bounds.score - BELOW) and one.key[0] != START.name and not one.key[2]
+    ]
+
+
 def _not_understood(free_text: str, meanings: list[Meaning], fits: float) -> Decision:
     """Nothing fits: say back what was heard, and offer what resembles it."""
     if not free_text:
         return no_command()
-    offered = (Sentence(as_understood(one.spelling)).spoken for one in meanings if not one.key[2])
+    offered = (Sentence(as_understood(one.spelling)).spoken for one in meanings)
     commands = tuple(one for one in offered if not isinstance(one, Refusal))[:MOST_OFFERED]
     confidence = 0.5 + 0.5 * math.tanh(fits / 2)
     if not commands:
