@@ -36,7 +36,7 @@ class Arcs:
         self.final = final  # whether the sentence may end here
 
 
-class _Written:
+class _SpellingBuilder:
     """All spellings of all sentences, with the places between their tokens."""
 
     def __init__(self, encode: Callable[[str], tuple[int, ...]]) -> None:
@@ -141,7 +141,7 @@ class Spellings:
 
     def __init__(self, encode: Callable[[str], tuple[int, ...]]) -> None:
         """`encode`: text → tokens; the pieces of a sentence are encoded one by one."""
-        written = _Written(encode)
+        written = _SpellingBuilder(encode)
         self._arcs, self._free, self._end = written.arcs, written.free, written.end
         self._states: dict[State, Arcs] = {}
         self.begin = self._closed({written.begin})
