@@ -34,6 +34,7 @@ from console.api.page import PageFiles, page, scene_page_file, static_folder
 from console.api.pending_command import pending_command
 from console.api.people import people
 from console.api.playback import playback
+from console.api.recognizer import recognizer
 from console.api.simulation import simulation
 from console.api.slam import slam
 from console.api.speech_quality import speech_quality
@@ -53,6 +54,7 @@ ROUTERS = (
     pending_command,
     state,
     hearing,
+    recognizer,
     lease,
     login,
     maps,

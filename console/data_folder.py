@@ -18,9 +18,11 @@ from typing import IO
 from console.control.notices import Notifications
 from core.errors import Unavailable, Unwritable
 from core.files import reason, remove_unfinished, try_writing
+from core.models import user_folder
 
 OURS = re.compile(
-    r"history\.sqlite.*|console\.log.*|halt\..*|lock|maps|calibration|people|robots|speech_quality|\..*\.new"
+    r"history\.sqlite.*|console\.log.*|halt\..*|lock|maps|calibration|people|robots|speech_quality|models|"
+    r"\..*\.new"
 )
 LOOK, LOOK_AGAIN = 10.0, 2.0  # [s] between looks while all is well, and while it is not
 PATIENCE = 5.0  # [s] after which a disk that does not answer is reported
@@ -110,12 +112,7 @@ class DataFolder:
 
 def home_folder(chosen: str | Path | None = None) -> Path:
     """`--data DIR`, else $BECKON_HOME, else the user's data folder."""
-    if chosen:
-        return Path(chosen).expanduser()
-    if own := os.environ.get("BECKON_HOME"):
-        return Path(own).expanduser()
-    base = os.environ.get("XDG_DATA_HOME") or "~/.local/share"
-    return Path(base).expanduser() / "beckon"
+    return Path(chosen).expanduser() if chosen else user_folder()
 
 
 log = logging.getLogger(__name__)

@@ -9,7 +9,7 @@ from console.speech.transcription_jobs import BeginListening, FinishListening, H
 from console.workers.job import Handler
 from core.sensors.microphones import Sound
 from core.speech.recognition.decision import RecognizedUtterance
-from core.speech.recognition.engines import ActiveEngine, open_engine
+from core.speech.recognition.engines import ActiveEngine, chosen, open_engine
 from core.speech.recognition.recognizer import at_16_khz
 from core.speech.recognition.rejected_commands import RejectedCommands
 from core.speech.settings import SpeechSettings
@@ -39,9 +39,10 @@ class TranscriptionWorker:
         """Listen again."""
         if job.speaker != self._speaker:
             self._speaker, self._rejected = job.speaker, RejectedCommands()
-        if self._engine is None or self._engine[0] != job.settings:
-            self._engine = job.settings, open_engine(job.settings)
-        engine = self._engine[1]
+        known = self._engine  # a model may have been fetched since
+        if known is None or known[0] != job.settings or known[1].spec is not chosen(job.settings):
+            self._engine = known = job.settings, open_engine(job.settings)
+        engine = known[1]
         if job.array is None:
             self._transcriber = Transcriber(
                 job.settings, held=job.held, recognizer=engine.recognizer, rejected=self._rejected

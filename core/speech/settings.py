@@ -16,8 +16,13 @@ MOST_WAITING = 8.0  # [s] of it that may wait while words are read; older sound 
 class SpeechSettings(Section):
     """Recognition of the commands; the defaults lie on plateaus of `tests.benchmarks.words`."""
 
-    engine: Annotated[Literal["sphinx", "vosk", "faster-whisper", "sherpa"], Meta(meaning="recognizer")] = "sphinx"
-    model: Annotated[str, Meta(meaning="folder with the engine's model; sphinx brings its own")] = ""
+    engine: Annotated[
+        Literal["auto", "whisper", "sphinx"],
+        Meta(meaning="recognizer; auto: Whisper where its model is here, else pocketsphinx where it is installed"),
+    ] = "auto"
+    model: Annotated[
+        str, Meta(meaning="folder with an English faster-whisper model; empty: the one that was fetched or installed")
+    ] = ""
     pre_roll: Annotated[
         float, Meta("s", 0.05, 2, "sound kept from before the speech: noise and direction are learnt there")
     ] = 0.5

@@ -60,6 +60,12 @@ def synthetic(data: Path, kind: str) -> list[Clip]:
     ]
 
 
+def clips_of(folder: Path) -> Iterator[tuple[str, Clip]]:
+    """(kind, clip) of a folder whose index has the columns file, kind and text."""
+    for row in _rows(folder):
+        yield row["kind"], Clip(row["file"], row["text"], _samples(folder / row["file"]))
+
+
 def real(data: Path) -> Iterator[tuple[str, Clip]]:
     """(kind, clip) of speech_real, and its noises as kind "noise"."""
     for row in _rows(data / "speech_real"):

@@ -1,73 +1,32 @@
-"""The engines behind the protocols of recognition, what each can do, and the factory that opens the active one."""
+"""The engines behind the protocols of recognition, and the factory that opens the active one."""
 
 from __future__ import annotations
 
-import sys
+import importlib.util
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from core.errors import BadInput, Unavailable
+from core.models import MODELS, checked_folder, find
 from core.speech.recognition.recognizer import Dictation, KeywordSpotter, Recognizer
 from core.speech.settings import SpeechSettings
+
+MODEL = "whisper-tiny.en"  # of MODELS
+SPHINX = "pocketsphinx"  # package and module
 
 
 @dataclass(frozen=True)
 class EngineSpec:
-    """An engine and what it can do. It is imported when it is opened, so the packages of the others may be absent."""
+    """An engine. It is imported when it is opened, so the packages of the others may be absent."""
 
-    package: str  # as pip installs it
-    recognizer: str  # "module:class" below core.speech
+    name: str  # as the settings name it
+    says: str  # what it is and can do, in a sentence
+    recognizer: str  # "module:class" below core.speech; gets what `given` returns
     dictation: str  # the same
-    wheels: tuple[str, ...]  # Python versions for which its package and what it needs come ready-made
-    brings_model: bool = False  # otherwise the user supplies a folder
-    rejects: bool = False  # compares commands with free text, so that other speech is no command; else: the grammar
-    confirms: bool = False  # compares a command with the nearest other one, so that uncertain numbers are confirmed
-
-    @property
-    def sentence(self) -> str:
-        """Its abilities in a sentence: "It …"."""
-        able = [
-            "brings its model" if self.brings_model else "needs a model folder",
-            "compares commands with free text" if self.rejects else "writes free text, which the grammar rejects",
-            "has uncertain numbers confirmed" if self.confirms else "has no uncertain numbers confirmed",
-        ]
-        return f"It {', '.join(able[:-1])} and {able[-1]}."
-
-
-ENGINES: dict[str, EngineSpec] = {
-    "sphinx": EngineSpec(
-        package="pocketsphinx",
-        recognizer="sphinx.recognizer:Sphinx",
-        dictation="sphinx.dictation:SphinxDictation",
-        wheels=("3.11", "3.13"),
-        brings_model=True,
-        rejects=True,
-        confirms=True,
-    ),
-    "vosk": EngineSpec(
-        package="vosk",
-        recognizer="recognition.vosk:Vosk",
-        dictation="recognition.vosk:Vosk",
-        wheels=("3.11", "3.12", "3.13", "3.14"),
-    ),
-    "faster-whisper": EngineSpec(
-        package="faster-whisper",
-        recognizer="recognition.faster_whisper:FasterWhisper",
-        dictation="recognition.faster_whisper:FasterWhisper",
-        wheels=("3.11", "3.12", "3.13", "3.14"),
-    ),
-    "sherpa": EngineSpec(
-        package="sherpa-onnx",
-        recognizer="recognition.sherpa:Sherpa",
-        dictation="recognition.sherpa:Sherpa",
-        wheels=("3.11", "3.12", "3.13", "3.14"),
-    ),
-}
-"""By the name that the settings use."""
-DEFAULT = SpeechSettings().engine
-HERE = f"{sys.version_info.major}.{sys.version_info.minor}"
+    given: Callable[[SpeechSettings], Any]  # raises Unavailable where the engine is not here
 
 
 @dataclass(frozen=True)
@@ -81,80 +40,103 @@ class ActiveEngine:
 
 def open_engine(settings: SpeechSettings) -> ActiveEngine:
     """Open the engine that the settings name. Raises Unavailable or BadInput with a sentence."""
-    spec = _spec(settings)
-    return ActiveEngine(
-        recognizer=_opened(spec, spec.recognizer, settings), spec=spec, why=f"{why(settings)} {spec.sentence}"
-    )
+    spec = chosen(settings)
+    why = f"{spec.says} {_why(settings, spec)}"
+    return ActiveEngine(recognizer=_class(spec.recognizer)(spec.given(settings)), spec=spec, why=why)
 
 
 def open_dictation(settings: SpeechSettings) -> Dictation:
     """Open the same engine for texts that are compared: it writes down what it hears, sure or not. Raises alike."""
-    spec = _spec(settings)
-    return _opened(spec, spec.dictation, settings)
+    spec = chosen(settings)
+    return _class(spec.dictation)(spec.given(settings))
 
 
-def open_keyword_spotter(settings: SpeechSettings) -> KeywordSpotter:
-    """Open what spots STOP in running sound. It is pocketsphinx for every engine: none of the others spots keywords.
+def open_keyword_spotter(settings: SpeechSettings, recognizer: Recognizer) -> KeywordSpotter:
+    """Open what spots STOP in running sound: pocketsphinx where it is installed, else the recognizer itself.
 
     Raises Unavailable with a sentence.
     """
-    return _class("sphinx.keyword_spotting:SphinxKeywordSpotter")(settings)
+    if has_sphinx() or settings.engine == "sphinx":
+        return _class("sphinx.keyword_spotting:SphinxKeywordSpotter")(settings)
+    return _class("whisper.keyword_spotting:WhisperKeywordSpotter")(recognizer)
 
 
-def why(settings: SpeechSettings) -> str:
-    """Which engine reads the words and why, in a sentence. Raises BadInput where there is none of that name."""
-    spec = _spec(settings)
-    if settings.engine == DEFAULT:
-        return f"{spec.package} reads the words: it is the default; [speech] engine chooses another."
-    return f"{spec.package} reads the words: [speech] engine names it; {ENGINES[DEFAULT].package} spots STOP."
+def has_sphinx() -> bool:
+    """Return whether pocketsphinx is installed."""
+    return importlib.util.find_spec(SPHINX) is not None
 
 
-def _spec(settings: SpeechSettings) -> EngineSpec:
-    if settings.engine not in ENGINES:
-        raise BadInput(f"There is no engine {settings.engine[:40]!r}; there are {', '.join(ENGINES)}.")
-    return ENGINES[settings.engine]
+def chosen(settings: SpeechSettings) -> EngineSpec:
+    """Return the engine that reads the words. Raises Unavailable where there is none, BadInput."""
+    if settings.engine != "auto":
+        return ENGINES[settings.engine]
+    if settings.model or find(MODEL) is not None:
+        return ENGINES["whisper"]
+    if has_sphinx():
+        return ENGINES["sphinx"]
+    raise Unavailable(f"Nothing here reads words. {how_to_get()}")
 
 
-def _opened(spec: EngineSpec, path: str, settings: SpeechSettings) -> Any:
-    given = settings if spec.brings_model else folder_of(settings)
-    try:
-        return _class(path)(given)
-    except Unavailable as absent:
-        raise Unavailable(f"{str(absent).removesuffix('.')}.{without_wheel(spec)}") from None
+def how_to_get() -> str:
+    """How to get the recognizer of human voices, in a sentence."""
+    return f"Run: beckon models get {MODEL} ({MODELS[MODEL].megabytes} MB), then listen again."
 
 
-def without_wheel(spec: EngineSpec, python: str = HERE) -> str:
-    """How to install the package where it has to be built from source, in a sentence; "" where it is ready-made."""
-    if python in spec.wheels:
-        return ""
-    ready = " or ".join(spec.wheels)
-    return (
-        f" There is no ready-made package for Python {python}: install a C compiler and CMake first, or run Beckon "
-        f"on Python {ready}."
-    )
+def _why(settings: SpeechSettings, spec: EngineSpec) -> str:
+    if settings.engine != "auto":
+        return "[speech] engine names it."
+    if spec.name == "whisper":
+        return "[speech] model names its folder." if settings.model else "Its model is here."
+    return f"For human voices another one is better. {how_to_get()}"
 
 
-def folder_of(settings: SpeechSettings) -> Path:
-    """The folder with the engine's model. Raises Unavailable when none was given or it is not there."""
-    if not settings.model:
-        raise Unavailable(
-            f"The engine {settings.engine} needs a model that you supply: download one, and write its folder into "
-            'the settings, [speech] model = "/path/to/the/folder".'
-        )
-    folder = Path(settings.model).expanduser()
-    if not folder.is_dir():
-        raise Unavailable(f"The model folder {folder.name[:60]!r} of [speech] model is not there; correct the path.")
-    return folder
+def model_folder(settings: SpeechSettings) -> Path:
+    """The folder with Whisper's model: that of the settings, else what is here. Raises Unavailable, BadInput."""
+    if settings.model:
+        folder = Path(settings.model).expanduser()
+        if not folder.is_dir():
+            raise Unavailable(
+                f"The model folder {folder.name[:60]!r} of [speech] model is not there; correct the path."
+            )
+        absent = [name for name in MODELS[MODEL].files if not (folder / name).is_file()]
+        if absent:
+            raise BadInput(
+                f"The folder {folder.name[:60]!r} of [speech] model holds no {' and no '.join(absent)}; it must be a "
+                "faster-whisper model for English alone."
+            )
+        return folder
+    found = find(MODEL)
+    if found is None:
+        raise Unavailable(f"The model {MODEL} is not here. {how_to_get()}")
+    return checked_folder(found, MODEL)
 
 
-def package(name: str, install: str) -> Any:
-    """An optional package. Raises Unavailable with the command that installs it."""
-    try:
-        return import_module(name)
-    except (ImportError, OSError) as trouble:
-        raise Unavailable(f"This engine needs the package {install}: pip install {install} ({trouble}).") from None
+def _whole_settings(settings: SpeechSettings) -> SpeechSettings:
+    """What pocketsphinx is made from; it brings its model. Raises Unavailable where it is not installed."""
+    if not has_sphinx():
+        raise Unavailable(f"pocketsphinx is not installed: pip install pocketsphinx. Or better: {how_to_get()}")
+    return settings
 
 
 def _class(path: str) -> Any:
     module, _, name = path.partition(":")
     return getattr(import_module(f"core.speech.{module}"), name)
+
+
+ENGINES = {
+    "whisper": EngineSpec(
+        name="whisper",
+        says="Whisper reads the words: it understands people, and compares commands with free text.",
+        recognizer="whisper.recognizer:WhisperRecognizer",
+        dictation="whisper.recognizer:WhisperRecognizer",
+        given=model_folder,
+    ),
+    "sphinx": EngineSpec(
+        name="sphinx",
+        says="pocketsphinx reads the words: it brings its model, and understands clear voices at a short distance.",
+        recognizer="sphinx.recognizer:Sphinx",
+        dictation="sphinx.dictation:SphinxDictation",
+        given=_whole_settings,
+    ),
+}
+"""By the name that the settings use."""

@@ -18,7 +18,7 @@ from core.perception.sound.locate import locate
 from core.perception.sound.settings import DirectionFindingSettings
 from core.sensors.microphones import MicrophoneArray, Sound
 from core.speech.recognition.decision import Decision, RecognizedUtterance
-from core.speech.recognition.engines import open_engine
+from core.speech.recognition.engines import has_sphinx, open_engine
 from core.speech.recognition.recognizer import Recognizer, Utterance
 from core.speech.recognition.rejected_commands import RejectedCommands
 from core.speech.settings import RATE, SpeechSettings
@@ -50,7 +50,7 @@ class ArrayTranscriber:
         self._beamed = _Beamed(inner, array, hearing or DirectionFindingSettings(), how, remembered)
         self._array, self._pre_roll = array, chosen.pre_roll
         self._one = Transcriber(chosen, recognizer=self._beamed, rejected=rejected)
-        self._stop_in_noise = BeamformedStop(chosen)
+        self._stop_in_noise = BeamformedStop(chosen) if has_sphinx() else None
 
     def feed(self, sound: Sound) -> tuple[RecognizedUtterance, ...]:
         """The next piece of sound → STOP at once, and the sentences that ended in it. Raises BadInput."""
@@ -64,7 +64,7 @@ class ArrayTranscriber:
     def _spotted(self, now: float) -> tuple[RecognizedUtterance, ...]:
         """STOP in the utterance under way, where one microphone may not have heard it."""
         since = self._one.speaking_since
-        if since is None or not self._stop_in_noise.wants(since, now):
+        if since is None or self._stop_in_noise is None or not self._stop_in_noise.wants(since, now):
             return ()
         beam = self._beamed.beam(since - self._pre_roll, now, since - BEFORE)
         return () if beam is None else self._stop_in_noise.find(beam, since)

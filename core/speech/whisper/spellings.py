@@ -1,0 +1,188 @@
+"""Every way in which a sentence of the vocabulary may be written down, as an automaton of tokens.
+
+It is generated out of VOCABULARY and the words of numbers. It is determinised while it is searched, so only what may
+have been said is ever built.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from core.commands import VOCABULARY
+from core.message import Array
+from core.speech.understanding.grammar import UNITS
+from core.speech.understanding.numbers import DIGITS, TEENS, TENS
+
+HIGHEST = 100  # numbers beyond the bounds of speech compete too: else "seven" would be read as the nearest below
+DECIMALS = 2  # behind the point
+SLOT = re.compile(r"\{(\w+)\}")
+POINT_BETWEEN_DIGITS = re.compile(r"(?<=\d) point (?=\d)")
+ENDS = (".", "!")  # of a sentence, if any
+
+State = frozenset[int]
+
+
+class Arcs:
+    """The tokens that may follow in a state of the automaton."""
+
+    def __init__(self, tokens: Iterable[int], targets: Iterable[State], final: bool) -> None:
+        self.tokens: Array = np.array(list(tokens), dtype=np.intp)  # (A,)
+        self.targets = list(targets)
+        self.final = final  # whether the sentence may end here
+
+
+class _SpellingBuilder:
+    """All spellings of all sentences, with the places between their tokens."""
+
+    def __init__(self, encode: Callable[[str], tuple[int, ...]]) -> None:
+        self._encode = encode
+        self.arcs: list[dict[int, set[int]]] = []
+        self.free: list[set[int]] = []  # places that are reached without a token
+        self.begin, self.end = self._new(), self._new()
+        last = self._new()
+        for pattern in (words for kind in VOCABULARY for words in kind.words):
+            self._write_sentence(pattern, self.begin, last)
+        self._skip(last, self.end)
+        for mark in ENDS:
+            self._write(mark, last, self.end)
+
+    def _new(self) -> int:
+        self.arcs.append({})
+        self.free.append(set())
+        return len(self.arcs) - 1
+
+    def _skip(self, source: int, target: int) -> None:
+        self.free[source].add(target)
+
+    def _write(self, text: str, source: int, target: int) -> None:
+        """Add the tokens of one text between two places."""
+        *first, last = self._encode(text)
+        for token in first:
+            place = self._new()
+            self.arcs[source].setdefault(token, set()).add(place)
+            source = place
+        self.arcs[source].setdefault(last, set()).add(target)
+
+    def _write_sentence(self, pattern: str, begin: int, end: int) -> None:
+        """Add "stop at {x_m} and {y_m} meters": its first word small or capital."""
+        words = pattern.split(" ")
+        places = [begin, *(self._new() for _ in words[1:]), end]
+        for i, (word, source, target) in enumerate(zip(words, places, places[1:], strict=False)):
+            if SLOT.fullmatch(word):
+                self._write_number(source, target)
+            elif word == UNITS[0]:
+                for unit in UNITS:
+                    self._write(f" {unit}", source, target)
+            else:
+                if i > 0 and SLOT.fullmatch(words[i - 1]):
+                    comma = self._new()
+                    self._write(",", source, comma)
+                    self._write(f" {word}", comma, target)
+                for spelling in {word, word.capitalize() if i == 0 else word}:
+                    self._write(f" {spelling}", source, target)
+
+    def _write_number(self, source: int, target: int) -> None:
+        """Add a number up to 100, in digits or in words."""
+        negative, digits, words = self._new(), self._new(), self._new()
+        self._write(" minus", source, negative)
+        self._skip(source, negative)
+        self._write_whole(negative, digits, words)
+        minus = self._new()
+        self._write(" -", source, minus)
+        for value in range(HIGHEST + 1):
+            self._write(str(value), minus, digits)
+        for whole in (digits, words):
+            self._skip(whole, target)
+        self._write_digits(".", digits, target)
+        self._write_digits(" .", negative, target)
+        point = self._new()
+        self._write(" point", digits, point)
+        for digit in range(10):
+            self._write(f" {digit}", point, target)
+        spoken = self._new()
+        for whole in (words, negative):
+            self._write(" point", whole, spoken)
+        for _ in range(DECIMALS):
+            following = self._new()
+            for digit in DIGITS:
+                self._write(f" {digit}", spoken, following)
+            self._skip(following, target)
+            spoken = following
+
+    def _write_digits(self, point: str, source: int, target: int) -> None:
+        """Add what stands behind the point."""
+        place = self._new()
+        self._write(point, source, place)
+        for count in range(1, DECIMALS + 1):
+            for value in range(10**count):
+                self._write(f"{value:0{count}}", place, target)
+
+    def _write_whole(self, source: int, digits: int, words: int) -> None:
+        """Add what stands before the point."""
+        for value in range(HIGHEST + 1):
+            self._write(f" {value}", source, digits)
+        for word in (*DIGITS, *TEENS, *TENS, "one hundred"):
+            self._write(f" {word}", source, words)
+        for tens in TENS:
+            place = self._new()
+            self._write(f" {tens}", source, place)
+            for digit in DIGITS[1:]:
+                self._write(f" {digit}", place, words)
+                self._write(f"-{digit}", place, words)
+
+
+class Spellings:
+    """The automaton. States are sets of places in the spellings."""
+
+    def __init__(self, encode: Callable[[str], tuple[int, ...]]) -> None:
+        """`encode`: text → tokens; the pieces of a sentence are encoded one by one."""
+        written = _SpellingBuilder(encode)
+        self._arcs, self._free, self._end = written.arcs, written.free, written.end
+        self._states: dict[State, Arcs] = {}
+        self.begin = self._closed({written.begin})
+
+    @cached_property
+    def tokens(self) -> frozenset[int]:
+        """Every token of every spelling."""
+        return frozenset(token for arcs in self._arcs for token in arcs)
+
+    def arcs(self, state: State) -> Arcs:
+        """Return what may follow in a state."""
+        known = self._states.get(state)
+        if known is None:
+            reached: dict[int, set[int]] = {}
+            for place in state:
+                for token, targets in self._arcs[place].items():
+                    reached.setdefault(token, set()).update(targets)
+            closed = [self._closed(targets) for targets in reached.values()]
+            known = self._states[state] = Arcs(reached, closed, self._end in state)
+        return known
+
+    def _closed(self, places: set[int]) -> State:
+        waiting, found = list(places), set(places)
+        while waiting:
+            fresh = self._free[waiting.pop()] - found
+            found |= fresh
+            waiting += fresh
+        return frozenset(found)
+
+
+def as_understood(spelling: str) -> str:
+    """A spelling as the grammar reads it: "2 point 5" is "2.5"."""
+    return POINT_BETWEEN_DIGITS.sub(".", spelling.strip())
+
+
+def lacks_whole_part(spelling: str) -> bool:
+    """Return whether a number begins with its point: what stands before it may not have been heard."""
+    words = re.findall(r"[a-z]+|[\d.]+", spelling.lower())
+    numerals = {*DIGITS, *TEENS, *TENS, "hundred"}
+    return any(
+        (word.startswith(".") and word != ".")
+        or (word == "point" and before not in numerals and not before.isdigit())
+        for before, word in pairwise(["", *words])
+    )

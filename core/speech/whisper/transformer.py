@@ -1,0 +1,272 @@
+"""Whisper's encoder and decoder (Radford et al., 2022; Vaswani et al., 2017): pre-norm transformers in 32-bit floats.
+
+The encoder reads the sound and a second of silence instead of 30 s: a shorter table of positions does for it. The
+decoder keeps the keys and values of what every row has said, and shares those of the sound among all rows.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import erf
+
+from core.message import Array
+from core.speech.whisper.model_file import ModelFile
+
+HEAD = 64  # values of an attention head
+CONTEXT = 1500  # frames of 20 ms that the encoder knows
+LONGEST = 448  # tokens that the decoder knows
+VOCABULARY = 51_864  # tokens of English-only models
+EPSILON = 1e-5
+ROOT_HALF = np.float32(math.sqrt(0.5))
+
+
+@dataclass(frozen=True)
+class Linear:
+    """y = x Wᵀ + b."""
+
+    weight: Array  # (outputs, inputs)
+    bias: Array  # (outputs,)
+
+    def __call__(self, x: Array) -> Array:
+        """x (…, inputs) → (…, outputs)."""
+        return x @ self.weight.T + self.bias
+
+
+@dataclass(frozen=True)
+class Norm:
+    """Layer normalisation."""
+
+    gamma: Array  # (width,)
+    beta: Array  # (width,)
+
+    def __call__(self, x: Array) -> Array:
+        """x (…, width) → the same shape."""
+        centred = x - x.mean(-1, keepdims=True)
+        variance = np.mean(centred * centred, -1, keepdims=True)
+        return centred / np.sqrt(variance + np.float32(EPSILON)) * self.gamma + self.beta
+
+
+@dataclass(frozen=True)
+class FeedForward:
+    """The part of a layer that looks at one place at a time."""
+
+    norm: Norm
+    wide: Linear
+    narrow: Linear
+
+    def __call__(self, x: Array) -> Array:
+        """x (…, width) → what is added to it."""
+        return self.narrow(gelu(self.wide(self.norm(x))))
+
+
+@dataclass(frozen=True)
+class SelfAttention:
+    """The part of a layer that looks at other places of the same sequence."""
+
+    norm: Norm
+    stacked: Linear  # queries, keys and values
+    out: Linear
+
+
+@dataclass(frozen=True)
+class CrossAttention:
+    """The part of a decoder's layer that looks at the sound."""
+
+    norm: Norm
+    query: Linear
+    stacked: Linear  # keys and values
+    out: Linear
+
+
+@dataclass(frozen=True)
+class EncoderLayer:
+    """One layer of the encoder."""
+
+    attention: SelfAttention
+    feed: FeedForward
+
+
+@dataclass(frozen=True)
+class DecoderLayer:
+    """One layer of the decoder."""
+
+    attention: SelfAttention
+    cross: CrossAttention
+    feed: FeedForward
+
+
+def gelu(x: Array) -> Array:
+    """x Φ(x), exactly."""
+    return np.float32(0.5) * x * (1 + erf(x * ROOT_HALF))
+
+
+def softmax(scores: Array) -> Array:
+    """Scores (…, K) → probabilities."""
+    raised = np.exp(scores - scores.max(-1, keepdims=True))
+    return raised / raised.sum(-1, keepdims=True)
+
+
+def heads(x: Array) -> Array:
+    """(…, T, width) → (…, H, T, 64)."""
+    return np.swapaxes(x.reshape(*x.shape[:-1], -1, HEAD), -2, -3)
+
+
+def joined(x: Array) -> Array:
+    """(…, H, T, 64) → (…, T, width)."""
+    swapped = np.swapaxes(x, -2, -3)
+    return swapped.reshape(*swapped.shape[:-2], -1)
+
+
+def attend(query: Array, key: Array, value: Array, mask: Array | None = None) -> Array:
+    """Queries (…, H, Q, 64), keys and values (…, H, K, 64), mask (Q, K) that is added → (…, H, Q, 64)."""
+    scores = query @ np.swapaxes(key, -1, -2) * np.float32(HEAD**-0.5)
+    return softmax(scores if mask is None else scores + mask) @ value
+
+
+class Encoder:
+    """Log mel spectrogram → what was heard."""
+
+    def __init__(self, model: ModelFile) -> None:
+        """Raises BadInput where a weight is missing."""
+        self._positions = model.get("encoder/position_encodings/encodings", CONTEXT, None)
+        width = self.width = self._positions.shape[1]
+        self._first = _convolution(model, "conv1", width, 80)
+        self._second = _convolution(model, "conv2", width, width)
+        self._layers = [
+            EncoderLayer(
+                _self_attention(model, f"encoder/layer_{i}", width), _feed(model, f"encoder/layer_{i}", width)
+            )
+            for i in range(model.layers("encoder"))
+        ]
+        self._norm = _norm(model, "encoder", width)
+
+    def __call__(self, mel: Array) -> Array:
+        """Log mel spectrogram (80, F), F even and at most 3000 → (F/2, width)."""
+        x = gelu(_convolved(mel.T, self._first, 1))
+        x = gelu(_convolved(x, self._second, 2))
+        x = x + self._positions[: len(x)]
+        for layer in self._layers:
+            query, key, value = np.split(layer.attention.stacked(layer.attention.norm(x)), 3, axis=-1)
+            x = x + layer.attention.out(joined(attend(heads(query), heads(key), heads(value))))
+            x = x + layer.feed(x)
+        return self._norm(x)
+
+
+class Decoder:
+    """Tokens so far and what was heard → what comes next."""
+
+    def __init__(self, model: ModelFile, width: int, tokens: Array) -> None:
+        """`tokens` (V,): those that it may write, counted from 0 here. Raises BadInput where a weight is missing."""
+        self.embeddings = model.rows("decoder/embeddings/weight", tokens, VOCABULARY, width)  # (V, width)
+        self.positions = model.get("decoder/position_encodings/encodings", LONGEST, width)
+        self.layers = [_decoder_layer(model, f"decoder/layer_{i}", width) for i in range(model.layers("decoder"))]
+        self.norm = _norm(model, "decoder", width)
+
+    def begin(self, heard: Array) -> Decoding:
+        """Begin to write down what was heard (T, width)."""
+        return Decoding(self, heard)
+
+
+class Decoding:
+    """Rows of tokens that grow together, over one sound."""
+
+    def __init__(self, decoder: Decoder, heard: Array) -> None:
+        self._decoder = decoder
+        self._sound = [
+            tuple(heads(part) for part in np.split(layer.cross.stacked(heard), 2, axis=-1))
+            for layer in decoder.layers
+        ]
+        self._caches: list[tuple[Array, Array]] = []
+        self._length = 0
+
+    def prefill(self, tokens: tuple[int, ...]) -> Array:
+        """Write the first tokens of a single row → scores of what follows them, (1, V)."""
+        return self._step(np.array([tokens]))
+
+    def advance(self, parents: list[int], tokens: list[int]) -> Array:
+        """Each new row continues the row `parents[i]` with `tokens[i]` → scores of what follows, (rows, V)."""
+        self._caches = [(key[parents], value[parents]) for key, value in self._caches]
+        return self._step(np.array(tokens)[:, None])
+
+    @property
+    def full(self) -> bool:
+        """True where the decoder knows no further position."""
+        return self._length >= LONGEST
+
+    def _step(self, tokens: Array) -> Array:
+        """Tokens (rows, T) → scores of what follows the last of each row, (rows, V)."""
+        count = tokens.shape[1]
+        x = self._decoder.embeddings[tokens] + self._decoder.positions[self._length : self._length + count]
+        self._length += count
+        mask = np.triu(np.full((count, count), -np.inf, np.float32), 1) if count > 1 else None
+        caches: list[tuple[Array, Array]] = []
+        for i, layer in enumerate(self._decoder.layers):
+            query, key, value = map(heads, np.split(layer.attention.stacked(layer.attention.norm(x)), 3, axis=-1))
+            if self._caches:
+                key = np.concatenate((self._caches[i][0], key), axis=2)
+                value = np.concatenate((self._caches[i][1], value), axis=2)
+            caches.append((key, value))
+            x = x + layer.attention.out(joined(attend(query, key, value, mask)))
+            x = x + self._hear(layer.cross, x, *self._sound[i])
+            x = x + layer.feed(x)
+        self._caches = caches
+        return self._decoder.norm(x[:, -1]) @ self._decoder.embeddings.T
+
+    def _hear(self, cross: CrossAttention, x: Array, key: Array, value: Array) -> Array:
+        """All places of all rows look at the sound as one batch; keys and values (H, S, 64)."""
+        rows, count, width = x.shape
+        query = heads(cross.query(cross.norm(x)).reshape(rows * count, width))
+        return cross.out(joined(attend(query, key, value))).reshape(rows, count, width)
+
+
+def _convolution(model: ModelFile, name: str, outputs: int, inputs: int) -> Linear:
+    """A convolution over three places as one product."""
+    weight = model.get(f"encoder/{name}/weight", outputs, inputs, 3)
+    flat = np.ascontiguousarray(weight.transpose(0, 2, 1)).reshape(outputs, 3 * inputs)
+    return Linear(flat, model.get(f"encoder/{name}/bias", outputs))
+
+
+def _convolved(x: Array, convolution: Linear, stride: int) -> Array:
+    """x (T, inputs) → (T / stride, outputs)."""
+    padded = np.pad(x, ((1, 1), (0, 0)))
+    return convolution(np.concatenate((padded[:-2:stride], padded[1:-1:stride], padded[2::stride]), axis=1))
+
+
+def _norm(model: ModelFile, name: str, width: int) -> Norm:
+    return Norm(model.get(f"{name}/layer_norm/gamma", width), model.get(f"{name}/layer_norm/beta", width))
+
+
+def _linear(model: ModelFile, name: str, outputs: int, inputs: int) -> Linear:
+    return Linear(model.get(f"{name}/weight", outputs, inputs), model.get(f"{name}/bias", outputs))
+
+
+def _self_attention(model: ModelFile, layer: str, width: int) -> SelfAttention:
+    name = f"{layer}/self_attention"
+    return SelfAttention(
+        _norm(model, name, width),
+        _linear(model, f"{name}/linear_0", 3 * width, width),
+        _linear(model, f"{name}/linear_1", width, width),
+    )
+
+
+def _feed(model: ModelFile, layer: str, width: int) -> FeedForward:
+    name = f"{layer}/ffn"
+    return FeedForward(
+        _norm(model, name, width),
+        _linear(model, f"{name}/linear_0", 4 * width, width),
+        _linear(model, f"{name}/linear_1", width, 4 * width),
+    )
+
+
+def _decoder_layer(model: ModelFile, layer: str, width: int) -> DecoderLayer:
+    name = f"{layer}/attention"
+    cross = CrossAttention(
+        _norm(model, name, width),
+        _linear(model, f"{name}/linear_0", width, width),
+        _linear(model, f"{name}/linear_1", 2 * width, width),
+        _linear(model, f"{name}/linear_2", width, width),
+    )
+    return DecoderLayer(_self_attention(model, layer, width), cross, _feed(model, layer, width))

@@ -1,0 +1,173 @@
+"""How well people are understood, by Whisper beside pocketsphinx: `python -m tests.benchmarks.voices --data FOLDER`.
+
+FOLDER holds speech_human_digits (real human digits in synthetic sentences, and synthetic voices), speech_commands_tts
+(commands and near misses) and speech_real (real speech that is no command). Every clip is one utterance, and the talk
+is read once more as one long sound that the endpointer cuts. `--noise` adds white noise, babble and recorded noise;
+`--every N` takes every Nth clip. Every wrong motion is listed. Delays are processor seconds of one thread.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from core.message import Array
+from core.sensors.microphones import Sound
+from core.speech.recognition.decision import Decision
+from core.speech.recognition.engines import ENGINES, open_engine
+from core.speech.recognition.recognizer import Recognizer, Utterance
+from core.speech.settings import RATE, SpeechSettings
+from core.speech.transcription.transcriber import Transcriber
+from core.speech.understanding.grammar import Refusal, understand
+from core.speech.whisper.log_mel import log_mel
+from core.speech.whisper.recognizer import WhisperRecognizer
+from tests.benchmarks.word_hearing import listened, padded
+from tests.benchmarks.word_scenes import Clip, clips_of, real, synthetic
+
+RIGHT, REFUSED, STOPPED, WRONG = "right", "refused", "stopped", "WRONG"
+RATIOS = (20, 10, 5)  # [dB] of the voice over the noise
+
+
+def utterance(samples: Array) -> Utterance:
+    """A clip as one utterance."""
+    sound = Sound(stamp=0.0, rate=RATE, samples=samples[:, None])
+    return Utterance(sound=sound, begin=0.0, end=sound.duration)
+
+
+def outcome(wanted: str, decision: Decision) -> str:
+    """What became of words; `wanted` "": no command."""
+    meant = understand(wanted, spoken=True) if wanted else Refusal("")
+    command = decision.command
+    if command is None:
+        return RIGHT if isinstance(meant, Refusal) else REFUSED
+    if not isinstance(meant, Refusal) and (command.name, dict(command.numbers)) == (meant.name, dict(meant.numbers)):
+        return RIGHT
+    return STOPPED if decision.stops else WRONG
+
+
+def sets(data: Path) -> Iterator[tuple[str, str, Clip]]:
+    """(set, the command that is wanted, clip)."""
+    for kind, clip in clips_of(data / "speech_human_digits"):
+        beyond = isinstance(understand(clip.text, spoken=True), Refusal)
+        yield f"{kind}, beyond the bounds" if beyond else kind, clip.text, clip
+    for clip in synthetic(data, "command"):
+        beyond = isinstance(understand(clip.text, spoken=True), Refusal)
+        yield "flite commands, beyond the bounds" if beyond else "flite commands", clip.text, clip
+    for clip in synthetic(data, "near-miss"):
+        yield "near misses", "", clip
+    for kind, clip in real(data):
+        yield f"real: {kind}", "", clip
+
+
+def noisy(data: Path, every: int) -> Iterator[tuple[str, str, Clip]]:
+    """Commands within the bounds in three noises, at three ratios."""
+    recorded = [clip.samples for kind, clip in real(data) if kind == "noise"]
+    talk = [clip.samples for kind, clip in real(data) if kind == "real-speech"]
+    rng = np.random.default_rng(7)
+    for clip in synthetic(data, "command")[:: max(every, 3)]:
+        if isinstance(understand(clip.text, spoken=True), Refusal):
+            continue
+        length = len(clip.samples)
+        babble = sum(np.roll(np.resize(one / one.std(), length), rng.integers(length)) for one in talk)
+        noises = {
+            "white": rng.normal(size=length),
+            "babble": np.asarray(babble),
+            "recorded": np.resize(recorded[int(rng.integers(len(recorded)))], length),
+        }
+        for name, noise in noises.items():
+            for ratio in RATIOS:
+                scale = np.std(clip.samples) / np.std(noise) * 10 ** (-ratio / 20)
+                yield f"{name} {ratio} dB", clip.text, Clip(clip.name, clip.text, clip.samples + scale * noise)
+
+
+def measured(
+    recognizer: Recognizer, clips: list[tuple[str, str, Clip]], say: Callable[[str], None]
+) -> dict[str, Any]:
+    """Outcomes and delays of every set."""
+    counts: dict[str, Counter[str]] = defaultdict(Counter)
+    delays: dict[str, list[float]] = defaultdict(list)
+    for kind, wanted, clip in clips:
+        begun = time.process_time()
+        decision = recognizer.decide(utterance(clip.samples))
+        delays[kind].append(time.process_time() - begun)
+        result = outcome(wanted, decision)
+        counts[kind][result] += 1
+        if result == WRONG:
+            say(f"  WRONG {kind}: {clip.name} “{clip.text}” → {decision.echo} ({decision.verdict})")
+    table = {}
+    for kind, found in counts.items():
+        p50, p95 = np.percentile(delays[kind], (50, 95))
+        table[kind] = {"n": found.total(), **found, "p50_s": round(p50, 3), "p95_s": round(p95, 3)}
+        say(f"  {kind:36}{json.dumps(table[kind])}")
+    return table
+
+
+def stages(recognizer: WhisperRecognizer, clips: list[tuple[str, str, Clip]]) -> dict[str, float]:
+    """Median processor seconds of the stages of one utterance."""
+    spent: dict[str, list[float]] = defaultdict(list)
+    for _, _, clip in clips[:: max(len(clips) // 20, 1)]:
+        begun = time.process_time()
+        mel = log_mel(clip.samples)
+        heard = time.process_time()
+        recognizer.encode(mel)
+        encoded = time.process_time()
+        recognizer.search(clip.samples)
+        spent["log mel"].append(heard - begun)
+        spent["encoder"].append(encoded - heard)
+        spent["joint search"].append(time.process_time() - encoded - (encoded - begun))
+    return {stage: round(float(np.median(times)), 4) for stage, times in spent.items()}
+
+
+def talk(recognizer: Recognizer, settings: SpeechSettings, data: Path) -> dict[str, Any]:
+    """Real speech that is no command as one long sound, cut by the endpointer: what would have moved the robot."""
+    clips = [clip for kind, clip in real(data) if kind not in ("real-digit", "noise")]
+    sound = np.concatenate([padded(clip.samples, n, 0.6, 0.6) for n, clip in enumerate(clips)])
+    told = [one.heard.decision for one in listened(Transcriber(settings, recognizer=recognizer), sound, 0.0)]
+    moved = [one.echo for one in told if one.command is not None and not one.stops]
+    return {"seconds": round(len(sound) / RATE), "pieces": len(told), "motions": moved}
+
+
+def resident() -> float:
+    """Memory of this process [MB]."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith("VmRSS")) / 1000
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, required=True)
+    parser.add_argument("--engines", nargs="+", choices=tuple(ENGINES), default=list(ENGINES))
+    parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--noise", action="store_true")
+    chosen = parser.parse_args()
+
+    def say(line: str) -> None:
+        sys.stdout.write(line + "\n")
+        sys.stdout.flush()
+
+    clips = list(sets(chosen.data))[:: chosen.every]
+    if chosen.noise:
+        clips = list(noisy(chosen.data, chosen.every))
+    for name in chosen.engines:
+        settings = SpeechSettings(engine=name)
+        before, begun = resident(), time.process_time()
+        recognizer = open_engine(settings).recognizer
+        say(f"{name}: opened in {time.process_time() - begun:.2f} s")
+        measured(recognizer, clips, say)
+        say(f"  {resident() - before:.0f} MB more than before, {resident():.0f} MB in all")
+        if isinstance(recognizer, WhisperRecognizer):
+            say(f"  stages [s]: {stages(recognizer, clips)}")
+        if not chosen.noise:
+            say(f"  real speech, cut by the endpointer: {talk(recognizer, settings, chosen.data)}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,164 @@
+"""Whisper against the grammar: people are understood, talk is not obeyed, and no sound is too short."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from core.message import Array
+from core.recording.sound_file import read_sound
+from core.speech.recognition.decision import Decision, Sentence
+from core.speech.recognition.recognizer import Utterance, for_words
+from core.speech.settings import RATE
+from core.speech.whisper.joint_search import Found, ScoredText
+from core.speech.whisper.keyword_spotting import WhisperKeywordSpotter
+from core.speech.whisper.log_mel import filters, log_mel
+from core.speech.whisper.recognizer import WhisperRecognizer
+from tests.core.speech.ears import mono, padded, pieces, whisper
+
+
+def utterance(samples: Array, *, cut: bool = False, rejected: tuple[str, ...] = ()) -> Utterance:
+    return Utterance(sound=mono(samples), begin=0.0, end=len(samples) / RATE, cut=cut, rejected=rejected)
+
+
+def clip(folder: Path, name: str) -> Array:
+    return for_words(read_sound(folder / name)).samples[:, 0]
+
+
+class Searched(WhisperRecognizer):
+    """A recognizer whose search has found these texts."""
+
+    def __init__(self, spellings: dict[str, float], free: dict[str, float]) -> None:
+        self._found = Found(
+            spellings=tuple(ScoredText(text=text, nats=nats) for text, nats in spellings.items()),
+            free=tuple(ScoredText(text=text, nats=nats) for text, nats in free.items()),
+        )
+
+    def search(self, samples: Array) -> Found:
+        return self._found
+
+
+def decided(
+    spellings: dict[str, float], free: dict[str, float], *, cut: bool = False, rejected: str = ""
+) -> Decision:
+    return Searched(spellings, free).decide(
+        utterance(np.ones(RATE), cut=cut, rejected=(rejected,) if rejected else ())
+    )
+
+
+def test_the_mel_filters_have_equal_area_and_cover_the_band():
+    areas = filters().sum(1) * RATE / 400
+    assert areas[10:] == pytest.approx(1.0, abs=0.25)
+    assert (filters()[:, 2:-1].sum(0) > 0).all()
+
+
+def test_the_spectrogram_has_a_second_of_silence_behind_the_sound():
+    mel = log_mel(0.1 * np.sin(np.arange(RATE)))
+    assert mel.shape == (80, 300)
+    assert (mel[:, -100:] == mel.min()).all()
+
+
+def test_spellings_of_one_meaning_count_together():
+    recognizer = Searched({"turn left": -2.0, "Turn left.": -2.0, "turn right": -9.0}, {})
+    best, second = recognizer.meanings(recognizer.search(np.zeros(0)))
+    assert best.nats == pytest.approx(-2.0 + np.log(2)) and second.spelling == "turn right"
+
+
+def test_numbers_may_be_further_behind_free_text_than_other_words():
+    assert decided({"continue two meters": -6.0}, {"Continue to meters.": -3.0}).echo == "continue 2 meters"
+    assert decided({"come here": -5.5}, {"come here often": -2.5}).command is None
+
+
+def test_what_is_refused_is_said_back_and_what_resembles_it_is_offered():
+    told = decided({"continue 5 meters": -6.0, "continue 9 meters": -8.0}, {"Continue by meters.": -1.0})
+    assert told.command is None and "I heard “Continue by meters.”" in told.reason
+    assert told.did_you_mean == ("continue 5 meters",)
+
+
+@pytest.mark.parametrize(
+    ("lead", "verdict"),
+    [(0.5, "reject"), (1.5, "confirm"), (2.5, "accept")],
+)
+def test_a_small_lead_over_other_numbers_is_rejected_or_confirmed(lead, verdict):
+    assert decided({"continue 2 meters": -1.0, "continue 3 meters": -1.0 - lead}, {}).verdict == verdict
+
+
+def test_numbers_beyond_the_bounds_of_speech_win_and_are_refused():
+    assert decided({"continue 7 meters": -1.0, "continue 5 meters": -4.0}, {}).verdict == "reject"
+
+
+def test_a_number_without_its_whole_part_never_moves_the_robot():
+    told = decided({"continue .3 meters": -0.5, "continue 4.3 meters": -3.0}, {})
+    assert told.verdict == "reject" and "whole number" in told.reason
+
+
+def test_a_command_that_was_rejected_just_before_is_less_likely():
+    both = {"continue 2 meters": -1.0, "continue 3 meters": -2.5}
+    assert decided(both, {}).echo == "continue 2 meters"
+    assert decided(both, {}, rejected="continue 2 meters").echo == "continue 3 meters"
+
+
+@pytest.mark.parametrize(
+    ("spellings", "free", "stops"),
+    [
+        ({}, "please stop it", True),
+        ({"turn left": -1.0}, "stop", True),
+        ({"stop at 2 and 1": -1.0}, "Stop at two and one.", False),
+        ({"stop at 2 and 1": -30.0}, "stop at home", True),
+        ({"stop at 9 and 1": -1.0}, "stop at nine and one", True),
+        ({}, "nonstop flights", False),
+    ],
+)
+def test_the_word_stop_in_free_text_stops_unless_a_whole_place_was_understood(spellings, free, stops):
+    assert decided(spellings, {free: -2.0}).stops is stops
+
+
+def test_what_was_cut_off_moves_nothing():
+    assert decided({"continue 2 meters": -1.0}, {}, cut=True).verdict == "reject"
+
+
+@pytest.mark.parametrize("length", [0, 1, 159, 160, 199, 200, 399, 400, 1599, 1600, 1601, 4000])
+def test_sounds_of_every_length_are_read(length):
+    rng = np.random.default_rng(length)
+    for samples in (np.zeros(length), 0.3 * rng.normal(size=length), np.ones(length)):
+        assert whisper().decide(utterance(samples)).command is None
+
+
+def test_a_sound_longer_than_the_model_knows_is_read():
+    assert (
+        whisper().decide(utterance(0.01 * np.random.default_rng(0).normal(size=45 * RATE), cut=True)).command is None
+    )
+
+
+@pytest.mark.real_data
+def test_human_digits_are_understood_and_no_other_number_is_obeyed(shared_data):
+    folder = shared_data / "speech_human_digits"
+    rows = [line.split("\t") for line in (folder / "index.tsv").read_text().splitlines()[1:]]
+    right = wrong = wanted = 0
+    for name, _, text in [row for row in rows if row[1].startswith("digit")][::12]:
+        decision, meant = whisper().decide(utterance(clip(folder, name))), Sentence(text).spoken
+        numbers = dict(getattr(meant, "numbers", {}))
+        obeyed = decision.command is not None and not decision.stops
+        wanted += bool(numbers)
+        right += obeyed and dict(decision.command.numbers) == numbers
+        wrong += obeyed and dict(decision.command.numbers) != numbers
+    assert wanted >= 10 and right >= 0.8 * wanted and wrong == 0
+
+
+@pytest.mark.real_data
+def test_real_speech_that_is_no_command_moves_nothing(shared_data):
+    folder = shared_data / "speech_real"
+    for name in ("goforward", "something", "cards_001", "librivox_0880", "harvard_spk1_1", "harvard_spk1_4"):
+        decision = whisper().decide(utterance(clip(folder, f"{name}.flac")))
+        assert decision.command is None, name
+
+
+@pytest.mark.real_data
+def test_without_pocketsphinx_stop_is_spotted_before_the_sentence_is_over(shared_data):
+    spotter = WhisperKeywordSpotter(whisper())
+    samples = padded(clip(shared_data / "speech_commands_tts", "flite_slt_20.flac"))  # stop at three point two and …
+    told = [one for piece in pieces(samples) for one in spotter.feed(piece)]
+    assert told and all(one.decision.stops and not one.final for one in told)
+    assert told[0].end < len(samples) / RATE - 1.5

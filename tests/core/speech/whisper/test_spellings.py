@@ -1,0 +1,94 @@
+"""The automaton of spellings: all in it are commands, and all that commands may be spelt as is in it."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from core.commands import VOCABULARY
+from core.speech.whisper.recognizer import key_of
+from core.speech.whisper.spellings import Spellings, lacks_whole_part
+
+
+def by_letters(text: str) -> tuple[int, ...]:
+    return tuple(text.encode())
+
+
+SPELLINGS = Spellings(by_letters)
+
+
+def accepts(sentence: str) -> bool:
+    state = SPELLINGS.begin
+    for token in by_letters(f" {sentence}"):
+        arcs = SPELLINGS.arcs(state)
+        if token not in arcs.tokens:
+            return False
+        state = arcs.targets[arcs.tokens.tolist().index(token)]
+    return SPELLINGS.arcs(state).final
+
+
+def walked(seed: int) -> str:
+    choose = random.Random(seed)
+    state, spelt = SPELLINGS.begin, bytearray()
+    while True:
+        arcs = SPELLINGS.arcs(state)
+        if arcs.final and (not len(arcs.tokens) or choose.random() < 0.5):
+            return spelt.decode()
+        at = choose.randrange(len(arcs.tokens))
+        spelt.append(int(arcs.tokens[at]))
+        state = arcs.targets[at]
+
+
+@pytest.mark.parametrize("seed", range(300))
+def test_every_spelling_is_understood_as_a_command(seed):
+    assert key_of(walked(seed)) is not None
+
+
+@pytest.mark.parametrize("kind", VOCABULARY, ids=lambda kind: kind.name)
+def test_the_example_of_every_command_is_a_spelling(kind):
+    assert accepts(kind.example) and accepts(f"{kind.example.capitalize()}.")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "Continue 2.5 meters.",
+        "continue two point five metres",
+        "continue 2 point 5 meters",
+        "continue seven meters",
+        "continue one hundred meters",
+        "continue twenty-five meter",
+        "stop at minus one, and 0.5",
+        "Stop at -1 and point three",
+        "go to 1 meters and 2 meters!",
+        "stop",
+    ],
+)
+def test_numbers_are_spelt_in_digits_in_words_and_beyond_their_bounds(words):
+    assert accepts(words)
+    assert key_of(words) is not None
+
+
+@pytest.mark.parametrize(
+    "words", ["continue meters", "turn left right", "stop at one", "come here often", "continue"]
+)
+def test_what_is_no_whole_command_is_no_spelling(words):
+    assert not accepts(words)
+
+
+@pytest.mark.parametrize(
+    ("words", "lacks"),
+    [
+        ("continue .3 meters", True),
+        ("continue point three meters", True),
+        ("stop at 1 and .5", True),
+        ("stop at minus point five and 1", True),
+        ("continue 0.3 meters", False),
+        ("continue four point three meters", False),
+        ("continue 4 point 3 meters.", False),
+        ("turn left.", False),
+    ],
+)
+def test_a_number_without_its_whole_part_is_known(words, lacks):
+    assert lacks_whole_part(words) is lacks
