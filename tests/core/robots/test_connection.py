@@ -184,7 +184,7 @@ def test_a_robot_started_by_its_written_file_has_the_same_profile(tmp_path: Path
         until(lambda: robot.ask(ReadConnection()).parts[0].findings.roles[1].used[0].rate_hz)
         found, before = robot.ask(ReadConnection()), robot.profile
         file = confirmed(found, robot.ask(ReadRobotFile()))
-        with pytest.raises(BadInput, match="understands the requests connection and robot_file"):
+        with pytest.raises(BadInput, match="understands the requests connection, robot_file and listen"):
             robot.ask(ReadTruth())
         robot.close()
         (part,) = found.parts

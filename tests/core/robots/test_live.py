@@ -95,10 +95,11 @@ def test_a_device_that_is_not_there_at_first_is_a_sentence_and_ends_the_others()
     def never() -> None:
         raise ConnectionRefusedError(111, "Connection refused")
 
+    before = set(threading.enumerate())
     good, bad = Wire(), Wire(drives=False, opens=never)
     with pytest.raises(Unavailable, match="the laser cannot be reached: Connection refused"):
         LiveRobot([("the base", good), ("the laser", bad)], shape)
-    until(lambda: not any(thread.name.startswith("device-") for thread in threading.enumerate()))
+    until(lambda: set(threading.enumerate()) <= before)
 
 
 def test_a_device_that_is_lost_is_told_and_comes_back() -> None:
@@ -120,13 +121,14 @@ def test_a_robot_that_is_closed_while_it_connects_again_leaves_no_thread() -> No
             connecting.set()
             go_on.wait(5.0)
 
+    before = set(threading.enumerate())
     wire = Wire(opens=opens)
     robot = LiveRobot([("the base", wire)], shape)
     wire.cut.set()
     assert connecting.wait(5.0)
     threading.Timer(0.2, go_on.set).start()
     robot.close()
-    until(lambda: not any(thread.name == "device-the base" for thread in threading.enumerate()))
+    until(lambda: set(threading.enumerate()) <= before)
 
 
 def test_a_fault_of_a_driver_is_no_end_of_the_console() -> None:
@@ -146,6 +148,7 @@ def test_a_device_that_opens_while_it_is_closed_does_not_run() -> None:
         opening.set()
         go_on.wait(5.0)
 
+    before = set(threading.enumerate())
     slow_device, base = Wire(drives=False), Wire()
     robot = LiveRobot([("the base", base), ("the laser", slow_device)], shape)
     slow_device.opens = slow
@@ -153,7 +156,7 @@ def test_a_device_that_opens_while_it_is_closed_does_not_run() -> None:
     assert opening.wait(5.0)
     threading.Timer(0.1, go_on.set).start()
     robot.close()
-    until(lambda: not any(thread.name.startswith("device-") for thread in threading.enumerate()))
+    until(lambda: set(threading.enumerate()) <= before)
 
 
 def test_a_real_robot_listens_always_and_takes_no_requests_of_a_simulator() -> None:
