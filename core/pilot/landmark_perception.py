@@ -27,6 +27,8 @@ from core.snapshot import CameraView
 FRESH = 0.2  # [s] for which edges may confirm corners, and points may be drawn on a picture
 MOVING = 0.02  # [m/s], [rad/s]
 REPEATS = 2  # equal pictures in a row, on the move, that mean the camera hangs
+AT_REST = 3.0  # [s] of standing after which one picture more tells nothing that thirty did not
+LOOK_AT_REST = 0.45  # [s] between the pictures that are looked at then
 RECALLED = 0.5  # [s] for which edges may confirm corners where the move between the two is remembered
 
 
@@ -50,6 +52,7 @@ class LandmarkPerception:
         self._usable_stamp = np.inf
         self._last_picture: Array | None = None
         self._repeats = 0  # of the newest picture, on the move
+        self._moved_stamp = np.inf  # of the newest frame in which the robot moved, or might have
 
     def without_repeats(self, frame: SensorFrame, wheels: Wheels | None) -> SensorFrame:
         """The frame, without its picture where that repeats itself although the robot moves: the camera hangs."""
@@ -58,7 +61,7 @@ class LandmarkPerception:
         last, self._last_picture = self._last_picture, frame.image.pixels
         if last is None or not np.array_equal(last, frame.image.pixels):
             self._repeats = 0
-        elif wheels is not None and max(abs(wheels.speed), abs(wheels.turn_rate)) > MOVING:
+        elif wheels is not None and _moves(wheels):
             self._repeats += 1
         if self._repeats < REPEATS:
             return frame
@@ -68,16 +71,24 @@ class LandmarkPerception:
     def look(self, frame: SensorFrame, motion: Motion) -> FramePerception:
         """One frame → what is seen in it; `view` is renewed when a picture or new matches came."""
         self._recall.add(frame.stamp, motion.increment)
+        if motion.wheels is None or _moves(motion.wheels) or self._moved_stamp > frame.stamp:
+            self._moved_stamp = frame.stamp
         if frame.image is not None and self.camera is not None:
             try:
-                self._judge(frame.image, motion.wheels)
-                self._look_at_picture(frame.image, self.camera, motion.wheels)
+                if not self._has_seen_enough(frame.image.stamp):
+                    self._judge(frame.image, motion.wheels)
+                    self._find_edges(frame.image, self.camera)
+                self._show(frame.image, self.camera, motion.wheels)
                 self.trouble = ""
             except BadInput as trouble:
                 self.trouble = str(trouble)
         if frame.scan is None:
             return FramePerception()
         return self._look_at_scan(frame.scan, frame.stamp, motion.wheels)
+
+    def _has_seen_enough(self, stamp: float) -> bool:
+        """True for most pictures of a robot that stands: looking is half of what an idle console computes."""
+        return stamp - self._moved_stamp > AT_REST and 0 <= stamp - self._edges_stamp < LOOK_AT_REST
 
     def _judge(self, image: Image, wheels: Wheels | None) -> None:
         """Judge the picture's quality, and note since when none could be used."""
@@ -90,22 +101,24 @@ class LandmarkPerception:
         elif not self.poor and image.stamp - self._usable_stamp > settings.unusable_after:
             self.poor = quality.complaint
 
-    def _look_at_picture(self, image: Image, camera: Camera, wheels: Wheels | None) -> None:
+    def _find_edges(self, image: Image, camera: Camera) -> None:
         preparation = self._quality.preparation if self._quality else NOTHING
         self._edges = find_edges(image, camera, self._settings.edges, preparation)
         self._edges_stamp = image.stamp
+
+    def _show(self, image: Image, camera: Camera, wheels: Wheels | None) -> None:
         height, width = image.pixels.shape[:2]
         self.view = CameraView(
             stamp=image.stamp,
             width=width,
             height=height,
             edges=self._edges,
-            laser=self._points_in_picture(camera, wheels),
+            laser=self._points_in_picture(camera, image.stamp, wheels),
             quality=self._quality,
         )
 
-    def _points_in_picture(self, camera: Camera, wheels: Wheels | None) -> Array:
-        elapsed = self._edges_stamp - self._points_stamp
+    def _points_in_picture(self, camera: Camera, stamp: float, wheels: Wheels | None) -> Array:
+        elapsed = stamp - self._points_stamp
         if elapsed > FRESH:
             return np.zeros((0, 3))
         moved = arc(wheels.speed * elapsed, wheels.turn_rate * elapsed) if wheels else Pose()
@@ -154,3 +167,7 @@ class LandmarkPerception:
         elapsed = self._edges_stamp - stamp
         moved = arc(wheels.speed * elapsed, wheels.turn_rate * elapsed) if wheels and edges else Pose()
         return edge_pairs(corners, edges, moved, self.camera, self._settings.edges)
+
+
+def _moves(wheels: Wheels) -> bool:
+    return max(abs(wheels.speed), abs(wheels.turn_rate)) > MOVING

@@ -44,20 +44,27 @@ class SimulatedCamera:
         noise_sd = 255 / 10 ** (snr / 20)
         shape = (camera.model.height + SPARE, camera.model.width + SPARE, 3)
         self._noise = np.round(rng.normal(0.0, noise_sd, shape)).astype(np.int16)
+        self._view: tuple[World, Eye, float] | None = None  # what the pixels without noise show
+        self._pixels = np.empty(0, np.uint8)
 
     def take(self, world: World, stamp: float, pose: Pose, turn_rate: float = 0.0) -> Image:
         """The picture of a robot at `pose`, in the middle of the exposure, that turns at `turn_rate` [rad/s]."""
         model, mounting = self.camera.model, self.camera.mounting
         x, y = pose.apply(mounting.translation[None, :2])[0]
         eye = Eye(float(x), float(y), float(mounting.translation[2]), pose.heading + self._heading)
-        drawn = cv2.GaussianBlur(self._renderer.draw(world, eye), (3, 3), 0.6)
-        drawn = self._blurred(drawn, abs(turn_rate) * self._exposure)
-        pixels = cv2.remap(drawn, *self._lens, cv2.INTER_LINEAR)
-        if self._light != 1.0:
-            pixels = cv2.convertScaleAbs(pixels, alpha=self._light)
+        turned = abs(turn_rate) * self._exposure
+        if self._view is None or self._view[0] is not world or self._view[1:] != (eye, turned):
+            self._view, self._pixels = (world, eye, turned), self._without_noise(world, eye, turned)
         row, column = self._rng.integers(SPARE, size=2)
         noise = self._noise[row : row + model.height, column : column + model.width]
-        return Image(stamp=stamp, pixels=cv2.add(pixels, noise, dtype=cv2.CV_8U))
+        return Image(stamp=stamp, pixels=cv2.add(self._pixels, noise, dtype=cv2.CV_8U))
+
+    def _without_noise(self, world: World, eye: Eye, turned: float) -> Array:
+        """The picture (H, W, 3) uint8 as light and lens make it; a standing robot needs it only once."""
+        drawn = cv2.GaussianBlur(self._renderer.draw(world, eye), (3, 3), 0.6)
+        drawn = self._blurred(drawn, turned)
+        pixels = cv2.remap(drawn, *self._lens, cv2.INTER_LINEAR)
+        return cv2.convertScaleAbs(pixels, alpha=self._light) if self._light != 1.0 else pixels
 
     def _blurred(self, drawn: Array, turned: float) -> Array:
         """The drawn view as it smears while the robot turns by `turned` [rad], and out of focus."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from core.message import Array
 from core.sensors.laser import Laser, Scan
-from core.simulation.world import World, cast
+from core.simulation.world import Hits, World, cast
 
 
 class SimulatedLaser:
@@ -30,6 +30,7 @@ class SimulatedLaser:
         self.laser, self._rng = laser, rng
         self._floor_sd, self._share_sd, self._dropout = floor_sd, share_sd, dropout
         self._angles = laser.angle_min + laser.angle_step * np.arange(laser.beams)
+        self._cast: tuple[World, Array, Hits] | None = None  # the last world, beams and where they ended
 
     @property
     def duration(self) -> float:
@@ -49,7 +50,7 @@ class SimulatedLaser:
         origins = np.column_stack((x + c * forward - s * left, y + s * forward + c * left))
         direction = heading + laser.mounting.heading + self._angles
         rays = np.column_stack((np.cos(direction), np.sin(direction)))
-        hits = cast(origins, rays, world.surfaces(laser.height), laser.range_max)
+        hits = self._hits(world, np.hstack((origins, rays)))
         return Scan(
             stamp=stamp,
             ranges=self._measured(hits.distance, hits.cosine),
@@ -59,6 +60,13 @@ class SimulatedLaser:
             range_max=laser.range_max,
             time_step=laser.time_step,
         )
+
+    def _hits(self, world: World, beams: Array) -> Hits:
+        """Beams (N, 4) from (x, y) [m] along unit vectors → where they end; a standing robot needs it only once."""
+        if self._cast is None or self._cast[0] is not world or not np.array_equal(self._cast[1], beams):
+            ends = cast(beams[:, :2], beams[:, 2:], world.surfaces(self.laser.height), self.laser.range_max)
+            self._cast = world, beams, ends
+        return self._cast[2]
 
     def _measured(self, distance: Array, cosine: Array) -> Array:
         """True distances (N,) [m] and incidence (N,) → ranges (N,) [m] in mm steps, NaN where a beam fails."""
