@@ -20,6 +20,7 @@ settings.load_profile("beckon")
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 BROWSER = "browser/"
+WIZARDS = "console/calibration/"
 LIVE = (BROWSER, "benchmarks/", "console/", "core/gate/test_gate_process.py")  # these keep real time
 WIRES = (
     "core/robots/",
@@ -31,13 +32,14 @@ LONG = "test_conventions.py"  # its reading of types lasts longest of what compu
 
 
 def room_of(file: str) -> str:
-    """What goes together: the pages, the consoles, and of the rest every file by itself."""
+    """What goes together: the pages, the wizards, the consoles, and of the rest every file by itself."""
     file = file.removeprefix("tests/")
-    return BROWSER if file.startswith(BROWSER) else "live" if file.startswith(LIVE) else file
+    together = next((room for room in (BROWSER, WIZARDS) if file.startswith(room)), "live")
+    return together if file.startswith(LIVE) else file
 
 
 class Sharing(LoadScopeScheduling):
-    """Pages in one process, consoles in another, one test after another each; beside them the others, by files.
+    """Pages, consoles and wizards in a process each, one test after another; the others by files.
 
     Tests on wires wait most of their time: each goes to whoever is free, so that none is left with a long file.
     """
@@ -56,8 +58,8 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Sharing:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """What lasts longest begins first."""
-    ranks = {BROWSER: 0, "live": 1, LONG: 2}
-    items.sort(key=lambda item: ranks.get(room_of(file_of(item)), 3))
+    ranks = {BROWSER: 0, "live": 1, WIZARDS: 2, LONG: 3}
+    items.sort(key=lambda item: ranks.get(room_of(file_of(item)), 4))
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable
 from typing import Any
 
+import pytest
 from playwright.sync_api import expect
 
 from core.optics import TABLE_3
@@ -40,6 +41,7 @@ def camera_file() -> dict[str, Any]:
     }
 
 
+@pytest.mark.campaign
 def test_the_laser_is_calibrated_by_the_demo_while_the_page_tells_how(visit: Open, console: Running) -> None:
     here = visit(size=(1100, 760))
     page = here.page

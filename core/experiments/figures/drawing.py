@@ -50,8 +50,19 @@ def render(
     file = io.BytesIO()
     with rc_context(STYLE):
         figure = Figure(figsize=(size[0] / DPI, size[1] / DPI), layout="constrained")
-        figure.suptitle(title, fontsize=15, fontweight="semibold")
+        figure.suptitle(title, fontsize=15, fontweight="bold")
         figure.supxlabel(conditions, fontsize=9.5, color=SOFT)
         draw(figure)
+        _lay_out(figure)
         figure.savefig(file, format=form, metadata={"Date": None, "Title": title} if form == "svg" else None)
     return file.getvalue()
+
+
+def _lay_out(figure: Figure) -> None:
+    """Fix every axes' place to a millionth of the sheet: the solver's last digits differ from run to run."""
+    if (engine := figure.get_layout_engine()) is not None:
+        engine.execute(figure)
+        figure.set_layout_engine("none")
+    for axes in figure.axes:
+        left, bottom, width, height = (round(edge, 6) for edge in axes.get_position(original=True).bounds)
+        axes.set_position((left, bottom, width, height))

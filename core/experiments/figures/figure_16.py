@@ -60,7 +60,7 @@ def figure_16(panels: list[Panel], room: DriveSurroundings, conditions: str) -> 
 
 
 def _name(axes: Axes, letter: str, title: str, summary: str) -> None:
-    axes.set_title(f"({letter}) {title}", loc="left", fontweight="semibold")
+    axes.set_title(f"({letter}) {title}", loc="left", fontweight="bold")
     axes.set_title(summary, loc="right", fontsize=9.5, color=SOFT)
 
 
@@ -80,7 +80,7 @@ def _draw_paths(axes: Axes, panel: Panel, room: DriveSurroundings, colour: str) 
     axes.plot(*START.T, marker="o", color=TEXT, markerfacecolor="white")
     axes.plot(*trace.truth[-1:].T, marker="o", color=TEXT)
     axes.plot(pose.x, pose.y, marker="o", color=colour)
-    axes.annotate("start", START[0].tolist(), (-8, 8), textcoords="offset points", ha="right", fontweight="semibold")
+    axes.annotate("start", START[0].tolist(), (-8, 8), textcoords="offset points", ha="right", fontweight="bold")
     shown = np.vstack((room.corners, room.walls.reshape(-1, 2), START, trace.truth))
     low, high = shown.min(axis=0) - MARGIN, shown.max(axis=0) + MARGIN
     axes.set(xlabel="x [m]", ylabel="y [m]", xlim=(low[0], high[0]), ylim=(low[1], high[1]))

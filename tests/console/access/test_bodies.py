@@ -226,7 +226,7 @@ def test_the_interface_keeps_to_its_own_description(rough_live: Live) -> None:
     for operation in operations:
 
         @settings(
-            max_examples=4, deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck)
+            max_examples=2, deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck)
         )
         @given(case=operation.as_strategy())
         def keeps_to_it(case: Any) -> None:

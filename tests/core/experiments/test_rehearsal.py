@@ -40,7 +40,7 @@ def test_with_its_camera_running_the_robot_obeys_as_exactly() -> None:
     assert (lab.contacts, lab.faults()) == (0, [])
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.campaign)])
 def test_the_robot_obeys_as_exactly_as_promised(seed: int) -> None:
     """Turns within 2 degrees, 1.5 m within 5 cm, a goal within 10 cm."""
     lab = Rehearsal("sim:lab", seed=seed, settings=BLIND)
@@ -120,7 +120,7 @@ def test_every_undertaking_ends_exactly_once(lab: Rehearsal) -> None:
     rng = np.random.default_rng(5)
     sentences = ("turn left", "stop moving", "continue 0.1 meters", "stop at 0.3 and 0.1", "start", "go to 15 and 15")
     told: list[int] = []
-    for _ in range(30):
+    for _ in range(12):
         told += [lab.tell(str(words)) for words in rng.choice(sentences, rng.integers(0, 3))]
         if rng.random() < 0.2:
             lab.pilot.cancel("cancelled", "Somebody pressed stop.")
