@@ -5,6 +5,8 @@ Pixel (0, 0) is the centre of the top-left pixel; u runs right, v down.
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from core.errors import BadInput
@@ -83,7 +85,7 @@ class CameraModel:
         ideal[open_points] = np.nan
         return ideal
 
-    @property
+    @cached_property
     def turning_radius(self) -> float:
         """Radius in ideal normalised coordinates beyond which the distortion folds back; inf where it never does."""
         slope = np.array([7 * self.k3, 5 * self.k2, 3 * self.k1, 1.0])  # of the distorted radius, by powers of r²
@@ -101,7 +103,7 @@ class CameraModel:
         """Pixels (N, 2) → ideal normalised points (N, 2): x/z, y/z of the rays; NaN where no ray reaches."""
         return self.undistort((pixels - (self.cx, self.cy)) / (self.fx, self.fy))
 
-    @property
+    @cached_property
     def widest_ray(self) -> float:
         """Distance from the axis, in ideal normalised coordinates, of the farthest ray that the picture shows."""
         corners = np.array([[0.0, 0.0], [self.width, 0.0], [0.0, self.height], [self.width, self.height]])
