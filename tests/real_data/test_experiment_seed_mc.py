@@ -39,6 +39,7 @@ def test_dead_reckoning_and_the_filter_err_as_in_the_paper(capsys: pytest.Captur
     assert 2.4 <= invariant["nees_mean"] <= 3.6
 
 
+@pytest.mark.campaign
 def test_after_ten_frames_at_rest_no_run_errs_by_three_centimetres(
     capsys: pytest.CaptureFixture[str], data: Path
 ) -> None:

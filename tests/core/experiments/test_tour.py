@@ -15,15 +15,15 @@ from core.simulation.robot import SimulationSettings
 BLIND = dataclasses.replace(Settings(), simulation=SimulationSettings(camera=False))
 
 
-def test_half_a_minute_of_the_tour_stays_on_its_way(tmp_path: Path) -> None:
+def test_the_beginning_of_the_tour_stays_on_its_way(tmp_path: Path) -> None:
     told: list[str] = []
-    result = EXPERIMENTS["tour"](runs=1, seed=3, out=tmp_path, tell=told.append, settings=BLIND, minutes=0.6)
+    result = EXPERIMENTS["tour"](runs=1, seed=3, out=tmp_path, tell=told.append, settings=BLIND, minutes=0.4)
     assert (result["runs"], result["seed"]) == (1, 3)
     assert len(told) == 1
     assert result["estimators"]["ekf_slam"]["worst_error_m"] < 0.05
     assert result["estimators"]["dead_reckoning"]["mean_error_m"] > 0
     assert (result["contacts"], result["faults"]) == (0, [])
-    assert result["tours"][0]["ends"]["done"] >= 3
+    assert result["tours"][0]["ends"]["done"] >= 2
     assert json.loads(Path(result["files"]["json"]).read_text())["estimators"] == result["estimators"]
 
 
