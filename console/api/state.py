@@ -35,10 +35,12 @@ class HealthReport(msgspec.Struct, frozen=True, kw_only=True):
 @state.get("/state", response_class=Response, responses={200: {"content": {"application/json": {}}}})
 @needs("viewer")
 async def newest(behind: Behind) -> Response:
-    """The newest Snapshot, as the socket sends it."""
+    """The newest Snapshot, as the socket sends it; before the first one 503 with `robot`, its url, link and age_s."""
     now = behind.state()
     if now is None:
-        raise Problem(503, "No frame of the robot has arrived yet.")
+        link, age = behind.robot.link()
+        robot = {"url": behind.robot.profile.url, "link": link, "age_s": round(age, 3)}
+        raise Problem(503, "No frame of the robot has arrived yet.", more={"robot": robot})
     return Response(messages.encode(now), media_type="application/json")
 
 

@@ -73,9 +73,10 @@ class PilotLike(Protocol):
 
 
 class PilotPace:
-    """How often frames come and how long a step takes."""
+    """How often frames come and how long a step takes. The pilot's thread notes, the event loop reads."""
 
     def __init__(self) -> None:
+        self._lock = threading.Lock()  # a deque that grows while it is copied raises RuntimeError
         self._stamp = 0.0  # [s] of the newest frame
         self._arrivals: deque[float] = deque(maxlen=REMEMBERED)
         self._delays: deque[float] = deque(maxlen=REMEMBERED)
@@ -83,32 +84,37 @@ class PilotPace:
 
     def note(self, stamp: float, arrived: float, took: float) -> None:
         """Record a step: when its frame was sensed (robot's clock), when it came and how long it took (ours) [s]."""
-        if stamp < self._stamp:
-            self._delays.clear()  # another clock: the robot was started again, or a recording jumped
-        self._stamp = stamp
-        self._arrivals.append(arrived)
-        self._delays.append(arrived - stamp)
-        self._steps.append(took)
+        with self._lock:
+            if stamp < self._stamp:
+                self._delays.clear()  # another clock: the robot was started again, or a recording jumped
+            self._stamp = stamp
+            self._arrivals.append(arrived)
+            self._delays.append(arrived - stamp)
+            self._steps.append(took)
 
     def rate(self, now: float) -> float:
         """Frames per second over the last two seconds [Hz]."""
-        recent = [moment for moment in tuple(self._arrivals) if now - moment < 2.0]
+        recent = [moment for moment in self._copy(self._arrivals) if now - moment < 2.0]
         return (len(recent) - 1) / max(recent[-1] - recent[0], 1e-3) if len(recent) > 1 else 0.0
 
     def measured(self, now: float) -> tuple[float, float | None]:
         """Frames per second [Hz], and the longest of the newest steps [ms]: the one that had most to see."""
-        newest = tuple(self._steps)[-NEWEST:]
+        newest = self._copy(self._steps)[-NEWEST:]
         return self.rate(now), round(1000 * max(newest), 2) if newest else None
 
     def step_ms(self, part: float) -> float | None:
         """The time within which `part` (0..1) of the newest steps were done [ms]."""
-        return quantile_ms(tuple(self._steps), part)
+        return quantile_ms(self._copy(self._steps), part)
 
     def late_ms(self, part: float) -> float | None:
         """How much later than the quickest of them `part` (0..1) of the newest frames came, at most [ms]."""
-        delays = tuple(self._delays)
+        delays = self._copy(self._delays)
         least = min(delays, default=0.0)
         return quantile_ms([delay - least for delay in delays], part)
+
+    def _copy(self, values: deque[float]) -> list[float]:
+        with self._lock:
+            return list(values)
 
 
 def quantile_ms(spans: Sequence[float], part: float) -> float | None:

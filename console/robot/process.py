@@ -79,9 +79,10 @@ class RobotProcess(RobotSupervisor):
 
     def link(self) -> tuple[Literal["connecting", "live", "stale", "lost"], float]:
         """State of the link, and the age [s] of the newest frame (of the start, before the first)."""
-        if self._frame_at is None:
+        frame_at = self._frame_at  # the robot's thread may forget it meanwhile
+        if frame_at is None:
             return ("lost" if self.trouble else "connecting"), 0.0
-        age = time.monotonic() - self._frame_at
+        age = time.monotonic() - frame_at
         if self.trouble or age > LOST:
             return "lost", age
         return ("live" if age <= STALE else "stale"), age

@@ -10,7 +10,7 @@ from core.snapshot import SensorKind, SensorState, SensorStatus
 
 STALE, LOST = 3.0, 6.0  # periods without a reading …
 STALE_AT_LEAST, LOST_AT_LEAST = 0.25, 0.5  # [s] … and no sooner than this
-ANY_FRAME = 10.0  # [Hz] at which wheels and sound have to come, though they come with every frame
+ANY_FRAME = 10.0  # [Hz] at which sound has to come, though it comes with every frame, and wheels of unknown rate
 
 
 class SensorWatch:
@@ -42,7 +42,17 @@ class SensorWatch:
         for kind, name in self._rates:
             if here[kind] in ("", name):
                 self._newest[kind, name] = frame.stamp
+        self._update_wheels(frame)
         return tuple(self._status(kind, name) for kind, name in self._rates)
+
+    def _update_wheels(self, frame: SensorFrame) -> None:
+        """Wheels that are carried on from an older reading are as old as that; the quickest they came is their rate."""
+        wheels, known = frame.wheels, self._rates.get(("wheels", ""))
+        if wheels is None or known is None:
+            return
+        self._newest["wheels", ""] = frame.stamp - wheels.age
+        if wheels.rate is not None:
+            self._rates["wheels", ""] = wheels.rate if known == ANY_FRAME else max(known, wheels.rate)
 
     def _status(self, kind: SensorKind, name: str) -> SensorStatus:
         rate, age = self._rates[kind, name], self._stamp - self._newest[kind, name]

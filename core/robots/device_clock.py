@@ -17,11 +17,7 @@ class DeviceClock:
         self._delay = delay
         self._quickest: deque[tuple[float, float]] = deque()  # received, difference; both rising
         self._last: float | None = None
-
-    @property
-    def offset(self) -> float | None:
-        """Robot's clock minus the device's [s]; None before the first message."""
-        return self._quickest[0][1] - self._delay if self._quickest else None
+        self.offset: float | None = None  # robot's clock minus the device's [s]; None before the first message
 
     def stamp(self, device: float, received: float) -> float:
         """A device's time [s] of something that was received at `received` [s] → the robot's time of it."""
@@ -34,7 +30,8 @@ class DeviceClock:
         self._quickest.append((received, difference))
         while self._quickest[0][0] < received - SPAN or self._held_up(received):
             self._quickest.popleft()
-        return device + self._quickest[0][1] - self._delay
+        self.offset = self._quickest[0][1] - self._delay
+        return device + self.offset
 
     def _held_up(self, now: float) -> bool:
         """True when what came within the last seconds is all late by what came before."""

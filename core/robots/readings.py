@@ -18,6 +18,7 @@ SILENT = 0.5  # [s] without a reading of the wheels, from when on nothing is kno
 AHEAD = 0.1  # [s] over which a reading of the wheels is carried on to the frame
 WAITING = 4  # scans that may wait for a frame
 JUMP, FASTEST = 0.5, 5.0  # [m], [m/s] beyond which the wheels were not rolled: the base was restarted
+COUNTED, LONG_ENOUGH = 40, 1.0  # readings of the wheels, and [s] of them, that tell their rate
 LONGEST_SOUND = 3.0  # [s] that may wait for a frame
 
 
@@ -30,6 +31,7 @@ class Waiting:
 
     scans: deque[Scan] = field(default_factory=lambda: deque[Scan](maxlen=WAITING))
     wheels: tuple[float, Wheels] | None = None  # with their stamp [s]
+    rolled: deque[float] = field(default_factory=lambda: deque[float](maxlen=COUNTED))  # [s] when readings came
     place: Pose = field(default_factory=Pose)  # newest odometry handed on
     anchor: Pose = field(default_factory=Pose)  # what the base's own odometry is seen from
     image: Image | None = None
@@ -76,6 +78,7 @@ class Readings:
                 place = self._here.place
             self._here.place = place
             self._here.wheels = (stamp, Wheels(odometry=place, speed=speed, turn_rate=turn_rate))
+            self._here.rolled.append(self.now())
 
     def scan(self, scan: Scan) -> None:
         """A turn of a laser's mirror."""
@@ -112,6 +115,7 @@ class Readings:
         """The base is gone; when it is back it goes on from where it was."""
         with self._lock:
             self._here.wheels = None
+            self._here.rolled.clear()
 
     def frame(self) -> SensorFrame:
         """All that came since the last frame, at the present instant; a frame has room for one scan."""
@@ -139,7 +143,18 @@ class Readings:
         if stamp - taken > SILENT:
             return None
         ahead = min(max(stamp - taken, 0.0), AHEAD)
-        return replace(wheels, odometry=wheels.odometry @ arc(wheels.speed * ahead, wheels.turn_rate * ahead))
+        return replace(
+            wheels,
+            odometry=wheels.odometry @ arc(wheels.speed * ahead, wheels.turn_rate * ahead),
+            age=max(stamp - taken, 0.0),
+            rate=self._rate(),
+        )
+
+    def _rate(self) -> float | None:
+        """How many readings of the wheels come a second [Hz]; None: too few came."""
+        came = self._here.rolled
+        spread = came[-1] - came[0] if came else 0.0
+        return (len(came) - 1) / spread if spread >= LONG_ENOUGH or (len(came) == COUNTED and spread > 0) else None
 
 
 def _jumped(last: Pose, now: Pose, elapsed: float) -> bool:

@@ -13,3 +13,5 @@ class Wheels:
     odometry: Pose  # cumulative, in a frame of its own that drifts
     speed: float  # [m/s]
     turn_rate: float  # [rad/s]
+    age: float = 0.0  # [s] over which the reading was carried on to its frame
+    rate: float | None = None  # [Hz] at which readings come; None: with every frame

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections import deque
 from collections.abc import Mapping
@@ -43,18 +44,21 @@ class Traffic:
     """Counts the messages of every topic, and remembers their frames. Filled by one thread, read by another."""
 
     def __init__(self) -> None:
+        self._lock = threading.Lock()
         self._times: dict[str, deque[float]] = {}  # topic → when the last messages came [s]
         self._frames: dict[str, str] = {}
 
     def note(self, topic: str, content: Any) -> None:
         """A message that could be used."""
-        self._times.setdefault(topic, deque(maxlen=LAST)).append(time.monotonic())
+        with self._lock:
+            self._times.setdefault(topic, deque(maxlen=LAST)).append(time.monotonic())
         frame = getattr(content, "child_frame_id", "") or getattr(getattr(content, "header", None), "frame_id", "")
         self._frames[topic] = str(frame).strip("/")
 
     def used(self, topic: str, kind: str) -> UsedTopic:
         """What came on a topic."""
-        times = tuple(self._times.get(topic, ()))
+        with self._lock:
+            times = tuple(self._times.get(topic, ()))
         now = time.monotonic()
         spread = times[-1] - times[0] if len(times) >= FEWEST else 0.0
         return UsedTopic(

@@ -56,6 +56,13 @@ def test_states_come_twenty_times_a_second_and_are_those_of_rest(live: Live) -> 
     assert set(live.ask("GET", "/api/state", token=live.viewer).json) == set(first)
 
 
+def test_before_the_first_snapshot_the_robots_link_is_told(live: Live, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(type(live.runtime), "state", lambda _: None)
+    refused = live.ask("GET", "/api/state", token=live.viewer)
+    assert refused.status == 503
+    assert set(refused.json["robot"]) == {"url", "link", "age_s"}
+
+
 def test_pictures_are_jpeg_behind_a_header_until_they_are_not_wanted(live: Live) -> None:
     with live.open() as line:
         picture = next(message for message in line if isinstance(message, bytes))

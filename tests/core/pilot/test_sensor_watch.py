@@ -8,6 +8,7 @@ from core.geometry import Pose
 from core.pilot.sensor_watch import SensorWatch, loss
 from core.robots import Profile
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Wheels
+from core.snapshot import SensorStatus
 
 PROFILE = Profile(
     name="two lasers",
@@ -60,3 +61,17 @@ def test_what_is_lost_is_named_where_there_are_several() -> None:
 def test_a_recording_promises_nothing() -> None:
     profile = Profile(name="log", url="", lasers=(Laser(),), capabilities=frozenset({"replay"}))
     assert SensorWatch(profile, 0.0).update(frame(9.0)) == ()
+
+
+def test_odometry_is_as_old_as_its_reading_and_due_at_the_rate_it_came() -> None:
+    watch = SensorWatch(PROFILE, 0.0)
+
+    def wheels(stamp: float, age: float, rate: float | None) -> SensorStatus:
+        reading = Wheels(odometry=Pose(), speed=0.0, turn_rate=0.0, age=age, rate=rate)
+        return next(one for one in watch.update(SensorFrame(stamp=stamp, wheels=reading)) if one.kind == "wheels")
+
+    assert wheels(1.0, 0.01, None).rate == 10.0
+    assert wheels(2.0, 0.01, 50.0).rate == 50.0
+    slower = wheels(3.0, 0.3, 3.0)
+    assert (slower.rate, slower.state, round(slower.age, 3)) == (50.0, "stale", 0.3)
+    assert wheels(4.0, 0.6, 3.0).state == "lost"

@@ -238,3 +238,16 @@ def test_a_clock_that_was_held_up_is_followed_within_seconds() -> None:
         stamp = clock.stamp(received - lag - float(rng.uniform(0.0, 0.05)), received)
         late.append(received - stamp)
     assert max(late[:200]) < 0.06 and max(late[225:]) < 0.06
+
+
+def test_a_frame_tells_how_old_its_odometry_is_and_how_often_it_comes() -> None:
+    now = 0.0
+    readings = Readings(lambda: now)
+    for step in range(30):
+        now = 0.05 * step
+        readings.wheels(Pose(), 0.0, 0.0)
+    now += 0.02
+    wheels = readings.frame().wheels
+    assert wheels is not None and wheels.rate is not None
+    assert abs(wheels.age - 0.02) < 1e-9
+    assert abs(wheels.rate - 20.0) < 1e-6
