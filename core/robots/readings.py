@@ -10,12 +10,11 @@ from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, field, replace
 
-from core.geometry import Pose, arc
+from core.geometry import Pose
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Sound, Wheels
 from core.sensors.microphones import joined
 
-SILENT = 0.5  # [s] without a reading of the wheels, from when on nothing is known of them
-AHEAD = 0.1  # [s] over which a reading of the wheels is carried on to the frame
+SILENT = 0.5  # [s] over which a reading of the wheels is carried on to the frame; then nothing is known of them
 WAITING = 4  # scans that may wait for a frame
 JUMP, FASTEST = 0.5, 5.0  # [m], [m/s] beyond which the wheels were not rolled: the base was restarted
 COUNTED, LONG_ENOUGH = 40, 1.0  # readings of the wheels, and [s] of them, that tell their rate
@@ -142,13 +141,7 @@ class Readings:
         taken, wheels = self._here.wheels
         if stamp - taken > SILENT:
             return None
-        ahead = min(max(stamp - taken, 0.0), AHEAD)
-        return replace(
-            wheels,
-            odometry=wheels.odometry @ arc(wheels.speed * ahead, wheels.turn_rate * ahead),
-            age=max(stamp - taken, 0.0),
-            rate=self._rate(),
-        )
+        return replace(wheels.carried(max(stamp - taken, 0.0)), rate=self._rate())
 
     def _rate(self) -> float | None:
         """How many readings of the wheels come a second [Hz]; None: too few came."""

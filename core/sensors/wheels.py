@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from core.geometry import Pose
+from dataclasses import replace
+
+from core.geometry import Pose, arc
 from core.message import message
 
 
@@ -15,3 +17,13 @@ class Wheels:
     turn_rate: float  # [rad/s]
     age: float = 0.0  # [s] over which the reading was carried on to its frame
     rate: float | None = None  # [Hz] at which readings come; None: with every frame
+
+    def carried(self, seconds: float) -> Wheels:
+        """The same `seconds` [s] later, if they went on as they were."""
+        place = self.odometry @ arc(self.speed * seconds, self.turn_rate * seconds)
+        return replace(self, odometry=place, age=self.age + seconds)
+
+    @property
+    def as_read(self) -> Pose:
+        """The odometry as it was read, `age` before its frame."""
+        return self.odometry @ arc(self.speed * self.age, self.turn_rate * self.age).inverse()

@@ -271,6 +271,9 @@ def run(name: str, follow: float = 20.0) -> Iterator[Row]:
         yield from scores(here)
         if "audio" in SUBJECTS[name]:
             yield come_here(here)
+        faults = here.running.faults()
+        sys.stderr.writelines(faults)
+        yield Row("faults in the console's log", "done", float(len(faults)), 0.0, 0.0)
 
 
 def main() -> None:

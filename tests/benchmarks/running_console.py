@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -31,6 +32,7 @@ class Console:
     ) -> None:
         """`auth`: who comes has to show one of the `keys`, the operator's or the viewer's. `environment`: further."""
         self.trace = folder / "gate.csv"
+        self._log = folder / "console.log"
         command = [sys.executable, "-m", "console", "run", "--no-browser", "--port", "0", "--robot", robot]
         self.process = subprocess.Popen(
             [*command, *(() if auth else ("--no-auth",)), "--gate-trace", str(self.trace), "--data", str(folder)],
@@ -80,6 +82,11 @@ class Console:
                 **self.signed,
             },
         )
+
+    def faults(self) -> list[str]:
+        """The tracebacks in its log."""
+        text = self._log.read_text() if self._log.exists() else ""
+        return [part for part in re.split(r"(?m)^(?=\d{4}-)", text) if "Traceback" in part]
 
     def close(self) -> None:
         """End it, and everything that it started."""

@@ -7,6 +7,7 @@ import itertools
 import math
 import struct
 import time
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
@@ -62,7 +63,7 @@ def rplidar_turn(ranging: Ranging) -> list[bytes]:
 
 def ydlidar_correction(metres: Array) -> Array:
     """How far [degrees] the beam's angle is from the head's, by the triangle of laser and lens."""
-    distance = np.where(metres > 0, metres * 1e3, np.inf)
+    distance = np.where(metres > 0, metres * 1e3, 1e9)
     return np.degrees(np.arctan(21.8 * (155.3 - distance) / (155.3 * distance))) * (metres > 0)
 
 
@@ -95,26 +96,27 @@ class LidarEmulator:
     ) -> None:
         self.measuring = model == "ld19"
         self.turning = True
-        self.ranges = np.zeros(AROUND)  # counter-clockwise from behind, [m], of the newest turn
+        self.ranges = np.zeros(AROUND)  # counter-clockwise from behind, [m], each as the head saw it last
         self.model = model
         self._turn, self._rate = TURNS[model]
         low, high = LIMITS[model]
         self._laser = SimulatedLaser(
             Laser(
                 beams=AROUND,
-                angle_min=-math.pi,
+                angle_min=0.0,
                 angle_step=math.tau / AROUND,
                 range_min=low,
                 range_max=high,
-                time_step=0,
+                time_step=-1 / (self._rate * AROUND),
             ),
             np.random.default_rng(0),
             dropout=0.0,
         )
         self._room, self._world = world_named(place), world
-        self._packets: list[bytes] = []
         self._began = time.monotonic()
-        self._sent = 0
+        self._seen = 0.0  # share of the turn that the head has swept
+        self._sent: int | None = None  # packets of the turn; None: it does not measure
+        self._way: deque[tuple[float, float, float, float]] = deque(maxlen=80)  # time.monotonic(), x, y, heading
         world.on_wheels.append(self._go_on)
         self._port: Port = TcpPort(self._serve, port=port) if path is None else SerialPort(self._serve, path)
 
@@ -138,36 +140,46 @@ class LidarEmulator:
         return self._port.inject(data)
 
     def packets(self) -> list[bytes]:
-        """Those of a turn at the robot's present place."""
-        pose = self._world.truth
-        poses = np.array([[pose.x, pose.y, pose.heading]] * 2)
-        self.ranges = np.nan_to_num(self._laser.scan(self._room, 0.0, np.array([0.0, 1.0]), poses).ranges, nan=0.0)
+        """Those of a turn, as the head saw it last."""
         return self._turn(self._ranging)
+
+    def _look(self, share: float) -> None:
+        """Measure from where the head looked last to `share` of its turn, and what it has not swept yet besides."""
+        way = np.array(self._way)
+        way[:, 3] = np.unwrap(way[:, 3])
+        scan = self._laser.scan(self._room, self._began + 1 / self._rate, way[:, 0], way[:, 1:])
+        beams = np.arange(AROUND - int(self._seen * AROUND))  # the head turns clockwise from the front
+        self.ranges[(beams + AROUND // 2) % AROUND] = np.nan_to_num(scan.ranges[beams], nan=0.0)
+        self._seen = min(share, 1.0)
 
     def _ranging(self, clockwise: Array) -> Array:
         beams = np.round((-clockwise + 180) % 360 * AROUND / 360).astype(int) % AROUND
         return self.ranges[beams]
 
     def _go_on(self, _: Wheels) -> None:
-        """Send what the head has seen since the last time."""
+        """Measure and send what the head has swept since the last time."""
+        pose, now = self._world.truth, time.monotonic()
+        self._way.append((now, pose.x, pose.y, pose.heading))
         wire = self._port.wire
         if wire is None or not self.measuring or not self.turning:
-            self._packets = []
+            self._sent = None
             return
-        if not self._packets:
-            self._packets, self._began, self._sent = self.packets(), time.monotonic(), 0
-        share = (time.monotonic() - self._began) * self._rate
-        due = min(math.ceil(share * len(self._packets)), len(self._packets))
+        if self._sent is None:
+            self._began, self._seen, self._sent = now, 0.0, 0
+        share = (now - self._began) * self._rate
+        self._look(share)
+        packets = self.packets()
+        due = min(math.ceil(share * len(packets)), len(packets))
         try:
-            for packet in self._packets[self._sent : due]:
+            for packet in packets[self._sent : due]:
                 wire.write(packet)
         except OSError:
             return
         self._sent = due
         if share >= 1:
-            self._packets, self._began, self._sent = self.packets(), self._began + 1 / self._rate, 0
+            self._began, self._seen, self._sent = self._began + 1 / self._rate, 0.0, 0
             if share > 2:
-                self._began = time.monotonic()
+                self._began = now
 
     def _serve(self, wire: Wire) -> None:
         """Start at a scan command and stop at a stop command; the LD19 knows neither."""
@@ -180,7 +192,7 @@ class LidarEmulator:
                 self.measuring = False
                 if second == scan:
                     wire.write(b"\xa5\x5a\x05\x00\x00\x40\x81")
-                    self._packets, self.measuring = [], True
+                    self._sent, self.measuring = None, True
 
 
 def main() -> None:

@@ -42,7 +42,7 @@ SPEAKER = "Ann"
 def scip(world: World) -> ScipEmulator:
     """A Hokuyo that sees the world."""
     sensor = ScipEmulator()
-    world.on_scan.append(sensor.show_scan)
+    world.on_scan.append(lambda scan: sensor.show_scan(scan, world.instant(scan.stamp)))
     return sensor
 
 

@@ -73,16 +73,17 @@ class ScipEmulator:
         """Send bytes as they are → whether a driver was there."""
         return self._port.inject(data)
 
-    def show_scan(self, scan: Scan) -> None:
-        """What the simulated laser measured in one turn."""
+    def show_scan(self, scan: Scan, instant: float | None = None) -> None:
+        """What the simulated laser measured in one turn; `instant`: time.monotonic() of its first beam."""
         steps = np.arange(FIRST, self._last + 1) - FRONT
         beams = np.round((steps * math.tau / STEPS - scan.angle_min) / scan.angle_step).astype(int)
         there = (beams >= 0) & (beams < len(scan.ranges))
         ranges = scan.ranges[np.where(there, beams, 0)]
-        self.show(np.where(there & np.isfinite(ranges), np.nan_to_num(ranges, posinf=0.0) * 1e3, 0.0).round())
+        begin = None if instant is None else instant - PERIOD * FIRST / STEPS
+        self.show(np.where(there & np.isfinite(ranges), np.nan_to_num(ranges, posinf=0.0) * 1e3, 0.0).round(), begin)
 
-    def show(self, millimetres: Array) -> None:
-        """One turn has just ended: (beams,) [mm] from FIRST on."""
+    def show(self, millimetres: Array, begin: float | None = None) -> None:
+        """One turn: (beams,) [mm] from FIRST on; `begin`: time.monotonic() of step 0, else it has just ended."""
         if self.streaming is None or self._port.wire is None:
             return
         if self._left_out < self._skip:
@@ -90,20 +91,28 @@ class ScipEmulator:
             return
         self._left_out = 0
         command, first, last, cluster = self.streaming
-        begin = time.monotonic() - PERIOD * self._last / STEPS
+        late = time.monotonic() - begin if begin is not None else PERIOD * self._last / STEPS
         try:
-            self._port.wire.write(self.reply(command, first, last, cluster, millimetres))
+            self._port.wire.write(self.reply(command, first, last, cluster, millimetres, late))
         except OSError:
             self.streaming = None
             return
-        self.sent.append((begin, np.asarray(millimetres)))
+        self.sent.append((time.monotonic() - late, np.asarray(millimetres)))
 
-    def reply(self, command: bytes, first: int, last: int, cluster: int, millimetres: Array) -> bytes:
-        """A scan of the stream."""
+    def reply(
+        self,
+        command: bytes,
+        first: int,
+        last: int,
+        cluster: int,
+        millimetres: Array,
+        late: float = PERIOD * LAST / STEPS,
+    ) -> bytes:
+        """A scan of the stream, `late` [s] after its step 0."""
         chosen = np.asarray(millimetres, np.int64)[first - FIRST : last - FIRST + 1]
         pad = -len(chosen) % cluster
         groups = np.pad(chosen, (0, pad), constant_values=1 << 17).reshape(-1, cluster)
-        counter = int((self._clock() - PERIOD * self._last / STEPS) * 1e3) & 0xFFFFFF
+        counter = int((self._clock() - late) * 1e3) & 0xFFFFFF
         data = encode(groups.min(axis=1), 3)
         lines = [data[begin : begin + 64] for begin in range(0, len(data), 64)]
         head = command + b"\n" + with_sum(b"99") + with_sum(encode(np.array([counter]), 4))
@@ -175,7 +184,7 @@ def main() -> None:
     parser.add_argument("--port", type=int, default=10940)
     given = parser.parse_args()
     world, sensor = World(), ScipEmulator(path=given.path, port=given.port)
-    world.on_scan.append(sensor.show_scan)
+    world.on_scan.append(lambda scan: sensor.show_scan(scan, world.instant(scan.stamp)))
     serve(sensor, world)
 
 

@@ -38,8 +38,13 @@ class World:
         self._listening = listening
         self._lock, self._stepping = threading.Lock(), threading.Lock()
         self._wanted, self._wanted_at = ZERO, NEVER
+        self._began = 0.0  # time.monotonic() of the simulator's stamp 0
         self._over = threading.Event()
         self._thread: threading.Thread | None = None
+
+    def instant(self, stamp: float) -> float:
+        """The simulator's time [s] → time.monotonic() at which it was due: what a real sensor would have stamped."""
+        return self._began + stamp
 
     def start(self) -> None:
         """Begin to live. The camera is simulated where somebody looks at its pictures."""
@@ -75,9 +80,12 @@ class World:
 
     def _live(self, robot: SimulatedRobot) -> None:
         period, due = 1 / robot.profile.rate, time.monotonic()
+        self._began = due - period
         while not self._over.wait(max(0.0, due - time.monotonic())):
             now = time.monotonic()
-            due = max(due + period, now - BEHIND)
+            left_out = max(0.0, now - BEHIND - due - period)
+            self._began += left_out
+            due += period + left_out
             with self._lock:
                 if self._failsafe is not None and now - self._wanted_at > self._failsafe:
                     self._wanted = ZERO

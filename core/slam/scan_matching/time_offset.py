@@ -37,6 +37,7 @@ MOST = 64  # scans of a turn that the fit looks at
 AROUND = 0.5  # [s] before and after a turn that belong to it
 LONGEST = 12.0  # [s] of one turn
 OVER = 0.1  # [s] over which it is seen whether the robot turns, and a scan's own motion at least
+SAME_READING = 1e-6  # [s] by which stamps of one reading differ
 GAP = 0.15  # [s] without odometry, over which the heading is not interpolated
 SCAN_GAP = 0.5  # [s] between scans of one turn, at most
 KEPT = 20.0  # [s] of odometry
@@ -97,11 +98,11 @@ class HeadingTrack:
         self._rows: deque[tuple[float, float, float]] = deque()  # stamp [s], heading [rad], speed [m/s]
 
     def add(self, stamp: float, wheels: Wheels) -> None:
-        """Add the wheels at `stamp` [s]; what is not later than the newest is passed over."""
-        heading = wheels.odometry.heading
+        """Add the wheels of a frame at `stamp` [s] as they were read; no reading is added twice."""
+        stamp, heading = stamp - wheels.age, wheels.as_read.heading
         if self._rows:
             last = self._rows[-1]
-            if stamp <= last[0]:
+            if stamp <= last[0] + SAME_READING:
                 return
             if stamp - last[0] > GAP:
                 self._rows.clear()

@@ -61,7 +61,7 @@ def test_a_turn_becomes_a_scan_that_runs_counter_clockwise(lidar: LidarEmulator)
     seen = scan.valid
     errors = np.abs(scan.ranges - room(lidar, scan))[seen]
     assert seen.mean() > 0.85
-    assert np.median(errors) < 0.04 and np.mean(errors < 0.25) > 0.9
+    assert np.median(errors) < 0.06 and np.mean(errors < 0.25) > 0.9  # the noise of two turns
     assert scan.time_step * len(scan.ranges) == pytest.approx(-1 / rate, rel=0.2)
 
 
