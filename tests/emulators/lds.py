@@ -24,6 +24,7 @@ from tests.emulators.world import World
 Ranging = Callable[[Array], Array]  # clockwise from the front (N,) [degrees] → (N,) [m], 0: no echo
 AROUND = 720  # rays of the simulated room
 LIMITS = {"ld19": (0.02, 12.0), "rplidar-a1": (0.15, 12.0), "ydlidar-x4": (0.12, 10.0)}  # [m]
+SHARE_SD = {"ld19": 0.0, "rplidar-a1": 0.01, "ydlidar-x4": 0.01}  # of a range; the LD19's data sheet: 10 mm anywhere
 
 
 def ld19_crc(data: bytes) -> int:
@@ -110,6 +111,7 @@ class LidarEmulator:
                 time_step=-1 / (self._rate * AROUND),
             ),
             np.random.default_rng(0),
+            share_sd=SHARE_SD[model],
             dropout=0.0,
         )
         self._room, self._world = world_named(place), world
