@@ -84,7 +84,8 @@ class LandmarkPerception:
                 self.trouble = str(trouble)
         if frame.scan is None:
             return FramePerception()
-        return self._look_at_scan(frame.scan, frame.stamp, motion.wheels)
+        then = frame.stamp if motion.by_scans else self._recall.taken(frame.scan, frame.stamp)
+        return self._look_at_scan(frame.scan, then, frame.stamp, motion.wheels)
 
     def _has_seen_enough(self, stamp: float) -> bool:
         """True for most pictures of a robot that stands: looking is half of what an idle console computes."""
@@ -124,9 +125,8 @@ class LandmarkPerception:
         moved = arc(wheels.speed * elapsed, wheels.turn_rate * elapsed) if wheels else Pose()
         return laser_in_picture(self._points, self._laser, camera, moved)
 
-    def _look_at_scan(self, scan: Scan, stamp: float, wheels: Wheels | None) -> FramePerception:
-        """Find points and corners in a scan; a late scan is seen from the pose at which it was taken."""
-        then = self._recall.taken(scan, stamp)
+    def _look_at_scan(self, scan: Scan, then: float, stamp: float, wheels: Wheels | None) -> FramePerception:
+        """Find points and corners in a scan, seen from the pose of time `then` [s]; `stamp` is now."""
         felt = self._recall.wheels(then, stamp, wheels)
         laser = self._lasers.get(scan.laser, self._laser)
         ends, hits = beam_ends(scan, laser, felt, then)

@@ -38,6 +38,7 @@ class World:
         self._listening = listening
         self._lock, self._stepping = threading.Lock(), threading.Lock()
         self._wanted, self._wanted_at = ZERO, NEVER
+        self.left_out = 0.0  # [s] that the computer was too slow for: not simulated
         self._began = 0.0  # time.monotonic() of the simulator's stamp 0
         self._over = threading.Event()
         self._thread: threading.Thread | None = None
@@ -84,6 +85,7 @@ class World:
         while not self._over.wait(max(0.0, due - time.monotonic())):
             now = time.monotonic()
             left_out = max(0.0, now - BEHIND - due - period)
+            self.left_out += left_out
             self._began += left_out
             due += period + left_out
             with self._lock:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import queue
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -78,3 +80,37 @@ def memory() -> float:
 
 def percentile(values: list[float], share: float) -> float:
     return sorted(values)[min(int(share * len(values)), len(values) - 1)]
+
+
+class Loopback:
+    """How long this machine itself takes now from one thread's send to another's receipt, without any driver."""
+
+    def __init__(self) -> None:
+        self._near, self._far = socket.socketpair()
+        self._received: queue.Queue[float] = queue.Queue()
+        self._thread = threading.Thread(target=self._listen, daemon=True)
+        self._thread.start()
+
+    def _listen(self) -> None:
+        while self._far.recv(1):
+            self._received.put(time.monotonic())
+
+    def delay(self) -> float:
+        """[s] of one byte."""
+        began = time.monotonic()
+        self._near.send(b"0")
+        return self._received.get(timeout=10.0) - began
+
+    def close(self) -> None:
+        self._near.close()
+        self._thread.join()
+        self._far.close()
+
+
+@contextmanager
+def loopback() -> Iterator[Loopback]:
+    measured = Loopback()
+    try:
+        yield measured
+    finally:
+        measured.close()

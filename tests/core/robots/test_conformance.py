@@ -20,6 +20,7 @@ from core.robots.conformance import ConformanceReport, Interruption, check_robot
 from core.robots.connect import connect
 from core.robots.driver_session import DriverSession
 from core.robots.process import TIMEOUT
+from tests.core.robots.links import loopback
 from tests.emulators.camera import CameraEmulator
 from tests.emulators.foxglove import FoxgloveEmulator
 from tests.emulators.lds import LidarEmulator
@@ -226,25 +227,28 @@ def nth_slowest(values: list[float], share: float) -> float:
 @pytest.mark.parametrize("stops", [STOPS[0], pytest.param(STOPS[1], marks=pytest.mark.campaign)])
 def test_a_stop_is_on_the_wire_at_once(wire: tuple[Subject, Emulated, DriverSession], stops: int) -> None:
     subject, robot, session = wire
-    slowest: list[float] = []
+    over: list[float] = []
     for _ in range(TRIES):
-        slowest.append(nth_slowest(stop_delays(robot, session, stops), 1 - 1 / stops))
-        if slowest[-1] <= subject.stop_within:
+        delays, machine = stop_delays(robot, session, stops)
+        over.append(nth_slowest(delays, 1 - 1 / stops) - max(machine))
+        if over[-1] <= subject.stop_within:
             break
-    assert min(slowest) <= subject.stop_within, slowest
+    assert min(over) <= subject.stop_within, over
 
 
-def stop_delays(robot: Emulated, session: DriverSession, stops: int) -> list[float]:
-    """[s] from each request to zero on the wire."""
-    chance, delays = np.random.default_rng(1), list[float]()
-    for _ in range(stops):
-        session.ask(SLOW)
-        until(lambda: moves(robot))
-        session.frames(float(chance.uniform(0.0, 0.05)))
-        session.ask(ZERO)
-        until(lambda: not moves(robot))
-        delays.append(speeds(robot)[-1][0] - session.asked_at)
-    return delays
+def stop_delays(robot: Emulated, session: DriverSession, stops: int) -> tuple[list[float], list[float]]:
+    """[s] from each request to zero on the wire, and of a byte between two threads of this machine meanwhile."""
+    chance, delays, machine = np.random.default_rng(1), list[float](), list[float]()
+    with loopback() as measured:
+        for _ in range(stops):
+            session.ask(SLOW)
+            until(lambda: moves(robot))
+            session.frames(float(chance.uniform(0.0, 0.05)))
+            session.ask(ZERO)
+            until(lambda: not moves(robot))
+            delays.append(speeds(robot)[-1][0] - session.asked_at)
+            machine.append(measured.delay())
+    return delays, machine
 
 
 def test_silence_is_zero_on_the_wire(wire: tuple[Subject, Emulated, DriverSession]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
+import numpy as np
 import pytest
 
 from core.gate import Twist
@@ -19,7 +20,7 @@ from tests.benchmarks.time_offset import turns
 STALLS = ((1.6, 1.9), (3.1, 3.4), (5.3, 5.6))  # [s]: two of them within a turn
 
 
-def driven_over_a_stalling_link() -> list[tuple[SensorFrame, Snapshot]]:
+def driven_over_a_stalling_link(*, odometry: bool) -> list[tuple[SensorFrame, Snapshot]]:
     """Two turns: what the robot sensed, and what the pilot made of what had arrived by then."""
     robot = SimulatedRobot("lab", seed=1, settings=SimulationSettings(camera=False))
     now, waiting = 0.0, deque[SensorFrame]()
@@ -32,29 +33,39 @@ def driven_over_a_stalling_link() -> list[tuple[SensorFrame, Snapshot]]:
             now = sensed.stamp
             waiting.append(sensed)
             while waiting and not any(begin < now < end for begin, end in STALLS):
-                hand_on(waiting.popleft(), readings)
+                hand_on(waiting.popleft(), readings, odometry=odometry)
             seen.append((sensed, pilot.step(readings.frame())))
     return seen
 
 
-def hand_on(sensed: SensorFrame, readings: Readings) -> None:
+def hand_on(sensed: SensorFrame, readings: Readings, *, odometry: bool) -> None:
     wheels = sensed.wheels
     assert wheels is not None
-    readings.wheels(wheels.odometry, wheels.speed, wheels.turn_rate, sensed.stamp)
+    if odometry:
+        readings.wheels(wheels.odometry, wheels.speed, wheels.turn_rate, sensed.stamp)
     if sensed.scan is not None:
         readings.scan(sensed.scan)
 
 
+def heading_errors(seen: list[tuple[SensorFrame, Snapshot]]) -> list[float]:
+    """[rad] of every frame."""
+    truths = [(sensed.truth, now.estimate.pose) for sensed, now in seen]
+    return [abs(wrap(pose.heading - truth.heading)) for truth, pose in truths if truth is not None]
+
+
 def test_stalls_within_turns_bend_neither_the_heading_nor_the_laser_s_stamps() -> None:
-    seen = driven_over_a_stalling_link()
-    headings = [
-        abs(wrap(now.estimate.pose.heading - sensed.truth.heading))
-        for sensed, now in seen
-        if sensed.truth is not None
-    ]
-    assert max(headings) < math.radians(3)
+    seen = driven_over_a_stalling_link(odometry=True)
+    assert max(heading_errors(seen)) < math.radians(3)
     timings = [timing for _, now in seen for timing in now.timings]
     assert timings and not any(timing.applied for timing in timings)
+
+
+def test_stalls_leave_scan_odometry_where_it_is() -> None:
+    seen = driven_over_a_stalling_link(odometry=False)
+    errors = heading_errors(seen)
+    assert max(errors[-20:]) < math.radians(1)
+    assert np.median(errors) < math.radians(2)
+    assert not any(now.floor.lost for _, now in seen)
 
 
 def test_a_reading_that_was_carried_on_is_known_as_it_was_read() -> None:
