@@ -46,7 +46,7 @@ class SensorWatch:
         return tuple(self._status(kind, name) for kind, name in self._rates)
 
     def _update_wheels(self, frame: SensorFrame) -> None:
-        """Wheels that are carried on from an older reading are as old as that; the quickest they came is their rate."""
+        """Carried wheels are as old as their reading; the quickest they came is their rate."""
         wheels, known = frame.wheels, self._rates.get(("wheels", ""))
         if wheels is None or known is None:
             return

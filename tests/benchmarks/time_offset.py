@@ -4,7 +4,8 @@ Without `--drives`: bias and sd of the estimate after one turn (360°, or 90° t
 simulated places, with wheel noise, stamps shifted by up to 100 ms, and jittering: not at all; by what the minimum
 filter of `DeviceClock` leaves of 50 ms and a drift by 20 ppm; by 50 ms without the filter. A jitter only makes stamps
 later, so its mean belongs to the offset that is looked for. With `--drives`: the pose error of a drive with turns,
-its stamps shifted, over that of the same drive with right stamps, from start to end and after the first turn.
+its stamps shifted, over that of the same drive with right stamps, from start to end and after the first turn. With
+`--console`: the same through wires and a running console, as the page Connect shows it after one turn to either side.
 """
 
 from __future__ import annotations
@@ -12,7 +13,9 @@ from __future__ import annotations
 import argparse
 import itertools
 import math
+import os
 import sys
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -26,6 +29,9 @@ from core.robots.device_clock import DeviceClock
 from core.sensors import SensorFrame
 from core.simulation.robot import SimulatedRobot, SimulationSettings
 from core.slam.scan_matching.time_offset import TimeOffset, TimeOffsetEstimator, TimeOffsetSettings
+from tests.benchmarks.real_sessions import obey
+from tests.benchmarks.running_console import console
+from tests.emulators.robot_process import SHIFT, robot_process
 
 SHIFTS = (-0.1, -0.04, 0.0, 0.04, 0.1)  # [s]
 RATES = (0.5, 1.0, 1.5)  # [rad/s]
@@ -178,6 +184,23 @@ def report_drives(seeds: int) -> None:
         show(f"{line}   {sum(run.lost for run in runs)}")
 
 
+def report_console(wires: tuple[str, ...] = ("foxglove", "zenoh", "rosbridge")) -> None:
+    """The offset after `turn left`, and after `turn right`, over real wires."""
+    show("                     after turn left                after turn right, too")
+    show("wire       shift ms  offset ms  sd ms  applied  offset ms  sd ms  applied  load")
+    for wire, shift in itertools.product(wires, (-0.1, 0.0, 0.1)):
+        with robot_process(wire, f"{SHIFT}{shift}") as robot, console(auth=True, robot=robot.url) as running:
+            time.sleep(3.0)
+            line = f"{wire:10} {1000 * shift:8.0f}"
+            for words in ("turn left", "turn right"):
+                obey(running, words)
+                timings = running.get("/api/state")["robot"]["timings"]
+                timing = timings[0] if timings else dict.fromkeys(("offset_s", "sd_s", "applied_s"), math.nan)
+                line += f"  {1000 * timing['offset_s']:8.1f} {1000 * timing['sd_s']:6.1f}"
+                line += f" {1000 * timing['applied_s']:8.1f}"
+        show(f"{line}  {os.getloadavg()[0]:.1f}")
+
+
 def show(line: str) -> None:
     """Write a line of a table."""
     sys.stdout.write(line + "\n")
@@ -189,8 +212,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--drives", action="store_true")
+    parser.add_argument("--console", action="store_true")
     arguments = parser.parse_args()
-    (report_drives if arguments.drives else report_estimates)(arguments.seeds)
+    if arguments.console:
+        report_console()
+    else:
+        (report_drives if arguments.drives else report_estimates)(arguments.seeds)
 
 
 if __name__ == "__main__":

@@ -37,6 +37,7 @@ from tests.emulators.world import World
 from tests.emulators.zenoh_robot import ZenohEmulator
 
 SPEAKER = "Ann"
+SHIFT = "shift="  # begins a kind that is none: what is added to the stamps of scans [s]
 
 
 def scip(world: World) -> ScipEmulator:
@@ -63,7 +64,11 @@ class Served:
     """The world, its emulators, and what may be asked of them."""
 
     def __init__(self, kinds: list[str]) -> None:
-        self.world = World(failsafe=None if "srv1" in kinds else 0.5, listening="audio" in kinds)
+        shifts = [float(kind.removeprefix(SHIFT)) for kind in kinds if kind.startswith(SHIFT)]
+        kinds = [kind for kind in kinds if not kind.startswith(SHIFT)]
+        self.world = World(
+            failsafe=None if "srv1" in kinds else 0.5, listening="audio" in kinds, scan_shift=sum(shifts)
+        )
         self.parts = [KINDS[kind](self.world) for kind in kinds]
         self.track: list[tuple[float, Pose]] = []  # time.monotonic() and the true pose
         self.world.on_wheels.append(lambda _: self.track.append((time.monotonic(), self.world.truth)))

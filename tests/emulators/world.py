@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 from core.gate import ZERO, Twist
 from core.geometry import Pose
@@ -20,11 +21,18 @@ class World:
     """`sim:<place>` stepped by a thread; the callbacks are called from it."""
 
     def __init__(
-        self, seed: int = 0, place: str = "lab", failsafe: float | None = 0.5, *, listening: bool = False
+        self,
+        seed: int = 0,
+        place: str = "lab",
+        failsafe: float | None = 0.5,
+        *,
+        listening: bool = False,
+        scan_shift: float = 0.0,
     ) -> None:
         """`failsafe` [s]: without `drive` for so long, the wheels stop; None: they never do.
 
-        `listening`: the microphones hear the room all the time, else only who speaks.
+        `listening`: the microphones hear the room all the time, else only who speaks. `scan_shift` [s]: what is added
+        to the stamps of scans, on wires that carry some.
         """
         self.on_scan: list[Callable[[Scan], None]] = []
         self.on_image: list[Callable[[Image], None]] = []
@@ -35,7 +43,7 @@ class World:
         self.truth = Pose()
         self.robot: SimulatedRobot | None = None
         self._seed, self._place, self._failsafe = seed, place, failsafe
-        self._listening = listening
+        self._listening, self._scan_shift = listening, scan_shift
         self._lock, self._stepping = threading.Lock(), threading.Lock()
         self._wanted, self._wanted_at = ZERO, NEVER
         self.left_out = 0.0  # [s] that the computer was too slow for: not simulated
@@ -102,7 +110,7 @@ class World:
             self.truth = frame.truth
         for value, callbacks in (
             (frame.wheels, self.on_wheels),
-            (frame.scan, self.on_scan),
+            (self._stamped(frame.scan), self.on_scan),
             (frame.image, self.on_image),
             (frame.sound, self.on_sound),
         ):
@@ -110,3 +118,6 @@ class World:
                 callback(value)  # type: ignore[arg-type]
         for callback in self.on_contact:
             callback(frame.contact)
+
+    def _stamped(self, scan: Scan | None) -> Scan | None:
+        return None if scan is None else replace(scan, stamp=scan.stamp + self._scan_shift)

@@ -70,7 +70,8 @@ class LikelihoodField:
             if scores[at] > best:
                 best = float(scores[at])
                 row, column = divmod(at, len(shift))
-                found = Pose(guess.x + CELL * shift[column], guess.y + CELL * shift[row], wrap(float(turned)))
+                ahead, aside = CELL * float(shift[column]), CELL * float(shift[row])
+                found = Pose(guess.x + ahead, guess.y + aside, wrap(float(turned)))
         return found
 
     def refine(self, points: Array, guess: Pose) -> Match:

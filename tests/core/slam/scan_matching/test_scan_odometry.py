@@ -109,3 +109,10 @@ def test_an_empty_scan_is_no_move(valid: int) -> None:
     scan = Scan(stamp=0.0, ranges=ranges, angle_min=laser.angle_min, angle_step=laser.angle_step)
     for index in range(3):
         assert odometry.update(dataclasses.replace(scan, stamp=0.1 * index), 0.1 * index).still
+
+
+def test_a_pose_that_was_searched_has_plain_numbers_which_a_state_message_can_carry() -> None:
+    field = LikelihoodField(np.array([[0.05 * step, 1.0] for step in range(40)]))
+    points = np.array([[0.05 * step, 0.9] for step in range(40)])
+    found = field.search(points, Pose(), 0.2, 0.1, 0.1, 0.05)
+    assert [type(value) for value in (found.x, found.y, found.heading)] == [float] * 3
