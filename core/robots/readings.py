@@ -17,7 +17,8 @@ from core.sensors.microphones import joined
 SILENT = 0.5  # [s] over which a reading of the wheels is carried on to the frame; then nothing is known of them
 WAITING = 4  # scans that may wait for a frame
 JUMP, FASTEST = 0.5, 5.0  # [m], [m/s] beyond which the wheels were not rolled: the base was restarted
-COUNTED, LONG_ENOUGH = 40, 1.0  # readings of the wheels, and [s] of them, that tell their rate
+COUNTED = 3.0  # [s] over which readings of the wheels are counted for their rate …
+LONG_ENOUGH = 2.0  # [s] … once they have come for so long: a few that waited on the way come all at once
 LONGEST_SOUND = 3.0  # [s] that may wait for a frame
 
 
@@ -30,7 +31,7 @@ class Waiting:
 
     scans: deque[Scan] = field(default_factory=lambda: deque[Scan](maxlen=WAITING))
     wheels: tuple[float, Wheels] | None = None  # with their stamp [s]
-    rolled: deque[float] = field(default_factory=lambda: deque[float](maxlen=COUNTED))  # [s] when readings came
+    rolled: deque[float] = field(default_factory=deque[float])  # [s] when readings came
     place: Pose = field(default_factory=Pose)  # newest odometry handed on
     anchor: Pose = field(default_factory=Pose)  # what the base's own odometry is seen from
     image: Image | None = None
@@ -77,7 +78,7 @@ class Readings:
                 place = self._here.place
             self._here.place = place
             self._here.wheels = (stamp, Wheels(odometry=place, speed=speed, turn_rate=turn_rate))
-            self._here.rolled.append(self.now())
+            self._count(self.now())
 
     def scan(self, scan: Scan) -> None:
         """A turn of a laser's mirror."""
@@ -143,11 +144,18 @@ class Readings:
             return None
         return replace(wheels.carried(max(stamp - taken, 0.0)), rate=self._rate())
 
+    def _count(self, now: float) -> None:
+        """Count a reading of the wheels."""
+        came = self._here.rolled
+        came.append(now)
+        while came[0] < now - COUNTED:
+            came.popleft()
+
     def _rate(self) -> float | None:
-        """How many readings of the wheels come a second [Hz]; None: too few came."""
+        """How many readings of the wheels come a second [Hz]; None: they have not come for long enough."""
         came = self._here.rolled
         spread = came[-1] - came[0] if came else 0.0
-        return (len(came) - 1) / spread if spread >= LONG_ENOUGH or (len(came) == COUNTED and spread > 0) else None
+        return (len(came) - 1) / spread if spread >= LONG_ENOUGH else None
 
 
 def _jumped(last: Pose, now: Pose, elapsed: float) -> bool:

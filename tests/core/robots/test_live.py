@@ -243,7 +243,7 @@ def test_a_clock_that_was_held_up_is_followed_within_seconds() -> None:
 def test_a_frame_tells_how_old_its_odometry_is_and_how_often_it_comes() -> None:
     now = 0.0
     readings = Readings(lambda: now)
-    for step in range(30):
+    for step in range(50):
         now = 0.05 * step
         readings.wheels(Pose(), 0.0, 0.0)
     now += 0.02

@@ -1,0 +1,75 @@
+"""Every scheme and every check in one table: `python -m tests.benchmarks.conformance_table [--stops 100] [NAME …]`.
+
+Each driver is examined against its emulator on a real wire, as `beckon robot check --drive --interactive` does it,
+and stopped so many times; beside the 99th percentile of the delay from a request to zero on the wire stands that of a
+byte between two threads of this machine in the same run. The table is Markdown.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+
+from core.gate import ZERO
+from core.robots.conformance import ConformanceReport, check_robot
+from core.robots.connect import connect
+from core.robots.driver_session import DriverSession
+from tests.core.robots.test_conformance import CHECKS, SUBJECTS, Emulated, Subject, nth_slowest, stop_delays
+
+SHARE = 0.99
+
+
+def cell(subject: Subject, report: ConformanceReport, name: str) -> str:
+    """One check of one driver: its figure, or why there is none."""
+    mine = [check for check in report.checks if check.name == name or check.name.endswith(f" {name}")]
+    if not mine:
+        return "–" if name in subject.lacks else "not checked"
+    figures = ", ".join(f"{one.figure:.3g} {one.unit}" if one.figure is not None else "ok" for one in mine)
+    failed = [one.advice for one in mine if not one.passed]
+    return f"FAILED {figures}: {' '.join(failed)}" if failed else figures
+
+
+def stops_of(robot: Emulated, stops: int) -> str:
+    """p99 of a stop's delay, and of the machine's own."""
+    if robot.applied is None:
+        return "–"
+    session = DriverSession(connect(robot.url))
+    try:
+        session.frames(0.5, ZERO)
+        delays, machine = stop_delays(robot, session, stops)
+    finally:
+        session.close()
+    p99, own = (1000 * nth_slowest(values, SHARE) for values in (delays, machine))
+    return f"{p99:.1f} ms (machine {own:.1f})"
+
+
+def column(name: str, stops: int) -> dict[str, str]:
+    """All cells of one driver."""
+    subject = SUBJECTS[name]
+    with subject.make() as robot:
+        report = check_robot(robot.url, drive=True, interruption=robot.restart)
+        cells = {check: cell(subject, report, check) for check in CHECKS}
+        cells["stop p99"] = stops_of(robot, stops)
+    cells["load"] = f"{os.getloadavg()[0]:.1f}"
+    return cells
+
+
+def main() -> None:
+    """Print a line per driver."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", default=list(SUBJECTS))
+    parser.add_argument("--stops", type=int, default=100)
+    given = parser.parse_args()
+    began, heads = time.monotonic(), (*CHECKS, "stop p99", "load")
+    sys.stdout.write(f"| scheme | {' | '.join(heads)} |\n|{'---|' * (len(heads) + 1)}\n")
+    for name in given.names:
+        cells = column(name, given.stops)
+        sys.stdout.write(f"| {name} | {' | '.join(cells[head] for head in heads)} |\n")
+        sys.stdout.flush()
+    sys.stdout.write(f"\n{time.monotonic() - began:.0f} s, {given.stops} stops per driver\n")
+
+
+if __name__ == "__main__":
+    main()
