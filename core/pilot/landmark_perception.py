@@ -84,7 +84,9 @@ class LandmarkPerception:
                 self.trouble = str(trouble)
         if frame.scan is None:
             return FramePerception()
-        then = frame.stamp if motion.by_scans else self._recall.taken(frame.scan, frame.stamp)
+        if motion.scanned is not None:
+            return self._look_at_scan(frame.scan, motion.scanned, motion.scanned, motion.wheels)
+        then = self._recall.taken(frame.scan, frame.stamp)
         return self._look_at_scan(frame.scan, then, frame.stamp, motion.wheels)
 
     def _has_seen_enough(self, stamp: float) -> bool:
@@ -126,7 +128,7 @@ class LandmarkPerception:
         return laser_in_picture(self._points, self._laser, camera, moved)
 
     def _look_at_scan(self, scan: Scan, then: float, stamp: float, wheels: Wheels | None) -> FramePerception:
-        """Find points and corners in a scan, seen from the pose of time `then` [s]; `stamp` is now."""
+        """Find points and corners in a scan, seen from the pose of time `then` [s]; `stamp`: of the newest pose."""
         felt = self._recall.wheels(then, stamp, wheels)
         laser = self._lasers.get(scan.laser, self._laser)
         ends, hits = beam_ends(scan, laser, felt, then)

@@ -67,6 +67,7 @@ class Motion:
     increment: Increment = field(default_factory=Increment)
     wheels: Wheels | None = None  # at the frame's stamp; without odometry the scans stand in for them
     by_scans: bool = False  # the increment is a scan match, not the wheels' word
+    scanned: float | None = None  # [s] the time of the pose, where that is the newest scan's and not the frame's
 
 
 def control_jacobian(forward: float, turn: float) -> Array:

@@ -24,6 +24,6 @@ class Odometry:
         if self._wheels is not None:
             return Motion(self._track.step(frame.stamp, self._wheels), self._wheels)
         if frame.scan is None or frame.scan.laser not in ("", self._laser.name):
-            return Motion(wheels=self._scans.wheels, by_scans=True)
-        increment = self._scans.update(frame.scan, frame.stamp)
-        return Motion(increment, self._scans.wheels, by_scans=True)
+            return Motion(wheels=self._scans.wheels, by_scans=True, scanned=self._scans.taken)
+        increment = self._scans.update(frame.scan)
+        return Motion(increment, self._scans.wheels, by_scans=True, scanned=self._scans.taken)

@@ -97,7 +97,7 @@ def odometry(settings: Settings) -> None:
     laid = ScanOdometry(profile.laser, settings.scan_odometry)
     for frame in frames:
         if frame.scan is not None:
-            laid.update(frame.scan, frame.stamp)
+            laid.update(frame.scan)
 
 
 def hear(settings: Settings) -> None:

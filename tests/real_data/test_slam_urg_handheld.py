@@ -31,7 +31,7 @@ def test_every_scan_finds_its_place_on_the_scans_before_it(recording: ScanRecord
     odometry, poses, scores = ScanOdometry(recording.laser), [Pose()], []
     for frame in recording:
         assert frame.scan is not None
-        odometry.update(frame.scan, frame.stamp)
+        odometry.update(frame.scan)
         poses.append(odometry.pose)
         scores.append(odometry.score)
     steps = [b.distance_to(a.x, a.y) for a, b in itertools.pairwise(poses)]
@@ -46,7 +46,7 @@ def test_the_filter_holds_a_small_map_of_the_real_room(recording: ScanRecording)
     odometry, slam, apart = ScanOdometry(recording.laser), EkfSlam(laser=recording.laser), []
     for frame in recording:
         assert frame.scan is not None
-        step = odometry.update(frame.scan, frame.stamp)
+        step = odometry.update(frame.scan)
         points, beams = deskew(frame.scan, recording.laser, odometry.wheels, frame.stamp)
         sightings, _ = sight(find_corners(frame.scan, recording.laser, points, beams), stamp=frame.stamp)
         told = SensorFrame(stamp=frame.stamp, scan=frame.scan)

@@ -47,7 +47,6 @@ class ScanOdometrySettings(Section):
 
 
 FEWEST = 20  # points of a scan that can be matched
-AHEAD = 0.3  # [s] over which the motion of the newest scan is expected to go on, at most
 
 
 class ScanOdometry:
@@ -59,9 +58,8 @@ class ScanOdometry:
         self.score: float | None = None  # of the newest match; None: there was none
         self._laser = laser
         self._matched = Pose()  # of the newest scan
-        self._moved = Pose()  # of the newest that has moved
         self._motion = Pose()  # per second
-        self._taken: float | None = None  # [s] when the last beam of the newest scan was measured
+        self.taken: float | None = None  # [s] when the last beam of the newest scan was measured: the pose's time
         self._frames: list[tuple[Pose, Array]] = []
         self._field: LikelihoodField | None = None
 
@@ -70,14 +68,11 @@ class ScanOdometry:
         """The wheels' reading that the scans stand in for: for de-skewing, dead reckoning and the operator."""
         return Wheels(odometry=self.pose, speed=self._motion.x, turn_rate=self._motion.heading)
 
-    def update(self, scan: Scan, at: float) -> Increment:
-        """A scan, handed over at time `at` [s] → the move since the last one's, both carried on to when they came.
-
-        The scans are matched as they stood at their own times: they may come late, and several at once.
-        """
+    def update(self, scan: Scan) -> Increment:
+        """A scan → the move since the scan before, each at its own time: they may come late, and several at once."""
         taken = float(max(scan.times[0], scan.times[-1]))
-        elapsed = 0.0 if self._taken is None else taken - self._taken
-        self._taken = taken
+        elapsed = 0.0 if self.taken is None else taken - self.taken
+        self.taken = taken
         if elapsed < 0.0:
             self._forget()
         points, _ = deskew(scan, self._laser, self.wheels, taken)
@@ -87,15 +82,14 @@ class ScanOdometry:
             return Increment()
         match = self._search(self._field, points, elapsed)
         self.score = match.score if match else None
-        ahead = min(max(at - taken, 0.0), AHEAD)
         if match is None:
-            return self._coast(points, elapsed, ahead)
+            return self._coast(points, elapsed)
         self._motion = _scaled(self._matched.inverse() @ match.pose, 1 / elapsed)
         points, _ = deskew(scan, self._laser, self.wheels, taken)  # by this motion, not by the one before
         pose = self._field.refine(points, match.pose).pose
         self._motion, self._matched = _scaled(self._matched.inverse() @ pose, 1 / elapsed), pose
         self._keep(points)
-        return self._report(self._spread(points), ahead)
+        return self._report(self._spread(points))
 
     def _search(self, field: LikelihoodField, points: Array, elapsed: float) -> Match | None:
         """Search around where the motion leads, coarse then fine, and refine; None where nothing fits."""
@@ -120,26 +114,17 @@ class ScanOdometry:
             floor=np.array([settings.place_sd, settings.place_sd, settings.heading_sd]),
         )
 
-    def _report(self, covariance: Array, ahead: float) -> Increment:
-        """Return the move since the last reported pose; a scan within the jitter of the match has not moved.
-
-        `ahead` [s]: for so long the motion has gone on since the scan.
-        """
-        before = self.pose
-        if self._is_jitter(self._moved, self._matched):
+    def _report(self, covariance: Array) -> Increment:
+        """Return the move since the last reported pose; a move within the jitter of the match counts as none."""
+        step = self.pose.inverse() @ self._matched
+        settings = self.settings
+        if math.hypot(step.x, step.y) < settings.still_distance and abs(step.heading) < settings.still_turn:
             self._motion = Pose()
-            self.pose = before if self._is_jitter(self._moved, before) else self._moved
-        else:
-            self._moved = self._matched
-            self.pose = self._matched @ _scaled(self._motion, ahead)
-        return Increment() if self.pose is before else Increment(before.inverse() @ self.pose, covariance)
+            return Increment()
+        self.pose = self._matched
+        return Increment(step, covariance)
 
-    def _is_jitter(self, one: Pose, other: Pose) -> bool:
-        """Return whether two poses are as near to each other as matches of a robot at rest."""
-        turned = abs(wrap(other.heading - one.heading))
-        return one.distance_to(other.x, other.y) < self.settings.still_distance and turned < self.settings.still_turn
-
-    def _coast(self, points: Array, elapsed: float, ahead: float) -> Increment:
+    def _coast(self, points: Array, elapsed: float) -> Increment:
         """No match: expect the motion to die down, be unsure, and begin a new local map."""
         settings = self.settings
         self._motion = _scaled(self._motion, settings.coast)
@@ -147,8 +132,7 @@ class ScanOdometry:
         if len(points) >= FEWEST:
             self._frames.clear()
             self._keep(points)
-        self._moved = self._matched
-        self.pose, before = self._matched @ _scaled(self._motion, ahead), self.pose
+        self.pose, before = self._matched, self.pose
         sd = np.array([settings.blind_speed, settings.blind_speed, settings.blind_turn]) * max(elapsed, 0.1)
         return Increment(before.inverse() @ self.pose, np.diag(sd**2))
 

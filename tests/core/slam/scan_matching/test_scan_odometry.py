@@ -58,7 +58,7 @@ def test_the_laser_alone_follows_a_drive_and_knows_how_well() -> None:
             frame = driven.read()
             if frame.scan is None or frame.truth is None:
                 continue
-            step = odometry.update(frame.scan, frame.stamp)
+            step = odometry.update(frame.scan)
             errors.append(odometry.pose.distance_to(frame.truth.x, frame.truth.y))
             if told_at is None:
                 told_at = frame.truth
@@ -80,7 +80,7 @@ def test_a_laser_at_rest_reports_rest() -> None:
     for _ in range(200):
         frame = standing.read()
         if frame.scan is not None:
-            still.append(odometry.update(frame.scan, frame.stamp).still)
+            still.append(odometry.update(frame.scan).still)
     assert np.mean(still) > 0.8
     assert math.hypot(odometry.pose.x, odometry.pose.y) < 0.02
 
@@ -95,7 +95,7 @@ def test_where_nothing_fits_the_move_is_told_to_be_unsure() -> None:
             carried.ask(CarryRobot(x_m=3.0, y_m=1.5, heading_rad=2.0))
         frame = carried.read()
         if frame.scan is not None:
-            spreads.append(float(np.trace(odometry.update(frame.scan, frame.stamp).covariance)))
+            spreads.append(float(np.trace(odometry.update(frame.scan).covariance)))
     assert max(spreads) > 20 * np.median([spread for spread in spreads if spread] or [1e-9])
 
 
@@ -108,7 +108,7 @@ def test_an_empty_scan_is_no_move(valid: int) -> None:
     ranges[:valid] = 1.0
     scan = Scan(stamp=0.0, ranges=ranges, angle_min=laser.angle_min, angle_step=laser.angle_step)
     for index in range(3):
-        assert odometry.update(dataclasses.replace(scan, stamp=0.1 * index), 0.1 * index).still
+        assert odometry.update(dataclasses.replace(scan, stamp=0.1 * index)).still
 
 
 def test_a_pose_that_was_searched_has_plain_numbers_which_a_state_message_can_carry() -> None:
