@@ -22,7 +22,9 @@ MESSAGE = 0x01  # opcode both ways
 MESSAGE_HEAD = struct.Struct("<BIQ")  # opcode, subscription, time [ns]
 SEND_HEAD = struct.Struct("<BI")  # opcode, channel
 MOST_CHANNELS_LISTED = 10_000
+TIMEOUT = "cmd_vel_timeout"  # parameter of the robot's controller
 WARNING = 1  # level of a status message from which on the operator is to know
+LONGEST_TIMEOUT = 60.0  # [s]
 QUIET = 0.3  # [s] without a further topic after which the list is whole
 
 
@@ -52,6 +54,7 @@ class FoxgloveRobot(RosSocket):
         self._listeners: set[str] | None = None  # topics that somebody on the robot subscribes to
         self._numbers: dict[int, str] = {}  # subscription → topic
         self._newest = time.monotonic()  # [s] when a topic was last listed
+        self._tells_parameters = False
 
     def _begin(self) -> None:
         self._reset()
@@ -139,6 +142,8 @@ class FoxgloveRobot(RosSocket):
                 self._note(f"The robot's bridge says: {str(fields['message'])[:300]}")
             case "connectionGraphUpdate":
                 self._take_graph(fields)
+            case "parameterValues":
+                self._take_parameters(fields["parameters"])
             case _:
                 pass
 
@@ -151,6 +156,20 @@ class FoxgloveRobot(RosSocket):
         self.types = RobotTypes("ros1" if "ros1" in encodings and "cdr" not in encodings else "cdr")
         if "connectionGraph" in self._capabilities:
             self._send('{"op": "subscribeConnectionGraph"}')
+        if "parameters" in self._capabilities:
+            self._tells_parameters = True
+            self._send('{"op": "getParameters", "parameterNames": [], "id": "beckon"}')
+
+    def _take_parameters(self, parameters: list[dict[str, Any]]) -> None:
+        """Every parameter of the robot: of interest is when its base stops by itself."""
+        self._tells_parameters = False
+        for one in parameters:
+            value = one.get("value")
+            if str(one["name"]).endswith(TIMEOUT) and isinstance(value, int | float) and 0 <= value < LONGEST_TIMEOUT:
+                self.timeout = float(value)
+
+    def _is_described(self) -> bool:
+        return not self._tells_parameters
 
     def _take_channel(self, entry: dict[str, Any]) -> None:
         if len(self._channels) >= MOST_CHANNELS_LISTED or entry["encoding"] != self.types.encoding:

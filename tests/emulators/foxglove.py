@@ -67,6 +67,7 @@ class FoxgloveEmulator:
         self.navigation: EmulatedNavigation | None = None  # set it before `start`
         self._client_channels: dict[tuple[int, int], str] = {}
         self._server: Any = None
+        self.parameters: dict[str, float] = {}  # of the robot's nodes; needs the capability Parameters
         self._context: Any = None
         self._channels: dict[str, Any] = {}
         self._stamp = 0.0
@@ -175,6 +176,11 @@ class FoxgloveEmulator:
                 self.navigation.locked = self.locks[-1]
         elif topic == "/goal_pose" and self.navigation is not None:
             self.navigation.take_cdr(data)
+
+    def on_get_parameters(self, client: Any, names: list[str], request_id: str | None = None) -> list[Any]:
+        from foxglove.websocket import Parameter
+
+        return [Parameter(name, value=value) for name, value in self.parameters.items() if not names or name in names]
 
     def on_connection_graph_subscribe(self) -> None: ...
 

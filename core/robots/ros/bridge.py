@@ -37,6 +37,7 @@ from core.sensors.microphones import load_array
 
 FAILSAFE = 0.5  # [s], the cmd_vel_timeout that the usual controllers have
 FAILSAFE_WORDS = "0.5 s where its controller has the usual cmd_vel_timeout"
+NO_FAILSAFE = "The robot's controller has cmd_vel_timeout = 0: it does not stop when the link is lost. Set it to 0.5."
 ZEROS = 5  # messages that say zero, then silence: somebody else may drive
 ZERO_PERIOD = 0.02  # [s] between them
 LOCK_PERIOD = 0.1  # [s] of the lock's heartbeat
@@ -110,6 +111,7 @@ class RosSensors:
         self.types, self.topics = types, topics
         self.navigation = RosNavigation(topics, send_goal or _no_goal)
         self.notices: list[str] = list(topics.notices)
+        self.timeout: float | None = None  # [s] cmd_vel_timeout of the robot's controller; None: it does not say
         self._said: list[str] = []  # notices that were handed on
         self._placed: set[str] = set()  # sensors whose mounting the robot says
         self._traffic = Traffic()
@@ -210,8 +212,13 @@ class RosSensors:
             )
         lasers = tuple(self._mounted(topic) for topic in topics.scans if topic in self._lasers)
         camera = self._camera()
+        if self.timeout == 0.0 and topics.cmd_vel:
+            self.notices.append(NO_FAILSAFE)
         base = Base(
-            failsafe=FAILSAFE, failsafe_words=FAILSAFE_WORDS, odometry=bool(topics.odometry), lock=topics.lock
+            failsafe=FAILSAFE if self.timeout is None else self.timeout or None,
+            failsafe_words=FAILSAFE_WORDS if self.timeout is None else "",
+            odometry=bool(topics.odometry),
+            lock=topics.lock,
         )
         return Equipment(
             name=name,

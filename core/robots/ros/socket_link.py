@@ -31,6 +31,7 @@ from core.robots.ros.typestore import RobotTypes
 CONNECTING = 3.0  # [s] to reach the robot
 LISTING = 4.0  # [s] for the list of its topics
 LEARNING = 3.0  # [s] for the first message of every topic
+DESCRIBING = 1.0  # [s] more for the robot's parameters
 TICK = 0.02  # [s] between looks at what is to be sent
 PING, PONG = 2.0, 5.0  # [s] between pings, and for the answer
 LARGEST = 2**26  # [bytes] of a message
@@ -113,6 +114,7 @@ class RosSocket(RosDevice):
         super().__init__(address.settings)
         self.address = address
         self.unreadable = 0  # messages of the link itself that could not be read
+        self.timeout: float | None = None  # [s] of silence after which the base stops, 0: never; None: not known
         self._socket: ClientConnection | None = None
         self._readings: Readings | None = None
         self._equipment: Equipment | None = None  # as it was found at the first connection
@@ -133,6 +135,8 @@ class RosSocket(RosDevice):
         sensors.types = self.types
         self._subscribe(self.topics)
         self._listen(LEARNING, lambda: not sensors.missing)
+        self._listen(DESCRIBING, self._is_described)
+        sensors.timeout = self.timeout
         if self.topics.cmd_vel or self.topics.goal:
             self._advertise(self.topics)
         for name, why in self.types.skipped.items():
@@ -174,6 +178,10 @@ class RosSocket(RosDevice):
     def _is_listed(self) -> bool:
         """Return whether the list of topics is whole."""
         raise NotImplementedError
+
+    def _is_described(self) -> bool:
+        """Return whether the robot's parameters have come, where the link tells them."""
+        return True
 
     def _chosen(self) -> RosTopics:
         """Choose among the topics that are listed. Raises Unavailable."""

@@ -267,3 +267,24 @@ def test_damaged_messages_end_nothing_move_nothing_and_take_no_memory(small: Sma
         small.say(small.advertisement({1: SCAN_CHANNEL}))
         until(lambda: small.log(1, scan(1e5)) or robot.read().scan is not None)
         assert small.published == []
+
+
+@pytest.mark.parametrize(("told", "failsafe", "warned"), [(0.3, 0.3, False), (0.0, None, True)])
+def test_when_the_base_stops_by_itself_the_robots_own_parameters_say(
+    told: float, failsafe: float | None, warned: bool
+) -> None:
+    world = World()
+    emulator = FoxgloveEmulator(world, capabilities=("ClientPublish", "ConnectionGraph", "Parameters"))
+    emulator.parameters = {"/camera.exposure": 3.0, "/diff_drive_controller.cmd_vel_timeout": told}
+    emulator.start()
+    world.start()
+    device = device_of(emulator.url)
+    try:
+        base = device.open().base
+        assert base is not None and (base.failsafe, base.failsafe_words) == (failsafe, "")
+        assert device.sensors is not None
+        assert any("cmd_vel_timeout = 0" in notice for notice in device.sensors.notices) is warned
+    finally:
+        device.close()
+        emulator.stop()
+        world.stop()
