@@ -117,6 +117,7 @@ def test_speeds_move_the_robot_and_its_wheels_say_so(opened: Opened) -> None:
         start, left_out = emulator.world.truth, emulator.world.left_out
         frames(robot, 1.0, Twist(0.2, 0.5))
         frames(robot, 0.6, ZERO)
+        until(lambda: robot.read().wheels is not None)
         last = robot.read().wheels
     assert first is not None and last is not None
     moved, said = start.inverse() @ emulator.world.truth, first.odometry.inverse() @ last.odometry
