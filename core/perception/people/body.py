@@ -18,7 +18,9 @@ class Body:
     box: Box  # around all of the body
     head_column: float  # [pixel] of the head's middle
     foretold_head: float  # [pixel] row in which the head's middle is by the torso alone
+    hips_row: float  # [pixel]
     torso_length: float  # [pixel] from the hips to the shoulders; about 0.29 of the stature
+    legs_length: float  # [pixel] from the hips down to the ankles, negative where these are higher
     confidence: float  # 0..1 that somebody is there
 
 
@@ -42,7 +44,7 @@ def weigh(body: Body, width: int, height: int) -> WeighedBody:
     shown = sum(weights)
     value = sum(weight * k for weight, k in zip(weights, body.likelihoods, strict=True)) / max(shown, 1e-9)
     known = [k if share else None for k, share in zip(body.likelihoods, shares, strict=True)]
-    return WeighedBody(body=body, likelihoods=(known[0], known[1], known[2]), value=value, shown=shown)
+    return WeighedBody(body=body, likelihoods=(known[0], known[1], known[2]), value=float(value), shown=shown)
 
 
 def share_inside(box: Box, width: int, height: int) -> float:

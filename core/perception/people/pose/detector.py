@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from core.perception.people.body import WeighedBody, overlap, weigh
+from core.perception.people.body import Body, WeighedBody, overlap, weigh
 from core.perception.people.brightness import levelled
 from core.perception.people.detector import Rectangle, SeenPart
 from core.perception.people.looking import LookQuestion
@@ -19,9 +19,13 @@ from core.perception.people.pose.search import Candidate, candidates
 from core.perception.people.pose.squares import ImagePyramid, Square, around_hips, picture_from_crop
 from core.perception.people.pose.view import STATURE, CameraView
 
-WORTH = 0.3  # confidence of a first look from which a second one is worth its time
+WORTH = 0.4  # confidence of a first look from which a second one is worth its time
+BOTH = 0.55  # confidence of the first look times K after the second, at least
+SHORTEST_LEGS = 0.6  # torso's lengths from the hips down to the ankles, at least
+LOWEST_HIPS, HIGHEST_HIPS = 0.45, 1.4  # [m] above the floor
+BEYOND = 1.3  # times the farthest distance that is searched
 NARROWEST, WIDEST = 0.65, 1.5  # stature against the foretold one, from the length of the torso
-GUESSED = 0.8  # K, at least, where neither the distance nor a detector foretold the square
+BROADEST = 1.0  # width of an upright body against its height
 SURE = 0.9  # K from which nobody surer is looked for in a direction
 SAME = 0.45  # overlap of two boxes from which they are one person
 HEAD_SD = 0.045  # of its width: sd of the column of a head's middle
@@ -51,11 +55,13 @@ class PoseDetector:
         for candidate in candidates(question, view, picture, self._networks):
             if question.bearing is None and _seen_already(candidate.square, found):
                 continue
-            landmarks = self._looked(picture, candidate)
-            if landmarks is None:
+            first = self._landmarks(picture, candidate.square)
+            if first.confidence < WORTH:
                 continue
+            landmarks = self._landmarks(picture, around_hips(first))
             weighed = weigh(body_of(landmarks), picture.width, picture.height)
-            if not self._fits(weighed, candidate, question, view):
+            least = max(self._settings.threshold, candidate.least, BOTH / first.confidence)
+            if weighed.value < least or not self._fits(weighed.body, candidate, question, view):
                 continue
             found.append((weighed, landmarks, candidate))
             if len(found) >= MOST_PEOPLE or (question.bearing is not None and weighed.value >= SURE):
@@ -64,32 +70,32 @@ class PoseDetector:
         people = [_rectangle(*one, question, view, picture) for one in _apart(found)]
         return tuple(people if question.bearing is None else people[:1])
 
-    def _looked(self, picture: ImagePyramid, candidate: Candidate) -> BodyLandmarks | None:
-        """Look at a square, and again around the hips that were found; None: nobody is there."""
-        first = self._landmarks(picture, candidate.square)
-        if candidate.refined or first.confidence < WORTH:
-            return first if candidate.refined else None
-        return self._landmarks(picture, around_hips(first))
-
     def _landmarks(self, picture: ImagePyramid, square: Square) -> BodyLandmarks:
         rows, confidence = self._networks.landmarks(picture.cut(square))
         return landmarks_of(rows, confidence, picture_from_crop(square))
 
-    def _fits(self, weighed: WeighedBody, candidate: Candidate, question: LookQuestion, view: CameraView) -> bool:
-        """K is large enough, the sound falls in the head, and the size is that of the distance."""
-        foretold = candidate.refined or candidate.distance is not None
-        if weighed.value < (self._settings.threshold if foretold else max(GUESSED, self._settings.threshold)):
+    def _fits(self, body: Body, candidate: Candidate, question: LookQuestion, view: CameraView) -> bool:
+        """The body is upright, its size is that of the distance, and the sound falls in its head."""
+        left, top, right, bottom = body.box
+        if right - left > BROADEST * (bottom - top) or body.legs_length < SHORTEST_LEGS * body.torso_length:
             return False
-        body = weighed.body
-        if candidate.stature is not None and candidate.distance is not None:
-            ratio = view.distance(body.torso_length) / candidate.distance
-            if not NARROWEST < 1 / ratio < WIDEST:
-                return False
+        seen = view.distance(body.torso_length)
+        if candidate.distance is not None and not NARROWEST < candidate.distance / seen < WIDEST:
+            return False
+        if question.on_floor and not self._stands(body, candidate.distance or seen, view):
+            return False
         if question.bearing is None:
             return True
         half = (body.parts[0][2] - body.parts[0][0]) / 2
         low, high = view.columns_of(question.bearing, self._settings.wedge * question.sd)
         return low - half <= body.head_column <= high + half
+
+    def _stands(self, body: Body, distance: float, view: CameraView) -> bool:
+        """The hips are as high above the floor as somebody's there: legs alone look like a small person far away."""
+        column = (body.parts[1][0] + body.parts[1][2]) / 2
+        height = float(view.camera.mounting.translation[2]) + distance * view.elevation(column, body.hips_row)
+        near = distance < BEYOND * self._settings.farthest
+        return near and (math.isnan(height) or LOWEST_HIPS < height < HIGHEST_HIPS)
 
 
 def open_pose(folder: Path, settings: PeopleSettings | None = None) -> PoseDetector:
@@ -137,7 +143,7 @@ def _rectangle(
     box = max(left, 0.0), max(top, 0.0), min(right, float(picture.width)), min(bottom, float(picture.height))
     bearing = view.bearing(column, row)
     return Rectangle(
-        value=weighed.value,
+        value=float(weighed.value),
         shown=weighed.shown,
         distance=distance,
         bearing=0.0 if math.isnan(bearing) else bearing,

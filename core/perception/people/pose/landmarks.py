@@ -9,7 +9,7 @@ from core.perception.people.body import Body, Box
 
 # rows of the 33 landmarks
 NOSE, LEFT_EYE, RIGHT_EYE, LEFT_EAR, RIGHT_EAR = 0, 2, 5, 7, 8
-SHOULDERS, HIPS = (11, 12), (23, 24)
+SHOULDERS, HIPS, ANKLES = (11, 12), (23, 24), (27, 28)
 LEGS = tuple(range(25, 33))  # knees, ankles, heels, toes
 FACE = (NOSE, LEFT_EYE, RIGHT_EYE, LEFT_EAR, RIGHT_EAR)
 TRUNK = (*SHOULDERS, *HIPS)
@@ -55,7 +55,7 @@ def body_of(found: BodyLandmarks) -> Body:
     length = max(float(np.hypot(*(shoulders - hips))), 1e-3)
     head = _around(face[None], (0.24, 0.34, 0.24, 0.28), length)
     trunk = _around(found.points[list(TRUNK)], (0.14, 0.12, 0.14, 0.12), length)
-    middle = (shoulders[0] + hips[0]) / 2
+    middle = float(shoulders[0] + hips[0]) / 2
     torso = (min(trunk[0], middle - 0.26 * length), trunk[1], max(trunk[2], middle + 0.26 * length), trunk[3])
     legs = _around(found.points[[*HIPS, *LEGS]], (0.08, 0.0, 0.08, 0.05), length)
     feet = (legs[0], float(hips[1]), legs[2], max(legs[3], float(hips[1]) + 1.0))
@@ -67,7 +67,9 @@ def body_of(found: BodyLandmarks) -> Body:
         box=_united(_united(limbs, head), torso),
         head_column=float(face[0]),
         foretold_head=float(shoulders[1] + 0.42 * (shoulders[1] - hips[1])),
+        hips_row=float(hips[1]),
         torso_length=length,
+        legs_length=float(found.points[list(ANKLES), 1].mean() - hips[1]),
         confidence=found.confidence,
     )
 

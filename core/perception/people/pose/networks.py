@@ -66,7 +66,7 @@ class OpenCvNetworks:
         """Run the landmark network."""
         self._net.setInput(cv2.dnn.blobFromImage(crop, 1 / 255, swapRB=True))
         rows, sure = self._net.forward(["Identity", "Identity_1"])
-        return rows.reshape(39, 5).astype(float), float(rows_first(sure))
+        return rows.reshape(39, 5).astype(float), first_number(sure)
 
     def faces(self, square: Array) -> tuple[Array, Array]:
         """There is no detector here."""
@@ -89,7 +89,7 @@ class LiteRtNetworks:
     def landmarks(self, crop: Array) -> tuple[Array, float]:
         """Run the landmark network."""
         rows, sure = self._landmarks.run(crop[None, :, :, ::-1].astype(np.float32) / np.float32(255))
-        return rows.reshape(39, 5).astype(float), float(rows_first(sure))
+        return rows.reshape(39, 5).astype(float), first_number(sure)
 
     def faces(self, square: Array) -> tuple[Array, Array]:
         """Run the detector network."""
@@ -133,6 +133,6 @@ def has_litert() -> bool:
     return importlib.util.find_spec(LITERT) is not None
 
 
-def rows_first(values: Array) -> float:
+def first_number(values: Array) -> float:
     """The first number of an output."""
-    return np.ravel(values)[0]
+    return float(np.ravel(values)[0])

@@ -24,8 +24,11 @@ HEIGHTS = (
 FEW_HEIGHTS = (0.25, -0.1)  # the same for slow networks
 LOW, HIGH = 0.45, 0.1  # statures that hips may lie under the picture; share of its height above which they do not
 SHARES = (1.1, 0.75, 0.5, 0.33)  # statures in heights of the picture, where the distance is unknown as well
-WINDOWS = (1.0, 0.6, 0.4)  # sides of the detector's windows, in heights of the picture
+WINDOWS = (1.0, 0.6)  # sides of the detector's windows, in heights of the picture
 STRIDE = 0.5  # of a window's side
+MEASURED = 0.75  # K, at least, in a square by the distance alone: its height in the picture is not known
+LIKELY = 0.8  # the same in one that only the detector or the floor foretold
+UNLIKELY = 0.9  # and where nothing did
 
 
 @message
@@ -33,9 +36,8 @@ class Candidate:
     """A square in which somebody may be."""
 
     square: Square
-    stature: float | None = None  # [pixel] of who is expected; None: not known
     distance: float | None = None  # [m] from the camera, where it was given
-    refined: bool = False  # the detector saw somebody's hips: one look is enough
+    least: float = 0.0  # K of who is found there, at least: the less foretold the square, the more
 
 
 def candidates(
@@ -70,7 +72,7 @@ def _on_floor(question: LookQuestion, bearing: float, view: CameraView) -> Itera
             side = FIRST_SIDE * STATURE * metre + _doubt(question, view)
             square = Square(x=float(place[0]), y=float(place[1]), side=side)
             given = distance if question.distances else None
-            yield Candidate(square=square, stature=STATURE * metre, distance=given)
+            yield Candidate(square=square, distance=given, least=0.0 if given else LIKELY)
 
 
 def _at_distances(
@@ -79,14 +81,14 @@ def _at_distances(
     for distance in question.distances:
         stature = view.stature(distance)
         for square in _rows(picture, column, stature, FIRST_SIDE * stature + _doubt(question, view), heights):
-            yield Candidate(square=square, stature=stature, distance=distance)
+            yield Candidate(square=square, distance=distance, least=MEASURED)
 
 
 def _statures(picture: ImagePyramid, column: float, doubt: float) -> Iterator[Candidate]:
     for share in SHARES:
         stature = share * picture.height
         for square in _rows(picture, column, stature, FIRST_SIDE * stature + doubt, FEW_HEIGHTS):
-            yield Candidate(square=square)
+            yield Candidate(square=square, least=UNLIKELY)
 
 
 def _rows(
@@ -106,13 +108,13 @@ def _grid(picture: ImagePyramid) -> Iterator[Candidate]:
         count = max(1, math.ceil(picture.width / (0.5 * stature)))
         for column in (np.arange(count) + 0.5) * picture.width / count:
             for square in _rows(picture, float(column), stature, FIRST_SIDE * stature, FEW_HEIGHTS):
-                yield Candidate(square=square)
+                yield Candidate(square=square, least=UNLIKELY)
 
 
 def _detected(networks: PoseNetworks, picture: ImagePyramid, windows: Iterator[Square]) -> Iterator[Candidate]:
     for window in windows:
         for face in find_faces(networks, picture, window):
-            yield Candidate(square=face.body, refined=True)
+            yield Candidate(square=face.body, least=LIKELY)
 
 
 def _windows(picture: ImagePyramid, column: float) -> Iterator[Square]:
@@ -128,7 +130,7 @@ def _tiles(picture: ImagePyramid) -> Iterator[Square]:
     """The whole picture, then tiles of it."""
     whole = max(picture.width, picture.height)
     yield Square(x=picture.width / 2, y=picture.height / 2, side=float(whole))
-    for share in WINDOWS[:2]:
+    for share in WINDOWS:
         side = share * picture.height
         count = max(1, math.ceil((picture.width - side) / (STRIDE * side)) + 1)
         first, last = min(side, picture.width) / 2, picture.width - min(side, picture.width) / 2
