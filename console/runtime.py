@@ -256,6 +256,11 @@ class Runtime:
         self.dispatcher.pilot = pilot
         return thread
 
+    def ask_for_people(self) -> None:
+        """The pilot asks what the settings name, where it is here now."""
+        if (thread := self.pilots.thread) is not None:
+            thread.pilot.find_people_with(self.look.for_pilot)
+
     def _pilot_failed(self) -> None:
         self.dispatcher.pilot = None
         self.dispatcher.ended_without_pilot("The pilot failed; the robot was stopped.")

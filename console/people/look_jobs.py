@@ -35,9 +35,9 @@ class ViewingCamera(msgspec.Struct, frozen=True):
     def camera(self) -> Camera:
         """The camera."""
         numbers = dict(self.intrinsics)
-        size = {"width": round(numbers.pop("width")), "height": round(numbers.pop("height"))}
+        width, height = round(numbers.pop("width")), round(numbers.pop("height"))
         mounting = Transform(rotation=np.array(self.rotation), translation=np.array(self.translation_m))
-        return Camera(model=CameraModel(**size, **numbers), mounting=mounting)
+        return Camera(model=CameraModel(width=width, height=height, **numbers), mounting=mounting)
 
 
 class BodyPartSeen(msgspec.Struct, frozen=True):
