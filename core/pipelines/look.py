@@ -49,7 +49,7 @@ class PictureQuestion:
     field: float | None = None  # [rad] that the picture is wide; None: by the camera's calibration, else FIELD
 
 
-class SeenPerson(TypedDict):
+class PersonEntry(TypedDict):
     """Somebody in a picture; boxes are left, top, right, bottom [pixel], k1 to k3 null for what is not in it."""
 
     box: Edges
@@ -69,7 +69,7 @@ class LookedPicture(TypedDict):
     """The answer to one question."""
 
     picture: str
-    people: list[SeenPerson]  # best first
+    people: list[PersonEntry]  # best first
     processing_s: float  # for looking, without reading the file
     engine: str
     drawing: NotRequired[str]  # the annotated picture
@@ -85,7 +85,7 @@ class LookReport(TypedDict):
     engine_says: str
 
 
-class AskedPicture(msgspec.Struct, frozen=True, kw_only=True):
+class QuestionRow(msgspec.Struct, frozen=True, kw_only=True):
     """A row of a file with questions."""
 
     picture: str
@@ -127,7 +127,7 @@ def read_questions(path: Path) -> list[PictureQuestion]:
     try:
         if path.stat().st_size > MOST_BYTES:
             raise BadInput(f"{path.name} is larger than {MOST_BYTES // 2**20} MB.")
-        rows = msgspec.json.decode(path.read_bytes(), type=list[AskedPicture])
+        rows = msgspec.json.decode(path.read_bytes(), type=list[QuestionRow])
     except OSError as trouble:
         raise BadInput(f"{path.name} cannot be read: {trouble.strerror or trouble}.") from None
     except (msgspec.MsgspecError, RecursionError, UnicodeDecodeError) as wrong:
@@ -230,7 +230,7 @@ def _found(
     return detector.look(asked), factor
 
 
-def _person(found: Rectangle, factor: float) -> SeenPerson:
+def _person(found: Rectangle, factor: float) -> PersonEntry:
     head, torso, feet = found.parts
     sd = found.bearing_sd if found.bearing_sd is not None else 0.05 / max(found.distance, 0.1)
     return {
@@ -257,7 +257,7 @@ def _edges(box: Edges, factor: float) -> Edges:
     return left, top, right, bottom
 
 
-def drawn(pixels: Array, people: Sequence[SeenPerson]) -> bytes:
+def drawn(pixels: Array, people: Sequence[PersonEntry]) -> bytes:
     """Draw everybody who was found into a picture (H, W, 3) → JPEG."""
     picture = pixels.copy()
     thick = max(1, round(max(picture.shape[:2]) / 500))

@@ -10,7 +10,7 @@ SHOWN = 0.3  # share of a part in the picture below which it says nothing
 
 
 @message
-class Body:
+class SeenBody:
     """Somebody, as a model found them; nothing is known yet of what the picture's rim cuts off."""
 
     parts: tuple[Box, Box, Box]  # head, torso, feet
@@ -28,13 +28,13 @@ class Body:
 class WeighedBody:
     """The same in a picture of a certain size."""
 
-    body: Body
+    body: SeenBody
     likelihoods: tuple[float | None, float | None, float | None]  # None: not in the picture
     value: float  # K of eq. 34, of the parts that are in the picture
     shown: float  # 0..1: weight of the parts that are in the picture
 
 
-def weigh(body: Body, width: int, height: int) -> WeighedBody:
+def weigh(body: SeenBody, width: int, height: int) -> WeighedBody:
     """Weigh the parts as in eq. 34, each by its share in the picture [pixel]; K is 0 where none is in it."""
     shares = [share_inside(box, width, height) for box in body.parts]
     if not 0 <= body.foretold_head < height:

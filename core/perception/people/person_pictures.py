@@ -13,7 +13,7 @@ from core.perception.people.camera_geometry import from_eye
 from core.perception.people.detector import Rectangle
 from core.perception.people.legs import LegCluster
 from core.perception.people.looking import LookQuestion, PersonLook
-from core.perception.people.pose.view import CameraView
+from core.perception.people.pose.view import Viewpoint
 from core.sensors import Camera, Image
 
 WAIT = 2.0  # [s] after which an answer is expected no more
@@ -48,7 +48,7 @@ class PersonPictures:
         self._look = look
         self._waiting: AskedPicture | None = None
         self._asked = -math.inf  # [s] when the newest question was asked
-        self._guess = False  # nobody was found where the laser sees something: no distance is told next
+        self._guess = False  # nobody was found where the laser sees something: the next question names no distance
 
     def ask_towards(
         self,
@@ -119,7 +119,7 @@ class PersonPictures:
 
 def only_legs_show(camera: Camera, bearing: float, distance: float) -> bool:
     """Return whether of somebody who stands there no more than the legs can be in the picture."""
-    place, _ = CameraView(camera).pixel(bearing, max(distance, 0.1), CHEST)
+    place, _ = Viewpoint(camera).pixel(bearing, max(distance, 0.1), CHEST)
     return bool(np.isfinite(place).all() and place[1] < 0)
 
 

@@ -25,7 +25,7 @@ from core.perception.people.pose.faces import anchors, without_doubles
 from core.perception.people.pose.landmarks import body_of, landmarks_of
 from core.perception.people.pose.networks import LiteRtNetworks, OpenCvNetworks, has_litert
 from core.perception.people.pose.squares import ImagePyramid, Square, picture_from_crop
-from core.perception.people.pose.view import CameraView
+from core.perception.people.pose.view import Viewpoint
 from core.sensors import Camera
 from core.simulation.world import LAB
 from tests.core.perception.stick_figures import StickNetworks, white_body
@@ -101,7 +101,7 @@ def test_on_the_robots_floor_legs_alone_are_no_small_person_far_away() -> None:
 
 
 def test_a_place_on_the_floor_and_its_pixel_belong_together() -> None:
-    view = CameraView(ROBOTS)
+    view = Viewpoint(ROBOTS)
     place, metre = view.pixel(0.2, 3.0, 0.93)
     assert view.bearing(*place.tolist()) == pytest.approx(0.2, abs=0.02)
     assert ROBOTS.mounting.translation[2] + 3.0 * view.elevation(*place.tolist()) == pytest.approx(0.93, abs=0.02)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from core.perception.people.body import Body, WeighedBody, overlap, weigh
+from core.perception.people.body import SeenBody, WeighedBody, overlap, weigh
 from core.perception.people.brightness import levelled
 from core.perception.people.detector import Rectangle, SeenPart
 from core.perception.people.looking import LookQuestion
@@ -17,7 +17,7 @@ from core.perception.people.pose.landmarks import BodyLandmarks, body_of, landma
 from core.perception.people.pose.networks import PoseNetworks, open_networks
 from core.perception.people.pose.search import Candidate, candidates
 from core.perception.people.pose.squares import ImagePyramid, Square, around_hips, picture_from_crop
-from core.perception.people.pose.view import STATURE, CameraView
+from core.perception.people.pose.view import STATURE, Viewpoint
 
 WORTH = 0.4  # confidence of a first look from which a second one is worth its time
 BOTH = 0.55  # confidence of the first look times K after the second, at least
@@ -50,7 +50,7 @@ class PoseDetector:
 
     def look(self, question: LookQuestion) -> tuple[Rectangle, ...]:
         """Find people, best first; in a direction only the one in whose head it falls (section 4.2)."""
-        view, picture = CameraView(question.camera), ImagePyramid(levelled(question.pixels))
+        view, picture = Viewpoint(question.camera), ImagePyramid(levelled(question.pixels))
         found: list[tuple[WeighedBody, BodyLandmarks, Candidate]] = []
         for candidate in candidates(question, view, picture, self._networks):
             if question.bearing is None and _seen_already(candidate.square, found):
@@ -74,7 +74,7 @@ class PoseDetector:
         rows, confidence = self._networks.landmarks(picture.cut(square))
         return landmarks_of(rows, confidence, picture_from_crop(square))
 
-    def _fits(self, body: Body, candidate: Candidate, question: LookQuestion, view: CameraView) -> bool:
+    def _fits(self, body: SeenBody, candidate: Candidate, question: LookQuestion, view: Viewpoint) -> bool:
         """The body is upright, its size is that of the distance, and the sound falls in its head."""
         left, top, right, bottom = body.box
         if right - left > BROADEST * (bottom - top) or body.legs_length < SHORTEST_LEGS * body.torso_length:
@@ -90,7 +90,7 @@ class PoseDetector:
         low, high = view.columns_of(question.bearing, self._settings.wedge * question.sd)
         return low - half <= body.head_column <= high + half
 
-    def _stands(self, body: Body, distance: float, view: CameraView) -> bool:
+    def _stands(self, body: SeenBody, distance: float, view: Viewpoint) -> bool:
         """The hips are as high above the floor as somebody's there: legs alone look like a small person far away."""
         column = (body.parts[1][0] + body.parts[1][2]) / 2
         height = float(view.camera.mounting.translation[2]) + distance * view.elevation(column, body.hips_row)
@@ -128,7 +128,7 @@ def _rectangle(
     landmarks: BodyLandmarks,
     candidate: Candidate,
     question: LookQuestion,
-    view: CameraView,
+    view: Viewpoint,
     picture: ImagePyramid,
 ) -> Rectangle:
     body = weighed.body

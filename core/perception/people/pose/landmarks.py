@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from core.message import Array, message
-from core.perception.people.body import Body, Box
+from core.perception.people.body import Box, SeenBody
 
 # rows of the 33 landmarks
 NOSE, LEFT_EYE, RIGHT_EYE, LEFT_EAR, RIGHT_EAR = 0, 2, 5, 7, 8
@@ -49,7 +49,7 @@ def landmarks_of(rows: Array, confidence: float, picture_from_crop: Array) -> Bo
     return BodyLandmarks(points=points, visibility=sigmoid(rows[:ROWS, 3]), confidence=confidence)
 
 
-def body_of(found: BodyLandmarks) -> Body:
+def body_of(found: BodyLandmarks) -> SeenBody:
     """Head, torso and feet around the landmarks, in torso's lengths; they may reach out of the picture."""
     face, shoulders, hips = found.face, found.shoulders, found.hips
     length = max(float(np.hypot(*(shoulders - hips))), 1e-3)
@@ -61,7 +61,7 @@ def body_of(found: BodyLandmarks) -> Body:
     feet = (legs[0], float(hips[1]), legs[2], max(legs[3], float(hips[1]) + 1.0))
     limbs = _around(found.points, (0.04, 0.0, 0.04, 0.04), length)
     shares = tuple(found.confidence * float(found.visibility[list(group)].mean()) for group in (FACE, TRUNK, LEGS))
-    return Body(
+    return SeenBody(
         parts=(head, torso, feet),
         likelihoods=(shares[0], shares[1], shares[2]),
         box=_united(_united(limbs, head), torso),

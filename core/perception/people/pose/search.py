@@ -12,7 +12,7 @@ from core.perception.people.looking import LookQuestion
 from core.perception.people.pose.faces import find_faces
 from core.perception.people.pose.networks import PoseNetworks
 from core.perception.people.pose.squares import FIRST_SIDE, ImagePyramid, Square
-from core.perception.people.pose.view import HIPS, STATURE, CameraView
+from core.perception.people.pose.view import HIPS, STATURE, Viewpoint
 
 GUESSED = (1.2, 1.8, 2.7, 4.0)  # [m] without a laser
 ASIDE = 1.5  # sd of the direction that are added to a square's side
@@ -41,7 +41,7 @@ class Candidate:
 
 
 def candidates(
-    question: LookQuestion, view: CameraView, picture: ImagePyramid, networks: PoseNetworks
+    question: LookQuestion, view: Viewpoint, picture: ImagePyramid, networks: PoseNetworks
 ) -> Iterator[Candidate]:
     """Squares, likeliest first."""
     if question.bearing is None:
@@ -59,12 +59,12 @@ def candidates(
     return _statures(picture, column, _doubt(question, view))
 
 
-def _doubt(question: LookQuestion, view: CameraView) -> float:
+def _doubt(question: LookQuestion, view: Viewpoint) -> float:
     """[pixel] that are added to a square's side for the doubt of the direction."""
     return ASIDE * question.sd * view.camera.model.fx
 
 
-def _on_floor(question: LookQuestion, bearing: float, view: CameraView) -> Iterator[Candidate]:
+def _on_floor(question: LookQuestion, bearing: float, view: Viewpoint) -> Iterator[Candidate]:
     """One square for each distance: the middle of a body that stands on the floor there."""
     for distance in question.distances or GUESSED:
         place, metre = view.pixel(bearing, distance, HIPS)
@@ -76,7 +76,7 @@ def _on_floor(question: LookQuestion, bearing: float, view: CameraView) -> Itera
 
 
 def _at_distances(
-    question: LookQuestion, column: float, view: CameraView, picture: ImagePyramid, heights: tuple[float, ...]
+    question: LookQuestion, column: float, view: Viewpoint, picture: ImagePyramid, heights: tuple[float, ...]
 ) -> Iterator[Candidate]:
     for distance in question.distances:
         stature = view.stature(distance)

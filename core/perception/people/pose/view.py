@@ -15,7 +15,7 @@ HIPS = 0.93  # [m] of the middle of the hips above the floor
 WIDEST = 1.3  # [rad] off the camera's axis up to which a direction is looked for
 
 
-class CameraView:
+class Viewpoint:
     """A camera with its mounting."""
 
     def __init__(self, camera: Camera) -> None:
