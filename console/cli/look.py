@@ -89,7 +89,7 @@ def in_json(report: LookReport, *, alone: bool) -> dict[str, object]:
     if not alone:
         return {**report}
     if len(answers) == 1:
-        return {**answers[0], "engine_says": report["engine_says"]}
+        return {**answers[0], "engine": report["engine"], "engine_says": report["engine_says"]}
     return {**report, "files": {one["picture"]: one for one in answers}}
 
 

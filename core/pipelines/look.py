@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import NotRequired, TypedDict
 
@@ -21,7 +22,7 @@ from core.geometry import OPTICAL, Transform
 from core.message import Array, message
 from core.optics import CameraModel
 from core.perception.people.detector import Rectangle
-from core.perception.people.engines import open_detector
+from core.perception.people.engines import engine_of, open_detector, says
 from core.perception.people.looking import ASKED_SD, LookQuestion, PersonDetector
 from core.perception.people.parts import PeopleSettings
 from core.sensors import Camera
@@ -71,7 +72,6 @@ class LookedPicture(TypedDict):
     picture: str
     people: list[PersonEntry]  # best first
     processing_s: float  # for looking, without reading the file
-    engine: str
     drawing: NotRequired[str]  # the annotated picture
     error: NotRequired[str]  # why the picture was not looked at
 
@@ -109,16 +109,16 @@ def look(
     for question in questions:
         _check(question)
     folder = None if draw is None else folder_at(draw)
-    detector = open_detector(settings)
+    opened = cache(lambda: open_detector(settings))  # not before a picture could be read
     answers: list[LookedPicture] = []
     for number, question in enumerate(questions):
         drawing = None if folder is None else folder / f"{question.picture.stem}_people_{number}.jpg"
-        answers.append(_answered(question, model, detector, drawing))
+        answers.append(_answered(question, model, opened, drawing))
     return {
         "answers": answers,
         "processing_s": round(sum(one["processing_s"] for one in answers), 4),
-        "engine": detector.name,
-        "engine_says": detector.says,
+        "engine": engine_of(settings),
+        "engine_says": says(settings),
     }
 
 
@@ -168,14 +168,18 @@ def _check(question: PictureQuestion) -> None:
 
 
 def _answered(
-    question: PictureQuestion, model: CameraModel | None, detector: PersonDetector, drawing: Path | None
+    question: PictureQuestion,
+    model: CameraModel | None,
+    opened: Callable[[], PersonDetector],
+    drawing: Path | None,
 ) -> LookedPicture:
-    answer: LookedPicture = {"picture": question.name, "people": [], "processing_s": 0.0, "engine": detector.name}
+    answer: LookedPicture = {"picture": question.name, "people": [], "processing_s": 0.0}
     try:
         pixels = read_colour(question.picture)
         camera = _camera(question, model, pixels)
     except BadInput as wrong:
         return {**answer, "error": f"{str(wrong)[:1].upper()}{str(wrong)[1:]}."}
+    detector = opened()
     began = time.perf_counter()
     found, factor = _found(question, camera, pixels, detector)
     answer["processing_s"] = round(time.perf_counter() - began, 4)
@@ -227,7 +231,8 @@ def _found(
         distances=() if question.distance is None else (question.distance,),
         on_floor=False,
     )
-    return detector.look(asked), factor
+    found = detector.look(asked)
+    return (found if question.azimuth is None else found[:1]), factor
 
 
 def _person(found: Rectangle, factor: float) -> PersonEntry:

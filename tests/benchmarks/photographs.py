@@ -345,7 +345,7 @@ def main() -> None:
     parser.add_argument("--peer", help="an interpreter with OpenCV 4")
     parser.add_argument("--sheets", type=Path, help="where contact sheets go")
     parser.add_argument("--only", default="", help="detectors whose names hold this")
-    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--kind", default="", help="kinds of question whose names hold this")
     asked = parser.parse_args()
     cv2.setNumThreads(1)
     whole = photos(asked.part)
@@ -363,6 +363,8 @@ def main() -> None:
         if asked.only not in name:
             continue
         for kind, (some, how) in kinds.items():
+            if asked.kind not in kind:
+                continue
             sheet = ContactSheet(asked.sheets, f"{name}-{kind}".replace(" ", "_")) if asked.sheets else None
             tell = sheet.add if sheet is not None else lambda *_: None
             row = measured(some, detector, how, 1 if sheet is not None else asked.rounds, tell).row()

@@ -30,6 +30,11 @@ def sees_people(settings: PeopleSettings) -> bool:
     return settings.engine == "pose"
 
 
+def engine_of(settings: PeopleSettings) -> str:
+    """Return the name of that detector."""
+    return "pose" if sees_people(settings) else "drawn"
+
+
 def says(settings: PeopleSettings) -> str:
     """What looks for people now, in a sentence."""
     return "Pose networks look for people, real ones and drawn ones." if sees_people(settings) else SAYS

@@ -18,7 +18,8 @@ from core.sensors import Camera, Image
 
 WAIT = 2.0  # [s] after which an answer is expected no more
 PAUSE = 0.18  # [s] between two questions about the followed person: five a second are enough
-CHEST = 1.15  # [m] above the floor: what is seen up to there is more than legs
+CHEST = 1.15  # [m] above the floor: of whom less is in view is not asked for
+SHOULDERS = 1.4  # [m] above the floor: of whom less is in view is found in few pictures
 MOST = 2  # distances of one question
 WEDGE = 2.0  # sd of a direction within which legs may be the caller's
 BODY = 0.3  # [m] to either side that are added to it
@@ -80,7 +81,7 @@ class PersonPictures:
         stamp: float,
     ) -> None:
         """Ask for somebody who is expected at a bearing and a distance [m] from the camera."""
-        if self._busy(stamp) or stamp - self._asked < PAUSE or only_legs_show(camera, towards[0], distance):
+        if self._busy(stamp) or stamp - self._asked < PAUSE or only_legs_show(camera, towards[0], distance, CHEST):
             return
         self._ask(AskedPicture(stamp, pose, standers, None), image, camera, towards, (distance,))
 
@@ -117,9 +118,9 @@ class PersonPictures:
         self._look.ask(question)
 
 
-def only_legs_show(camera: Camera, bearing: float, distance: float) -> bool:
-    """Return whether of somebody who stands there no more than the legs can be in the picture."""
-    place, _ = Viewpoint(camera).pixel(bearing, max(distance, 0.1), CHEST)
+def only_legs_show(camera: Camera, bearing: float, distance: float, height: float = SHOULDERS) -> bool:
+    """Return whether of somebody who stands there less than `height` [m] is in the picture, little but legs."""
+    place, _ = Viewpoint(camera).pixel(bearing, max(distance, 0.1), height)
     return bool(np.isfinite(place).all() and place[1] < 0)
 
 

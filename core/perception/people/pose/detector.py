@@ -68,7 +68,7 @@ class PoseDetector:
                 break
         found.sort(key=lambda one: -one[0].value)
         people = [_rectangle(*one, question, view, picture) for one in _apart(found)]
-        return tuple(people if question.bearing is None else people[:1])
+        return tuple(people)
 
     def _landmarks(self, picture: ImagePyramid, square: Square) -> BodyLandmarks:
         rows, confidence = self._networks.landmarks(picture.cut(square))

@@ -21,11 +21,12 @@ HEIGHTS = (
     0.45,
     -0.15,
 )  # statures from the picture's middle down to the hips, where the camera's height is unknown
-FEW_HEIGHTS = (0.25, -0.1)  # the same for slow networks
+FEW_HEIGHTS = (0.25, -0.1)  # the same where many squares are looked at
 LOW, HIGH = 0.45, 0.1  # statures that hips may lie under the picture; share of its height above which they do not
 SHARES = (1.1, 0.75, 0.5, 0.33)  # statures in heights of the picture, where the distance is unknown as well
 WINDOWS = (1.0, 0.6)  # sides of the detector's windows, in heights of the picture
 STRIDE = 0.5  # of a window's side
+MOST_TILES = 8  # side by side: nobody searches a picture that is a strip
 MEASURED = 0.75  # K, at least, in a square by the distance alone: its height in the picture is not known
 LIKELY = 0.8  # the same in one that only the detector or the floor foretold
 UNLIKELY = 0.9  # and where nothing did
@@ -52,8 +53,7 @@ def candidates(
     if math.isnan(column):
         return iter(())
     if question.distances:
-        heights = HEIGHTS if networks.detects else FEW_HEIGHTS
-        return _at_distances(question, column, view, picture, heights)
+        return _at_distances(question, column, view, picture)
     if networks.detects:
         return _detected(networks, picture, _windows(picture, column))
     return _statures(picture, column, _doubt(question, view))
@@ -76,11 +76,11 @@ def _on_floor(question: LookQuestion, bearing: float, view: Viewpoint) -> Iterat
 
 
 def _at_distances(
-    question: LookQuestion, column: float, view: Viewpoint, picture: ImagePyramid, heights: tuple[float, ...]
+    question: LookQuestion, column: float, view: Viewpoint, picture: ImagePyramid
 ) -> Iterator[Candidate]:
     for distance in question.distances:
         stature = view.stature(distance)
-        for square in _rows(picture, column, stature, FIRST_SIDE * stature + _doubt(question, view), heights):
+        for square in _rows(picture, column, stature, FIRST_SIDE * stature + _doubt(question, view), HEIGHTS):
             yield Candidate(square=square, distance=distance, least=MEASURED)
 
 
@@ -105,7 +105,7 @@ def _grid(picture: ImagePyramid) -> Iterator[Candidate]:
     """Squares everywhere: slow, where there is no detector."""
     for share in SHARES[:3]:
         stature = share * picture.height
-        count = max(1, math.ceil(picture.width / (0.5 * stature)))
+        count = min(MOST_TILES, max(1, math.ceil(picture.width / (0.5 * stature))))
         for column in (np.arange(count) + 0.5) * picture.width / count:
             for square in _rows(picture, float(column), stature, FIRST_SIDE * stature, FEW_HEIGHTS):
                 yield Candidate(square=square, least=UNLIKELY)
@@ -132,7 +132,7 @@ def _tiles(picture: ImagePyramid) -> Iterator[Square]:
     yield Square(x=picture.width / 2, y=picture.height / 2, side=float(whole))
     for share in WINDOWS:
         side = share * picture.height
-        count = max(1, math.ceil((picture.width - side) / (STRIDE * side)) + 1)
+        count = min(MOST_TILES, max(1, math.ceil((picture.width - side) / (STRIDE * side)) + 1))
         first, last = min(side, picture.width) / 2, picture.width - min(side, picture.width) / 2
         for column in np.linspace(first, last, count):
             for square in _windows_of(picture, float(column), side):
