@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from core.errors import Unavailable
 from core.models import MODELS, checked_folder, find
 from core.perception.people.drawn_detector import SAYS, DrawnDetector
 from core.perception.people.looking import PersonDetector
+from core.perception.people.onnx.detector import open_own_model
 from core.perception.people.parts import PeopleSettings
+from core.perception.people.pose.detector import open_pose
 
 MODEL = "people"  # of core.models.MODELS
 
@@ -15,8 +19,8 @@ def open_detector(settings: PeopleSettings) -> PersonDetector:
     """Open the detector that the settings name. Raises Unavailable or BadInput with a sentence."""
     if not sees_people(settings):
         return DrawnDetector(settings)
-    from core.perception.people.pose.detector import open_pose
-
+    if settings.model:
+        return open_own_model(Path(settings.model).expanduser(), settings)
     found = find(MODEL)
     if found is None:
         raise Unavailable(f"The pose networks are not here. {how_to_get()}")
