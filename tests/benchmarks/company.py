@@ -23,7 +23,6 @@ import numpy as np
 from core.commands.command import Progress
 from core.errors import BeckonError, Refused
 from core.geometry import Pose
-from core.navigation.control_context import ControlContext
 from core.perception.people.engines import open_detector
 from core.perception.people.looking import ImmediateLook, LookAnswer, PersonDetector, PersonLook
 from core.perception.people.parts import PeopleSettings
@@ -55,10 +54,6 @@ class Scene(Company):
     def __init__(self, look: PersonLook | None) -> None:
         super().__init__()
         self.look = look
-
-    @property
-    def here(self) -> ControlContext:
-        return dataclasses.replace(super().here, look=self.look)
 
 
 def placed(scene: Scene, name: str, rng: np.random.Generator, look: str = "") -> None:
