@@ -32,9 +32,11 @@ from core.message import Array
 from core.models import find
 from core.optics import CameraModel
 from core.perception.people.body import Box, overlap
+from core.perception.people.colours import PersonProfile, alike
 from core.perception.people.detector import Rectangle
 from core.perception.people.drawn_detector import DrawnDetector
 from core.perception.people.looking import LookQuestion, PersonDetector
+from core.perception.people.parts import PeopleSettings
 from core.perception.people.pose.detector import PoseDetector
 from core.perception.people.pose.networks import LiteRtNetworks, OpenCvNetworks, has_litert
 from core.sensors import Camera
@@ -196,6 +198,46 @@ def measured(
                 score.heads += any(_inside(one.parts[0].box, person.head) for one in people)
                 tell(photo, person, people, bool(good))
     return score
+
+
+LIGHTS = ((0.6, 0.6, 0.6), (1.3, 1.3, 1.3), (0.8, 1.0, 1.1), (1.1, 1.0, 0.85))  # gains of blue, green, red
+
+
+def clothes(photographs: Sequence[Photo], detector: PersonDetector) -> dict[str, float]:
+    """Whether somebody is known again by the colours of the clothes: the same photograph in other light, and others.
+
+    `known`: share of those who were found again that are taken for themselves; `strangers_taken`: share of the pairs
+    of two people who are taken for each other.
+    """
+    rng = np.random.default_rng(21)
+    seen: list[tuple[Array, list[Array]]] = []
+    for photo in photographs:
+        pixels = photo.pixels
+        camera = camera_of(pixels)
+        for person in photo.people:
+            if not person.standing:
+                continue
+            lights = (pixels, *(np.clip(pixels * np.array(gains), 0, 255).astype(np.uint8) for gains in LIGHTS))
+            rows: list[Array] = []
+            for light in lights:
+                people = detector.look(_somebody(light, camera, person, "distance", rng))
+                good = [one.colours for one in people if overlap(one.box, person.box) >= FOUND]
+                rows += [colours for colours in good if colours is not None][:1]
+                if not rows:
+                    break
+            if len(rows) > 1:
+                seen.append((rows[0], rows[1:]))
+    settings = PeopleSettings()
+    profiles = [PersonProfile(name="", colours=colours, pictures=1) for colours, _ in seen]
+    own = [alike(who, row) for who, (_, others) in zip(profiles, seen, strict=True) for row in others]
+    pairs = [
+        alike(who, seen[at][0]) for number, who in enumerate(profiles) for at in range(len(seen)) if at != number
+    ]
+    return {
+        "people": len(seen),
+        "known": round(float(np.mean(np.array(own) >= settings.alike)), 3),
+        "strangers_taken": round(float(np.mean(np.array(pairs) >= settings.alike)), 3),
+    }
 
 
 def peer(photographs: Sequence[Photo], interpreter: str) -> dict[str, float]:
@@ -372,6 +414,9 @@ def main() -> None:
             if sheet is not None:
                 sheet.write()
             sys.stderr.write(f"{name:26} {kind:24} {row}\n")
+        if "pose" in name and asked.kind in "clothes":
+            report.setdefault(name, {})["clothes"] = clothes(whole, detector)
+            sys.stderr.write(f"{name:26} clothes {report[name]['clothes']}\n")
     if asked.peer:
         report["HOG of OpenCV 4"] = {"anywhere": peer(whole, asked.peer)}
         sys.stderr.write(f"HOG of OpenCV 4 {report['HOG of OpenCV 4']}\n")
