@@ -27,6 +27,7 @@ from console.api.hearing import hearing
 from console.api.help import help_pages
 from console.api.lease import lease
 from console.api.login import login
+from console.api.looking import looking
 from console.api.maps import maps
 from console.api.microphones import microphones
 from console.api.own_navigation import own_navigation
@@ -55,6 +56,7 @@ ROUTERS = (
     state,
     hearing,
     recognizer,
+    looking,
     lease,
     login,
     maps,

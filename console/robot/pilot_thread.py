@@ -15,6 +15,7 @@ from console.robot.setpoint_sender import SetpointSender
 from core.commands.command import Command
 from core.gate.scheduling import PILOT, come_first
 from core.perception.people.colours import PersonProfile
+from core.perception.people.looking import PersonLook
 from core.robots import Profile
 from core.sensors import SensorFrame
 from core.slam.map.map_file import SavedMap
@@ -45,6 +46,10 @@ class PilotLike(Protocol):
 
     def obey_only(self, who: PersonProfile | None) -> None:
         """Come to and follow nobody but this person from the next frame on; None: anybody. From any thread."""
+        ...
+
+    def find_people_with(self, look: PersonLook | None) -> None:
+        """Ask this for people in pictures; None: the embedded detector. From any thread."""
         ...
 
     def undo_closure(self, number: int) -> None:

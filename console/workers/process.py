@@ -40,6 +40,7 @@ WORKERS = {
     "array": "console.workers.array_worker:ArrayWorker",
     "quality": "console.speech.quality_worker:QualityWorker",
     "people": "console.people.worker:PeopleWorker",
+    "look": "console.people.look_worker:LookWorker",
     "probe": "console.connection.probe_worker:ProbeWorker",
 }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from core.commands.command import Action, Command, CommandFacts, Parameter, Progress, Target
-from core.commands.keep_to_person import KeepToPerson, aim_at, going
+from core.commands.keep_to_person import KeepToPerson, aim_at, following_words, going
 from core.commands.locate_voice import LocateVoice
 from core.commands.turn_to_voice import TurnToVoice, call_for
 from core.errors import Refused
@@ -64,7 +64,7 @@ class Coming:
             return Progress(
                 finished="done", remark=f"Here I am, {apart:.2f} m from you.", fraction=1.0, person=person
             )
-        words = "I come." if person.state == "seen" else "I come to where I saw you last."
+        words = following_words(self._attending, person, "I come.", "I come to where I saw you last.")
         return going(step, person, words, min(max(1 - (apart - short) / self._whole, 0.0), 1.0))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from core.commands.command import Action, Command, CommandFacts, Parameter, Progress, Target
-from core.commands.keep_to_person import KeepToPerson, aim_at, going
+from core.commands.keep_to_person import KeepToPerson, aim_at, following_words, going
 from core.commands.turn_to_voice import TurnToVoice, call_for
 from core.navigation.control_context import ControlContext
 from core.navigation.goal_controller import GoalController
@@ -49,7 +49,8 @@ class FollowingPerson:
             cruise = min(here.company.following, here.body.max_speed)
             self._approach = GoalController(aim, here, lasting=True, cruise=cruise)
         step = self._approach.drive(here, aim)
-        return going(step, person, "I follow you." if person.state == "seen" else "You are hidden; I wait for you.")
+        hidden = "You are hidden; I wait for you."
+        return going(step, person, following_words(self._attending, person, "I follow you.", hidden))
 
 
 FOLLOW_ME = FollowMe()

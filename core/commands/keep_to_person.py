@@ -10,6 +10,7 @@ from core.perception.people.tracked_person import TrackedPerson
 
 WAITING = 0.5  # [s] without a picture, after which the robot stands …
 BLIND = 1.0  # [s] … and after which nobody is followed any more
+ONLY_LEGS = "I see only legs; the laser keeps you."
 
 
 class KeepToPerson:
@@ -33,6 +34,13 @@ class KeepToPerson:
         if silent > WAITING:
             return Progress(remark="No picture comes from the camera; I wait.", person=person)
         return person
+
+
+def following_words(keeping: KeepToPerson, person: TrackedPerson, seen: str, hidden: str) -> str:
+    """Return the remark about a person who is kept to: how they are known now."""
+    if person.state != "seen":
+        return hidden
+    return f"{seen} {ONLY_LEGS}" if keeping.track.only_legs and "laser" in person.used else seen
 
 
 def aim_at(person: TrackedPerson, keep: float) -> GoalAim:

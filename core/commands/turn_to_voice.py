@@ -44,7 +44,7 @@ class TurnToVoice:
         if here.camera is None:
             raise Refused("I have no camera to see who spoke; set company.mode to voice to be come to by ear alone.")
         self.call = call
-        self.track = PersonTrack(here.people, here.tracking, here.who)
+        self.track = PersonTrack(here.people, here.tracking, here.who, here.look)
         self._who = here.who.name if here.who is not None else ""
         self.side = call.side(here.pose.heading)
         self._facing = abs(self._error(here)) < BY_CHANCE

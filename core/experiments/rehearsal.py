@@ -10,6 +10,8 @@ from core.commands.command import Command
 from core.errors import Refused
 from core.gate import TICK, Gate, Setpoint, TraceRow, TraceWriter, check
 from core.geometry import Pose
+from core.perception.people.engines import open_detector
+from core.perception.people.looking import ImmediateLook
 from core.pilot import Pilot
 from core.robots.connect import connect
 from core.robots.nearness import field_of, near_points
@@ -34,6 +36,8 @@ class Rehearsal:
         if start is not None:
             self.robot.ask(CarryRobot(x_m=start.x, y_m=start.y, heading_rad=start.heading))
         self.pilot = Pilot(self.robot.profile, self.settings)
+        if self.settings.people.engine == "pose":  # "auto" is the embedded one: the same on every machine
+            self.pilot.find_people_with(ImmediateLook(open_detector(self.settings.people)))
         self._writer = TraceWriter()
         self.gate = Gate(self.settings.limits, trace=self._writer)
         self.gate.arm(EPOCH, "rehearsal", 0.0)

@@ -9,6 +9,7 @@ from core.navigation.planner import PlannerSettings
 from core.navigation.steering import SteeringSettings
 from core.navigation.wall import WallSettings
 from core.perception.people.colours import PersonProfile
+from core.perception.people.looking import PersonLook
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.tracked_person import TrackSettings
 from core.perception.people.voice_bearing import VoiceBearing
@@ -47,4 +48,5 @@ class ControlContext:
     company: PersonFollowingSettings = PersonFollowingSettings()
     people: PeopleSettings = PeopleSettings()
     tracking: TrackSettings = TrackSettings()
+    look: PersonLook | None = None  # what finds people in pictures; None: the embedded detector
     who: PersonProfile | None = None  # the only person to come to or follow; None: anybody

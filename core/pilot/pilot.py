@@ -13,6 +13,7 @@ from core.gate import ZERO, Twist
 from core.geometry import Pose
 from core.navigation.control_context import ControlContext, SteeredBody
 from core.perception.people.colours import PersonProfile
+from core.perception.people.looking import PersonLook
 from core.pilot.command_executor import AcceptedCommand, CommandExecutor
 from core.pilot.inbox import Inbox
 from core.pilot.landmark_perception import LandmarkPerception
@@ -63,6 +64,7 @@ class Pilot:
         self._notices = Notices()
         self._inbox = Inbox()
         self._who: PersonProfile | None = None
+        self._look: PersonLook | None = None
         self._reset(math.inf)
 
     def _reset(self, stamp: float) -> None:
@@ -105,6 +107,10 @@ class Pilot:
     def obey_only(self, who: PersonProfile | None) -> None:
         """Come to and follow only this person from the next frame on; None: anybody."""
         self._inbox.put(lambda _: setattr(self, "_who", who))
+
+    def find_people_with(self, look: PersonLook | None) -> None:
+        """Ask this for people in pictures, from the next command on; None: the embedded detector."""
+        self._inbox.put(lambda _: setattr(self, "_look", look))
 
     def undo_closure(self, number: int) -> None:
         """Take back a place that was recognised, from the next frame on."""
@@ -225,6 +231,7 @@ class Pilot:
             company=self._settings.person_following,
             people=self._settings.people,
             tracking=self._settings.tracking,
+            look=self._look,
             who=self._who,
         )
 

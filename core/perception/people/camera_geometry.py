@@ -68,7 +68,8 @@ def on_legs(rectangle: Rectangle, stander: LegCluster | None, settings: PeopleSe
 
 def ray_of(rectangle: Rectangle, eye: Pose, pose: Pose) -> Ray:
     """A rectangle as a bearing in the world, from the camera at `eye`."""
-    sd = math.hypot(CAMERA_FLOOR, CAMERA_SD / max(rectangle.distance, 0.1))
+    floor = CAMERA_FLOOR if rectangle.bearing_sd is None else rectangle.bearing_sd
+    sd = math.hypot(floor, CAMERA_SD / max(rectangle.distance, 0.1))
     return Ray(x=eye.x, y=eye.y, azimuth=pose.heading + rectangle.bearing, sd=sd)
 
 

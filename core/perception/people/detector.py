@@ -50,6 +50,9 @@ class Rectangle:
     height: float  # [m] of the person, ±6 cm
     parts: tuple[SeenPart, ...]
     centre: tuple[float, float]  # [pixel] the rectangle's centroid, taken for the centre of mass (section 4.2)
+    box: tuple[float, float, float, float]  # left, top, right, bottom [pixel] of the whole body
+    bearing_sd: float | None = None  # [rad]; None: as good as the rectangles of a vertical plane are
+    colours: Array | None = None  # (3, HUES + GREYS) of head, torso, feet, where the landmarks say what is body
     rank: float = 0.0  # how well it fits beyond K, for choosing
     stranger: bool = False  # a person, but not the one who was asked for
 
@@ -153,6 +156,7 @@ def _at_distance(
                     height=height,
                     parts=parts,
                     centre=((body[0] + body[2]) / 2, (body[1] + body[3]) / 2),
+                    box=body,
                     rank=own[1] if known else float(rank[shift, place]),
                     stranger=not known,
                 )

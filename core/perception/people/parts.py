@@ -7,7 +7,7 @@ nothing else of a person nearer than two metres.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 from core.errors import BadInput
 from core.setting import Meta, Section
@@ -45,6 +45,13 @@ LOWEST_SHIFT, HIGHEST_SHIFT = -4, 3  # [cell] of the crown: persons from 1.50 m 
 class PeopleSettings(Section):
     """Criteria of a rectangle that is a person."""
 
+    engine: Annotated[
+        Literal["auto", "pose", "drawn"],
+        Meta(meaning="detector; auto: pose networks, or the model named below, where they are here, else drawn"),
+    ] = "auto"
+    model: Annotated[
+        str, Meta(meaning="ONNX file of your own: YOLOv8, YOLO11, YOLOX, RTMO or MediaPipe; empty: the pose networks")
+    ] = ""
     threshold: Annotated[float, Meta("", 0.05, 0.99, "K from which a rectangle is a person (eq. 34)")] = 0.65
     threshold_of_feet: Annotated[float, Meta("", 0.05, 0.99, "the same where only the feet are in the picture")] = 0.8
     feet_with_legs: Annotated[float, Meta("", 0.05, 0.99, "the same where the laser separates two legs there")] = 0.4

@@ -25,7 +25,9 @@ from core.perception.people.colours import LEARNT, PersonProfile, alike, colours
 from core.perception.people.detector import Rectangle, find_people
 from core.perception.people.fusion import Fused, Ray, Sense, along, fuse
 from core.perception.people.legs import LegCluster, find_standers, nearest_to
+from core.perception.people.looking import PersonLook
 from core.perception.people.parts import PeopleSettings
+from core.perception.people.person_pictures import AnsweredPicture, PersonPictures, only_legs_show
 from core.perception.people.search import PLANES, Glance, Search
 from core.perception.people.tracked_person import TrackedPerson, TrackSettings
 from core.perception.people.vertical_plane import VerticalPlanes
@@ -40,7 +42,15 @@ STEADY = 0.5  # [s] for which a person's acceleration lasts
 class PersonTrack:
     """One person, from the first rectangle on."""
 
-    def __init__(self, settings: PeopleSettings, tracking: TrackSettings, who: PersonProfile | None = None) -> None:
+    def __init__(
+        self,
+        settings: PeopleSettings,
+        tracking: TrackSettings,
+        who: PersonProfile | None = None,
+        look: PersonLook | None = None,
+    ) -> None:
+        """`who`: only this person counts; `look`: what finds people in pictures, None: the embedded detector."""
+        self._asked = None if look is None else PersonPictures(look)
         self._settings, self._tracking, self._who = settings, tracking, who
         self._known = replace(settings, threshold=tracking.known, threshold_of_feet=tracking.known)
         self._state = np.zeros(4)
@@ -53,6 +63,7 @@ class PersonTrack:
         self.measured = -math.inf  # [s]
         self.pictured = -math.inf  # [s] when a picture showed the person
         self.looked = -math.inf  # [s] when a picture came at all
+        self.only_legs = False  # the person is so near that the camera sees no more of them: the laser decides
         self._excused = -math.inf  # [s] when no picture could have shown enough of the person
         self._seen: TrackedPerson | None = None
         self._points: Array | None = None
@@ -73,6 +84,10 @@ class PersonTrack:
         """Search one frame further where the call came from. Found in a few pictures, they are followed."""
         if image is not None:
             self.looked = stamp
+        if self._asked is not None:
+            self._begin_with(self._asked, call, stamp, pose, points, image, camera)
+            return
+        if image is not None:
             self._glance = self._glance or self._looking(call, stamp, pose, points, image, camera)
         glance = self._glance
         found = None if glance is None else glance.search.go_on()
@@ -85,8 +100,46 @@ class PersonTrack:
             stander = legs_of(rectangle, glance.standers, camera, self._settings)
             if rectangle.shown < self._settings.enough and not on_legs(rectangle, stander, self._settings):
                 continue
-            self._first(call, glance, ray, rectangle, stander)
+            self._first(call, glance.stamp, glance.pose, ray, rectangle, stander)
+            self._looks = remembered(_looks_of(glance.search.boards, rectangle), self._looks)
             return
+
+    def _begin_with(
+        self,
+        asked: PersonPictures,
+        call: VoiceBearing,
+        stamp: float,
+        pose: Pose,
+        points: Array,
+        image: Image | None,
+        camera: Camera,
+    ) -> None:
+        """Ask who stands where the call came from; an answer may come with a later frame."""
+        if image is not None:
+            sd = math.hypot(call.sd, 0.02)
+            bearing = math.remainder(call.azimuth - pose.heading, math.tau)
+            asked.ask_towards(image, camera, pose, find_standers(points), (bearing, sd), stamp)
+        answered = asked.answer()
+        if answered is None:
+            return
+        for rectangle in answered.found:
+            if not self._is_who(rectangle):
+                self.strangers = True
+                continue
+            ray = ray_of(rectangle, eye(answered.pose, camera), answered.pose)
+            stander = legs_of(rectangle, answered.standers, camera, self._settings)
+            self._first(call, answered.stamp, answered.pose, ray, rectangle, stander)
+            if rectangle.colours is not None:
+                self._looks = remembered(rectangle.colours, self._looks)
+            return
+        if answered.legs is not None and self._who is None:
+            self._first(call, answered.stamp, answered.pose, None, None, answered.legs)
+
+    def _is_who(self, rectangle: Rectangle) -> bool:
+        """Return whether this may be the person who is searched for."""
+        if self._who is None or rectangle.colours is None:
+            return self._who is None
+        return alike(self._who, rectangle.colours) >= self._settings.alike
 
     def _looking(
         self, call: VoiceBearing, stamp: float, pose: Pose, points: Array, image: Image, camera: Camera
@@ -116,35 +169,104 @@ class PersonTrack:
         if fresh_scan or image is not None:
             standers = find_standers(points)
         boards: VerticalPlanes | None = None
-        if image is not None and camera is not None:
+        if image is not None:
             self.looked = stamp
+        if camera is not None and self._asked is not None:
+            self._excuse(camera, pose)
+            rectangle, standers = self._follow_with(self._asked, stamp, pose, standers, image, camera)
+        elif image is not None and camera is not None:
             boards = VerticalPlanes(levelled(image.pixels), camera)
             rectangle, strangers = self._look(boards, pose, standers)
             standers = tuple(one for one in standers if not any(stands_at(one, other, camera) for other in strangers))
         if fresh_scan or rectangle is not None:
             stander = self._step(pose, standers)
         self._correct(stamp, pose, stander, rectangle, camera)
-        if rectangle is not None and boards is not None:
+        if rectangle is not None:
             self._remember(boards, rectangle)
 
     # steps of the above
 
     def _first(
-        self, call: VoiceBearing, glance: Glance, ray: Ray, rectangle: Rectangle, stander: LegCluster | None
+        self,
+        call: VoiceBearing,
+        stamp: float,
+        pose: Pose,
+        ray: Ray | None,
+        rectangle: Rectangle | None,
+        stander: LegCluster | None,
     ) -> None:
-        """Lock on, or believe a little more."""
-        guess = along(ray, rectangle.distance, DISTANCE_SD * rectangle.distance)
-        start = in_world(stander, glance.pose) if stander else guess
-        fused = fuse(start, (("camera", ray), ("sound", call.ray)), "laser" if stander else None)
+        """Lock on, or believe a little more: by a rectangle and its ray, by legs, or by both."""
+        if stander is not None:
+            start = in_world(stander, pose)
+        else:
+            assert ray is not None and rectangle is not None
+            start = along(ray, rectangle.distance, DISTANCE_SD * rectangle.distance)
+        rays: tuple[tuple[Sense, Ray], ...] = (("sound", call.ray),)
+        if ray is not None:
+            rays = (("camera", ray), *rays)
+        fused = fuse(start, rays, "laser" if stander else None)
         place = np.append(fused.position, (0.0, 0.0))
         if self._pictures and np.hypot(*(self._state - place)[:2]) > 0.4:
             self._pictures = 0  # another person than in the picture before
-        self._state, self._stamp, self._pictures = place, glance.stamp, self._pictures + 1
+        self._state, self._stamp, self._pictures = place, stamp, self._pictures + 1
         self._covariance = np.zeros((4, 4))
         self._covariance[:2, :2] = fused.covariance
         self._covariance[2:, 2:] = self._tracking.walking**2 * np.eye(2)
-        self._tell(glance.stamp, fused, rectangle, start[0] if stander else None, ray, call.ray)
-        self._looks = remembered(_looks_of(glance.search.boards, rectangle), self._looks)
+        self._tell(stamp, fused, rectangle, start[0] if stander else None, ray, call.ray)
+
+    def _follow_with(
+        self,
+        asked: PersonPictures,
+        stamp: float,
+        pose: Pose,
+        standers: tuple[LegCluster, ...],
+        image: Image | None,
+        camera: Camera,
+    ) -> tuple[Rectangle | None, tuple[LegCluster, ...]]:
+        """Ask for the person where they are expected → the person in the newest answer, and legs of nobody else."""
+        here = eye(pose, camera)
+        x, y = self._state[:2].tolist()
+        bearing, distance = here.bearing_to(x, y), here.distance_to(x, y)
+        if image is not None and distance > 0.3:
+            across = math.sqrt(float(np.linalg.eigvalsh(self._covariance[:2, :2])[-1]))
+            sd = min(0.3, math.hypot(0.02, across / distance))
+            asked.ask_for(image, camera, pose, standers, (bearing, sd), distance, stamp)
+        answered = asked.answer()
+        if answered is None:
+            return None, standers
+        own: Rectangle | None = None
+        for one in answered.found:
+            if self._is_followed(one):
+                own = own or self._moved_on(one, stamp - answered.stamp, answered, camera, pose)
+            else:
+                standers = tuple(each for each in standers if not stands_at(each, one, camera))
+        return own, standers
+
+    def _is_followed(self, rectangle: Rectangle) -> bool:
+        """Return whether the colours are those of the person who is followed."""
+        if self._looks is None or rectangle.colours is None:
+            return True
+        return alike(self._looks, rectangle.colours) >= self._tracking.alike * self._usual
+
+    def _moved_on(
+        self, rectangle: Rectangle, passed: float, answered: AnsweredPicture, camera: Camera, pose: Pose
+    ) -> Rectangle:
+        """A rectangle of a picture taken `passed` [s] ago → where it would be seen now: both moved meanwhile."""
+        then = eye(answered.pose, camera)
+        azimuth = answered.pose.heading + rectangle.bearing
+        x = then.x + rectangle.distance * math.cos(azimuth) + passed * float(self._state[2])
+        y = then.y + rectangle.distance * math.sin(azimuth) + passed * float(self._state[3])
+        here = eye(pose, camera)
+        return replace(rectangle, bearing=here.bearing_to(x, y), distance=max(here.distance_to(x, y), 0.1))
+
+    def _excuse(self, camera: Camera, pose: Pose) -> None:
+        """The camera cannot be blamed while it sees no more than legs where the person is."""
+        here = eye(pose, camera)
+        x, y = self._state[:2].tolist()
+        bearing = here.bearing_to(x, y)
+        self.only_legs = only_legs_show(camera, bearing, here.distance_to(x, y))
+        if self.only_legs or abs(bearing - axis(camera)) > ASIDE:
+            self._excused = self._stamp
 
     def _predict(self, stamp: float) -> None:
         passed = max(0.0, stamp - self._stamp)
@@ -294,8 +416,10 @@ class PersonTrack:
         """Similarity of a rectangle's colours to those of the followed person."""
         return 1.0 if self._looks is None else alike(self._looks, _looks_of(boards, rectangle))
 
-    def _remember(self, boards: VerticalPlanes, rectangle: Rectangle) -> None:
-        seen = _looks_of(boards, rectangle)
+    def _remember(self, boards: VerticalPlanes | None, rectangle: Rectangle) -> None:
+        seen = rectangle.colours if boards is None else _looks_of(boards, rectangle)
+        if seen is None:
+            return
         if self._looks is not None:
             self._usual += LEARNT * (alike(self._looks, seen) - self._usual)
         self._looks = remembered(seen, self._looks)

@@ -155,3 +155,9 @@ export const recognizer = () => call("api/recognizer");
 
 /** Fetch that model; it takes as long as the download. */
 export const fetchModel = () => post("api/recognizer/model");
+
+/** What looks for people in pictures, and the model with which real people are seen. */
+export const looking = () => call("api/looking");
+
+/** Fetch that model; it takes as long as the download. */
+export const fetchLookingModel = () => post("api/looking/model");

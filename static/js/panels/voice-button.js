@@ -3,6 +3,7 @@
 import * as api from "../net/api.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
+import { ModelOffer } from "../ui/model-offer.js";
 import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
 import { Talk } from "../voice/audio-socket.js";
@@ -34,8 +35,14 @@ export class VoiceButton extends Panel {
   #more = make("button", { type: "button", class: "voice-more", "aria-label": "Microphone" }, icon("chevron"));
   #open = make("input", { type: "checkbox", class: "switch", id: "voice-open" });
   #facts = make("p", { class: "note" });
-  #engine = make("p", { class: "note" });
-  #offer = make("button", { type: "button", hidden: true });
+  #offer = new ModelOffer(
+    api.recognizer,
+    async () => {
+      await api.fetchModel();
+      this.#close(); // the next words are read with it
+    },
+    (act) => this.session.attempt(act),
+  );
   #says = make("p", { class: "voice-says", role: "status" });
   #panel = make(
     "div",
@@ -50,8 +57,7 @@ export class VoiceButton extends Panel {
     ),
     ...SWITCHES.map(([name, says, why]) => this.#cleaner(name, says, why)),
     this.#facts,
-    this.#engine,
-    this.#offer,
+    ...this.#offer.elements,
   );
   #microphone = new Microphone();
   #talk = new Talk();
@@ -81,7 +87,6 @@ export class VoiceButton extends Panel {
       if (event.key === "Enter" && !event.repeat) this.hold(true);
     });
     this.#button.addEventListener("keyup", (event) => event.key === "Enter" && this.hold(false));
-    this.#offer.addEventListener("click", () => void this.#fetchModel());
     this.#open.addEventListener("change", () => void this.#leaveOpen(this.#open.checked));
     this.#microphone.changed = () => this.#draw();
     this.#microphone.heard = (piece) => {
@@ -214,29 +219,7 @@ export class VoiceButton extends Panel {
   #opened() {
     this.#talk.open(); // so that the first word finds a worker
     this.#tellFacts();
-    void this.session.attempt(async () => this.#tellEngine(await api.recognizer()));
-  }
-
-  /**
-   * Say what reads the words, and offer the model with which people are understood better.
-   * @param {{active: string, installed: boolean, megabytes: number, gives: string, licence: string}} recognizer
-   */
-  #tellEngine({ active, installed, megabytes, gives, licence }) {
-    write(this.#engine, active);
-    write(this.#offer, `${gives}: ${megabytes} MB`);
-    this.#offer.title = licence;
-    this.#offer.hidden = installed;
-  }
-
-  async #fetchModel() {
-    this.#offer.disabled = true;
-    write(this.#offer, "Fetching the model…");
-    await this.session.attempt(async () => {
-      await api.fetchModel();
-      this.#close(); // the next words are read with it
-    });
-    this.#offer.disabled = false;
-    await this.session.attempt(async () => this.#tellEngine(await api.recognizer()));
+    void this.#offer.show();
   }
 
   #tellFacts() {

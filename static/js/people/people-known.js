@@ -2,7 +2,9 @@
 
 import { action } from "../calibration/action.js";
 import { since } from "../calibration/active-calibration.js";
+import { fetchLookingModel, looking } from "../net/api.js";
 import { icon, make, write } from "../ui/element.js";
+import { ModelOffer } from "../ui/model-offer.js";
 import { Panel } from "../ui/panel.js";
 
 /** @typedef {import("./enrollment-model.js").EnrollmentModel} EnrollmentModel */
@@ -26,6 +28,7 @@ class PeopleKnown extends Panel {
     make("div", { class: "people-buttons" }, this.#call, this.#leave),
     this.#outcome,
   );
+  #offer = new ModelOffer(looking, fetchLookingModel, async (act) => this.#enrollments?.session.attempt(act));
   /** @type {{id: string, what: "rename" | "forget"} | null} person whose row shows a question */
   #asked = null;
   #drawn = "";
@@ -34,6 +37,7 @@ class PeopleKnown extends Panel {
   watch(enrollments) {
     this.#enrollments = enrollments;
     enrollments.onChange(() => this.#draw());
+    enrollments.session.on("hello", () => void this.#offer.show());
   }
 
   /** @override */
@@ -53,6 +57,7 @@ class PeopleKnown extends Panel {
           "This applies to COME HERE and FOLLOW ME. Other commands work as before, and STOP works for everybody.",
         ),
         make("p", { class: "note" }, "The robot knows people by their clothes: enroll again in other clothes."),
+        ...this.#offer.elements,
       ),
     );
   }

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import os
 from functools import cache
 
 import numpy as np
 import pytest
 
 from core.commands.command import Progress
+from core.commands.keep_to_person import ONLY_LEGS
 from core.errors import Refused
 from core.geometry import Pose, wrap
 from core.message import Array
+from core.models import find
 from core.navigation.control_context import ControlContext
 from core.perception.people.colours import PersonProfile
+from core.perception.people.engines import MODEL, open_detector
 from core.perception.people.enrollment import enrol
+from core.perception.people.looking import ImmediateLook, LookAnswer, LookQuestion, PersonLook
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.voice_bearing import VoiceBearing
 from core.sensors import Camera, Image, Laser
@@ -37,6 +42,7 @@ class Company(Stage):
         self.call: VoiceBearing | None = None
         self.who: PersonProfile | None = None
         self.looks = PeopleSettings()
+        self.look: PersonLook | None = None
         self.camera: Camera | None = Camera()
         self.frames = 0
         self.dark = False  # no picture comes
@@ -80,6 +86,7 @@ class Company(Stage):
             camera=self.camera,
             call=self.call,
             who=self.who,
+            look=self.look,
             people=self.looks,
             company=dataclasses.replace(around.company, **self._settings),  # type: ignore[arg-type]
         )
@@ -120,6 +127,55 @@ def test_without_pictures_it_stands_after_half_a_second_and_gives_up_after_one()
     assert told.finished == "failed" and "No picture" in told.remark
     assert 0.8 < stage.stamp - silent_from < 1.2
     assert max(moved, default=0.0) < 0.6
+
+
+def networks() -> PersonLook:
+    """The pose networks, which answer at once; skips where they are not."""
+    if find(MODEL) is None:
+        why = "The pose networks are not here: beckon models get people"
+        pytest.fail(why) if os.environ.get("BECKON_REQUIRE_PEOPLE") else pytest.skip(why)
+    return ImmediateLook(open_detector(PeopleSettings(engine="pose")))
+
+
+def test_the_pose_networks_find_who_spoke_and_near_them_the_legs_decide() -> None:
+    stage = Company()
+    stage.look = networks()
+    stage.stands("Ann", 3.1, 0.3)
+    stage.stands("Bob", 1.5, -1.2, "green/black")
+    stage.speaks("Ann", off=0.04)
+    action, told = stage.begin("come here"), Progress()
+    remarks: list[str] = []
+    while not told.finished:
+        told = stage.step(action)
+        remarks.append(told.remark)
+        assert stage.stamp < 40.0
+    assert told.finished == "done"
+    assert stage.to("Ann") == pytest.approx(0.5, abs=0.1)
+    assert "I come." in remarks and any(ONLY_LEGS in remark for remark in remarks)
+
+
+class Nobody:
+    """A detector that finds nobody, and how often it was asked."""
+
+    def __init__(self) -> None:
+        self.asked: list[LookQuestion] = []
+
+    def ask(self, question: LookQuestion) -> None:
+        self.asked.append(question)
+
+    def answer(self) -> LookAnswer | None:
+        return LookAnswer(stamp=self.asked[-1].stamp, found=()) if self.asked else None
+
+
+def test_legs_alone_are_the_caller_only_where_the_camera_sees_no_more() -> None:
+    near, far = Company(), Company()
+    for stage, away in ((near, 1.4), (far, 3.4)):
+        stage.look = Nobody()
+        stage.stands("Ann", away, 0.0)
+        stage.speaks("Ann")
+    assert near.obey("come here").finished == "done"
+    with pytest.raises(Refused, match="see nobody there"):
+        far.obey("come here")
 
 
 def test_nobody_where_the_voice_is_heard_is_refused_in_words() -> None:

@@ -1,0 +1,113 @@
+"""Looking for people as the pilot asks for it: questions go to a worker, the newest answer comes back."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable
+
+from console.people.look_jobs import LookForPeople, OpenDetector
+from console.workers.worker import Worker, WorkerLost
+from core.errors import BeckonError
+from core.perception.people.engines import says, sees_people
+from core.perception.people.looking import LookAnswer, LookQuestion, PersonLook
+from core.perception.people.parts import PeopleSettings
+from core.snapshot import Snapshot
+
+log = logging.getLogger(__name__)
+
+OPENING, LOOKING = 10.0, 2.0  # [s] of processor time
+AGAIN = 5.0  # [s] after a failure until the next try
+
+
+class LookService:
+    """Lives on the event loop; `ask` and `answer` are called from the pilot's thread.
+
+    The newest question replaces one that waits; nothing queues.
+    """
+
+    def __init__(self, settings: PeopleSettings, tell: Callable[[str], None]) -> None:
+        """`tell`: takes a warning for the operator."""
+        self._settings, self._tell = settings, tell
+        self._worker = Worker("look")
+        self._opened = 0  # the start of the worker in which the detector was opened
+        self._question: LookQuestion | None = None
+        self._answer: LookAnswer | None = None
+        self._wake: asyncio.Event | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._complaint = ""
+        self.seconds: float | None = None  # that the newest look took
+
+    @property
+    def for_pilot(self) -> PersonLook | None:
+        """What the pilot asks; None: the embedded detector looks in the pilot's own step."""
+        return self if sees_people(self._settings) else None
+
+    @property
+    def says(self) -> str:
+        """What looks for people, in a sentence."""
+        return says(self._settings)
+
+    def ask(self, question: LookQuestion) -> None:
+        """Take a question, from any thread."""
+        self._question = question
+        loop, wake = self._loop, self._wake
+        if loop is not None and wake is not None and not loop.is_closed():
+            loop.call_soon_threadsafe(wake.set)
+
+    def answer(self) -> LookAnswer | None:
+        """Return the newest answer once, from any thread."""
+        answer, self._answer = self._answer, None
+        return answer
+
+    async def run(self) -> None:
+        """Work until cancelled."""
+        self._loop, self._wake = asyncio.get_running_loop(), asyncio.Event()
+        while True:
+            await self._wake.wait()
+            self._wake.clear()
+            ready = await self._ready()
+            question, self._question = self._question, None
+            if question is not None and ready:
+                await self._look(question)
+
+    def took(self, snapshot: Snapshot) -> None:
+        """Be ready when somebody is heard who may call: the worker takes a second to start."""
+        heard = snapshot.hearing is not None and bool(snapshot.hearing.voices)
+        if heard and not self._worker.alive and self._wake is not None and self.for_pilot is not None:
+            self._wake.set()
+
+    def close(self) -> None:
+        """End the worker."""
+        self._worker.kill()
+
+    async def _ready(self) -> bool:
+        """Open the detector where it is not open. Return whether it is."""
+        if self._worker.alive and self._opened == self._worker.starts:
+            return True
+        try:
+            await self._worker.ask(OpenDetector(self._settings), budget=OPENING)
+        except BeckonError as trouble:
+            await self._complain(f"I cannot look for people: {trouble}")
+            return False
+        self._opened, self._complaint = self._worker.starts, ""
+        return True
+
+    async def _look(self, question: LookQuestion) -> None:
+        try:
+            seen = await self._worker.ask(LookForPeople.of(question), budget=LOOKING)
+        except WorkerLost as lost:
+            log.warning("The worker that looks for people was lost: %s", lost)
+            return
+        except BeckonError as trouble:
+            await self._complain(f"I cannot look for people: {trouble}")
+            return
+        self.seconds = seen.processing_s
+        self._answer = LookAnswer(stamp=question.stamp, found=tuple(one.rectangle for one in seen.people))
+
+    async def _complain(self, words: str) -> None:
+        """Say it once, and wait a while."""
+        if words != self._complaint:
+            self._complaint = words
+            self._tell(words)
+        await asyncio.sleep(AGAIN)

@@ -1,0 +1,85 @@
+"""When a body that a model found is somebody who may be meant, and the rectangle that is made of it."""
+
+from __future__ import annotations
+
+import math
+
+from core.message import Array
+from core.perception.people.body import SeenBody, WeighedBody
+from core.perception.people.detector import Rectangle, SeenPart
+from core.perception.people.looking import LookQuestion
+from core.perception.people.parts import PARTS, PeopleSettings
+from core.perception.people.pose.view import STATURE, Viewpoint
+
+SHORTEST_LEGS = 0.6  # torso's lengths from the hips down to the ankles, at least
+LOWEST_HIPS, HIGHEST_HIPS = 0.45, 1.4  # [m] above the floor
+BEYOND = 1.3  # times the farthest distance that is searched
+NARROWEST, WIDEST = 0.65, 1.5  # stature against the foretold one, from the length of the torso
+BROADEST = 1.0  # width of an upright body against its height
+HEAD_SD = 0.045  # of its width: sd of the column of a head's middle
+TORSO_SD = 0.12  # of its length: the same where the torso stands in for the head
+SHORTEST, TALLEST = 1.2, 2.1  # [m] of a person
+
+
+class BodyRules:
+    """Decides which bodies count, by the direction, the distance and the floor of a question."""
+
+    def __init__(self, settings: PeopleSettings) -> None:
+        self._settings = settings
+
+    def fits(self, body: SeenBody, distance: float | None, question: LookQuestion, view: Viewpoint) -> bool:
+        """The body is upright, its size is that of the distance [m], and the sound falls in its head."""
+        left, top, right, bottom = body.box
+        if right - left > BROADEST * (bottom - top) or body.legs_length < SHORTEST_LEGS * body.torso_length:
+            return False
+        seen = view.distance(body.torso_length)
+        if distance is not None and not NARROWEST < distance / seen < WIDEST:
+            return False
+        if question.on_floor and not self._stands(body, distance or seen, view):
+            return False
+        if question.bearing is None:
+            return True
+        half = (body.parts[0][2] - body.parts[0][0]) / 2
+        low, high = view.columns_of(question.bearing, self._settings.wedge * question.sd)
+        return low - half <= body.head_column <= high + half
+
+    def _stands(self, body: SeenBody, distance: float, view: Viewpoint) -> bool:
+        """The hips are as high above the floor as somebody's there: legs alone look like a small person far away."""
+        column = (body.parts[1][0] + body.parts[1][2]) / 2
+        height = float(view.camera.mounting.translation[2]) + distance * view.elevation(column, body.hips_row)
+        near = distance < BEYOND * self._settings.farthest
+        return near and (math.isnan(height) or LOWEST_HIPS < height < HIGHEST_HIPS)
+
+
+def rectangle_of(
+    weighed: WeighedBody, distance: float | None, question: LookQuestion, view: Viewpoint, colours: Array | None
+) -> Rectangle:
+    """Make a rectangle of a weighed body; `distance` [m] from the camera, None: by the length of the torso."""
+    body = weighed.body
+    head, torso, _ = body.parts
+    if weighed.likelihoods[0] is None:
+        column, row, sd = (torso[0] + torso[2]) / 2, (torso[1] + torso[3]) / 2, TORSO_SD * body.torso_length
+    else:
+        column, row, sd = body.head_column, (head[1] + head[3]) / 2, HEAD_SD * (head[2] - head[0])
+    distance = distance or view.distance(body.torso_length)
+    height, width = question.pixels.shape[:2]
+    crown = float(question.camera.mounting.translation[2]) + distance * view.elevation(column, head[1])
+    left, top, right, bottom = body.box
+    box = max(left, 0.0), max(top, 0.0), min(right, float(width)), min(bottom, float(height))
+    bearing = view.bearing(column, row)
+    return Rectangle(
+        value=float(weighed.value),
+        shown=weighed.shown,
+        distance=distance,
+        bearing=0.0 if math.isnan(bearing) else bearing,
+        height=min(max(crown, SHORTEST), TALLEST) if question.on_floor and math.isfinite(crown) else STATURE,
+        parts=tuple(
+            SeenPart(name=part.name, likelihood=k, box=place)
+            for part, k, place in zip(PARTS, weighed.likelihoods, body.parts, strict=True)
+        ),
+        centre=((box[0] + box[2]) / 2, (box[1] + box[3]) / 2),
+        box=box,
+        bearing_sd=sd / question.camera.model.fx,
+        colours=colours,
+        rank=weighed.value,
+    )

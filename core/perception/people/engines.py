@@ -1,0 +1,49 @@
+"""The detectors behind the protocol, and the factory that opens the one that the settings ask for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from core.errors import Unavailable
+from core.models import MODELS, checked_folder, find
+from core.perception.people.drawn_detector import SAYS, DrawnDetector
+from core.perception.people.looking import PersonDetector
+from core.perception.people.onnx.detector import open_own_model
+from core.perception.people.parts import PeopleSettings
+from core.perception.people.pose.detector import open_pose
+
+MODEL = "people"  # of core.models.MODELS
+
+
+def open_detector(settings: PeopleSettings) -> PersonDetector:
+    """Open the detector that the settings name. Raises Unavailable or BadInput with a sentence."""
+    if not sees_people(settings):
+        return DrawnDetector(settings)
+    if settings.model:
+        return open_own_model(Path(settings.model).expanduser(), settings)
+    found = find(MODEL)
+    if found is None:
+        raise Unavailable(f"The pose networks are not here. {how_to_get()}")
+    return open_pose(checked_folder(found, MODEL), settings)
+
+
+def sees_people(settings: PeopleSettings) -> bool:
+    """Return whether the detector that the settings name knows real people."""
+    if settings.engine == "auto":
+        return bool(settings.model) or find(MODEL) is not None
+    return settings.engine == "pose"
+
+
+def engine_of(settings: PeopleSettings) -> str:
+    """Return the name of that detector."""
+    return "pose" if sees_people(settings) else "drawn"
+
+
+def says(settings: PeopleSettings) -> str:
+    """What looks for people now, in a sentence."""
+    return "Pose networks look for people, real ones and drawn ones." if sees_people(settings) else SAYS
+
+
+def how_to_get() -> str:
+    """How to get the networks that see real people, in a sentence."""
+    return f"Run: beckon models get {MODEL} ({MODELS[MODEL].megabytes} MB)."

@@ -1,0 +1,140 @@
+"""Pictures on their way to a detector that answers later, and how the robot stood when each was taken."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.geometry import Pose
+from core.perception.people.camera_geometry import from_eye
+from core.perception.people.detector import Rectangle
+from core.perception.people.legs import LegCluster
+from core.perception.people.looking import LookQuestion, PersonLook
+from core.perception.people.pose.view import Viewpoint
+from core.sensors import Camera, Image
+
+WAIT = 2.0  # [s] after which an answer is expected no more
+PAUSE = 0.18  # [s] between two questions about the followed person: five a second are enough
+CHEST = 1.15  # [m] above the floor: of whom less is in view is not asked for
+SHOULDERS = 1.4  # [m] above the floor: of whom less is in view is found in few pictures
+MOST = 2  # distances of one question
+WEDGE = 2.0  # sd of a direction within which legs may be the caller's
+BODY = 0.3  # [m] to either side that are added to it
+
+
+@dataclass(frozen=True)
+class AskedPicture:
+    """A picture that is looked at."""
+
+    stamp: float  # [s]
+    pose: Pose
+    standers: tuple[LegCluster, ...]
+    legs: LegCluster | None  # legs in the direction asked for, above which the camera sees too little
+
+
+@dataclass(frozen=True)
+class AnsweredPicture(AskedPicture):
+    """The same with who was found in it."""
+
+    found: tuple[Rectangle, ...]
+
+
+class PersonPictures:
+    """One question at a time."""
+
+    def __init__(self, look: PersonLook) -> None:
+        self._look = look
+        self._waiting: AskedPicture | None = None
+        self._asked = -math.inf  # [s] when the newest question was asked
+        self._guess = False  # nobody was found where the laser sees something: the next question names no distance
+
+    def ask_towards(
+        self,
+        image: Image,
+        camera: Camera,
+        pose: Pose,
+        standers: tuple[LegCluster, ...],
+        towards: tuple[float, float],
+        stamp: float,
+    ) -> None:
+        """Ask for anybody `towards` a bearing [rad, robot frame] with its sd [rad]."""
+        bearing, sd = towards
+        if self._busy(stamp):
+            return
+        near = _within(standers, camera, bearing, sd)
+        hinted = () if self._guess else tuple(from_eye(one, camera)[0] for one in near[:MOST])
+        legs = [one for one in near if _shows_only_legs(one, camera)]
+        waiting = AskedPicture(stamp, pose, standers, legs[0] if legs else None)
+        self._ask(waiting, image, camera, towards, hinted)
+
+    def ask_for(
+        self,
+        image: Image,
+        camera: Camera,
+        pose: Pose,
+        standers: tuple[LegCluster, ...],
+        towards: tuple[float, float],
+        distance: float,
+        stamp: float,
+    ) -> None:
+        """Ask for somebody who is expected at a bearing and a distance [m] from the camera."""
+        if self._busy(stamp) or stamp - self._asked < PAUSE or only_legs_show(camera, towards[0], distance, CHEST):
+            return
+        self._ask(AskedPicture(stamp, pose, standers, None), image, camera, towards, (distance,))
+
+    def answer(self) -> AnsweredPicture | None:
+        """Return the newest answer; None: it has not come yet."""
+        answer, asked = self._look.answer(), self._waiting
+        if answer is None or asked is None or answer.stamp != asked.stamp:
+            return None
+        self._waiting = None
+        self._guess = not answer.found and not self._guess
+        return AnsweredPicture(asked.stamp, asked.pose, asked.standers, asked.legs, answer.found)
+
+    def _busy(self, stamp: float) -> bool:
+        return self._waiting is not None and stamp - self._asked < WAIT
+
+    def _ask(
+        self,
+        waiting: AskedPicture,
+        image: Image,
+        camera: Camera,
+        towards: tuple[float, float],
+        distances: tuple[float, ...],
+    ) -> None:
+        self._waiting, self._asked = waiting, waiting.stamp
+        bearing, sd = towards
+        question = LookQuestion(
+            pixels=image.pixels,
+            camera=camera,
+            stamp=waiting.stamp,
+            bearing=bearing,
+            sd=sd,
+            distances=distances,
+        )
+        self._look.ask(question)
+
+
+def only_legs_show(camera: Camera, bearing: float, distance: float, height: float = SHOULDERS) -> bool:
+    """Return whether of somebody who stands there less than `height` [m] is in the picture, little but legs."""
+    place, _ = Viewpoint(camera).pixel(bearing, max(distance, 0.1), height)
+    return bool(np.isfinite(place).all() and place[1] < 0)
+
+
+def _shows_only_legs(stander: LegCluster, camera: Camera) -> bool:
+    far, angle = from_eye(stander, camera)
+    return only_legs_show(camera, angle, far)
+
+
+def _within(standers: Sequence[LegCluster], camera: Camera, bearing: float, sd: float) -> list[LegCluster]:
+    """Those in a direction, the nearest to it first."""
+    found: list[tuple[float, LegCluster]] = []
+    for one in standers:
+        far, angle = from_eye(one, camera)
+        aside = abs(math.remainder(angle - bearing, math.tau))
+        if far > 0.2 and aside < WEDGE * sd + BODY / far:
+            found.append((aside - 0.05 * (one.legs == 2), one))
+    return [one for _, one in sorted(found, key=lambda each: each[0])]

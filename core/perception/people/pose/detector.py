@@ -1,0 +1,95 @@
+"""Find people by the landmarks of their bodies: look at a square, look again around the hips, weigh by eq. 34."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from core.perception.people.body import WeighedBody, overlap, weigh
+from core.perception.people.body_rules import BodyRules, rectangle_of
+from core.perception.people.brightness import levelled
+from core.perception.people.detector import Rectangle
+from core.perception.people.looking import LookQuestion
+from core.perception.people.parts import PeopleSettings
+from core.perception.people.pose.clothes import colours_of
+from core.perception.people.pose.landmarks import BodyLandmarks, body_of, landmarks_of
+from core.perception.people.pose.networks import PoseNetworks, open_networks
+from core.perception.people.pose.search import Candidate, candidates
+from core.perception.people.pose.squares import ImagePyramid, Square, around_hips, picture_from_crop
+from core.perception.people.pose.view import Viewpoint
+
+WORTH = 0.4  # confidence of a first look from which a second one is worth its time
+BOTH = 0.55  # confidence of the first look times K after the second, at least
+SURE = 0.9  # K from which nobody surer is looked for in a direction
+SAME = 0.45  # overlap of two boxes from which they are one person
+MOST_PEOPLE = 12
+
+
+class PoseDetector:
+    """MediaPipe's pose networks."""
+
+    name = "pose"
+
+    def __init__(self, networks: PoseNetworks, settings: PeopleSettings | None = None) -> None:
+        self._networks = networks
+        self._settings = settings or PeopleSettings()
+        self._rules = BodyRules(self._settings)
+
+    @property
+    def says(self) -> str:
+        """What it is."""
+        return f"MediaPipe's pose networks look for people, real ones and drawn ones, by {self._networks.name}."
+
+    def look(self, question: LookQuestion) -> tuple[Rectangle, ...]:
+        """Find people, best first; in a direction only the one in whose head it falls (section 4.2)."""
+        view, picture = Viewpoint(question.camera), ImagePyramid(levelled(question.pixels))
+        found: list[tuple[WeighedBody, BodyLandmarks, Candidate]] = []
+        for candidate in candidates(question, view, picture, self._networks):
+            if question.bearing is None and _seen_already(candidate.square, found):
+                continue
+            first = self._landmarks(picture, candidate.square)
+            if first.confidence < WORTH:
+                continue
+            landmarks = self._landmarks(picture, around_hips(first))
+            weighed = weigh(body_of(landmarks), picture.width, picture.height)
+            least = max(self._settings.threshold, candidate.least, BOTH / first.confidence)
+            if weighed.value < least or not self._rules.fits(weighed.body, candidate.distance, question, view):
+                continue
+            found.append((weighed, landmarks, candidate))
+            if len(found) >= MOST_PEOPLE or (question.bearing is not None and weighed.value >= SURE):
+                break
+        found.sort(key=lambda one: -one[0].value)
+        return tuple(
+            rectangle_of(weighed, candidate.distance, question, view, colours_of(landmarks, weighed, picture.pixels))
+            for weighed, landmarks, candidate in _apart(found)
+        )
+
+    def _landmarks(self, picture: ImagePyramid, square: Square) -> BodyLandmarks:
+        rows, confidence = self._networks.landmarks(picture.cut(square))
+        return landmarks_of(rows, confidence, picture_from_crop(square))
+
+
+def open_pose(folder: Path, settings: PeopleSettings | None = None) -> PoseDetector:
+    """Open the networks in a folder. Raises BadInput."""
+    return PoseDetector(open_networks(folder), settings)
+
+
+def _seen_already(square: Square, found: list[tuple[WeighedBody, BodyLandmarks, Candidate]]) -> bool:
+    """Return whether the hips around which a square lies are those of somebody who was found."""
+    for _, landmarks, _ in found:
+        apart = float(np.hypot(*(landmarks.hips - (square.x, square.y))))
+        if apart < 0.1 * square.side:
+            return True
+    return False
+
+
+def _apart(
+    found: list[tuple[WeighedBody, BodyLandmarks, Candidate]],
+) -> list[tuple[WeighedBody, BodyLandmarks, Candidate]]:
+    """The best of those who are one person."""
+    kept: list[tuple[WeighedBody, BodyLandmarks, Candidate]] = []
+    for one in found:
+        if all(overlap(one[0].body.box, other[0].body.box) < SAME for other in kept):
+            kept.append(one)
+    return kept

@@ -1,0 +1,146 @@
+"""Where the landmark network is asked to look: squares that direction and distance foretell, or the detector's."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from core.message import message
+from core.perception.people.looking import LookQuestion
+from core.perception.people.pose.faces import find_faces
+from core.perception.people.pose.networks import PoseNetworks
+from core.perception.people.pose.squares import FIRST_SIDE, ImagePyramid, Square
+from core.perception.people.pose.view import HIPS, STATURE, Viewpoint
+
+GUESSED = (1.2, 1.8, 2.7, 4.0)  # [m] without a laser
+ASIDE = 1.5  # sd of the direction that are added to a square's side
+HEIGHTS = (
+    0.15,
+    0.45,
+    -0.15,
+)  # statures from the picture's middle down to the hips, where the camera's height is unknown
+FEW_HEIGHTS = (0.25, -0.1)  # the same where many squares are looked at
+LOW, HIGH = 0.45, 0.1  # statures that hips may lie under the picture; share of its height above which they do not
+SHARES = (1.1, 0.75, 0.5, 0.33)  # statures in heights of the picture, where the distance is unknown as well
+WINDOWS = (1.0, 0.6)  # sides of the detector's windows, in heights of the picture
+STRIDE = 0.5  # of a window's side
+MOST_TILES = 8  # side by side: nobody searches a picture that is a strip
+MEASURED = 0.75  # K, at least, in a square by the distance alone: its height in the picture is not known
+LIKELY = 0.8  # the same in one that only the detector or the floor foretold
+UNLIKELY = 0.9  # and where nothing did
+
+
+@message
+class Candidate:
+    """A square in which somebody may be."""
+
+    square: Square
+    distance: float | None = None  # [m] from the camera, where it was given
+    least: float = 0.0  # K of who is found there, at least: the less foretold the square, the more
+
+
+def candidates(
+    question: LookQuestion, view: Viewpoint, picture: ImagePyramid, networks: PoseNetworks
+) -> Iterator[Candidate]:
+    """Squares, likeliest first."""
+    if question.bearing is None:
+        return _detected(networks, picture, _tiles(picture)) if networks.detects else _grid(picture)
+    if question.on_floor:
+        return _on_floor(question, question.bearing, view)
+    column = view.column(question.bearing)
+    if math.isnan(column):
+        return iter(())
+    if question.distances:
+        return _at_distances(question, column, view, picture)
+    if networks.detects:
+        return _detected(networks, picture, _windows(picture, column))
+    return _statures(picture, column, _doubt(question, view))
+
+
+def _doubt(question: LookQuestion, view: Viewpoint) -> float:
+    """[pixel] that are added to a square's side for the doubt of the direction."""
+    return ASIDE * question.sd * view.camera.model.fx
+
+
+def _on_floor(question: LookQuestion, bearing: float, view: Viewpoint) -> Iterator[Candidate]:
+    """One square for each distance: the middle of a body that stands on the floor there."""
+    for distance in question.distances or GUESSED:
+        place, metre = view.pixel(bearing, distance, HIPS)
+        if np.isfinite(place).all():
+            side = FIRST_SIDE * STATURE * metre + _doubt(question, view)
+            square = Square(x=float(place[0]), y=float(place[1]), side=side)
+            given = distance if question.distances else None
+            yield Candidate(square=square, distance=given, least=0.0 if given else LIKELY)
+
+
+def _at_distances(
+    question: LookQuestion, column: float, view: Viewpoint, picture: ImagePyramid
+) -> Iterator[Candidate]:
+    for distance in question.distances:
+        stature = view.stature(distance)
+        for square in _rows(picture, column, stature, FIRST_SIDE * stature + _doubt(question, view), HEIGHTS):
+            yield Candidate(square=square, distance=distance, least=MEASURED)
+
+
+def _statures(picture: ImagePyramid, column: float, doubt: float) -> Iterator[Candidate]:
+    for share in SHARES:
+        stature = share * picture.height
+        for square in _rows(picture, column, stature, FIRST_SIDE * stature + doubt, FEW_HEIGHTS):
+            yield Candidate(square=square, least=UNLIKELY)
+
+
+def _rows(
+    picture: ImagePyramid, column: float, stature: float, side: float, heights: tuple[float, ...]
+) -> Iterator[Square]:
+    """Squares one under the other, where somebody's hips may be in the picture or a little under it."""
+    for height in heights:
+        row = picture.height / 2 + height * stature
+        if HIGH * picture.height <= row <= picture.height + LOW * stature:
+            yield Square(x=column, y=row, side=side)
+
+
+def _grid(picture: ImagePyramid) -> Iterator[Candidate]:
+    """Squares everywhere: slow, where there is no detector."""
+    for share in SHARES[:3]:
+        stature = share * picture.height
+        count = min(MOST_TILES, max(1, math.ceil(picture.width / (0.5 * stature))))
+        for column in (np.arange(count) + 0.5) * picture.width / count:
+            for square in _rows(picture, float(column), stature, FIRST_SIDE * stature, FEW_HEIGHTS):
+                yield Candidate(square=square, least=UNLIKELY)
+
+
+def _detected(networks: PoseNetworks, picture: ImagePyramid, windows: Iterator[Square]) -> Iterator[Candidate]:
+    for window in windows:
+        for face in find_faces(networks, picture, window):
+            yield Candidate(square=face.body, least=LIKELY)
+
+
+def _windows(picture: ImagePyramid, column: float) -> Iterator[Square]:
+    """Windows around a column."""
+    for share in WINDOWS:
+        side = share * picture.height
+        count = 1 if share >= 1 else math.ceil((picture.height - side) / (STRIDE * side)) + 1
+        for row in np.linspace(side / 2, picture.height - side / 2, count) if count > 1 else [picture.height / 2]:
+            yield Square(x=column, y=float(row), side=side)
+
+
+def _tiles(picture: ImagePyramid) -> Iterator[Square]:
+    """The whole picture, then tiles of it."""
+    whole = max(picture.width, picture.height)
+    yield Square(x=picture.width / 2, y=picture.height / 2, side=float(whole))
+    for share in WINDOWS:
+        side = share * picture.height
+        count = min(MOST_TILES, max(1, math.ceil((picture.width - side) / (STRIDE * side)) + 1))
+        first, last = min(side, picture.width) / 2, picture.width - min(side, picture.width) / 2
+        for column in np.linspace(first, last, count):
+            for square in _windows_of(picture, float(column), side):
+                if square.side < 0.95 * whole:
+                    yield square
+
+
+def _windows_of(picture: ImagePyramid, column: float, side: float) -> Iterator[Square]:
+    rows = [picture.height / 2] if side >= picture.height else [side / 2, picture.height - side / 2]
+    for row in rows:
+        yield Square(x=column, y=row, side=side)

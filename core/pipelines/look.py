@@ -1,0 +1,282 @@
+"""Who stands in picture files: what `beckon look` does."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import NotRequired, TypedDict
+
+import cv2
+import msgspec
+import numpy as np
+
+from core.calibration.files.camera_files import read_camera
+from core.calibration.files.pictures import own_names, read_colour, size_words
+from core.calibration.files.written import folder_at, write
+from core.errors import BadInput
+from core.geometry import OPTICAL, Transform
+from core.message import Array, message
+from core.optics import CameraModel
+from core.perception.people.detector import Rectangle
+from core.perception.people.engines import engine_of, open_detector, says
+from core.perception.people.looking import ASKED_SD, LookQuestion, PersonDetector
+from core.perception.people.parts import PeopleSettings
+from core.sensors import Camera
+
+FIELD = 1.05  # [rad] that a picture is wide where nothing is known of its camera; a telephone's is about that
+NARROWEST, WIDEST = 0.05, 2.8  # [rad] of a field of view
+NEAREST, FARTHEST = 0.2, 100.0  # [m]
+EYE = 1.15  # [m] above the floor, for the detector that needs a height
+LARGEST = 1280  # [pixel] of a picture's longer side; larger ones are shrunk before they are looked at
+MOST_QUESTIONS, MOST_BYTES = 20_000, 8 * 2**20  # of a file with questions
+COLOURS = ((80, 200, 255), (90, 220, 90), (255, 170, 60))  # of head, torso and feet, blue-green-red
+
+Edges = tuple[float, float, float, float]
+
+
+@message
+class PictureQuestion:
+    """A question about a picture file."""
+
+    picture: Path
+    name: str  # as the answer calls it
+    azimuth: float | None = None  # [rad] left positive, from the camera's axis; None: look anywhere
+    azimuth_sd: float = ASKED_SD  # [rad]
+    distance: float | None = None  # [m]
+    field: float | None = None  # [rad] that the picture is wide; None: by the camera's calibration, else FIELD
+
+
+class PersonEntry(TypedDict):
+    """Somebody in a picture; boxes are left, top, right, bottom [pixel], k1 to k3 null for what is not in it."""
+
+    box: Edges
+    head: Edges
+    torso: Edges
+    feet: Edges
+    k1: float | None
+    k2: float | None
+    k3: float | None
+    k: float
+    azimuth_rad: float
+    azimuth_sd_rad: float
+    distance_m: float
+
+
+class LookedPicture(TypedDict):
+    """The answer to one question."""
+
+    picture: str
+    people: list[PersonEntry]  # best first
+    processing_s: float  # for looking, without reading the file
+    drawing: NotRequired[str]  # the annotated picture
+    error: NotRequired[str]  # why the picture was not looked at
+
+
+class LookReport(TypedDict):
+    """The answers to many questions."""
+
+    answers: list[LookedPicture]  # in the order of the questions
+    processing_s: float
+    engine: str
+    engine_says: str
+
+
+class QuestionRow(msgspec.Struct, frozen=True, kw_only=True):
+    """A row of a file with questions."""
+
+    picture: str
+    azimuth_rad: float | None = None
+    azimuth_sd_rad: float = ASKED_SD
+    distance_m: float | None = None
+    fov_rad: float | None = None
+
+
+def look(
+    questions: Sequence[PictureQuestion],
+    settings: PeopleSettings,
+    camera: Path | None = None,
+    draw: Path | None = None,
+) -> LookReport:
+    """Answer questions about picture files. A picture that cannot be used has an error instead of people.
+
+    `camera`: a calibration of all of them; `draw`: a folder for annotated pictures. Raises BadInput, Unavailable.
+    """
+    model = None if camera is None else read_camera(camera)
+    for question in questions:
+        _check(question)
+    folder = None if draw is None else folder_at(draw)
+    opened = cache(lambda: open_detector(settings))  # not before a picture could be read
+    answers: list[LookedPicture] = []
+    for number, question in enumerate(questions):
+        drawing = None if folder is None else folder / f"{question.picture.stem}_people_{number}.jpg"
+        answers.append(_answered(question, model, opened, drawing))
+    return {
+        "answers": answers,
+        "processing_s": round(sum(one["processing_s"] for one in answers), 4),
+        "engine": engine_of(settings),
+        "engine_says": says(settings),
+    }
+
+
+def read_questions(path: Path) -> list[PictureQuestion]:
+    """A JSON file with a list of questions → the questions; pictures are relative to the file. Raises BadInput."""
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise BadInput(f"{path.name} is larger than {MOST_BYTES // 2**20} MB.")
+        rows = msgspec.json.decode(path.read_bytes(), type=list[QuestionRow])
+    except OSError as trouble:
+        raise BadInput(f"{path.name} cannot be read: {trouble.strerror or trouble}.") from None
+    except (msgspec.MsgspecError, RecursionError, UnicodeDecodeError) as wrong:
+        raise BadInput(f"{path.name} holds no list of questions: {str(wrong)[:120]}") from None
+    if len(rows) > MOST_QUESTIONS:
+        raise BadInput(f"{path.name} holds {len(rows)} questions; at most {MOST_QUESTIONS} are answered in one run.")
+    return [
+        PictureQuestion(
+            picture=path.parent / row.picture,
+            name=row.picture,
+            azimuth=row.azimuth_rad,
+            azimuth_sd=row.azimuth_sd_rad,
+            distance=row.distance_m,
+            field=row.fov_rad,
+        )
+        for row in rows
+    ]
+
+
+def questions_of(files: Sequence[Path], pattern: PictureQuestion) -> list[PictureQuestion]:
+    """The same question about several files."""
+    return [replace(pattern, picture=path, name=name) for path, name in zip(files, own_names(files), strict=True)]
+
+
+def _check(question: PictureQuestion) -> None:
+    """Raises BadInput with a sentence for numbers that mean nothing."""
+    bounds = (
+        ("azimuth", question.azimuth, -math.pi, math.pi, "rad"),
+        ("sd of the azimuth", question.azimuth_sd, 0.0, 1.0, "rad"),
+        ("distance", question.distance, NEAREST, FARTHEST, "m"),
+        ("field of view", question.field, NARROWEST, WIDEST, "rad"),
+    )
+    for name, value, low, high, unit in bounds:
+        if value is not None and not low <= value <= high:
+            raise BadInput(f"The {name} must lie between {low:.3g} and {high:.3g} {unit}, not {value:.6g}.")
+    if question.distance is not None and question.azimuth is None:
+        raise BadInput("A distance needs the azimuth in which it was measured.")
+
+
+def _answered(
+    question: PictureQuestion,
+    model: CameraModel | None,
+    opened: Callable[[], PersonDetector],
+    drawing: Path | None,
+) -> LookedPicture:
+    answer: LookedPicture = {"picture": question.name, "people": [], "processing_s": 0.0}
+    try:
+        pixels = read_colour(question.picture)
+        camera = _camera(question, model, pixels)
+    except BadInput as wrong:
+        return {**answer, "error": f"{str(wrong)[:1].upper()}{str(wrong)[1:]}."}
+    detector = opened()
+    began = time.perf_counter()
+    found, factor = _found(question, camera, pixels, detector)
+    answer["processing_s"] = round(time.perf_counter() - began, 4)
+    answer["people"] = [_person(one, factor) for one in found]
+    if drawing is not None:
+        answer["drawing"] = write(drawing, drawn(pixels, answer["people"]))
+    return answer
+
+
+def _camera(question: PictureQuestion, model: CameraModel | None, pixels: Array) -> Camera:
+    """The camera of a picture, level, at the height of a table. Raises BadInput for another's calibration."""
+    height, width = pixels.shape[:2]
+    if model is None:
+        focal = width / 2 / math.tan((question.field or FIELD) / 2)
+        model = CameraModel(width=width, height=height, fx=focal, fy=focal, cx=(width - 1) / 2, cy=(height - 1) / 2)
+    elif abs(width / model.width - height / model.height) > 0.01 * width / model.width:
+        raise BadInput(f"it is {size_words(pixels)}, the camera file is for {model.width}x{model.height}")
+    else:
+        model = _scaled(model, width / model.width)
+    return Camera(model=model, mounting=Transform(rotation=OPTICAL, translation=np.array([0.0, 0.0, EYE])))
+
+
+def _scaled(model: CameraModel, factor: float) -> CameraModel:
+    """The same camera with so many times the pixels."""
+    return replace(
+        model,
+        width=round(model.width * factor),
+        height=round(model.height * factor),
+        fx=model.fx * factor,
+        fy=model.fy * factor,
+        cx=(model.cx + 0.5) * factor - 0.5,
+        cy=(model.cy + 0.5) * factor - 0.5,
+    )
+
+
+def _found(
+    question: PictureQuestion, camera: Camera, pixels: Array, detector: PersonDetector
+) -> tuple[tuple[Rectangle, ...], float]:
+    """Who was found in the shrunk picture, and its size as a share of the picture's."""
+    factor = min(1.0, LARGEST / max(pixels.shape[:2]))
+    if factor < 1:
+        pixels = cv2.resize(pixels, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+        camera = replace(camera, model=_scaled(camera.model, factor))
+    asked = LookQuestion(
+        pixels=pixels,
+        camera=camera,
+        bearing=question.azimuth,
+        sd=question.azimuth_sd,
+        distances=() if question.distance is None else (question.distance,),
+        on_floor=False,
+    )
+    found = detector.look(asked)
+    return (found if question.azimuth is None else found[:1]), factor
+
+
+def _person(found: Rectangle, factor: float) -> PersonEntry:
+    head, torso, feet = found.parts
+    sd = found.bearing_sd if found.bearing_sd is not None else 0.05 / max(found.distance, 0.1)
+    return {
+        "box": _edges(found.box, factor),
+        "head": _edges(head.box, factor),
+        "torso": _edges(torso.box, factor),
+        "feet": _edges(feet.box, factor),
+        "k1": _rounded(head.likelihood),
+        "k2": _rounded(torso.likelihood),
+        "k3": _rounded(feet.likelihood),
+        "k": round(found.value, 4),
+        "azimuth_rad": round(found.bearing, 5),
+        "azimuth_sd_rad": round(sd, 5),
+        "distance_m": round(found.distance, 3),
+    }
+
+
+def _rounded(likelihood: float | None) -> float | None:
+    return None if likelihood is None else round(likelihood, 4)
+
+
+def _edges(box: Edges, factor: float) -> Edges:
+    left, top, right, bottom = (round(edge / factor, 1) for edge in box)
+    return left, top, right, bottom
+
+
+def drawn(pixels: Array, people: Sequence[PersonEntry]) -> bytes:
+    """Draw everybody who was found into a picture (H, W, 3) → JPEG."""
+    picture = pixels.copy()
+    thick = max(1, round(max(picture.shape[:2]) / 500))
+    for one in people:
+        for box, colour in zip((one["head"], one["torso"], one["feet"]), COLOURS, strict=True):
+            _outlined(picture, box, colour, thick)
+        _outlined(picture, one["box"], (255, 255, 255), thick)
+        left, _, _, bottom = one["box"]
+        words = f"K {one['k']:.2f}  {math.degrees(one['azimuth_rad']):+.0f} deg"
+        place = (round(left) + 4, max(round(bottom) - 6, 14))
+        cv2.putText(picture, words, place, cv2.FONT_HERSHEY_SIMPLEX, 0.45 * thick, (255, 255, 255), thick)
+    return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 90])[1].tobytes()
+
+
+def _outlined(picture: Array, box: Edges, colour: tuple[int, int, int], thick: int) -> None:
+    left, top, right, bottom = (round(edge) for edge in box)
+    cv2.rectangle(picture, (left, top), (right, bottom), colour, thick)

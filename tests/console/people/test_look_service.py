@@ -1,0 +1,96 @@
+"""The worker that looks for people: the newest question is answered, and what is wrong is said once."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from console.people.look_jobs import PersonSeen, ViewingCamera
+from console.people.look_service import LookService
+from core.perception.people.looking import LookAnswer, LookQuestion
+from core.perception.people.parts import PeopleSettings
+from core.sensors import Camera
+from tests.core.perception.onnx_files import onnx_file
+from tests.core.perception.stick_figures import white_body
+from tests.core.perception.test_own_models import sorted_out
+from tests.core.perception.test_pose import PHOTO, asked, sticks
+
+
+def question(stamp: float) -> LookQuestion:
+    return LookQuestion(pixels=np.full((480, 640, 3), 128, np.uint8), camera=PHOTO, stamp=stamp, on_floor=True)
+
+
+async def answered(service: LookService, seconds: float = 20.0) -> LookAnswer:
+    async with asyncio.timeout(seconds):
+        while (answer := service.answer()) is None:
+            await asyncio.sleep(0.01)
+    return answer
+
+
+def during(service: LookService, work: Callable[[], Awaitable[None]]) -> None:
+    """Do this while the service runs."""
+
+    async def whole() -> None:
+        running = asyncio.create_task(service.run())
+        await asyncio.sleep(0)
+        try:
+            await work()
+        finally:
+            running.cancel()
+            service.close()
+
+    asyncio.run(whole())
+
+
+def test_the_newest_question_is_answered_by_a_process_of_its_own(tmp_path: Path) -> None:
+    (tmp_path / "own.onnx").write_bytes(onnx_file((1, 3, 320, 320), [sorted_out(57)]))
+    said: list[str] = []
+    service = LookService(PeopleSettings(model=str(tmp_path / "own.onnx"), farthest=12.0), said.append)
+    assert service.for_pilot is service
+
+    async def work() -> None:
+        for stamp in (1.0, 2.0, 3.0):
+            service.ask(question(stamp))
+        answer = await answered(service)
+        assert answer.stamp == 3.0
+        assert len(answer.found) == 1 and answer.found[0].value > 0.8
+        assert service.answer() is None
+        assert service.seconds is not None
+
+    during(service, work)
+    assert said == []
+
+
+def test_a_model_that_cannot_be_used_is_named_once(tmp_path: Path) -> None:
+    said: list[str] = []
+    service = LookService(PeopleSettings(model=str(tmp_path / "absent.onnx")), said.append)
+
+    async def work() -> None:
+        service.ask(question(1.0))
+        async with asyncio.timeout(20.0):
+            while not said:
+                await asyncio.sleep(0.02)
+        service.ask(question(2.0))
+        await asyncio.sleep(0.1)
+
+    during(service, work)
+    assert len(said) == 1 and "no such file" in said[0]
+
+
+def test_the_embedded_detector_needs_no_worker(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("BECKON_HOME", str(tmp_path))
+    service = LookService(PeopleSettings(engine="drawn"), lambda _: None)
+    assert service.for_pilot is None and "drawn figures" in service.says
+
+
+def test_cameras_and_people_cross_unchanged() -> None:
+    camera = Camera()
+    assert ViewingCamera.of(camera).camera.model.__dict__ == camera.model.__dict__
+    (found,) = sticks().look(asked(white_body(640, 480, 320.0, 60.0, 330.0), 0.0, 2.9))
+    back = PersonSeen.of(found).rectangle
+    assert (back.value, back.bearing, back.box, back.centre) == (found.value, found.bearing, found.box, found.centre)
+    assert back.colours == pytest.approx(found.colours, nan_ok=True)
