@@ -165,8 +165,8 @@ def human_voices() -> CheckResult:
         name="words (Whisper)",
         good=there,
         needed=False,
-        found=MODEL if there else f"its model is not here ({MODELS[MODEL].megabytes} MB): people are understood less well",
-        remedy=f"beckon models get {MODEL}",
+        found=MODEL if there else "its model is not here: people are understood less well",
+        remedy=f"beckon models get {MODEL} ({MODELS[MODEL].megabytes} MB)",
     )
 
 

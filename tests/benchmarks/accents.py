@@ -1,4 +1,4 @@
-"""Table 2's motion commands by every English voice of espeak-ng: `python -m tests.benchmarks.accents [--engine sphinx]`.
+"""Table 2's motion commands by all English voices of espeak-ng: `python -m tests.benchmarks.accents`.
 
 Eight accents, and the male and female voices of the American one, at their natural pace. Each sentence stands in half
 a second of faint noise, is cut by the endpointer, and is read by the engine, as a recording is by `beckon hear`. Told
