@@ -35,7 +35,7 @@ export class VoiceButton extends Panel {
   #open = make("input", { type: "checkbox", class: "switch", id: "voice-open" });
   #facts = make("p", { class: "note" });
   #engine = make("p", { class: "note" });
-  #offer = make("button", { type: "button", hidden: true });
+  #offer = make("button", { type: "button", class: "button primary", hidden: true });
   #says = make("p", { class: "voice-says", role: "status" });
   #panel = make(
     "div",
