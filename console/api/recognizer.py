@@ -11,8 +11,8 @@ from console.access.roles import needs
 from console.api import Behind, Operator, router
 from console.http.problems import Problem
 from core.errors import Unavailable
-from core.models import MODELS, find, get
-from core.speech.recognition.engines import MODEL, chosen
+from core.models import MODEL, MODELS, find, get
+from core.speech.recognition.engines import chosen
 from core.speech.settings import SpeechSettings
 
 log = logging.getLogger(__name__)

@@ -19,6 +19,7 @@ from core.errors import Unwritable
 from core.files import check_folder
 from core.gate.scheduling import CONSOLE, come_first
 from core.message import message
+from core.models import MODEL, MODELS, find
 
 PORT = 8420
 CHECKOUT = Path(__file__).resolve().parents[2]
@@ -104,6 +105,7 @@ def examine() -> list[CheckResult]:
     return [
         python(),
         *map(package, needed()),
+        human_voices(),
         words(),
         voice(),
         figures(),
@@ -156,17 +158,31 @@ def package(name: str) -> CheckResult:
         return CheckResult(name=name, good=False, found="not installed", remedy=f"pip install {name}")
 
 
+def human_voices() -> CheckResult:
+    """Check the model of the recognizer that understands people."""
+    there = find(MODEL) is not None
+    return CheckResult(
+        name="words (Whisper)",
+        good=there,
+        needed=False,
+        found=MODEL if there else "its model is not here: people are understood less well",
+        remedy=f"beckon models get {MODEL} ({MODELS[MODEL].megabytes} MB)",
+    )
+
+
 def words(python: str = HERE) -> CheckResult:
-    """Check the recognizers, which turn sound into words."""
+    """Check the recognizer that spots STOP and needs no model, and say what is without it."""
+    name = "words (pocketsphinx)"
     try:
-        return CheckResult(name="words (pocketsphinx)", good=True, needed=False, found=version("pocketsphinx"))
+        return CheckResult(name=name, good=True, needed=False, found=version("pocketsphinx"))
     except PackageNotFoundError:
-        found, remedy = "not installed: the robot hears where, not what", "pip install 'beckon[speech]'"
+        without = "Whisper spots STOP too, later" if human_voices().good else "the robot hears where, not what"
+        found, remedy = f"not installed: {without}", "pip install 'beckon[speech]'"
         ready = [one for line in declared() if line.startswith("pocketsphinx") for one in PYTHONS.findall(line)]
         if ready and python not in ready:
             found += f" (there is no ready-made package for Python {python})"
             remedy += f" with a C compiler and CMake, or run Beckon on Python {' or '.join(ready)}"
-        return CheckResult(name="words (pocketsphinx)", good=False, needed=False, found=found, remedy=remedy)
+        return CheckResult(name=name, good=False, needed=False, found=found, remedy=remedy)
 
 
 def voice() -> CheckResult:

@@ -61,4 +61,10 @@ class Transcript(Struct, tag_field="kind", tag="transcript"):
     pending_command: int | None = None  # it waits: `pending_command` of the state has it
 
 
-AudioDown = ListeningMessage | Transcript
+class PartialTranscript(Struct, tag_field="kind", tag="partial"):
+    """The words so far of a sentence under way; they mean nothing yet."""
+
+    words: str
+
+
+AudioDown = ListeningMessage | PartialTranscript | Transcript

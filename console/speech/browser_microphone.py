@@ -26,6 +26,8 @@ log = logging.getLogger(__name__)
 PIECE = 0.1  # [s] of sound that go to the worker at once
 MOST_WAITING = 15.0  # [s] of sound that may wait for it: it may just be starting
 JUMP = 0.1  # [s] by which the browser's clock may be off before the sound counts as interrupted
+PARTIAL_EVERY = 0.4  # [s] between two readings of a sentence under way, at least
+PARTIAL_REST = 2.0  # times as long as such a reading took, the next one waits
 IDLE = 120.0  # [s] after which a worker that nobody needs is ended
 TAKEN = "The driver speaks to the robot now; wait until they have ended."
 BUSY = "Somebody else is speaking to the robot now; wait until they have ended."
@@ -41,15 +43,17 @@ class TalkTurn:
         say: Callable[[str, bool], None],
         page: int = 0,
         rank: Callable[[], int] = lambda: 0,
+        show: Callable[[str], None] = lambda _: None,
     ) -> None:
         """`hear`: words, and how long after their sound they came [s]; `say`: a sentence, and whether it goes on;
         `page`: one number for all turns at the same browser's page; `rank`: now, the higher takes the microphone
-        from the lower.
+        from the lower; `show`: the words so far, while the button is held.
         """
         self.mode: ListenMode = mode
         self.page = page
         self.rank = rank
-        self.hear, self.say = hear, say
+        self.hear, self.say, self.show = hear, say, show
+        self.partial_from = 0.0  # [s] from when on the words so far are read again
         self.over = False  # nothing more will be said
         self.news = asyncio.Event()
         self._waiting: list[Array] = []
@@ -130,7 +134,8 @@ class BrowserMicrophone:
     def begin(self, turn: TalkTurn) -> None:
         """Listen to this one from now on, until it rests. Raises Refused while one of no lower rank speaks."""
         former = self._turn
-        if former is not None and former is not turn:
+        read_still = former is not None and former.over and former.page == turn.page  # the next sentence waits for it
+        if former is not None and former is not turn and not read_still:
             if former.rank() >= turn.rank():
                 raise Refused(BUSY)
             former.give_way()
@@ -181,6 +186,7 @@ class BrowserMicrophone:
                 if over:
                     self._tell(turn, await self._worker.finish())
                     return
+                await self._read_so_far(turn)
         except WorkerLost as lost:
             log.warning("The worker that reads words was lost: %s", lost)
             turn.say("The worker that reads words broke; speak again.", False)
@@ -190,6 +196,17 @@ class BrowserMicrophone:
             self._used = time.monotonic()
             if self._turn is turn:
                 self._turn = None
+
+    async def _read_so_far(self, turn: TalkTurn) -> None:
+        """Show the words so far, now and then: the end of the sentence must not wait for them."""
+        begun = time.monotonic()
+        if turn.mode != "held" or turn.over or begun < turn.partial_from or turn.waiting > PIECE:
+            return
+        words = await self._worker.words_so_far()
+        now = time.monotonic()
+        turn.partial_from = now + max(PARTIAL_EVERY, PARTIAL_REST * (now - begun))
+        if words and not turn.over:
+            turn.show(words)
 
     def _tell(self, turn: TalkTurn, heard: list[RecognizedUtterance]) -> None:
         for utterance in heard:

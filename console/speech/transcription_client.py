@@ -7,7 +7,7 @@ from collections import deque
 
 import numpy as np
 
-from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound
+from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar
 from console.speech.utterance import received
 from console.workers.array_jobs import ArrayMessage
 from console.workers.worker import Worker
@@ -17,6 +17,7 @@ from core.speech.recognition.decision import RecognizedUtterance
 from core.speech.settings import SpeechSettings
 
 BUDGET = 20.0  # [s] of processor time for a piece of sound
+LONGEST = 300  # characters of a sentence under way
 FEW = 8  # commands rejected while nobody listens: of more than these only the newest count
 
 
@@ -79,6 +80,10 @@ class TranscriptionClient:
     def reject(self, words: str) -> None:
         """These words, as a command, were rejected: said again, they most likely are others."""
         self._rejected.append((words, time.monotonic()))
+
+    async def words_so_far(self) -> str:
+        """The words of the sentence under way, as far as it goes; "" where none are known."""
+        return (await self._worker.ask(ReadSoFar(), budget=BUDGET))[:LONGEST]
 
     async def finish(self) -> list[RecognizedUtterance]:
         """End the sound → the utterances that became known with that."""

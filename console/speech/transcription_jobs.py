@@ -32,5 +32,9 @@ class HearSound(Job[list[RecognizedUtterance]], frozen=True):
     rejected: list[tuple[str, float]] = []  # commands understood and then rejected; how long [s] before the end
 
 
+class ReadSoFar(Job[str], frozen=True):
+    """→ the words of the sentence under way, as far as it goes; "" where none are known."""
+
+
 class FinishListening(Job[list[RecognizedUtterance]], frozen=True):
     """The sound has ended → the utterances that became known with that."""

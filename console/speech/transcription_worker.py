@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 
-from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound
+from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar
 from console.workers.job import Handler
 from core.sensors.microphones import Sound
 from core.speech.recognition.decision import RecognizedUtterance
@@ -32,6 +32,7 @@ class TranscriptionWorker:
         return (
             BeginListening.handled_by(self.begin),
             HearSound.handled_by(self.hear),
+            ReadSoFar.handled_by(self.read_so_far),
             FinishListening.handled_by(self.finish),
         )
 
@@ -63,6 +64,10 @@ class TranscriptionWorker:
         for words, ago in job.rejected:
             self._rejected.reject(words, job.stamp + sound.duration - ago)
         return list(self._transcriber.feed(sound))
+
+    def read_so_far(self, _: ReadSoFar) -> str:
+        """Read the sentence under way."""
+        return self._transcriber.words_so_far() if isinstance(self._transcriber, Transcriber) else ""
 
     def finish(self, _: FinishListening) -> list[RecognizedUtterance]:
         """Read what is left of the sound."""

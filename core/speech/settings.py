@@ -30,6 +30,10 @@ class SpeechSettings(Section):
         float, Meta("s", 0.05, 2, "silence after which a short utterance is read already, in case it is over")
     ] = 0.2
     hangover: Annotated[float, Meta("s", 0.1, 3, "silence that ends an utterance")] = 0.45
+    unfinished_hangover: Annotated[
+        float,
+        Meta("s", 0.1, 3, "the same where what was said so far is no whole command: people pause before numbers"),
+    ] = 0.8
     shortest: Annotated[float, Meta("s", 0.01, 1, "speech that is shorter is a click")] = 0.12
     longest: Annotated[float, Meta("s", 1, 30, "an utterance that is longer is no command")] = 10.0
     onset: Annotated[int, Meta("frames", 1, 6, "frames with a voice, of six, that begin an utterance")] = 4

@@ -13,6 +13,7 @@ import numpy as np
 from core.message import Array
 from core.recording.sound_file import read_sound
 from core.sensors.microphones import RESPEAKER_ODAS, MicrophoneArray, Sound
+from core.simulation.acoustics.noise import Motors
 from core.simulation.acoustics.shoebox import ShoeboxRoom, heard, impulse_responses, plane_waves
 from core.speech.recognition.recognizer import for_words
 from core.speech.settings import RATE
@@ -22,6 +23,7 @@ LEAD, TAIL = 0.7, 0.8  # [s] without a voice around every clip
 FAINT = 40.0  # [dB] of noise below the voice where no noise is asked for
 TALKERS = 12  # of the babble
 DISTANCE = 2.0  # [m]
+DRIVING = (0.1, 0.09)  # [m/s] of the left and the right wheel where motors are heard
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ class Condition:
     """How a clip is heard."""
 
     name: str
-    noise: str = "none"  # "white" | "babble"
+    noise: str = "none"  # "white" | "babble" | "recorded" | "motors"
     ratio: float = FAINT  # [dB] of the voice over it
     rt60: float = 0.0  # [s]
 
@@ -83,8 +85,12 @@ def _samples(path: Path) -> Array:
     return for_words(read_sound(path)).samples[:, 0]
 
 
-def scene(clip: Clip, condition: Condition, babble: list[Array], seed: int) -> Sound:
-    """What all microphones of ARRAY hear of the clip, after LEAD and before TAIL seconds of noise alone."""
+def scene(
+    clip: Clip, condition: Condition, babble: list[Array], seed: int, recorded: tuple[Array, ...] = ()
+) -> Sound:
+    """What all microphones of ARRAY hear of the clip, after LEAD and before TAIL seconds of noise alone; `recorded`:
+    noises that come from one side.
+    """
     rng = np.random.default_rng(seed)
     room = ShoeboxRoom((6.0, 5.0, 2.8), condition.rt60)
     centre = np.array([rng.uniform(1.5, 3.0), rng.uniform(1.5, 3.0), 0.6])
@@ -94,9 +100,24 @@ def scene(clip: Clip, condition: Condition, babble: list[Array], seed: int) -> S
     dry = np.concatenate((np.zeros(int(LEAD * RATE)), clip.samples, np.zeros(int(TAIL * RATE))))
     voice = heard(dry, impulse_responses(room, mouth, centre + ARRAY.positions, RATE, rng))
     loud = np.sqrt(np.mean(voice[int(LEAD * RATE) : -int(TAIL * RATE)] ** 2))
-    noise = _babble(rng, babble, len(dry), ARRAY) if condition.noise == "babble" else rng.normal(size=voice.shape)
+    if condition.noise == "babble":
+        noise = _babble(rng, babble, len(dry), ARRAY)
+    elif condition.noise == "recorded":
+        noise = _from_one_side(rng, np.resize(recorded[seed % len(recorded)], len(dry)))
+    elif condition.noise == "motors":
+        motors = Motors(rng, ARRAY.positions, RATE)
+        motors.take(1, *DRIVING)  # it drives already
+        noise = motors.take(len(dry), *DRIVING)
+    else:
+        noise = rng.normal(size=voice.shape)
     noise /= np.sqrt(np.mean(noise**2))
     return Sound(stamp=0.0, rate=RATE, samples=0.05 * (voice / loud + 10 ** (-condition.ratio / 20) * noise))
+
+
+def _from_one_side(rng: np.random.Generator, noise: Array) -> Array:
+    """A noise (N,) far away on one side, (N, M)."""
+    towards = rng.normal(size=(1, 3)) * (1, 1, 0.2)
+    return plane_waves(noise[None], towards / np.linalg.norm(towards), ARRAY.positions, RATE)
 
 
 def _babble(rng: np.random.Generator, voices: list[Array], length: int, array: MicrophoneArray) -> Array:

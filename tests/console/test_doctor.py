@@ -12,6 +12,7 @@ import pytest
 
 from console.__main__ import main
 from console.cli import doctor, self_test
+from core.models import InstalledModel
 
 ROOT = Path(__file__).parents[2]
 
@@ -24,7 +25,7 @@ def test_every_declared_package_is_looked_for() -> None:
 
 @pytest.mark.parametrize("python", ["3.12", "3.14"])
 def test_where_no_recognizer_is_ready_made_nothing_is_missing_and_the_way_out_is_told(
-    monkeypatch: pytest.MonkeyPatch, python: str
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, python: str
 ) -> None:
     def absent(name: str) -> str:
         raise PackageNotFoundError(name)
@@ -34,6 +35,10 @@ def test_where_no_recognizer_is_ready_made_nothing_is_missing_and_the_way_out_is
     told = doctor.words(python)
     assert not told.needed and f"for Python {python}" in told.found and "3.11 or 3.13" in told.remedy
     assert "Python 3" not in doctor.words("3.11").found
+    monkeypatch.setattr(doctor, "find", lambda _: None)
+    assert "not what" in doctor.words(python).found and "models get" in doctor.human_voices().remedy
+    monkeypatch.setattr(doctor, "find", lambda _: InstalledModel(tmp_path, ours=True))
+    assert "Whisper spots STOP" in doctor.words(python).found and doctor.human_voices().good
 
 
 def test_a_failed_self_test_is_not_called_missing(

@@ -183,7 +183,7 @@ test("nothing is offered after STOP, neither what was offered before nor what wa
 test("between the spoken words and their result it says that it reads, that this is slow, and that nothing came", () => {
   const log = fresh();
   log.reads(1000);
-  assert.match(shown(log, IDLE, 1500), /^Transcribing… \| 0\.5 s/);
+  assert.match(shown(log, IDLE, 1500), /^Reading what you said… \| 0\.5 s/);
   assert.match(shown(log, IDLE, 1000 + SLOW_MS), /slow on this computer; type, or wait/);
   assert.match(shown(log, IDLE, 1000 + GIVE_UP_MS), /^Not understood/);
   log.reads(20_000);

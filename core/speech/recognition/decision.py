@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Literal
 
 from core.commands import needs_confirmation
@@ -19,6 +20,7 @@ from core.speech.understanding.grammar import STOP_WORD, Refusal, parse
 
 Verdict = Literal["accept", "confirm", "reject"]
 
+MOST_OFFERED = 2  # commands instead of words that are none
 NO_COMMAND = "Somebody spoke, but that was no command."
 NOT_SURE = "I am not sure that I heard every word right."
 TOO_LONG = "That was longer than any command."
@@ -35,6 +37,7 @@ class Decision:
     words: str = ""  # as they were heard; "" where no command was
     reason: str = ""  # a sentence: why it is rejected
     suggestions: tuple[str, ...] = ()  # words that the grammar would understand instead of rejected ones
+    heard: str = ""  # what was said instead of a command, in any words, where the engine writes that down
 
     @property
     def waits(self) -> bool:
@@ -62,6 +65,21 @@ class Decision:
         if self.command is not None:
             return ()
         return tuple(one.heard_as for one in self.alternatives) or self.suggestions
+
+
+def said_back(decision: Decision) -> Decision:
+    """The decision about words that were surely meant for the robot: those that are no command are said back too."""
+    if decision.words or not decision.heard:
+        return decision
+    read = Sentence(decision.heard).spoken
+    offered = read.suggestions if isinstance(read, Refusal) else (read.heard_as,)
+    suggestions = offered[:MOST_OFFERED]
+    return replace(decision, words=decision.heard, reason=not_a_command(decision.heard), suggestions=suggestions)
+
+
+def not_a_command(heard: str) -> str:
+    """Say words back, in a sentence."""
+    return f"I heard “{heard.rstrip(' .,!?')}”. That is no command."
 
 
 @message

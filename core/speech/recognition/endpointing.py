@@ -41,6 +41,7 @@ class Endpointer:
 
     def __init__(self, settings: SpeechSettings | None = None) -> None:
         self._settings = settings or SpeechSettings()
+        self.unfinished = False  # set by who reads `so_far`: it is no whole command, so a longer pause may follow
         self._forget(0.0)
 
     def _forget(self, now: float) -> None:
@@ -85,6 +86,11 @@ class Endpointer:
             return None
         return self._utterance(self._begin, False)
 
+    @property
+    def under_way(self) -> Utterance | None:
+        """The utterance under way, as far as it goes."""
+        return None if self._begin is None else self._utterance(self._begin, False)
+
     def finish(self) -> tuple[Utterance, ...]:
         """The sound is over → the utterance that was under way."""
         last = self._cut(False) if self._begin is not None else None
@@ -118,13 +124,13 @@ class Endpointer:
             self._attend(power, share, voice)
             voices = [when for when, was in self._recent if was]
             if len(voices) >= settings.onset:
-                self._begin = voices[0]
+                self._begin, self.unfinished = voices[0], False
                 self._levels.clear()
             return None
         self._levels.append(level)
         if len(self._levels) == STEADY and _is_steady(np.array(self._levels)):
             return self._cut_before_noise(time)
-        if time - self._last_voice > settings.hangover:
+        if time - self._last_voice > (settings.unfinished_hangover if self.unfinished else settings.hangover):
             return self._cut(False)
         if time - self._begin > settings.longest:
             utterance = self._cut(True)
@@ -231,6 +237,11 @@ class Held:
         """Nothing: only the button ends the utterance."""
         return None
 
+    @property
+    def under_way(self) -> Utterance | None:
+        """The utterance under way, as far as it goes."""
+        return next(iter(self._utterance(False)), None) if self._pieces else None
+
     def feed(self, sound: Sound) -> tuple[Utterance, ...]:
         """The next piece of sound. An utterance that is too long is cut and returned at once. Raises BadInput."""
         checked(sound)
@@ -244,9 +255,13 @@ class Held:
         return self._take(False) if self._pieces else ()
 
     def _take(self, cut: bool) -> tuple[Utterance, ...]:
+        taken = self._utterance(cut)
+        self._pieces = []
+        return taken
+
+    def _utterance(self, cut: bool) -> tuple[Utterance, ...]:
         samples = np.concatenate([piece.samples for piece in self._pieces])
         whole = Sound(stamp=self._pieces[0].stamp, rate=RATE, samples=samples)
-        self._pieces = []
         begin, end = voiced(samples[:, 0])
         if begin >= end:
             return ()

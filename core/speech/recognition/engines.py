@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from core.errors import BadInput, Unavailable
-from core.models import MODELS, checked_folder, find
+from core.models import MODEL, MODELS, checked_folder, find
 from core.speech.recognition.recognizer import Dictation, KeywordSpotter, Recognizer
 from core.speech.settings import SpeechSettings
 
-MODEL = "whisper-tiny.en"  # of MODELS
 SPHINX = "pocketsphinx"  # package and module
 
 

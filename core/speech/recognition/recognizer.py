@@ -6,7 +6,6 @@ from math import gcd
 from typing import Protocol
 
 import numpy as np
-from scipy.signal import resample_poly
 
 from core.errors import BadInput
 from core.message import Array, message
@@ -89,6 +88,8 @@ def at_16_khz(sound: Sound) -> Sound:
         raise BadInput(f"Words need sound of at least {LOWEST_RATE} Hz; this has {sound.rate} Hz. Record it again.")
     if sound.rate == RATE:
         return sound
+    from scipy.signal import resample_poly  # takes 50 MB, and most microphones do without it
+
     shared = gcd(RATE, sound.rate)
     samples = resample_poly(sound.samples, RATE // shared, sound.rate // shared, axis=0)
     return Sound(stamp=sound.stamp, rate=RATE, samples=samples)

@@ -6,13 +6,14 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from core.sensors.microphones import Sound
-from core.speech.recognition.decision import RecognizedUtterance
+from core.speech.recognition.decision import Decision, RecognizedUtterance
 from core.speech.recognition.endpointing import Endpointer, Held
 from core.speech.recognition.engines import open_engine, open_keyword_spotter
 from core.speech.recognition.recognizer import KeywordSpotter, Recognizer, Utterance
 from core.speech.recognition.rejected_commands import RejectedCommands
 from core.speech.settings import SpeechSettings
 
+PIECE = 0.1  # [s] of sound between two looks for a pause
 LONGEST_EARLY = 5.0  # [s] of an utterance that is read in a pause; longer ones are no commands but talk
 
 
@@ -48,18 +49,33 @@ class Transcriber:
         """The next piece of sound → STOP at once, and the sentences that ended in it, as they were spoken: a long
         piece may hold a sentence and a STOP after it, which must not be overtaken. Raises BadInput.
         """
-        stops = list(self._spotter.feed(sound))
-        ended = self._read(self._cutter.feed(sound))
+        heard = list(self._spotter.feed(sound))
+        for piece in sound.pieces(PIECE):
+            heard += self._read(self._cutter.feed(piece))
+            heard += self._read_early()
+        return self._remembered(sorted(heard, key=lambda one: one.end))
+
+    def _read_early(self) -> tuple[RecognizedUtterance, ...]:
+        """Read the utterance under way in its pause → STOP, where that was in it."""
         so_far = self._cutter.so_far
-        if so_far is not None and not self._is_early(so_far) and so_far.end - so_far.begin < LONGEST_EARLY:
-            self._early = self._decided(so_far)
-            if self._early.decision.stops:
-                stops.append(replace(self._early, final=False))
-        return self._remembered(sorted((*stops, *ended), key=lambda heard: heard.end))
+        if so_far is None or self._is_early(so_far) or so_far.end - so_far.begin >= LONGEST_EARLY:
+            return ()
+        self._early = self._decided(so_far)
+        if isinstance(self._cutter, Endpointer):
+            self._cutter.unfinished = not _is_whole(self._early.decision)
+        return (replace(self._early, final=False),) if self._early.decision.stops else ()
 
     def finish(self) -> tuple[RecognizedUtterance, ...]:
         """The sound ends here → the sentence that was under way."""
         return self._remembered(self._read(self._cutter.finish()))
+
+    def words_so_far(self) -> str:
+        """Return the utterance under way as a command, else in any words that the engine writes down; "": nothing."""
+        utterance = self._cutter.under_way
+        if utterance is None:
+            return ""
+        decision = self._decided(utterance).decision
+        return decision.words or decision.heard
 
     def _remembered(self, heard: Iterable[RecognizedUtterance]) -> tuple[RecognizedUtterance, ...]:
         """Remember what was heard, for later rejections, and return it."""
@@ -69,9 +85,10 @@ class Transcriber:
         return utterances
 
     def _read(self, utterances: tuple[Utterance, ...]) -> tuple[RecognizedUtterance, ...]:
-        """Utterances that ended → what was said in them, as read in their last pause where that was the end."""
+        """Utterances that ended → what was said in them, as read in their last pause where that was a command."""
+        early = self._early
         return tuple(
-            self._early if self._early is not None and self._is_early(one) else self._decided(one)
+            early if early is not None and _is_whole(early.decision) and self._is_early(one) else self._decided(one)
             for one in utterances
         )
 
@@ -82,3 +99,8 @@ class Transcriber:
     def _is_early(self, utterance: Utterance) -> bool:
         """Return whether the utterance was read in its last pause, and nothing was said since."""
         return self._early is not None and (self._early.begin, self._early.end) == (utterance.begin, utterance.end)
+
+
+def _is_whole(decision: Decision) -> bool:
+    """Return whether words are a whole command: "stop at two" stops, but may go on."""
+    return decision.command is not None and not decision.command.remark

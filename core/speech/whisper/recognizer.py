@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from core.commands import VOCABULARY
 from core.commands.stop_moving import START, STOP_MOVING
 from core.message import Array, message
 from core.speech.recognition.decision import (
-    NO_COMMAND,
+    MOST_OFFERED,
     TOO_LONG,
     Decision,
     Scores,
@@ -25,6 +26,7 @@ from core.speech.recognition.decision import (
     Thresholds,
     decide,
     no_command,
+    not_a_command,
     stop,
 )
 from core.speech.recognition.recognizer import Utterance
@@ -44,7 +46,6 @@ THRESHOLDS = Thresholds(reject=1.0, accept=2.0)  # [nats] before the second mean
 REJECTED_BEFORE = 3.0  # [nats] by which a command is less likely that was rejected just before
 OFFERED = 6.0  # [nats] behind the best free text, down to which a meaning is offered
 BELOW = 2.0  # [nats] below its bound, down to which its score may be then
-MOST_OFFERED = 2  # meanings
 NAME_STOP = frozenset(
     kind.name for kind in VOCABULARY if kind is not STOP_MOVING and any(STOP_WORD.search(one) for one in kind.words)
 )
@@ -181,11 +182,11 @@ def _not_understood(free_text: str, meanings: list[Meaning], fits: float) -> Dec
     commands = tuple(one for one in offered if not isinstance(one, Refusal))[:MOST_OFFERED]
     confidence = 0.5 + 0.5 * math.tanh(fits / 2)
     if not commands:
-        return no_command(confidence)
+        return replace(no_command(confidence), heard=free_text)
     return Decision(
         verdict="reject",
         confidence=confidence,
         alternatives=commands,
         words=free_text,
-        reason=f"I heard “{free_text}”. {NO_COMMAND}",
+        reason=not_a_command(free_text),
     )

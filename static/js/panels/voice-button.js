@@ -68,6 +68,7 @@ export class VoiceButton extends Panel {
   #listening = false;
   #stopped = false; // STOP was pressed since the button was
   #why = "";
+  #soFar = ""; // words of the sentence under way
   #until = 0; // [ms] when an open microphone closes
   #used = 0; // [ms]
 
@@ -100,6 +101,10 @@ export class VoiceButton extends Panel {
       this.#draw();
     };
     this.#talk.heard = (transcript) => this.session.transcribe({ ...transcript, held: this.#mode === "held" });
+    this.#talk.heardSoFar = (words) => {
+      this.#soFar = words.replace(/[.,!?\s]+$/, "");
+      this.#draw();
+    };
     this.#talk.ended = (why) => {
       this.#held = this.#listening = false;
       this.#open.checked = false;
@@ -146,7 +151,7 @@ export class VoiceButton extends Panel {
 
   /** @param {"held" | "open"} mode */
   async #begin(mode) {
-    this.#why = "";
+    this.#why = this.#soFar = "";
     this.#stopped = false;
     this.#mode = mode;
     this.#used = performance.now();
@@ -262,7 +267,9 @@ export class VoiceButton extends Panel {
           ? "Muted while the robot speaks"
           : open
             ? "Open: say a command"
-            : "Listening…"
+            : this.#soFar
+              ? `“${this.#soFar} …”`
+              : "Listening…"
         : hint
       : "";
     write(this.#says, this.#why || words);

@@ -6,7 +6,7 @@ import { make, write } from "./element.js";
 
 export class ModelOffer {
   #says = make("p", { class: "note" });
-  #button = make("button", { type: "button", hidden: true });
+  #button = make("button", { type: "button", class: "button primary", hidden: true });
   /** @type {() => Promise<Offered>} */
   #read;
   /** @type {() => Promise<unknown>} */

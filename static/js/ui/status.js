@@ -208,7 +208,7 @@ export class StatusLog {
     if (what === "reading") {
       const slow = "Speech recognition is slow on this computer; type, or wait.";
       const remark = elapsed < SLOW_MS ? `${fixed(elapsed / 1000, 1)} s` : slow;
-      return line("running", "Transcribing…", remark, "reading");
+      return line("running", "Reading what you said…", remark, "reading");
     }
     if (what === "hand") {
       const { v_m_s: v, w_rad_s: w } = state.velocity;

@@ -21,6 +21,7 @@ import { socketAddress } from "../net/api.js";
  * @property {boolean} [overtaken] a STOP came after these words began: nothing of them is offered
  */
 /** @typedef {{kind: "listening", on: boolean, why: string}} Listening */
+/** @typedef {{kind: "partial", words: string}} Partial words so far of a sentence under way */
 
 const HEADER_BYTES = 16;
 const AUDIO_KIND = 2;
@@ -30,6 +31,8 @@ const MOST_WAITING = 65536; // bytes; what a slow line holds up is dropped, not 
 export class Talk {
   /** @type {(transcript: Transcript) => void} */
   heard = () => undefined;
+  /** @type {(words: string) => void} words so far of the sentence under way */
+  heardSoFar = () => undefined;
   /** @type {(why: string) => void} reason of the end; "" when it was requested */
   ended = () => undefined;
   /** @type {(on: boolean, remark: string) => void} */
@@ -128,9 +131,10 @@ export class Talk {
     socket.send(message);
   }
 
-  /** @param {Transcript | Listening} message */
+  /** @param {Transcript | Listening | Partial} message */
   #hear(message) {
     if (message.kind === "transcript") this.heard(message);
+    else if (message.kind === "partial") this.heardSoFar(message.words);
     else {
       this.turned(message.on, message.on ? message.why : "");
       if (!message.on && message.why) {

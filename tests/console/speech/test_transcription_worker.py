@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from console.speech import transcription_worker
-from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound
+from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar
 from console.speech.transcription_worker import TranscriptionWorker
 from core.speech.practice_voice import practice_voice
 from core.speech.recognition.decision import Decision
@@ -20,14 +20,15 @@ GO = "stop at 2 and 1"
 
 
 class Reader:
-    """Reads nothing, and keeps what it was told."""
+    """Reads the same whatever is said, and keeps what it was told."""
 
-    def __init__(self) -> None:
+    def __init__(self, words: str = "") -> None:
+        self.words = words
         self.told: list[tuple[str, ...]] = []
 
     def decide(self, utterance: Utterance) -> Decision:
         self.told.append(utterance.rejected)
-        return sure("")
+        return sure(self.words)
 
 
 @pytest.mark.parametrize(
@@ -53,3 +54,16 @@ def test_an_order_that_was_held_back_is_known_in_the_next_turn_of_who_spoke(
         worker.finish(FinishListening())
         told.append(reader.told[-1])
     assert told == known
+
+
+def test_the_words_so_far_are_read_while_the_button_is_held(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("pocketsphinx", reason="Reading words needs pocketsphinx: pip install pocketsphinx")
+    engine = ActiveEngine(Reader(GO), ENGINES["sphinx"], "A test reads.")
+    monkeypatch.setattr(transcription_worker, "open_engine", lambda _: engine)
+    worker = TranscriptionWorker()
+    worker.begin(BeginListening(SpeechSettings(), held=True))
+    assert worker.read_so_far(ReadSoFar()) == ""
+    said = padded(0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)).astype(np.float32)
+    worker.hear(HearSound(said.tobytes(), RATE, 0.0))
+    assert worker.read_so_far(ReadSoFar()) == GO
+    assert [one.decision.words for one in worker.finish(FinishListening())] == [GO]

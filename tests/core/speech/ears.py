@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from core.message import Array
-from core.models import find
+from core.models import MODEL, find
 from core.sensors.microphones import Sound
 from core.speech.recognition.decision import (
     NOT_SURE,
@@ -20,7 +20,6 @@ from core.speech.recognition.decision import (
     Thresholds,
     decide,
 )
-from core.speech.recognition.engines import MODEL
 from core.speech.recognition.recognizer import StreamingRecognizer
 from core.speech.settings import RATE
 from core.speech.sphinx.recognizer import Sphinx

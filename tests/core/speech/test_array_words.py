@@ -69,12 +69,12 @@ def test_the_beam_has_less_noise_than_one_microphone_and_the_same_bounds():
 )
 def test_a_short_sentence_that_is_not_understood_is_read_in_the_plain_beam(seconds, read, understood):
     class Reader(Scribe):
-        """Reads its sentences in turn of each piece of sound."""
+        """Reads its sentences in turn of each piece of sound, which is read in its pause and may be at its end."""
 
         def decide(self, utterance: Utterance) -> Decision:
             super().decide(utterance)
             again = [one.end for one in self.given].count(utterance.end)
-            return sure(read[again - 1])
+            return sure(read[(again - 1) % len(read)])
 
     pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
     reader = Reader()
@@ -83,8 +83,8 @@ def test_a_short_sentence_that_is_not_understood_is_read_in_the_plain_beam(secon
     told += ears.finish()
     assert told[-1].decision.words == understood
     given = [one for one in reader.given if one.end == reader.given[-1].end]
-    assert len(given) == len(read)
-    sharp, *plain = (float(one.before.std()) for one in given)
+    assert len(given) in (len(read), 2 * len(read))
+    sharp, *plain = (float(one.before.std()) for one in given[-len(read) :])
     assert all(one > 1.05 * sharp for one in plain)  # of the noise before the words
 
 

@@ -133,7 +133,7 @@ def test_a_stop_that_is_read_in_a_pause_is_told_at_once(decision, early):
     """Not only when the sentence is over; what else was read waits for that."""
     transcriber = Transcriber(recognizer=HearsCommand(decision), spotter=HearsNothing())
     told, spoken = [], 0.1 * practice_voice(np.random.default_rng(3), 1.0, RATE)
-    for piece in pieces(padded(spoken)):
+    for piece in pieces(padded(spoken, tail=1.5)):
         told += [(one, piece.stamp) for one in transcriber.feed(piece)]
     assert [one.final for one, _ in told] == ([False, True] if early else [True])
     if early:

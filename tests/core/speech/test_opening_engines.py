@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from core.errors import BadInput, Unavailable
-from core.models import MODELS, InstalledModel
+from core.models import MODEL, MODELS, InstalledModel
 from core.settings import Settings, read
 from core.speech.recognition import engines
-from core.speech.recognition.engines import ENGINES, MODEL, chosen, open_dictation, open_engine, open_keyword_spotter
+from core.speech.recognition.engines import ENGINES, chosen, open_dictation, open_engine, open_keyword_spotter
 from core.speech.settings import SpeechSettings
 from core.speech.transcription.transcriber import Transcriber
 from core.speech.whisper.keyword_spotting import WhisperKeywordSpotter

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -16,6 +17,8 @@ from core.speech.recognition.decision import (
     Thresholds,
     decide,
     log_odds,
+    no_command,
+    said_back,
     stop,
 )
 from core.speech.understanding.grammar import understand
@@ -155,3 +158,12 @@ def test_uncertain_and_far_commands_wait_for_confirmation(decision, waits):
 def test_the_bounds_of_speech_are_the_same_whether_they_are_held_at_once_or_later(words):
     now, later = understand(words, spoken=True), Sentence(words).spoken
     assert type(now) is type(later) and repr(now) == repr(later)
+
+
+def test_words_that_were_meant_for_the_robot_are_said_back_with_what_resembles_them() -> None:
+    unheard = said_back(no_command())
+    assert (unheard.words, unheard.reason) == ("", NO_COMMAND)
+    told = said_back(replace(no_command(), heard="turn lift."))
+    assert told.words == "turn lift." and told.reason == "I heard “turn lift”. That is no command."
+    assert told.did_you_mean[0] == "turn left" and len(told.did_you_mean) <= 2
+    assert said_back(replace(no_command(), heard="Come here.")).did_you_mean == ("come here",)

@@ -13,7 +13,7 @@ from core.speech.recognition.endpointing import Endpointer, Held
 from core.speech.recognition.recognizer import Utterance, for_words
 from core.speech.settings import RATE
 from core.speech.sphinx.leftover_speech import WordSpan, left_over
-from tests.core.speech.ears import mono, pieces
+from tests.core.speech.ears import mono, padded, pieces
 
 
 def said(*spans: tuple[float, float], length: float = 6.0, noise: float = 0.003, seed: int = 2) -> np.ndarray:
@@ -143,3 +143,24 @@ def test_a_short_pause_offers_what_was_said_so_far_before_it_is_certainly_over()
     ]
     assert offered[-1][1] == pytest.approx(2.5, abs=0.2)
     assert any(when == pytest.approx(offered[-1][1] + 0.2, abs=0.05) for when, _ in offered)
+
+
+def test_an_utterance_that_is_no_whole_command_may_pause_for_longer() -> None:
+    voice = 0.1 * practice_voice(np.random.default_rng(1), 0.8, RATE)
+    for gap, unfinished, count in ((0.6, False, 2), (0.6, True, 1), (1.1, True, 2)):
+        ears, told = Endpointer(), []
+        whole = padded(np.concatenate((voice, np.zeros(round(gap * RATE)), voice)), tail=1.5)
+        for piece in mono(whole).pieces(0.1):
+            told += ears.feed(piece)
+            if ears.so_far is not None:
+                ears.unfinished = unfinished
+        assert len([*told, *ears.finish()]) == count
+
+
+def test_the_words_so_far_are_those_of_the_utterance_under_way() -> None:
+    ears = Held()
+    assert ears.under_way is None
+    for piece in mono(padded(0.1 * practice_voice(np.random.default_rng(1), 0.8, RATE))).pieces(0.1):
+        ears.feed(piece)
+    so_far = ears.under_way
+    assert so_far is not None and ears.finish()[0].end == so_far.end

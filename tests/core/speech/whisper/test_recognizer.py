@@ -73,7 +73,7 @@ def test_numbers_may_be_further_behind_free_text_than_other_words():
 
 def test_what_is_refused_is_said_back_and_what_resembles_it_is_offered():
     told = decided({"continue 5 meters": -6.0, "continue 9 meters": -8.0}, {"Continue by meters.": -1.0})
-    assert told.command is None and "I heard “Continue by meters.”" in told.reason
+    assert told.command is None and "I heard “Continue by meters”." in told.reason
     assert told.did_you_mean == ("continue 5 meters",)
 
 
