@@ -108,8 +108,8 @@ def open_own_model(path: Path, settings: PeopleSettings) -> PersonDetector:
         return PoseDetector(OwnLandmarkNetwork(net), settings)
     layout = layout_of(shapes)
     if layout is None or shape[2] != shape[3]:
-        found = ", ".join("x".join(map(str, one)) for one in shapes)
-        raise BadInput(f"The model {path.name[:60]!r} has outputs {found}, which are none of those known: {KNOWN}.")
+        sizes = ", ".join("x".join(map(str, one)) for one in shapes)
+        raise BadInput(f"The model {path.name[:60]!r} has outputs {sizes}, which are none of those known: {KNOWN}.")
     return OwnModelDetector(net, layout, shape[2], settings)
 
 

@@ -79,7 +79,7 @@ def _yolo_pose(outputs: Sequence[Array], _: int) -> Detections:
 def _sorted_out(outputs: Sequence[Array], _: int) -> Detections:
     rows = outputs[0].reshape(outputs[0].shape[-2:])
     people = rows[np.round(rows[:, 5]) == 0]
-    points = people[:, 6:].reshape(-1, POINTS, 3) if np.size(rows, 1) == POSE_ROW + 1 else None
+    points = people[:, 6:].reshape(-1, POINTS, 3) if outputs[0].shape[-1] == POSE_ROW + 1 else None
     return Detections(people[:, :4], people[:, 4], points)
 
 
