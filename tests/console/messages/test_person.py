@@ -27,6 +27,7 @@ SEEN = TrackedPerson(
             SeenPart(name="torso", likelihood=0.95, box=(90.0, 5.0, 150.0, 80.0)),
         ),
         centre=(120.0, 60.0),
+        box=(90.0, -20.0, 150.0, 140.0),
     ),
     rectangle_stamp=9.9,
     laser=np.array([2.02, 1.01]),
