@@ -38,7 +38,7 @@ from console.maps.service import MapService
 from console.people.look_service import LookService
 from console.people.service import EnrollmentService
 from console.robot.link import RobotLink
-from console.robot.pilot_thread import PilotLike, PilotPace, PilotThread
+from console.robot.pilot_thread import PilotPace, PilotThread
 from console.scene import Scene
 from console.speech.browser_microphone import BrowserMicrophone
 from console.speech.quality_runs import QualityRuns
@@ -49,6 +49,7 @@ from console.state_view import StateContext, draw
 from console.workers.tasks import end
 from core.errors import BeckonError
 from core.gate.suspend import SleepWatch
+from core.pilot.pilot import Pilot
 from core.robots import Profile
 from core.robots.requests import AnswerT, RobotRequest
 from core.sensors import SensorFrame
@@ -67,7 +68,7 @@ class Runtime:
     def __init__(
         self,
         robot: RobotLink,
-        make_pilot: Callable[[], PilotLike],
+        make_pilot: Callable[[], Pilot],
         *,
         home: Path,
         access: Access | None = None,
@@ -213,7 +214,7 @@ class Runtime:
             history_revision=self.history.revision,
             map=self.maps.shown,
             muted=self.voice.muted,
-            voice_control=self.spoken.driver is not None,
+            voice_control=self.spoken.operator is not None,
             words=self.ears.words,
             pending_command=self.pending_commands.waiting,
             now=now,

@@ -43,8 +43,8 @@ class StateContext:
     map: messages.MapState
     words: hearing.TranscriptionStatus  # of the room
     muted: bool = False  # the robot speaks: nobody is listened to
-    voice_control: bool = False  # a driver has taken the words of the room on
-    pending_command: PendingCommand | None = None  # a spoken order that waits
+    voice_control: bool = False  # an operator has taken the words of the room on
+    pending_command: PendingCommand | None = None  # a spoken command that waits
     now: float = 0.0  # [s] on the monotonic clock
 
 

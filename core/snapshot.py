@@ -121,8 +121,8 @@ class Snapshot:
     increment: Increment  # the robot's move since the frame before
     velocity: Twist  # as the wheels report it
     setpoint: Twist  # what the pilot asks of the gate
-    setpoint_press: int = 0  # id of the active command that asks; 0: none
-    nonce: int = 0  # the gate's ticket that came with the frame
+    setpoint_command_id: int = 0  # id of the active command that asks; 0: none
+    nonce: int = 0  # the gate's nonce that came with the frame
     scan_points: Array  # (M, 2) [m], world: the newest scan, de-skewed
     landmarks: tuple[Landmark, ...] = ()
     associations: tuple[Association, ...] = ()

@@ -30,7 +30,7 @@ class NewestHearing(Listening, frozen=True, kw_only=True):
 
 
 class ListeningRequest(RequestBody):
-    """`listen`: the robot listens; `obey`: it also obeys voices in the room, which only its driver may ask."""
+    """`listen`: the robot listens; `obey`: it also obeys voices in the room, which only who drives may ask."""
 
     listen: bool
     obey: bool | None = None
@@ -44,7 +44,7 @@ async def newest(behind: Behind) -> NewestHearing:
     return NewestHearing(
         microphones=hearing_state is not None,
         listening=hearing_state is not None and hearing_state.listening,
-        obeying=behind.spoken.driver is not None,
+        obeying=behind.spoken.operator is not None,
         trouble=behind.ears.trouble,
         engine=behind.ears.engine,
         utterances=behind.ears.shown(),
@@ -65,4 +65,4 @@ async def listen(asked: ListeningRequest, behind: Behind, who: Who) -> Listening
         behind.spoken.let_go()
     answer = await behind.ask(SetListening(on=asked.listen))
     behind.history.add("listen", who, words="on" if asked.listen else "off")
-    return Listening(listening=answer.on, obeying=behind.spoken.driver is not None)
+    return Listening(listening=answer.on, obeying=behind.spoken.operator is not None)

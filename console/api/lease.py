@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from console.access.roles import needs
-from console.api import Dispatcher, DriversLease, RequestBody, Who, router
+from console.api import Dispatcher, OperatorLease, RequestBody, Who, router
 from console.messages import LeaseState
 from console.state_view import lease as lease_state
 
@@ -20,14 +20,14 @@ class LeaseRequest(RequestBody):
 
 @lease.get("/lease")
 @needs("viewer")
-async def held(lease: DriversLease) -> LeaseState:
+async def held(lease: OperatorLease) -> LeaseState:
     """The operator who drives now."""
     return lease_state(lease)
 
 
 @lease.post("/lease")
 @needs("operator")
-async def change(asked: LeaseRequest, dispatcher: Dispatcher, lease: DriversLease, who: Who) -> LeaseState:
+async def change(asked: LeaseRequest, dispatcher: Dispatcher, lease: OperatorLease, who: Who) -> LeaseState:
     """Ask for control. A take-over goes through zero.
 
     The lease lapses, and what is under way is cancelled, after 5 s without a sign of life of its holder: a message of

@@ -1,4 +1,4 @@
-"""The spoken order that waits: begin it at once, or drop it."""
+"""The spoken command that waits: begin it at once, or drop it."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ pending_command = router("pending_command")
 
 
 class PendingCommandRequest(RequestBody):
-    """Which order: the `id` that `pending_command` in the state has. It begins by itself when its moment is over."""
+    """Which command: the `id` that `pending_command` in the state has. It begins by itself after its delay."""
 
     id: int = Field(ge=1, le=2**53)
 
 
 class BegunCommand(msgspec.Struct, frozen=True):
-    """The order that waited, and its number in the history."""
+    """The command that waited, and its number in the history."""
 
     id: int
     entry: int
@@ -26,7 +26,7 @@ class BegunCommand(msgspec.Struct, frozen=True):
 
 
 class DroppedCommand(msgspec.Struct, frozen=True):
-    """The order that does not begin."""
+    """The command that does not begin."""
 
     id: int
     dropped: bool = True
@@ -34,15 +34,15 @@ class DroppedCommand(msgspec.Struct, frozen=True):
 
 @pending_command.post("/pending-command/begin", status_code=202)
 @needs("operator")
-async def begin(order: PendingCommandRequest, pending_commands: Pending, who: Who) -> BegunCommand:
-    """Begin the waiting order at once; the driver only. `entry` is its number in the history."""
-    entry = pending_commands.begin(order.id, who)
-    return BegunCommand(order.id, entry.id, entry.heard_as)
+async def begin(asked: PendingCommandRequest, pending_commands: Pending, who: Who) -> BegunCommand:
+    """Begin the waiting command at once; the operator in control only. `entry` is its number in the history."""
+    entry = pending_commands.begin(asked.id, who)
+    return BegunCommand(asked.id, entry.id, entry.heard_as)
 
 
 @pending_command.post("/pending-command/drop")
 @needs("viewer")
-async def drop(order: PendingCommandRequest, pending_commands: Pending, who: Who) -> DroppedCommand:
+async def drop(asked: PendingCommandRequest, pending_commands: Pending, who: Who) -> DroppedCommand:
     """Drop the pending command: it does not begin. Anyone who may stop the robot may do this."""
-    pending_commands.drop(order.id, who)
-    return DroppedCommand(order.id)
+    pending_commands.drop(asked.id, who)
+    return DroppedCommand(asked.id)

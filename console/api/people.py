@@ -9,7 +9,7 @@ from fastapi import Path, Request, Response
 from pydantic import Field
 
 from console.access.roles import PICTURE, needs
-from console.api import DriversLease, HistoryInUse, Operator, PeopleEnrolled, RequestBody, Who, router
+from console.api import HistoryInUse, Operator, OperatorLease, PeopleEnrolled, RequestBody, Who, router
 from console.api.typed_route import OpenApi
 from console.http.problems import Problem
 from console.people.enrollment import EnrollmentState
@@ -172,7 +172,7 @@ async def rename(id: Id, asked: NameRequest, people: PeopleEnrolled, history: Hi
 
 @people.delete("/people/{id}", status_code=204)
 @needs("operator")
-async def forget(id: Id, people: PeopleEnrolled, lease: DriversLease, history: HistoryInUse, who: Who) -> Response:
+async def forget(id: Id, people: PeopleEnrolled, lease: OperatorLease, history: HistoryInUse, who: Who) -> Response:
     """Forget a person for good, or cancel an enrollment. A chosen person is no longer chosen."""
     if people.enrollment is not None and people.enrollment.id == id:
         await people.cancel(people.enrollment)

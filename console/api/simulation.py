@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from pydantic import Field
 
 from console.access.roles import SOUND, needs
-from console.api import DriversLease, HistoryInUse, RequestBody, SimulatedRoom, Who, router
+from console.api import HistoryInUse, OperatorLease, RequestBody, SimulatedRoom, Who, router
 from core.errors import BadInput
 from core.robots.requests import (
     Ask,
@@ -156,7 +156,7 @@ async def plan(room: SimulatedRoom) -> FloorPlan:
 async def place(
     asked: Annotated[PlaceRequest | PlaceBoardRequest, Field(discriminator="what")],
     room: SimulatedRoom,
-    lease: DriversLease,
+    lease: OperatorLease,
     history: HistoryInUse,
     who: Who,
 ) -> PlacedThing | PlacedBoard | GroundTruth:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from console.broadcast import Broadcaster
 from console.calibration.apply import calibrated, laser_start
-from console.calibration.calibration_storage import NAMES, ActiveCalibration
+from console.calibration.calibration_storage import NAMES, CalibrationStorage
 from console.calibration.codec import board_of
 from console.calibration.demo import demo_of
 from console.calibration.jobs import (
@@ -64,7 +64,7 @@ class CalibrationService:
         used: Callable[[Profile], None],
     ) -> None:
         """`tell` hangs a notice; `used` hears of the robot's profile whenever another calibration is in use."""
-        self.active = ActiveCalibration(home / "calibration")
+        self.active = CalibrationStorage(home / "calibration")
         self.sessions: dict[str, CalibrationSession] = {}
         self.solver = Worker("solver")
         self.picture_turns, self.export_turns = QueueLimit(MOST_PICTURES), QueueLimit(MOST_EXPORTS)

@@ -24,12 +24,12 @@ from console.control.notices import Notifications
 from console.control.stop import StopController
 from console.http.problems import Problem
 from console.robot.link import RobotLink
-from console.robot.pilot_thread import PilotLike
 from console.robot.setpoint_sender import SetpointSender
 from core.commands.command import Command
 from core.commands.stop_moving import STOP_MOVING
 from core.errors import Refused
 from core.gate.status import GateStatus
+from core.pilot.pilot import Pilot
 from core.snapshot import ActiveCommandStatus, Ending
 from core.speech.understanding.grammar import Refusal, understand
 
@@ -47,7 +47,7 @@ class CommandDispatcher:
         self._stop_controller = StopController(
             robot, self.setpoint_sender, lease, history, board, partial(self.cancel, objected=True)
         )
-        self.pilot: PilotLike | None = None  # None: it failed
+        self.pilot: Pilot | None = None  # None: it failed
         self.when_cancelled: list[Callable[[Ending, str, bool], None]] = []  # called when the active command ends
         self._robot = robot
         self._lease = lease
@@ -300,10 +300,10 @@ class CommandDispatcher:
         if self.pilot is None:
             raise Problem(503, "The pilot is not running; the robot stands.")
         if self._robot.status().state == "halted":
-            raise Problem(409, "The robot is halted; the driver must reset the halt first.")
+            raise Problem(409, "The robot is halted; the operator must reset the halt first.")
 
     def _obtain(self, who: Person) -> None:
-        """The lease, when it is free or already theirs; the gate knows it before any order."""
+        """The lease, when it is free or already theirs; the gate knows it before any command."""
         before = self._lease.epoch
         try:
             self._lease.acquire(who, time.monotonic())

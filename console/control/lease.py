@@ -26,11 +26,11 @@ class Lease:
         return self.holder is not None and self.holder.id == person.id
 
     def rank(self, person: Person) -> int:
-        """Return the priority of a person where only one can be served: the driver, then operators, then viewers."""
+        """Return the priority of a person where only one can be served: who drives, operators, viewers."""
         return 2 if self.held_by(person) else int(person.may("operator"))
 
     def check_not_anothers(self, person: Person) -> None:
-        """Raises Refused with the driver's name while another person drives."""
+        """Raises Refused with the operator's name while another person drives."""
         if self.holder is not None and not self.held_by(person):
             raise Refused(f"{self.holder.name} drives now. Take over, or wait until control is given back.")
 

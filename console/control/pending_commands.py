@@ -1,7 +1,7 @@
-"""A spoken order that was understood and waits a moment, in which anybody may hold it back.
+"""A spoken command that was understood and waits a moment, in which anybody may hold it back.
 
 What is exact and near begins at once. What goes far or to a person, or has numbers that were not heard for sure,
-begins by itself after its delay, unless a stop, another command, a hand on the keys, another driver or a press of
+begins by itself after its delay, unless a stop, another command, a hand on the keys, another operator or a press of
 Cancel comes before. While somebody speaks it waits on: they may be about to say that it is wrong.
 """
 
@@ -45,7 +45,7 @@ class PendingCommand:
         return self.command.heard_as
 
 
-GONE = "No such order waits: it has begun, or it was dropped."
+GONE = "No such command waits: it has begun, or it was dropped."
 
 
 class PendingCommands:
@@ -105,12 +105,12 @@ class PendingCommands:
         self._alarm = asyncio.get_running_loop().call_later(left, self._begin_by_itself)
 
     def begin(self, number: int, who: Person) -> HistoryEntry:
-        """Begin at once instead of waiting on; the driver only. Raises Problem 403 to 503."""
+        """Begin at once instead of waiting on; the operator only. Raises Problem 403 to 503."""
         pending_command = self._find(number)
         if not who.may("operator"):
-            raise Problem(403, "Viewers watch and may stop the robot; the driver begins a command.")
+            raise Problem(403, "Viewers watch and may stop the robot; the operator in control begins a command.")
         if not self._lease.held_by(who):
-            raise Problem(409, "Only who drives may begin this order; you may drop it.")
+            raise Problem(409, "Only who drives may begin this command; you may drop it.")
         return self._begin(pending_command)
 
     def drop(self, number: int, who: Person) -> None:

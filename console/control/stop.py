@@ -76,7 +76,7 @@ class StopController:
         self._cancel("cancelled", f"Halted by {who.name}.")
         if self._is_recorded(who, press):
             self._history.add("halt", who, source=source)
-            self._board.tell("warning", f"{who.name} halted the robot. The driver can reset it.")
+            self._board.tell("warning", f"{who.name} halted the robot. The operator can reset it.")
 
     def reset(self, who: Person, source: str) -> None:
         """Lift the latch; the lease holder only, and it never moves. Raises Problem 403, 409, 503."""

@@ -18,9 +18,9 @@ from console.maps.store import MapInfo, MapStore, StoredMap, checked_name
 from console.maps.trajectory import Trajectory
 from console.messages import MapState
 from console.robot.link import RobotLink
-from console.robot.pilot_thread import PilotLike
 from console.workers.queue_limit import QueueLimit
 from console.workers.tasks import to_the_end
+from core.pilot.pilot import Pilot
 from core.slam.map.map_file import SavedMap
 from core.slam.map.occupancy import OccupancyGrid
 from core.slam.map.status import ClosureStatus
@@ -43,7 +43,7 @@ class MapService:
         self._robot, self._dispatcher, self._lease = robot, dispatcher, lease
         self._history = history
         self._newest: Snapshot | None = None
-        self._pilot: PilotLike | None = None  # whose map it is
+        self._pilot: Pilot | None = None  # whose map it is
         self._name: str | None = None  # of the saved map that it goes on in
         self._revision = 0
         self._turn = asyncio.Lock()
@@ -196,7 +196,7 @@ class MapService:
             raise Problem(404, "There is no such closure.")
         return found
 
-    def _piloting(self) -> PilotLike:
+    def _piloting(self) -> Pilot:
         if self._dispatcher.pilot is None:
             raise Problem(503, "The pilot is not running; the robot stands.")
         return self._dispatcher.pilot

@@ -1,4 +1,4 @@
-"""Orders, and a spoken one that waits, as they go over the sockets."""
+"""Commands, and a spoken one that waits, as they go over the sockets."""
 
 from __future__ import annotations
 

@@ -202,7 +202,7 @@ class State(Struct, tag_field="kind", tag="state"):
     goal: PointState | None
     path: list[tuple[float, float]]
     command: CommandState | None
-    pending_command: PendingCommandState | None  # a spoken order that waits for its moment
+    pending_command: PendingCommandState | None  # a spoken command that waits for its moment
     camera: CameraOverlay | None
     calibration_drift: CalibrationDriftState | None
     robot: RobotState

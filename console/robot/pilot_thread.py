@@ -8,18 +8,13 @@ import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Protocol
 
 from console.robot.link import RobotLink
 from console.robot.setpoint_sender import SetpointSender
-from core.commands.command import Command
 from core.gate.scheduling import PILOT, come_first
-from core.perception.people.colours import PersonProfile
-from core.perception.people.looking import PersonLook
-from core.robots import Profile
+from core.pilot.pilot import Pilot
 from core.sensors import SensorFrame
-from core.slam.map.map_file import SavedMap
-from core.snapshot import Ending, Snapshot
+from core.snapshot import Snapshot
 
 log = logging.getLogger(__name__)
 
@@ -27,54 +22,6 @@ PATIENCE = 0.1  # [s] to wait for a frame before looking whether it is over
 HUNG = 2.0  # [s] without a turn after which the pilot hangs; the gate has the base stand long before
 REMEMBERED = 400  # steps, ten seconds of them
 NEWEST = 8  # steps; at 40 Hz at least one of them has a scan
-
-
-class PilotLike(Protocol):
-    """The methods of a pilot that the console calls."""
-
-    def tell(self, command_id: int, command: Command, source: str, who: str) -> None:
-        """A command to obey; the last one wins. From any thread."""
-        ...
-
-    def cancel(self, state: Ending, why: str) -> None:
-        """End the active command. From any thread."""
-        ...
-
-    def look_through(self, profile: Profile) -> None:
-        """See with this profile's camera from the next frame on. From any thread."""
-        ...
-
-    def obey_only(self, who: PersonProfile | None) -> None:
-        """Come to and follow nobody but this person from the next frame on; None: anybody. From any thread."""
-        ...
-
-    def find_people_with(self, look: PersonLook | None) -> None:
-        """Ask this for people in pictures; None: the embedded detector. From any thread."""
-        ...
-
-    def undo_closure(self, number: int) -> None:
-        """Take back a place that was recognised, from the next frame on. From any thread."""
-        ...
-
-    def redo_closure(self, number: int) -> None:
-        """Believe it again. From any thread."""
-        ...
-
-    def place_at(self, x: float, y: float, heading: float | None = None) -> None:
-        """The robot is at (x, y) [m], world, looking to `heading` [rad] or nobody knows where. From any thread."""
-        ...
-
-    def keep_map(self) -> SavedMap:
-        """The whole map as it is between two frames. From any thread. Raises Refused while there is none."""
-        ...
-
-    def enter_map(self, saved: SavedMap) -> None:
-        """Go on in this map from the next frame on. From any thread."""
-        ...
-
-    def step(self, frame: SensorFrame) -> Snapshot:
-        """One frame further."""
-        ...
 
 
 class PilotPace:
@@ -133,7 +80,7 @@ class PilotThread:
     def __init__(
         self,
         robot: RobotLink,
-        pilot: PilotLike,
+        pilot: Pilot,
         setpoint_sender: SetpointSender,
         publish: Callable[[Snapshot, SensorFrame], None],
         failed: Callable[[str], None],

@@ -28,7 +28,7 @@ class SetpointSender:
         self._entrusted: dict[int, int] = {}  # active command → epoch of its lease
         self._seq = itertools.count(1)
         self._driving: Setpoint | None = None  # the last goal setpoint that moved
-        self._stood: dict[str, float] = {}  # when a stop or a halt was sent [s], of those since the last order
+        self._stood: dict[str, float] = {}  # when a stop or a halt was sent [s], of those since the last command
 
     def entrust(self, active_command: int, epoch: int) -> None:
         """Let this active command drive from now on, under this lease."""
@@ -43,7 +43,7 @@ class SetpointSender:
     def follow(self, snapshot: Snapshot) -> None:
         """Send what the pilot asks for; from the pilot's thread."""
         with self._lock:
-            last, press = self._driving, snapshot.setpoint_press
+            last, press = self._driving, snapshot.setpoint_command_id
             epoch = self._entrusted.get(press)
             if epoch is not None:
                 self._driving = self._send(epoch, press, snapshot.setpoint, snapshot.nonce)
@@ -66,7 +66,7 @@ class SetpointSender:
         self._stand("halt", self._robot.halt)
 
     def hand_over(self, epoch: int, owner: str | None) -> None:
-        """Through zero to the next driver, or to nobody."""
+        """Through zero to the next operator, or to nobody."""
         with self._lock:
             self._stood.clear()
             self._robot.disarm()

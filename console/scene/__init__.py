@@ -94,7 +94,7 @@ class Scene:
         waiting: Callable[[], Command | None],
         own_map: Callable[[], OwnMapView | None],
     ) -> None:
-        """`complain`, from any thread: why the scene is left as it is; `waiting`: the order that waits, if any;
+        """`complain`, from any thread: why the scene is left as it is; `waiting`: the command that waits, if any;
         `own_map`: the robot's own map while it is shown.
         """
         self.why_not = ""  # why there is no scene; "" when there is one

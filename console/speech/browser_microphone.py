@@ -29,7 +29,7 @@ JUMP = 0.1  # [s] by which the browser's clock may be off before the sound count
 PARTIAL_EVERY = 0.4  # [s] between two readings of a sentence under way, at least
 PARTIAL_REST = 2.0  # times as long as such a reading took, the next one waits
 IDLE = 120.0  # [s] after which a worker that nobody needs is ended
-TAKEN = "The driver speaks to the robot now; wait until they have ended."
+TAKEN = "The operator speaks to the robot now; wait until they have ended."
 BUSY = "Somebody else is speaking to the robot now; wait until they have ended."
 
 

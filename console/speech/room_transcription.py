@@ -1,7 +1,7 @@
 """The robot's own ears: its sound goes to the worker that reads words, and the words are shown.
 
 STOP is obeyed from any voice, before the sentence is over. Anything else that is understood is shown, and moves
-the robot only where the driver has taken on the words: see `console.speech.voice_commands`.
+the robot only where the operator has taken on the words: see `console.speech.voice_commands`.
 """
 
 from __future__ import annotations

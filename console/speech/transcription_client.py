@@ -1,20 +1,22 @@
-"""The worker that reads words out of sound, as those who listen ask it."""
+"""The worker that reads words out of sound, as those who listen ask it. Its answers are not trusted."""
 
 from __future__ import annotations
 
 import time
 from collections import deque
+from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
 from console.speech.transcription_jobs import BeginListening, FinishListening, HearSound, ReadSoFar
-from console.speech.utterance import received
 from console.workers.array_jobs import ArrayMessage
 from console.workers.worker import Worker
 from core.message import Array
 from core.sensors.microphones import MicrophoneArray
-from core.speech.recognition.decision import RecognizedUtterance
+from core.speech.recognition.decision import Decision, RecognizedUtterance
 from core.speech.settings import SpeechSettings
+from core.speech.understanding.grammar import Refusal, command_of
 
 BUDGET = 20.0  # [s] of processor time for a piece of sound
 LONGEST = 300  # characters of a sentence under way
@@ -96,3 +98,21 @@ class TranscriptionClient:
     async def gone(self) -> None:
         """It was killed: wait until no process is left."""
         await self._worker.gone()
+
+
+def received(utterances: Iterable[RecognizedUtterance]) -> list[RecognizedUtterance]:
+    """A worker's utterances as the console takes them: none asks for more than speech may."""
+    return [replace(one, decision=within_bounds(one.decision)) for one in utterances]
+
+
+def within_bounds(decision: Decision) -> Decision:
+    """The decision with its command built again within the bounds of speech, or the rejection of that command."""
+    given = decision.command
+    if given is None or decision.verdict == "reject":
+        return replace(decision, verdict="reject", command=None)
+    command = command_of(given.name, given.numbers, spoken=True)
+    if isinstance(command, Refusal):
+        return Decision(
+            verdict="reject", words=decision.words, reason=command.reason, suggestions=command.suggestions
+        )
+    return replace(decision, command=command)

@@ -1,7 +1,7 @@
-"""Words of voices in the room, obeyed: only for a driver who has taken them on, fresh, and whole.
+"""Words of voices in the room, obeyed: only for an operator who has taken them on, fresh, and whole.
 
-A voice in the room never interrupts a hand on the keys or what was typed or clicked; the last spoken order wins. What
-goes far or to a person waits a moment: see `console.control.pending_commands`.
+A voice in the room never interrupts a hand on the keys or what was typed or clicked; the last spoken command wins.
+What goes far or to a person waits a moment: see `console.control.pending_commands`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class VoiceCommands:
         pending_commands: PendingCommands,
         board: Notifications,
     ) -> None:
-        self.driver: Person | None = None  # who has taken the words on
+        self.operator: Person | None = None  # who has taken the words on
         pending_commands.when_rejected.append(ears.reject)
         self._ears, self._dispatcher, self._lease, self._pending_commands, self._board = (
             ears,
@@ -48,7 +48,7 @@ class VoiceCommands:
         )
 
     def take_on(self, who: Person) -> None:
-        """Obey voices in the room in this driver's name from now on. Raises Problem 403, 409."""
+        """Obey voices in the room in this operator's name from now on. Raises Problem 403, 409."""
         if not who.may("operator"):
             raise Problem(403, "Viewers watch and may stop the robot; an operator takes words on.")
         try:
@@ -57,16 +57,16 @@ class VoiceCommands:
             )
         except Refused as refused:
             raise Problem(409, str(refused)) from None
-        self.driver, self._ears.obey = who, self._obey
+        self.operator, self._ears.obey = who, self._obey
 
     def let_go(self) -> None:
         """Words are only shown again."""
-        self.driver = self._ears.obey = None
+        self.operator = self._ears.obey = None
         self._pending_commands.forget(SOURCE, "Voices in the room are obeyed no more.")
 
     def _obey(self, decision: Decision, said: RoomUtterance, call: VoiceBearing | None) -> str:
         """Begin, or wait a moment and begin → "", or why not."""
-        who, command = self.driver, decision.command
+        who, command = self.operator, decision.command
         if who is None or not self._lease.held_by(who):
             self.let_go()
             return NOT_YOURS

@@ -95,7 +95,7 @@ class CommandFacts:
     target: Target = "none"  # where it goes
     endless: bool = False  # goes on until another command, and gives way to any
     needs_pose: bool = True  # is not obeyed while the robot does not know where it is
-    icon: str = ""  # its drawing in static/img/icons.svg; "": no button
+    icon: str = ""  # its drawing in static/img/icons.svg; "": a common one
     pronunciations: Mapping[str, str] = field(default_factory=dict[str, str])  # of its words, which dictionaries lack
     fixed: Mapping[str, str] = field(default_factory=dict[str, str])  # said in JSON beside its numbers
 

@@ -87,7 +87,7 @@ class Rehearsal:
         return self.snapshot
 
     def _request(self, snapshot: Snapshot, now: float) -> None:
-        twist, press = snapshot.setpoint, snapshot.setpoint_press
+        twist, press = snapshot.setpoint, snapshot.setpoint_command_id
         setpoint = Setpoint(EPOCH, next(self._seq), "goal", press, twist.v, twist.w, snapshot.nonce)
         self.gate.accept(setpoint, now)
 

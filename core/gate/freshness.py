@@ -1,11 +1,11 @@
-"""Tickets: numbers that give the age of a setpoint by the gate's clock alone."""
+"""Nonces: numbers that give the age of a setpoint by the gate's clock alone."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
 
-class AgeTokens:
+class Nonces:
     """Gives out rising numbers and knows for a while when each was given out."""
 
     def __init__(self, first: int, lifetime: float) -> None:
@@ -21,19 +21,19 @@ class AgeTokens:
         while now - self._issued[oldest := next(iter(self._issued))] > self._lifetime:
             del self._issued[oldest]
 
-    def age(self, ticket: int, now: float) -> float | None:
+    def age(self, nonce: int, now: float) -> float | None:
         """Its age [s]; None when it has expired or was never given out."""
-        issued = self._issued.get(ticket)
+        issued = self._issued.get(nonce)
         return None if issued is None or now - issued > self._lifetime else max(now - issued, 0.0)
 
     def mark(self, now: float) -> None:
-        """Draw a line: tickets given out until now are `before` it, a new one follows at once."""
+        """Draw a line: nonces given out until now are `before` it, a new one follows at once."""
         self._marked = self.newest
         self.issue(now)
 
-    def is_after_mark(self, ticket: int) -> bool:
-        """Return whether a ticket was given out after the newest mark."""
-        return ticket > self._marked
+    def is_after_mark(self, nonce: int) -> bool:
+        """Return whether a nonce was given out after the newest mark."""
+        return nonce > self._marked
 
 
 REMEMBERED = 4096

@@ -2,7 +2,7 @@
 
 No clock, no thread, no file: every call brings the time `now` [s] of one steady clock. `tick`, every 20 ms, is the
 only source of motion. A setpoint counts for a quarter of a second, only under the lease that is in force, and only
-if it returns a ticket that the gate gave out less than `ticket_age` ago: so the age of the setpoint itself is
+if it returns a nonce that the gate gave out less than `nonce_age` ago: so the age of the setpoint itself is
 bounded, whatever was buffered on its way. After every stop, what was pressed then never moves the robot again.
 """
 
@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 from core.gate.deadman import Deadman
-from core.gate.freshness import AgeTokens, InputIds
+from core.gate.freshness import InputIds, Nonces
 from core.gate.guard import ObstacleGuard, Permitted
 from core.gate.limits import Limits, is_count, is_number, speed_cap
 from core.gate.setpoint import AcceptedSetpoint, Setpoint, Source
@@ -34,7 +34,7 @@ class Gate:
         *,
         halted: bool = False,
         trace: TraceWriter | None = None,
-        first_ticket: int = 1,
+        first_nonce: int = 1,
         spent: Iterable[tuple[str, int]] = (),
     ) -> None:
         self.limits = limits
@@ -49,7 +49,7 @@ class Gate:
         self._twist = ZERO
         self._permitted = Permitted(ZERO)
         self._refused = ""
-        self._tickets = AgeTokens(first_ticket, limits.ticket_age)
+        self._nonces = Nonces(first_nonce, limits.nonce_age)
         self._last_seq: dict[str, int] = {}
         self._presses = InputIds(spent)
         self._need_neutral = True
@@ -139,7 +139,7 @@ class Gate:
             reason=permitted.reason or self._reason,
             epoch=self._epoch,
             owner=self._owner,
-            nonce=self._tickets.newest,
+            nonce=self._nonces.newest,
             v=self._twist.v,
             w=self._twist.w,
             source=self._accepted.source if self._accepted else "",
@@ -169,8 +169,8 @@ class Gate:
         if self._accepted is not None and (trouble := self._trouble(self._accepted, now)):
             self._trip(trouble, now)
         self._ticked = now
-        self._tell(self._permit(min(max(now - self._set_at, 0.0), LATE), now), now)
-        self._tickets.issue(now)
+        self._set_twist(self._permit(min(max(now - self._set_at, 0.0), LATE), now), now)
+        self._nonces.issue(now)
         self._write("", now)
         return self._twist
 
@@ -221,13 +221,13 @@ class Gate:
         if setpoint.seq <= self._last_seq.get(setpoint.source, -1):
             return "Stale: a newer setpoint came before it."
         self._last_seq[setpoint.source] = setpoint.seq
-        age = self._tickets.age(setpoint.nonce, now)
+        age = self._nonces.age(setpoint.nonce, now)
         if age is None:
-            return "Old: its ticket has expired."
+            return "Old: its nonce has expired."
         if not (is_number(setpoint.v) and is_number(setpoint.w)):
             self._trip("a speed that is not a number", now)
             return "A speed is not a finite number."
-        after_stop = self._tickets.is_after_mark(setpoint.nonce)
+        after_stop = self._nonces.is_after_mark(setpoint.nonce)
         if setpoint.source == "goal":
             self._presses.begin("goal", setpoint.press)
         if setpoint.v == 0.0 and setpoint.w == 0.0:
@@ -242,7 +242,7 @@ class Gate:
             self._need_neutral = False
         if self._accepted is not None and self._accepted.source == source:
             self._accepted = None
-            self._tell(Permitted(ZERO), now)
+            self._set_twist(Permitted(ZERO), now)
             self._write("", now)
         return ""
 
@@ -273,16 +273,16 @@ class Gate:
         self._stand("trip", reason, now)
 
     def _stand(self, event: Event, reason: str, now: float) -> None:
-        """Set zero; no earlier press moves the robot again; a new ticket separates later setpoints from earlier."""
+        """Set zero; no earlier press moves the robot again; a new nonce separates later setpoints from earlier."""
         self._presses.end_all()
         self._accepted = None
-        self._tell(Permitted(ZERO), now)
+        self._set_twist(Permitted(ZERO), now)
         self._need_neutral = True
         self._reason = self._remark or "halted" if self._state == "halted" else reason
-        self._tickets.mark(now)
+        self._nonces.mark(now)
         self._write(event, now)
 
-    def _tell(self, permitted: Permitted, now: float) -> None:
+    def _set_twist(self, permitted: Permitted, now: float) -> None:
         """Set the twist of the wheels from now on."""
         if self._twist.moves:
             self._guard.roll(self._twist, min(max(now - self._set_at, 0.0), LATE))

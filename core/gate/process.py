@@ -1,7 +1,7 @@
 """The gate's own process: `python -m core.gate.process`. Standard library only, so nothing can make it late.
 
 From the console: setpoints, stops, and its heartbeat. From the driver: near points. To the driver: the twist with the
-newest ticket, every tick. When the console is gone it sends zeros for two seconds and ends.
+newest nonce, every tick. When the console is gone it sends zeros for two seconds and ends.
 """
 
 from __future__ import annotations
@@ -33,7 +33,6 @@ from core.gate.requests import (
     GateRequest,
     GateReset,
     GateStop,
-    TicketedTwist,
     read_report,
     read_request,
 )
@@ -46,7 +45,7 @@ from core.gate.twist import ZERO
 
 FAREWELL = 2.0  # [s] of zeros when the console is gone
 ABSENT = 1.0  # [s] between looks whether the console still is this process's parent
-FIRST_TICKET = 2**50  # a random number below it, so that no ticket of an earlier gate is ever valid again
+FIRST_NONCE = 2**50  # a random number below it, so that no nonce of an earlier gate is ever valid again
 
 
 class GateLoop:
@@ -193,17 +192,16 @@ class GateLoop:
 
     def _tell_driver(self) -> None:
         self._sent_twist = self._gate.twist
-        sent = TicketedTwist(self._sent_twist.v, self._sent_twist.w, self._gate.status().nonce)
-        send_packet(self._driver, asdict(sent))
+        send_packet(self._driver, {**asdict(self._sent_twist), "nonce": self._gate.status().nonce})
 
     def _tell_console(self, *, always: bool) -> None:
         status = replace(self._gate.status(), latched=self._latched)
-        if always or self._sent_status is None or _without_ticket(status) != _without_ticket(self._sent_status):
+        if always or self._sent_status is None or _without_nonce(status) != _without_nonce(self._sent_status):
             self._sent_status = status
             send_packet(self._console, status.to_packet())
 
 
-def _without_ticket(status: GateStatus) -> GateStatus:
+def _without_nonce(status: GateStatus) -> GateStatus:
     return replace(status, nonce=0)
 
 
@@ -243,7 +241,7 @@ def main(arguments: list[str] | None = None) -> None:
         limits,
         halted=given.halted or latch.is_set,
         trace=trace,
-        first_ticket=secrets.randbelow(FIRST_TICKET),
+        first_nonce=secrets.randbelow(FIRST_NONCE),
         spent=_spent(given.spent),
     )
     if trace is not None:

@@ -69,15 +69,6 @@ class DriverReport:
     field: float  # [rad] to either side that the scan covers
 
 
-@dataclass(frozen=True)
-class TicketedTwist:
-    """The twist for the driver, sent every tick."""
-
-    v: float  # [m/s]
-    w: float  # [rad/s]
-    nonce: int  # the newest ticket
-
-
 def read_request(packet: Packet) -> GateRequest | None:
     """A packet of the console → its request; None where it is not of the form that the console sends."""
     fields = {name: value for name, value in packet.items() if name != "kind"}

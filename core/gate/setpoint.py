@@ -22,7 +22,7 @@ class Setpoint:
     press: int  # jog: a number drawn with every key press; goal: the active command's id
     v: float  # [m/s]
     w: float  # [rad/s]
-    nonce: int  # the newest ticket of the gate that its sender had seen
+    nonce: int  # the newest nonce of the gate that its sender had seen
 
     @property
     def is_well_formed(self) -> bool:
@@ -39,4 +39,4 @@ class AcceptedSetpoint:
     source: Source
     press: int
     arrived: float  # [s]
-    age: float  # [s] of its ticket when it arrived
+    age: float  # [s] of its nonce when it arrived

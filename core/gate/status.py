@@ -27,7 +27,7 @@ class GateStatus:
     reason: str = ""  # in words: why it stands, or what slows it
     epoch: int = 0  # of the lease in force, or of the last one
     owner: str = ""  # who holds that lease
-    nonce: int = 0  # the newest ticket; a setpoint returns it
+    nonce: int = 0  # the newest nonce; a setpoint returns it
     v: float = 0.0  # [m/s] of the wheels
     w: float = 0.0  # [rad/s]
     source: str = ""  # "jog" | "goal" | "": the source of the setpoint in force

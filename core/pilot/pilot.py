@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import threading
+from collections import deque
+from collections.abc import Callable
 from dataclasses import replace
 
 from core.calibration.laser.drift import MountWatch
@@ -15,7 +18,6 @@ from core.navigation.control_context import ControlContext, SteeredBody
 from core.perception.people.colours import PersonProfile
 from core.perception.people.looking import PersonLook
 from core.pilot.command_executor import AcceptedCommand, CommandExecutor
-from core.pilot.inbox import Inbox
 from core.pilot.landmark_perception import LandmarkPerception
 from core.pilot.notices import Notices
 from core.pilot.scan_timing import ScanTiming
@@ -43,6 +45,23 @@ BLIND = (
     "This robot has neither odometry nor a laser, so how far it goes cannot be known: it can be driven by hand alone."
 )
 NOTHING_YET = "There is no map yet; drive a little first."
+
+
+class Inbox:
+    """What other threads want of the pilot, in the order in which it came."""
+
+    def __init__(self) -> None:
+        self.between_frames = threading.Lock()  # held while a frame is worked on
+        self._waiting: deque[Callable[[float], object]] = deque()
+
+    def put(self, request: Callable[[float], object]) -> None:
+        """Call this with the stamp [s] of the next frame, before anything else is made of it. From any thread."""
+        self._waiting.append(request)
+
+    def open(self, stamp: float) -> None:
+        """Do what was asked for until now. From the pilot's thread."""
+        for _ in range(len(self._waiting)):
+            self._waiting.popleft()(stamp)
 
 
 class Pilot:
@@ -144,9 +163,9 @@ class Pilot:
         return self._mapper.landmarks, self._mapper.grid
 
     @property
-    def stand(self) -> AnchoredPose:
+    def anchored_pose(self) -> AnchoredPose:
         """The robot's pose, anchored so that `where` finds it on the map as it will be."""
-        return self._mapper.stand
+        return self._mapper.anchored_pose
 
     def where(self, stand: AnchoredPose) -> Pose:
         """Return an earlier anchored pose on the present map."""
@@ -294,7 +313,7 @@ class Pilot:
             increment=motion.increment,
             velocity=Twist(wheels.speed, wheels.turn_rate) if wheels else ZERO,
             setpoint=twist,
-            setpoint_press=doing.active_command.id if doing.active_command else 0,
+            setpoint_command_id=doing.active_command.id if doing.active_command else 0,
             nonce=frame.nonce,
             scan_points=frozen(self._mapper.points),
             landmarks=self._mapper.landmarks,

@@ -59,7 +59,7 @@ class MapTrail:
         pose = floor.estimate.pose
         if self._points and np.hypot(pose.x - self._points[-1][0], pose.y - self._points[-1][1]) < self._step:
             return self._array
-        self._stands.append(floor.stand)
+        self._stands.append(floor.anchored_pose)
         self._points.append((pose.x, pose.y))
         if len(self._points) > self._most:
             self._stands, self._points = self._stands[::2], self._points[::2]

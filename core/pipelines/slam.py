@@ -138,7 +138,7 @@ def _scans(recording: ScanRecording, settings: Settings) -> SlamResult:
     stands: list[AnchoredPose] = []
     for frame in recording:
         pilot.step(frame)
-        stands.append(pilot.stand)
+        stands.append(pilot.anchored_pose)
     landmarks, grid = pilot.finish()
     return SlamResult(recording, tuple(pilot.where(stand) for stand in stands), landmarks, grid=grid)
 

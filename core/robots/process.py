@@ -1,7 +1,7 @@
 """The driver's own process: `python -m core.robots.process`. It opens one robot and lives at its pace.
 
 From the console: what to open, requests, and the pipe to a new gate when the old one is gone. From the gate: twists
-and tickets. To the console: the profile first, then frames. To the gate: what is near, and that the robot is alive.
+and nonces. To the console: the profile first, then frames. To the gate: what is near, and that the robot is alive.
 Whatever fails, the base stops: without a gate at once, without twists after 0.3 s.
 """
 

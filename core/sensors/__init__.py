@@ -18,7 +18,7 @@ class SensorFrame:
 
     stamp: float  # [s], the robot's own clock
     sensed: float = 0.0  # [s] of this computer's monotonic clock when the driver had it; 0: not recorded
-    nonce: int = 0  # the gate's newest ticket when this was sensed; a setpoint made from it returns the ticket
+    nonce: int = 0  # the gate's newest nonce when this was sensed; a setpoint made from it returns the nonce
     wheels: Wheels | None = None
     scan: Scan | None = None
     image: Image | None = None

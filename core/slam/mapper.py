@@ -95,7 +95,7 @@ class Mapper:
         return self.submaps.base.apply(self._points)
 
     @property
-    def stand(self) -> AnchoredPose:
+    def anchored_pose(self) -> AnchoredPose:
         """The robot's pose, anchored to a view so that it moves with the map."""
         active = self.submaps.active
         local = active.slam.filter.pose

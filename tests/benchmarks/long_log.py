@@ -156,7 +156,7 @@ def main() -> None:
             pilot.step(frame)
             spent[k] = 1000 * (time.process_time() - began)
             assert frame.truth is not None
-            pose = pilot.where(pilot.stand)
+            pose = pilot.where(pilot.anchored_pose)
             off = max(off, pose.distance_to(frame.truth.x, frame.truth.y))
         blocks.append((float(np.median(spent)), float(spent.mean()), float(np.percentile(spent, 99))))
         row = dict(zip(("median_ms", "mean_ms", "p99_ms"), (round(one, 2) for one in blocks[-1]), strict=True))

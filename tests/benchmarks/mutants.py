@@ -74,7 +74,7 @@ MUTANTS = (
     Mutant("gate: blind", GATE, "if now - self._last_sign > BLIND and", "if False and"),
     Mutant("gate: stale scan", GATE, "if now - self._last_sign > self.limits.scan_age:", "if False:"),
     Mutant("gate: lease", GATE, "if setpoint.epoch != self._epoch:", "if False:"),
-    Mutant("gate: ticket", GATE, "        if age is None:", "        if False:"),
+    Mutant("gate: nonce", GATE, "        if age is None:", "        if False:"),
     Mutant("gate: before stop", GATE, "        if not after_stop:", "        if False:"),
     Mutant("gate: need of neutral", GATE, '(source == "jog" and self._need_neutral) or ', ""),
     Mutant("loop: sleep", LOOP, "                self._look_for_sleep()\n", ""),

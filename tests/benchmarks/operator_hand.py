@@ -18,7 +18,7 @@ from websockets.exceptions import ConnectionClosed
 
 
 async def hold(port: int, through: int) -> None:
-    """Press once, then echo the newest ticket 20 times a second, as the page does."""
+    """Press once, then echo the newest nonce 20 times a second, as the page does."""
     line = socket.create_connection(("127.0.0.1", through))
     url, origin = f"ws://127.0.0.1:{port}/ws", f"http://127.0.0.1:{port}"
     async with connect(url, sock=line, origin=origin, compression=None) as console:  # type: ignore[arg-type]

@@ -92,7 +92,7 @@ test("every press has a number of its own, and one press keeps its number", () =
   assert.deepEqual(numbers, [1, 2]);
 });
 
-test("frames are numbered upwards, from no less than the clock, and return the newest ticket", () => {
+test("frames are numbered upwards, from no less than the clock, and return the newest nonce", () => {
   const p = page();
   p.keys(FORWARD);
   p.wait(300);

@@ -118,6 +118,10 @@ class Reader:
                 one.stop_read = time.monotonic()
         return [known for _, known in heard]
 
+    async def words_so_far(self) -> str:
+        await asyncio.sleep(self._pace())
+        return ""
+
     def reject(self, words: str) -> None: ...
 
 

@@ -35,7 +35,7 @@ def mix(one: Colour, other: Colour, part: float) -> Colour:
     return r, g, b
 
 
-PREVIEW: Colour = mix(PLAN, UNSURE, 0.6)  # where a spoken order would go, before it begins
+PREVIEW: Colour = mix(PLAN, UNSURE, 0.6)  # where a spoken command would go, before it begins
 
 
 def as_drawn(colours: Array) -> Array:

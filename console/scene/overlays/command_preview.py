@@ -29,7 +29,7 @@ class PreviewLines:
     """One node for all of it."""
 
     def __init__(self, scene: SceneApi, robot: Profile, waiting: Callable[[], Command | None]) -> None:
-        """`waiting`, from any thread: the order that waits, if one does."""
+        """`waiting`, from any thread: the command that waits, if one does."""
         self._strokes = Lines(scene, "/intended", PREVIEW, 3.0)
         self._radius = robot.radius
         self._waiting = waiting

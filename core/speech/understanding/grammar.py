@@ -59,7 +59,7 @@ PAUSE = "(?: ?[,:])?"  # between the words of a sentence
 UNITS = ("meters", "meter", "metres", "metre")  # as people spell what stands as "meters" in the vocabulary
 UNIT = rf"(?:{PAUSE} |(?<=[0-9]))(?:{'|'.join(UNITS)}|m)"
 ENDS = " .,;:!"  # what may stand behind a sentence
-NOT_SUGGESTED = {
+NO_COMMAND_ENDINGS = {
     "?": "That is a question. Say it as a command.",
     "..": "The sentence breaks off. Say all of it.",
 }
@@ -154,7 +154,7 @@ def _tidy(words: str) -> tuple[str | None, str]:
     if quoted:
         text, within = _ended(quoted[2])
         end = within + end
-    return " ".join(text.split()), next((why for mark, why in NOT_SUGGESTED.items() if mark in end), "")
+    return " ".join(text.split()), next((why for mark, why in NO_COMMAND_ENDINGS.items() if mark in end), "")
 
 
 def _ended(text: str) -> tuple[str, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -89,7 +90,7 @@ def test_the_embedded_detector_needs_no_worker(monkeypatch: pytest.MonkeyPatch, 
 
 def test_cameras_and_people_cross_unchanged() -> None:
     camera = Camera()
-    assert ViewingCamera.of(camera).camera.model.__dict__ == camera.model.__dict__
+    assert asdict(ViewingCamera.of(camera).camera.model) == asdict(camera.model)
     (found,) = sticks().look(asked(white_body(640, 480, 320.0, 60.0, 330.0), 0.0, 2.9))
     back = PersonSeen.of(found).rectangle
     assert (back.value, back.bearing, back.box, back.centre) == (found.value, found.bearing, found.box, found.centre)

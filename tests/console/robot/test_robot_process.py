@@ -138,19 +138,19 @@ def test_the_simulated_laboratory_comes_and_obeys(tmp_path: Path) -> None:
     assert check(read_trace(tmp_path / "gate.csv"), Limits()) == []
 
 
-def test_frames_come_in_real_time_with_the_gates_tickets(tiny: TinyProcess) -> None:
+def test_frames_come_in_real_time_with_the_gates_nonces(tiny: TinyProcess) -> None:
     first, begun = tiny.next_frame(2.0), time.monotonic()
     assert first is not None
-    scans, tickets = 0, []
+    scans, nonces = 0, []
     while time.monotonic() - begun < 1.0:
         frame = tiny.next_frame(0.5)
         assert frame is not None
         scans += frame.scan is not None
-        tickets.append(frame.nonce)
+        nonces.append(frame.nonce)
         last = frame
     assert last.stamp - first.stamp == pytest.approx(time.monotonic() - begun, abs=0.25)
     assert scans >= 5
-    assert tickets == sorted(tickets) and tickets[-1] > tickets[len(tickets) // 2] > 0
+    assert nonces == sorted(nonces) and nonces[-1] > nonces[len(nonces) // 2] > 0
 
 
 def test_a_slow_pilot_gets_the_newest_frame_and_misses_no_scan(tiny: TinyProcess) -> None:

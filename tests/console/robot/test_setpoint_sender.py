@@ -31,7 +31,7 @@ def wanting(press: int, v: float) -> Snapshot:
         dead_reckoning=SURE,
         velocity=Twist(),
         setpoint=Twist(v, 0.0),
-        setpoint_press=press,
+        setpoint_command_id=press,
         nonce=7,
         scan_points=nothing,
         slam=SlamHealth(),

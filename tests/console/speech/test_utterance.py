@@ -9,8 +9,8 @@ from typing import Any
 import msgspec
 import pytest
 
+from console.speech.transcription_client import received
 from console.speech.transcription_jobs import HearSound
-from console.speech.utterance import received
 from console.workers.job import JobResult, answer_decoder
 from core.commands.command import Command
 from core.speech.recognition.decision import Decision, RecognizedUtterance

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from console.speech.room_transcription import NOT_OBEYED, RoomUtterance
-from console.speech.utterance import within_bounds
+from console.speech.transcription_client import within_bounds
 from console.speech.voice_commands import HIGHER, VoiceCommands
 from core.commands.command import Command
 from core.errors import Refused

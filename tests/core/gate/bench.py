@@ -40,8 +40,8 @@ class Bench:
         self, source: Source, v: float, w: float, press: int, *, epoch: int = 1, nonce: int | None = None
     ) -> Setpoint:
         self._seq += 1
-        ticket = self.gate.status().nonce if nonce is None else nonce
-        return Setpoint(epoch=epoch, seq=self._seq, source=source, press=press, v=v, w=w, nonce=ticket)
+        nonce = self.gate.status().nonce if nonce is None else nonce
+        return Setpoint(epoch=epoch, seq=self._seq, source=source, press=press, v=v, w=w, nonce=nonce)
 
     def jog(self, v: float, w: float = 0.0, press: int = 1, *, epoch: int = 1) -> str:
         return self.gate.accept(self.order("jog", v, w, press, epoch=epoch), self.now)

@@ -86,10 +86,10 @@ def test_frames_buffered_through_a_freeze_move_nothing(bench: Bench) -> None:
     bench.hold("jog", 0.3, seconds=0.5)
     frozen = bench.now
     kept: list[Setpoint] = []
-    ticket = bench.gate.status().nonce  # the page sees no newer one: its link is frozen both ways
+    nonce = bench.gate.status().nonce  # the page sees no newer one: its link is frozen both ways
     for n in range(30):
         if n % 3 == 0:
-            kept.append(bench.order("jog", 0.3, 0.0, 1, nonce=ticket))
+            kept.append(bench.order("jog", 0.3, 0.0, 1, nonce=nonce))
         bench.run(0.05)
     stopped = [row for row in bench.rows if row.event == "trip"][-1].t_mono_ns * 1e-9
     assert stopped <= frozen + 0.28
@@ -100,12 +100,12 @@ def test_frames_buffered_through_a_freeze_move_nothing(bench: Bench) -> None:
     assert motion_after(bench.rows, stopped) == []
 
 
-def test_frames_that_only_trickle_in_are_bounded_by_their_ticket(bench: Bench) -> None:
-    """A link that lets frames out one by one, each late: the deadman is fed, the ticket is not."""
+def test_frames_that_only_trickle_in_are_bounded_by_their_nonce(bench: Bench) -> None:
+    """A link that lets frames out one by one, each late: the deadman is fed, the nonce is not."""
     bench.hold("jog", 0.3, seconds=0.5)
-    start, ticket = bench.now, bench.gate.status().nonce
+    start, nonce = bench.now, bench.gate.status().nonce
     for _ in range(50):
-        bench.gate.accept(bench.order("jog", 0.3, 0.0, 1, nonce=ticket), bench.now)
+        bench.gate.accept(bench.order("jog", 0.3, 0.0, 1, nonce=nonce), bench.now)
         bench.tick()
     moving = motion_after(bench.rows, start)
     assert max(row.t_mono_ns for row in moving) * 1e-9 <= start + 0.4 + 0.25 + 0.021
@@ -128,7 +128,7 @@ def test_another_epoch_is_refused(bench: Bench, epoch: int) -> None:
     assert "another lease" in bench.jog(0.3, epoch=epoch)
 
 
-def test_an_invented_ticket_is_refused(bench: Bench) -> None:
+def test_an_invented_nonce_is_refused(bench: Bench) -> None:
     newest = bench.gate.status().nonce
     for nonce in (0, newest + 1, newest + 1000):
         assert bench.gate.accept(bench.order("jog", 0.3, 0.0, 1, nonce=nonce), bench.now).startswith("Old")
@@ -270,7 +270,7 @@ def test_a_touch_of_the_keys_ends_a_goal_for_good(bench: Bench) -> None:
     assert bench.goal(0.2, press=3).startswith("This command was stopped")
 
 
-def test_a_ticket_expires_also_while_the_gate_is_frozen(bench: Bench) -> None:
+def test_a_nonce_expires_also_while_the_gate_is_frozen(bench: Bench) -> None:
     order = bench.order("jog", 0.2, 0.0, 1)
     bench.now += 0.41
     bench.gate.heartbeat(bench.now)
@@ -453,7 +453,7 @@ def test_presses_from_before_a_restart_do_not_move_the_new_gate() -> None:
         lambda bench: bench.gate.touch(True, bench.now),
     ],
 )
-def test_every_stop_is_seen_in_the_status_with_a_new_ticket(bench: Bench, stop: Callable[[Bench], object]) -> None:
+def test_every_stop_is_seen_in_the_status_with_a_new_nonce(bench: Bench, stop: Callable[[Bench], object]) -> None:
     bench.hold("jog", 0.3, seconds=0.3)
     before = bench.gate.status()
     stop(bench)

@@ -134,8 +134,8 @@ def test_it_drives_and_says_so_at_twenty_hertz_or_more(gate: Played) -> None:
     assert told >= 20
     gate.listen()
     assert len([t for t, _ in gate.twists if t > time.monotonic() - 1.0]) >= 30
-    tickets = [twist["nonce"] for _, twist in gate.twists]
-    assert tickets == sorted(tickets)
+    nonces = [twist["nonce"] for _, twist in gate.twists]
+    assert nonces == sorted(nonces)
 
 
 class Still:
@@ -219,13 +219,13 @@ def test_a_sleep_of_the_machine_ends_what_is_driven_and_what_was_ordered_before(
     press = 0
     while not any(told):  # a machine that is busy elsewhere may trip it now and then
         drive(press := press + 1, 0.3)
-    ticket = status["nonce"]
+    nonce = status["nonce"]
     slept[0] += 10.0
     drive(press, 0.1)
     told.clear()
     drive(press, 0.2)
     assert status["reason"] == "the machine slept" and status["refused"] != "" and not any(told)
-    drive(press + 1, 0.1, nonce=ticket)  # an order from before the sleep that lay in a buffer
+    drive(press + 1, 0.1, nonce=nonce)  # an order from before the sleep that lay in a buffer
     assert not any(told)
     for later in range(press + 2, press + 20):
         drive(later, 0.3)

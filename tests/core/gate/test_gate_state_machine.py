@@ -28,7 +28,7 @@ class AnyOrderOfThings(RuleBasedStateMachine):
         self.now = 10.0
         self.seq = 0
         self.sent: list[Setpoint] = []
-        self.seen_tickets: list[tuple[int, float]] = []
+        self.seen_nonces: list[tuple[int, float]] = []
         self.halted = halted
         self.armed: int | None = None
         self.epoch = 0
@@ -41,7 +41,7 @@ class AnyOrderOfThings(RuleBasedStateMachine):
 
     def look(self) -> None:
         """What a page sees in a state message."""
-        self.seen_tickets.append((self.gate.status().nonce, self.now))
+        self.seen_nonces.append((self.gate.status().nonce, self.now))
 
     def everything_stops(self) -> None:
         self.dead |= self.in_force
@@ -56,8 +56,8 @@ class AnyOrderOfThings(RuleBasedStateMachine):
             if self.gate.status().trips > before.trips:
                 self.everything_stops()
             return
-        issued = [when for ticket, when in self.seen_tickets if ticket == order.nonce]
-        assert issued and self.now - issued[0] <= LIMITS.ticket_age + 1e-9
+        issued = [when for nonce, when in self.seen_nonces if nonce == order.nonce]
+        assert issued and self.now - issued[0] <= LIMITS.nonce_age + 1e-9
         assert self.armed == order.epoch and not self.halted
         for speed in (order.v, order.w):
             assert type(speed) in (int, float) and math.isfinite(speed)
@@ -73,7 +73,7 @@ class AnyOrderOfThings(RuleBasedStateMachine):
     @rule(source=sources, v=speeds, w=speeds, press=presses, back=st.integers(0, 3), epoch=st.integers(-1, 1))
     def order(self, source: str, v: float, w: float, press: int, back: int, epoch: int) -> None:
         self.seq += 1
-        nonce, _ = self.seen_tickets[-1 - min(back, len(self.seen_tickets) - 1)]
+        nonce, _ = self.seen_nonces[-1 - min(back, len(self.seen_nonces) - 1)]
         order = Setpoint(max(self.epoch + min(epoch, 0), 0), self.seq, source, press, v, w, nonce)  # type: ignore[arg-type]
         self.sent.append(order)
         self.note(order)

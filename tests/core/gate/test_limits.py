@@ -39,7 +39,7 @@ def test_a_guard_that_is_no_bool_is_refused() -> None:
 
 def test_the_defaults_are_the_sheet_of_the_gate() -> None:
     limits = Limits()
-    assert (limits.deadman, limits.ticket_age, limits.scan_age, limits.heartbeat) == (0.25, 0.4, 0.3, 0.15)
+    assert (limits.deadman, limits.nonce_age, limits.scan_age, limits.heartbeat) == (0.25, 0.4, 0.3, 0.15)
 
 
 def test_a_late_operator_drives_slower() -> None:

@@ -60,7 +60,7 @@ def test_everything_published_is_read_only() -> None:
         assert not isinstance(array, np.ndarray) or not array.flags.writeable
 
 
-def test_the_ticket_of_the_frame_comes_back_with_the_setpoint() -> None:
+def test_the_nonce_of_the_frame_comes_back_with_the_setpoint() -> None:
     lab = robot()
     pilot = Pilot(lab.profile)
     assert pilot.step(replace(lab.read(), nonce=77)).nonce == 77
@@ -74,7 +74,7 @@ def test_setpoints_are_plain_numbers_under_the_undertakings_name() -> None:
     assert snapshot.setpoint.v > 0
     assert type(snapshot.setpoint.v) is float
     assert type(snapshot.setpoint.w) is float
-    assert snapshot.setpoint_press == 5
+    assert snapshot.setpoint_command_id == 5
     assert snapshot.active_command is not None
     assert (snapshot.active_command.heard_as, snapshot.active_command.who) == ("continue 1 meters", "anna")
 
@@ -92,7 +92,7 @@ def test_the_plan_and_the_goal_are_shown_while_they_hold() -> None:
     assert len(snapshot.path) == 0
     assert [(ended.state, ended.remark) for ended in snapshot.endings] == [("cancelled", "Stopped by anna.")]
     assert not snapshot.setpoint.moves
-    assert snapshot.setpoint_press == 0
+    assert snapshot.setpoint_command_id == 0
 
 
 def test_a_straight_line_shows_its_end() -> None:
@@ -131,7 +131,7 @@ def test_a_cancel_ends_only_what_was_told_before_it() -> None:
     pilot.tell(2, command("turn right"), "typed", "anna")
     snapshot = pilot.step(lab.read())
     assert [ended.id for ended in snapshot.endings] == [1]
-    assert snapshot.setpoint_press == 2
+    assert snapshot.setpoint_command_id == 2
     assert snapshot.setpoint.w < 0
 
 
@@ -302,12 +302,12 @@ def test_a_command_that_cannot_begin_leaves_the_one_under_way_alone() -> None:
     snapshot = pilot.step(lab.read())
     assert [(ended.id, ended.state) for ended in snapshot.endings] == [(2, "refused")]
     assert snapshot.active_command is not None and snapshot.active_command.id == 1
-    assert snapshot.setpoint.v > 0 and snapshot.setpoint_press == 1
+    assert snapshot.setpoint.v > 0 and snapshot.setpoint_command_id == 1
     pilot.tell(3, command("come here"), "chip", "anna")
     pilot.tell(4, command("turn left"), "chip", "anna")
     snapshot = pilot.step(lab.read())
     assert [(ended.id, ended.state) for ended in snapshot.endings] == [(3, "pre-empted"), (1, "pre-empted")]
-    assert snapshot.setpoint_press == 4 and snapshot.setpoint.w > 0
+    assert snapshot.setpoint_command_id == 4 and snapshot.setpoint.w > 0
 
 
 def test_a_stop_ends_what_came_in_with_it_too() -> None:

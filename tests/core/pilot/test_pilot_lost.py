@@ -109,7 +109,7 @@ def test_carried_under_way_it_turns_by_leave_of_the_command_which_then_ends(outi
         if snapshot.floor.lost is not None and snapshot.setpoint.moves:
             turned = True
             assert snapshot.setpoint.v == 0.0 and 0.0 < snapshot.setpoint.w <= 0.6
-            assert snapshot.setpoint_press == 7
+            assert snapshot.setpoint_command_id == 7
         endings += snapshot.endings
         if endings:
             break

@@ -148,5 +148,5 @@ def test_the_same_drive_makes_the_same_map_to_the_bit() -> None:
         poses = [told(floor, moment) for floor in floors]
         assert poses[0] == poses[1]
     assert floors[0].grid.log_odds.tobytes() == floors[1].grid.log_odds.tobytes()
-    assert floors[0].stand == floors[1].stand
-    assert floors[0].where(floors[0].stand).vector == pytest.approx(floors[0].estimate.pose.vector, abs=1e-9)
+    assert floors[0].anchored_pose == floors[1].anchored_pose
+    assert floors[0].where(floors[0].anchored_pose).vector == pytest.approx(floors[0].estimate.pose.vector, abs=1e-9)
