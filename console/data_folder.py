@@ -13,12 +13,14 @@ import re
 import stat
 from collections.abc import Generator
 from pathlib import Path
-from typing import IO
+from typing import IO, TYPE_CHECKING
 
-from console.control.notices import Notifications
 from core.errors import Unavailable, Unwritable
 from core.files import reason, remove_unfinished, try_writing
 from core.models import user_folder
+
+if TYPE_CHECKING:
+    from console.control.notices import Notifications
 
 OURS = re.compile(
     r"history\.sqlite.*|console\.log.*|halt\..*|lock|maps|calibration|people|robots|speech_quality|models|"

@@ -32,7 +32,7 @@ from core.perception.people.tracked_person import TrackSettings
 from core.perception.sound.settings import DirectionFindingSettings
 from core.recording import LogSettings
 from core.setting import Section, declared_settings
-from core.simulation.robot import SimulationSettings
+from core.simulation.settings import SimulationSettings
 from core.slam.ekf_slam import EkfSettings
 from core.slam.map.closure import ClosureSettings
 from core.slam.map.occupancy import OccupancySettings

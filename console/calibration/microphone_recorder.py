@@ -6,11 +6,11 @@ import asyncio
 import math
 
 import numpy as np
-from scipy.signal import resample_poly
 
 from core.errors import BadInput, BeckonError, Refused, Unavailable
 from core.robots.requests import Ask, ReadTruth, SetListening, Speak
 from core.sensors.microphones import Sound, joined
+from core.sensors.resampling import resampled
 from core.speech.practice_voice import practice_voice
 from core.speech.synthesis import VoiceSettings, speak
 
@@ -81,7 +81,7 @@ def words() -> bytes:
     """Return a word of the demo: 16-bit samples at RATE; without text to speech a made-up voice."""
     try:
         sound = speak(WORDS, VoiceSettings())
-        samples = resample_poly(sound.samples[:, 0], RATE, sound.rate)
+        samples = resampled(sound.samples[:, 0], sound.rate, RATE)
     except Unavailable:
         samples = practice_voice(np.random.default_rng(0), 1.5, RATE)
     level = np.clip(0.3 * samples / np.abs(samples).max(), -1, 1)

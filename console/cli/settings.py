@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 from console.cli.answer import add_json, write, write_json
 from core.errors import BadInput
 from core.setting import DeclaredSetting, Section, declared_settings
-from core.settings import FORMER, Settings
 
 TYPES = {bool: "boolean", int: "integer", float: "number", str: "string"}  # as JSON Schema calls them
 
@@ -48,6 +47,8 @@ def run(chosen: argparse.Namespace) -> int:
 
 def section_kinds() -> dict[str, type[Section]]:
     """Name of a section → its class."""
+    from core.settings import Settings  # all algorithms take a moment: only where they are needed
+
     return {one.name: type(getattr(Settings(), one.name)) for one in dataclasses.fields(Settings)}
 
 
@@ -99,6 +100,8 @@ def shown(value: Any) -> str:
 
 def schema(sections: dict[str, type[Section]]) -> dict[str, Any]:
     """JSON Schema (draft 4, which editors of TOML read) of a settings file with these sections."""
+    from core.settings import FORMER  # see section_kinds
+
     former = {old: {"$ref": f"#/definitions/{new}"} for old, new in FORMER.items() if new in sections}
     return {
         "$schema": "http://json-schema.org/draft-04/schema#",

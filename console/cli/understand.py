@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any, NotRequired, TypedDict
+from typing import TYPE_CHECKING, Any, NotRequired, TypedDict
 
 from console.cli.answer import add_json, write, write_json
-from core.commands import particulars
-from core.commands.command import Command
-from core.speech.understanding.grammar import Refusal, understand
+
+if TYPE_CHECKING:
+    from core.commands.command import Command
+    from core.speech.understanding.grammar import Refusal
 
 
 def add(places: Any) -> None:
@@ -24,10 +25,12 @@ def add(places: Any) -> None:
 
 def run(chosen: argparse.Namespace) -> int:
     """Exit code 0 also for a refusal: the question was answered."""
+    from core.speech.understanding.grammar import Refusal, understand  # the vocabulary takes a moment
+
     heard = understand(" ".join(chosen.words), spoken=chosen.spoken)
     if chosen.json:
         write_json(as_json(heard))
-    elif isinstance(heard, Command):
+    elif not isinstance(heard, Refusal):
         numbers = ", ".join(f"{name} = {value:g}" for name, value in heard.numbers.items())
         write(f"{heard.name}({numbers}): {heard.heard_as}")
     else:
@@ -49,7 +52,10 @@ class Understanding(TypedDict):
 
 def as_json(heard: Command | Refusal) -> Understanding:
     """The keys of the contract: accepted, command, reason, suggestions."""
-    if isinstance(heard, Command):
+    from core.commands import particulars  # see run
+    from core.speech.understanding.grammar import Refusal
+
+    if not isinstance(heard, Refusal):
         return {
             "accepted": True,
             "command": {"name": heard.name, **particulars(heard.name, heard.numbers)},

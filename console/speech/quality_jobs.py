@@ -5,7 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from console.workers.job import Job
-from core.simulation.microphones import MicrophoneSettings
+from core.simulation.settings import MicrophoneSettings
 from core.speech.settings import SpeechSettings
 
 

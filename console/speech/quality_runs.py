@@ -21,7 +21,7 @@ from console.workers.tasks import end, to_the_end
 from console.workers.worker import Worker, WorkerLost
 from core.errors import BeckonError, Unwritable
 from core.files import saving, write_atomic
-from core.simulation.microphones import MicrophoneSettings
+from core.simulation.settings import MicrophoneSettings
 from core.speech.settings import SpeechSettings
 
 log = logging.getLogger(__name__)

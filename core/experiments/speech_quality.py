@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import NotRequired, TypedDict
 
 import numpy as np
-from scipy.signal import resample_poly
 
 from core.calibration.files.written import write_all
 from core.errors import Unavailable
@@ -24,6 +23,7 @@ from core.experiments.result import ExperimentResult
 from core.experiments.run_log import RunLog
 from core.message import Array, message
 from core.sensors.microphones import Sound
+from core.sensors.resampling import resampled
 from core.simulation.acoustics.shoebox import ShoeboxRoom, heard, impulse_responses, pink_noise
 from core.speech.practice_voice import practice_voice
 from core.speech.quality.audio_similarity import AudioSimilarity, liken
@@ -92,7 +92,7 @@ def spoken(rng: np.random.Generator, phrases: Sequence[str]) -> tuple[list[Spoke
     for number, text in enumerate(phrases):
         if can_speak():
             sound = speak(text, VoiceSettings(voice=PERSONS_VOICE, speed=SPEEDS[number // len(TEXT) % len(SPEEDS)]))
-            dry = resample_poly(sound.samples[:, 0], RATE, sound.rate)
+            dry = resampled(sound.samples[:, 0], sound.rate, RATE)
         else:
             dry = practice_voice(rng, 0.35 * len(text.split()) + 0.3, RATE)
         said.append(SpokenPhrase(text=text, dry=LEVEL * dry / np.std(dry)))

@@ -19,7 +19,8 @@ from core.message import Array, message
 from core.sensors.microphones import Sound
 from core.simulation.acoustics.enclosure import enclosure, in_sight
 from core.simulation.acoustics.shoebox import impulse_responses
-from core.simulation.microphones import RATE, MicrophoneSettings, SimulatedMicrophones
+from core.simulation.microphones import RATE, SimulatedMicrophones
+from core.simulation.settings import MicrophoneSettings
 from core.simulation.world import world_named
 from core.speech.quality.audio_similarity import AudioSimilarity, liken
 from core.speech.quality.osqe import SpeechQuality, compare

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import zlib
-from dataclasses import dataclass, replace
-from typing import Annotated
 
 import numpy as np
 
 from core.errors import BadInput, Refused
 from core.geometry import Pose, rotation
 from core.message import Array
-from core.sensors.microphones import ARRAYS, MicrophoneArray, Sound
-from core.setting import Meta, Section
+from core.sensors.microphones import MicrophoneArray, Sound
 from core.simulation.acoustics.noise import Motors, Murmur
 from core.simulation.acoustics.shoebox import pink_noise
 from core.simulation.acoustics.sound_source import SoundSource
+from core.simulation.settings import SILENT, MicrophoneSettings
 from core.simulation.world import World
 
 RATE = 16_000  # [Hz]
@@ -25,38 +23,9 @@ PATIENCE = 6.0  # [s] that a talker whose sound comes in pieces is waited for
 MOST_TALKERS = 3
 PIECES = 2  # of the work on echoes that are done with one reading, shared by all who talk
 LONGEST = 30.0  # [s] of sound that may wait to be said
-SILENT = -60.0  # [dB] a noise that low is none
 FAN_HEIGHT = 1.0  # [m]
 FAN_FROM_WALL = 0.6  # [m]
 NEAREST = 0.15  # [m] of a mouth to the microphones
-
-
-@dataclass(frozen=True)
-class MicrophoneSettings(Section):
-    """The simulated robot's ears and the room that they are in."""
-
-    microphones: Annotated[str, Meta(choices=("none", *ARRAYS), meaning='array on the robot; "none": deaf')] = (
-        "respeaker-odas"
-    )
-    reverberation: Annotated[float, Meta("s", 0, 0.6, "RT60 of every room")] = 0.3
-    murmur: Annotated[float, Meta("dB", SILENT, 20, "level of the room's noise, against a voice at 1 m")] = -30.0
-    motor_noise: Annotated[
-        float, Meta("dB", SILENT, 20, "level of the motors at 0.1 m/s at the microphones; -60: none")
-    ] = -10.0
-    fan_noise: Annotated[float, Meta("dB", SILENT, 20, "level of a fan in a corner at 1 m; -60: none")] = SILENT
-    turned: Annotated[
-        float, Meta("rad", -7, 7, "angle by which the array really sits on the robot, unknown to its profile")
-    ] = 0.0
-
-    @property
-    def array(self) -> MicrophoneArray | None:
-        """The array on the robot as its profile has it; None: deaf."""
-        return None if self.microphones == "none" else ARRAYS[self.microphones]
-
-    @property
-    def mounted(self) -> MicrophoneArray | None:
-        """The array as it really sits on the robot; None: deaf."""
-        return None if self.array is None else replace(self.array, mounting=Pose(heading=self.turned))
 
 
 class SimulatedMicrophones:

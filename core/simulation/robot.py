@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
-from typing import Annotated, Any, Literal, cast
+from typing import Any, cast
 
 import msgspec
 import numpy as np
@@ -34,7 +33,6 @@ from core.robots.requests import (
     not_taken,
 )
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame
-from core.setting import Meta
 from core.simulation.actors.board_motion import BoardMotion
 from core.simulation.actors.pedestrians import Pedestrians
 from core.simulation.actors.requests import BOARD, HOLDER, describe, pose_asked_for, thing_asked_for
@@ -42,39 +40,11 @@ from core.simulation.actors.speakers import Speakers
 from core.simulation.camera import SimulatedCamera
 from core.simulation.differential_drive import DifferentialDrive
 from core.simulation.laser import SimulatedLaser
-from core.simulation.microphones import MicrophoneSettings
+from core.simulation.settings import LASER_NOISE, SimulationSettings
 from core.simulation.wheels import EncoderWheels, PaperWheels, PerfectWheels, SimulatedWheels
 from core.simulation.world import World, world_named
 
-WheelNoise = Literal["encoder", "paper", "none"]
-LaserNoise = Literal["1%", "3%", "none"]
-LASER_NOISE: dict[LaserNoise, tuple[float, float]] = {"1%": (0.010, 0.01), "3%": (0.030, 0.03), "none": (0.0, 0.0)}
-"""Standard deviation of a range: at least the first [m], else the second times the range."""
-
 SINCE = 0.3  # [s] for which poses are kept: longer than a turn of the mirror
-
-
-@dataclass(frozen=True)
-class SimulationSettings(MicrophoneSettings):
-    """Noise and equipment of the simulated robot."""
-
-    wheel_noise: Annotated[WheelNoise, Meta(meaning="encoder: sizes and slip of wheels; paper: eq. 43")] = "encoder"
-    scale_error: Annotated[float, Meta("", 0, 0.1, "relative sd of the size of both wheels together")] = 0.003
-    mismatch: Annotated[float, Meta("", 0, 0.1, "relative sd of one wheel against the other")] = 0.0002
-    wheelbase_error: Annotated[float, Meta("", 0, 0.1, "relative sd of the wheelbase")] = 0.003
-    slip: Annotated[float, Meta("m/√m", 0, 0.1, "slip of each wheel")] = 0.0007
-    laser_noise: Annotated[LaserNoise, Meta(meaning="sd of a range as a share of it")] = "1%"
-    dropout: Annotated[float, Meta("", 0, 1, "share of beams that fail at random")] = 0.004
-    camera: Annotated[bool, Meta(meaning="whether the robot has a camera")] = True
-    camera_rate: Annotated[float, Meta("Hz", 0.1, 40, "pictures per second")] = 10.0
-    light: Annotated[float, Meta("", 0.05, 3, "brightness of the pictures")] = 1.0
-    picture_snr: Annotated[float, Meta("dB", 10, 100, "signal to noise of the camera's sensor (section 6)")] = 42.0
-    exposure: Annotated[float, Meta("s", 0, 0.1, "exposure time of a picture: turning meanwhile smears it")] = 0.0
-    defocus: Annotated[float, Meta("pixel", 0, 5, "sd of the lens's blur")] = 0.0
-    cruise: Annotated[float, Meta("m/s", 0.01, 1, "speed of commands (section 6.2)")] = 0.1
-    max_speed: Annotated[float, Meta("m/s", 0.01, 1, "highest speed of the base")] = 0.3
-    max_turn_rate: Annotated[float, Meta("rad/s", 0.01, 6, "highest turn rate of the base")] = 1.5
-    response: Annotated[float, Meta("s", 0, 1, "time until the base has followed 63 % of a change of speed")] = 0.06
 
 
 class SimulatedRobot:

@@ -6,7 +6,6 @@ It says no words. It serves where only the timing of sound matters and no record
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import lfilter
 
 from core.message import Array
 
@@ -36,6 +35,8 @@ def practice_voice(rng: np.random.Generator, duration: float, rate: int) -> Arra
 
 def _vowel(rng: np.random.Generator, pitch: float, duration: float, rate: int) -> Array:
     """Pulses at a gliding pitch [Hz] through the resonances of one vowel."""
+    from scipy.signal import lfilter  # takes half a second, and few processes make sound
+
     time = np.arange(int(duration * rate)) / rate
     phase = np.cumsum(pitch * (1 + rng.uniform(-0.8, 0.8) * (time - duration / 2))) / rate
     pulses = np.diff(np.floor(phase), prepend=0.0) + 0.02 * rng.normal(size=len(time))

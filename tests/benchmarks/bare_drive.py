@@ -13,7 +13,8 @@ from core.navigation.control_context import ControlContext, SteeredBody
 from core.perception.landmarks.deskew import deskew
 from core.robots.nearness import field_of, near_points
 from core.robots.requests import CarryRobot, ReadTruth
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 from core.slam.map.occupancy import OccupancyGrid
 
 NO_MAP = OccupancyGrid(revision=0, resolution=0.05, origin=np.zeros(2), log_odds=np.zeros((0, 0), np.float32))

@@ -30,7 +30,8 @@ from core.perception.landmarks.deskew import beam_ends
 from core.perception.landmarks.frame_perception import Beams
 from core.robots.requests import CarryRobot
 from core.sensors import SensorFrame
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 from core.simulation.world import world_named
 from core.slam.map.keyframe import thinned
 from core.slam.map.occupancy import OccupancyGrid, OccupancyMap

@@ -23,7 +23,7 @@ from core.gate import Twist
 from core.geometry import Pose, wrap
 from core.robots.requests import PlaceThing, RemoveThing
 from core.settings import Settings
-from core.simulation.robot import SimulationSettings
+from core.simulation.settings import SimulationSettings
 from core.simulation.world import World, world_named
 from tests.benchmarks.bare_drive import BareDrive
 

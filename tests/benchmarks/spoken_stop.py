@@ -24,7 +24,7 @@ from core.experiments.spoken_room import SpokenRoom
 from core.experiments.table_2 import TRIALS
 from core.experiments.table_2_trials import along
 from core.settings import Settings
-from core.simulation.robot import SimulationSettings
+from core.simulation.settings import SimulationSettings
 from core.simulation.world import world_named
 from core.snapshot import Snapshot
 from core.speech.recognition.engines import open_engine

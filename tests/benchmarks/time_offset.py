@@ -27,7 +27,8 @@ from core.message import Array
 from core.pilot import Pilot
 from core.robots.device_clock import DeviceClock
 from core.sensors import SensorFrame
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 from core.slam.scan_matching.time_offset import TimeOffset, TimeOffsetEstimator, TimeOffsetSettings
 from tests.benchmarks.real_sessions import obey
 from tests.benchmarks.running_console import console

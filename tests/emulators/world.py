@@ -11,7 +11,8 @@ from core.gate import ZERO, Twist
 from core.geometry import Pose
 from core.robots.requests import AnswerT, RobotRequest, SetListening
 from core.sensors import Image, Scan, Sound, Wheels
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 
 BEHIND = 0.5  # [s] that may be caught up
 NEVER = float("-inf")

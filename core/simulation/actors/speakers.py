@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import resample_poly
 
 from core.errors import BadInput, Unavailable
 from core.geometry import Pose
 from core.message import Array
 from core.robots.requests import ListeningState, SetListening, Speak, SpokenSound, finite
 from core.sensors.microphones import Sound
-from core.simulation.microphones import RATE, MicrophoneSettings, SimulatedMicrophones
+from core.sensors.resampling import resampled
+from core.simulation.microphones import RATE, SimulatedMicrophones
+from core.simulation.settings import MicrophoneSettings
 from core.simulation.world import World
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
 
@@ -121,7 +122,7 @@ def _samples(pcm: bytes) -> Array:
 def _at_rate(samples: Array, rate: int) -> Array:
     if len(samples) / rate > LONGEST:
         raise BadInput(f"Say at most {LONGEST:g} s at once; send the rest after it.")
-    return samples if rate == RATE else resample_poly(samples, RATE, rate)
+    return resampled(samples, rate, RATE)
 
 
 def loudness(samples: Array) -> float:

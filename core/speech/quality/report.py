@@ -8,7 +8,6 @@ from html import escape
 
 import cv2
 import numpy as np
-from scipy.signal import ShortTimeFFT
 
 from core.message import Array
 from core.speech.quality.audio_similarity import AudioSimilarity
@@ -226,6 +225,8 @@ def loudest_db(samples: Array, rate: int) -> float:
 
 def _levels(samples: Array, rate: int) -> Array:
     """(bins, frames) [dB], lowest pitch first."""
+    from scipy.signal import ShortTimeFFT  # takes half a second, and few processes write a report
+
     window = np.hanning(max(16, round(FRAME * rate)))
     padded = np.pad(np.asarray(samples, float), (0, max(0, len(window) - len(samples))))
     transform = ShortTimeFFT(window, max(1, round(STEP * rate)), rate, fft_mode="onesided")

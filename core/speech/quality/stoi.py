@@ -11,10 +11,10 @@ import math
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.signal import resample_poly
 
 from core.errors import BadInput
 from core.message import Array
+from core.sensors.resampling import resampled
 
 RATE = 10_000  # [Hz] at which intelligibility is judged
 FRAME, STEP, SIZE = 256, 128, 512  # samples of a frame and between frames, points of a spectrum
@@ -32,7 +32,7 @@ def stoi(clean: Array, degraded: Array, rate: int, *, extended: bool = False) ->
     `extended`: ESTOI, which also holds where the noise comes and goes. Raises BadInput for unequal lengths.
     """
     _check(clean, degraded)
-    pair = [_at_rate(one, rate) for one in (clean, degraded)]
+    pair = [resampled(one, rate, RATE) for one in (clean, degraded)]
     bands = [_bands(one) for one in _without_silence(*pair)]
     if bands[0].shape[1] < SEGMENT:
         return None
@@ -65,11 +65,6 @@ def si_sdr(clean: Array, degraded: Array) -> float | None:
 def _check(clean: Array, degraded: Array) -> None:
     if clean.shape != degraded.shape or clean.ndim != 1:
         raise BadInput("Only recordings of equal length can be compared.")
-
-
-def _at_rate(samples: Array, rate: int) -> Array:
-    common = math.gcd(RATE, rate)
-    return samples if rate == RATE else resample_poly(samples, RATE // common, rate // common)
 
 
 def _window() -> Array:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from fractions import Fraction
 
 import numpy as np
 from scipy.fft import next_fast_len
-from scipy.signal import resample_poly
 
 from core.errors import BadInput
 from core.message import Array, message
 from core.sensors.microphones import Sound
+from core.sensors.resampling import resampled
 
 RATE = 16_000  # [Hz] at which recordings are compared
 SHORTEST = 0.5  # [s] of speech that can be compared
@@ -65,8 +64,7 @@ def at_rate(sound: Sound, rate: int) -> Array:
     samples = np.asarray(sound.samples, float).mean(axis=1)
     if len(samples):
         samples = samples - samples.mean()
-    ratio = Fraction(rate, sound.rate)
-    return samples if ratio == 1 else resample_poly(samples, ratio.numerator, ratio.denominator)
+    return resampled(samples, sound.rate, rate)
 
 
 def _delay(ours: Array, theirs: Array) -> tuple[int, float]:

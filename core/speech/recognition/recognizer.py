@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import gcd
 from typing import Protocol
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from core.errors import BadInput
 from core.message import Array, message
 from core.sensors.microphones import NO_NUMBERS, Sound, usable
+from core.sensors.resampling import resampled
 from core.speech.recognition.decision import Decision, RecognizedUtterance
 from core.speech.settings import RATE
 
@@ -88,11 +88,7 @@ def at_16_khz(sound: Sound) -> Sound:
         raise BadInput(f"Words need sound of at least {LOWEST_RATE} Hz; this has {sound.rate} Hz. Record it again.")
     if sound.rate == RATE:
         return sound
-    from scipy.signal import resample_poly  # takes 50 MB, and most microphones do without it
-
-    shared = gcd(RATE, sound.rate)
-    samples = resample_poly(sound.samples, RATE // shared, sound.rate // shared, axis=0)
-    return Sound(stamp=sound.stamp, rate=RATE, samples=samples)
+    return Sound(stamp=sound.stamp, rate=RATE, samples=resampled(sound.samples, sound.rate, RATE))
 
 
 def checked(sound: Sound) -> Array:

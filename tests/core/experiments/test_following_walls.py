@@ -8,7 +8,7 @@ import pytest
 
 from core.experiments.rehearsal import Rehearsal
 from core.settings import Settings
-from core.simulation.robot import SimulationSettings
+from core.simulation.settings import SimulationSettings
 
 BLIND = dataclasses.replace(Settings(), simulation=SimulationSettings(camera=False))
 

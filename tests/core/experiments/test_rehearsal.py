@@ -15,7 +15,7 @@ from core.experiments.rehearsal import Rehearsal
 from core.geometry import wrap
 from core.robots.requests import PlaceThing, ReadTruth
 from core.settings import Settings
-from core.simulation.robot import SimulationSettings
+from core.simulation.settings import SimulationSettings
 
 BLIND = dataclasses.replace(Settings(), simulation=SimulationSettings(camera=False))
 

@@ -8,7 +8,8 @@ import pytest
 
 from core.errors import Refused
 from core.pilot import Pilot
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 from core.slam.map.map_file import SavedMap
 from tests.core.pilot.test_pilot import command
 

@@ -14,7 +14,8 @@ from core.geometry import wrap
 from core.pilot.landmark_perception import LandmarkPerception
 from core.sensors import Image, Scan
 from core.settings import Settings
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 from core.slam.ekf_slam import EkfSlam
 from core.slam.odometry import Odometry
 

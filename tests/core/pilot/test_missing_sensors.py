@@ -17,7 +17,8 @@ from core.pilot import Pilot
 from core.robots import Profile
 from core.sensors import Laser, Scan, SensorFrame, Sound
 from core.simulation.laser import SimulatedLaser
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 from core.simulation.world import world_named
 from core.snapshot import Snapshot
 from core.speech.understanding.grammar import understand

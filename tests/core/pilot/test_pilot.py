@@ -21,7 +21,8 @@ from core.pilot.trail import Trail
 from core.robots import Profile
 from core.sensors import Image, Laser, SensorFrame
 from core.settings import Settings
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 from core.snapshot import Snapshot
 from core.speech.understanding.grammar import understand
 

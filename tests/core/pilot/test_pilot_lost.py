@@ -12,7 +12,8 @@ from core.errors import BadInput, Refused
 from core.geometry import Pose, wrap
 from core.pilot import Pilot
 from core.robots.requests import CarryRobot, PlaceThing, RemoveThing
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 from core.snapshot import ActiveCommandStatus, Snapshot
 from core.speech.understanding.grammar import understand
 

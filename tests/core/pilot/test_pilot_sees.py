@@ -13,7 +13,8 @@ from core.pilot import Pilot
 from core.pilot.landmark_perception import LandmarkPerception
 from core.sensors import Image, SensorFrame, Wheels
 from core.settings import Settings
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 from core.slam.motion import Motion
 
 

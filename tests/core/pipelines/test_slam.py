@@ -15,7 +15,7 @@ from core.geometry import Pose
 from core.pipelines.slam import slam_log
 from core.pipelines.slam_files import landmarks_csv, trajectory_tum
 from core.robots.connect import connect
-from core.simulation.robot import SimulationSettings
+from core.simulation.settings import SimulationSettings
 from core.slam.estimate import Landmark
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from core.errors import BadInput
 from core.robots.connect import SCHEMES, connect, excerpt, split
-from core.simulation.robot import SimulationSettings
+from core.simulation.settings import SimulationSettings
 
 
 def test_the_simulated_robot_is_opened_with_its_settings() -> None:

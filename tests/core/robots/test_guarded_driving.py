@@ -11,7 +11,8 @@ from core.gate import TICK, Gate, Limits, Setpoint, TraceWriter, check
 from core.robots.nearness import field_of, near_points
 from core.robots.requests import PlaceThing
 from core.sensors import SensorFrame
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 
 BLIND = SimulationSettings(camera=False)
 

@@ -26,7 +26,8 @@ from core.robots.requests import (
     read_answer,
     read_request,
 )
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 
 UPRIGHT = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 SIMULATOR = SimulatedRobot("lab", settings=SimulationSettings(camera=False, microphones="none")).requests

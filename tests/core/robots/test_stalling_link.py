@@ -13,7 +13,8 @@ from core.geometry import Pose, wrap
 from core.pilot import Pilot
 from core.robots.readings import Readings
 from core.sensors import SensorFrame, Wheels
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 from core.snapshot import Snapshot
 from tests.benchmarks.time_offset import turns
 

@@ -13,7 +13,8 @@ from core.geometry import wrap
 from core.perception.sound.array_orientation import Orientation, OrientationWizard, heard_from, oriented
 from core.robots.requests import ReadTruth, SetListening, Speak
 from core.sensors.microphones import ARRAYS, RESPEAKER_ODAS, Sound, joined
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 from core.speech.practice_voice import practice_voice
 
 TURNED = 0.7  # [rad]

@@ -14,7 +14,8 @@ from core.perception.landmarks.frame_perception import Beams
 from core.robots.requests import CarryRobot
 from core.sensors import Laser
 from core.simulation.laser import SimulatedLaser
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 from core.simulation.world import Rect, World, outline, world_named
 from core.slam.map.occupancy import OccupancyGrid, OccupancyMap
 from core.slam.relocalization.search_pyramid import ScanView, SearchPyramid

@@ -13,7 +13,8 @@ from core.perception.landmarks.corners import find_corners
 from core.perception.landmarks.deskew import deskew
 from core.perception.landmarks.edges import find_edges
 from core.perception.landmarks.landmarks import sight
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 from core.slam.dead_reckoning import DeadReckoning
 from core.slam.ekf_slam import EkfSlam
 from core.slam.motion import MotionSettings, WheelTrack

@@ -17,7 +17,8 @@ from core.perception.landmarks.edge_pairs import WINDOW, EdgePair, edge_pairs
 from core.perception.landmarks.edges import EdgeSettings, ImageEdge
 from core.pilot import Pilot
 from core.sensors import Camera
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 
 SETTINGS = EdgeSettings()
 

@@ -19,7 +19,8 @@ from core.simulation.acoustics.enclosure import enclosure, in_sight
 from core.simulation.acoustics.noise import Motors, Murmur
 from core.simulation.acoustics.shoebox import SPEED_OF_SOUND, ShoeboxRoom, heard, impulse_responses
 from core.simulation.acoustics.sound_source import SoundSource
-from core.simulation.microphones import RATE, MicrophoneSettings, SimulatedMicrophones, fan_place
+from core.simulation.microphones import RATE, SimulatedMicrophones, fan_place
+from core.simulation.settings import MicrophoneSettings
 from core.simulation.world import FLOOR, LAB
 from core.speech.practice_voice import practice_voice
 

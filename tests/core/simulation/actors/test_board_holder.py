@@ -24,7 +24,8 @@ from core.robots.requests import (
     RobotRequest,
 )
 from core.sensors import Camera, SensorFrame
-from core.simulation.robot import SimulatedRobot, SimulationSettings, open_robot
+from core.simulation.robot import SimulatedRobot, open_robot
+from core.simulation.settings import SimulationSettings
 
 BLIND = SimulationSettings(camera=False)
 EXACT = SimulationSettings(camera=False, wheel_noise="none", laser_noise="none", dropout=0.0)

@@ -12,7 +12,8 @@ from core.errors import BadInput
 from core.geometry import Pose
 from core.robots.requests import PlacedThing, PlaceThing, ReadPlan
 from core.simulation.rendering.person import CLOTHES, figure
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 from core.simulation.world import COLOURS, GESTURES, Thing
 
 

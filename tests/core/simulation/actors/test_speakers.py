@@ -16,7 +16,8 @@ from core.pilot import Pilot
 from core.robots.frame_sender import merged
 from core.robots.requests import PlaceThing, SetListening, Speak, SpokenSound
 from core.sensors import SensorFrame
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 from core.snapshot import Hearing, Snapshot
 from core.speech.practice_voice import practice_voice
 

@@ -10,7 +10,8 @@ from core.gate import Twist
 from core.geometry import Pose, wrap
 from core.robots.requests import CarryRobot
 from core.sensors import Scan
-from core.simulation.robot import SimulatedRobot, SimulationSettings
+from core.simulation.robot import SimulatedRobot
+from core.simulation.settings import SimulationSettings
 from core.slam.scan_matching.likelihood_field import LikelihoodField
 from core.slam.scan_matching.scan_odometry import ScanOdometry
 

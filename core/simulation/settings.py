@@ -1,0 +1,68 @@
+"""What the simulated robot and its rooms are like, as a settings file says it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Annotated, Literal
+
+from core.geometry import Pose
+from core.sensors.microphones import ARRAYS, MicrophoneArray
+from core.setting import Meta, Section
+
+WheelNoise = Literal["encoder", "paper", "none"]
+LaserNoise = Literal["1%", "3%", "none"]
+LASER_NOISE: dict[LaserNoise, tuple[float, float]] = {"1%": (0.010, 0.01), "3%": (0.030, 0.03), "none": (0.0, 0.0)}
+"""Standard deviation of a range: at least the first [m], else the second times the range."""
+
+SILENT = -60.0  # [dB] a noise that low is none
+
+
+@dataclass(frozen=True)
+class MicrophoneSettings(Section):
+    """The simulated robot's ears and the room that they are in."""
+
+    microphones: Annotated[str, Meta(choices=("none", *ARRAYS), meaning='array on the robot; "none": deaf')] = (
+        "respeaker-odas"
+    )
+    reverberation: Annotated[float, Meta("s", 0, 0.6, "RT60 of every room")] = 0.3
+    murmur: Annotated[float, Meta("dB", SILENT, 20, "level of the room's noise, against a voice at 1 m")] = -30.0
+    motor_noise: Annotated[
+        float, Meta("dB", SILENT, 20, "level of the motors at 0.1 m/s at the microphones; -60: none")
+    ] = -10.0
+    fan_noise: Annotated[float, Meta("dB", SILENT, 20, "level of a fan in a corner at 1 m; -60: none")] = SILENT
+    turned: Annotated[
+        float, Meta("rad", -7, 7, "angle by which the array really sits on the robot, unknown to its profile")
+    ] = 0.0
+
+    @property
+    def array(self) -> MicrophoneArray | None:
+        """The array on the robot as its profile has it; None: deaf."""
+        return None if self.microphones == "none" else ARRAYS[self.microphones]
+
+    @property
+    def mounted(self) -> MicrophoneArray | None:
+        """The array as it really sits on the robot; None: deaf."""
+        return None if self.array is None else replace(self.array, mounting=Pose(heading=self.turned))
+
+
+@dataclass(frozen=True)
+class SimulationSettings(MicrophoneSettings):
+    """Noise and equipment of the simulated robot."""
+
+    wheel_noise: Annotated[WheelNoise, Meta(meaning="encoder: sizes and slip of wheels; paper: eq. 43")] = "encoder"
+    scale_error: Annotated[float, Meta("", 0, 0.1, "relative sd of the size of both wheels together")] = 0.003
+    mismatch: Annotated[float, Meta("", 0, 0.1, "relative sd of one wheel against the other")] = 0.0002
+    wheelbase_error: Annotated[float, Meta("", 0, 0.1, "relative sd of the wheelbase")] = 0.003
+    slip: Annotated[float, Meta("m/√m", 0, 0.1, "slip of each wheel")] = 0.0007
+    laser_noise: Annotated[LaserNoise, Meta(meaning="sd of a range as a share of it")] = "1%"
+    dropout: Annotated[float, Meta("", 0, 1, "share of beams that fail at random")] = 0.004
+    camera: Annotated[bool, Meta(meaning="whether the robot has a camera")] = True
+    camera_rate: Annotated[float, Meta("Hz", 0.1, 40, "pictures per second")] = 10.0
+    light: Annotated[float, Meta("", 0.05, 3, "brightness of the pictures")] = 1.0
+    picture_snr: Annotated[float, Meta("dB", 10, 100, "signal to noise of the camera's sensor (section 6)")] = 42.0
+    exposure: Annotated[float, Meta("s", 0, 0.1, "exposure time of a picture: turning meanwhile smears it")] = 0.0
+    defocus: Annotated[float, Meta("pixel", 0, 5, "sd of the lens's blur")] = 0.0
+    cruise: Annotated[float, Meta("m/s", 0.01, 1, "speed of commands (section 6.2)")] = 0.1
+    max_speed: Annotated[float, Meta("m/s", 0.01, 1, "highest speed of the base")] = 0.3
+    max_turn_rate: Annotated[float, Meta("rad/s", 0.01, 6, "highest turn rate of the base")] = 1.5
+    response: Annotated[float, Meta("s", 0, 1, "time until the base has followed 63 % of a change of speed")] = 0.06
