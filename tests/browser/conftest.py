@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.browser.running_console import Running
-from tests.browser.visit import FLAT, Visit
+from tests.browser.visit import FLAT, Profiles, Visit
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
@@ -60,13 +60,19 @@ def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
         yield running
 
 
+@pytest.fixture(scope="module")
+def profiles(browser: playwright_api.Browser) -> Profiles:
+    """What the tests of a file browse with, one after another."""
+    return Profiles(browser)
+
+
 @pytest.fixture
-def visit(browser: playwright_api.Browser, console: Running) -> Iterator[Open]:
+def visit(profiles: Profiles, console: Running) -> Iterator[Open]:
     """Open the page as somebody, somehow; afterwards no page may have complained."""
     visits: list[Visit] = []
 
     def open_page(**how: object) -> Visit:
-        visits.append(Visit(browser, how.pop("console", console), **how))  # type: ignore[arg-type]
+        visits.append(Visit(profiles, how.pop("console", console), **how))  # type: ignore[arg-type]
         return visits[-1]
 
     yield open_page

@@ -16,6 +16,20 @@ from tests.core.perception.voices import far_voice
 from tests.core.speech.ears import sure
 
 
+@pytest.fixture(autouse=True)
+def without_spotters(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody looks for STOP: it takes as long as the sound lasts, and here only what the engine reads counts."""
+    monkeypatch.setattr("core.speech.transcription.transcriber.open_keyword_spotter", lambda *_: Silent())
+    monkeypatch.setattr("core.speech.transcription.array_transcriber.has_sphinx", lambda: False)
+
+
+class Silent:
+    """A spotter that finds nothing."""
+
+    def feed(self, sound: Sound) -> tuple[()]:
+        return ()
+
+
 class Scribe:
     """An engine that writes down what it was given."""
 
@@ -40,7 +54,6 @@ def pieces(sound: Sound) -> list[Sound]:
 
 
 def test_the_beam_has_less_noise_than_one_microphone_and_the_same_bounds():
-    pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
     one, many = Scribe(), Scribe()
     single, whole = Transcriber(recognizer=one), ArrayTranscriber(RESPEAKER_ODAS, recognizer=many)
     for piece in pieces(spoken(15.0)):
@@ -76,7 +89,6 @@ def test_a_short_sentence_that_is_not_understood_is_read_in_the_plain_beam(secon
             again = [one.end for one in self.given].count(utterance.end)
             return sure(read[(again - 1) % len(read)])
 
-    pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
     reader = Reader()
     ears = ArrayTranscriber(RESPEAKER_ODAS, recognizer=reader)
     told = [one for piece in pieces(spoken(15.0, seconds)) for one in ears.feed(piece)]
@@ -89,7 +101,6 @@ def test_a_short_sentence_that_is_not_understood_is_read_in_the_plain_beam(secon
 
 
 def test_sound_that_does_not_fit_the_array_is_refused():
-    pytest.importorskip("pocketsphinx", reason="Recognising words needs pocketsphinx: pip install pocketsphinx")
     ears = ArrayTranscriber(RESPEAKER_ODAS, recognizer=Scribe())
     with pytest.raises(BadInput, match="channel"):
         ears.feed(Sound(stamp=0.0, rate=RATE, samples=np.zeros((320, 1))))
