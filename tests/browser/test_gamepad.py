@@ -16,6 +16,7 @@ from tests.browser.visit import DESK, PHONE, Visit
 Open = Callable[..., Visit]
 DEADMAN, STOP, SLOWER, FASTER = 4, 1, 13, 12
 FROZEN, STANDS = 0.3, 0.3  # [s]
+OTHER_WAYS = [pytest.param(name, marks=pytest.mark.campaign) for name in ("blur", "pagehide")]
 XBOX = "Xbox 360 Controller (STANDARD GAMEPAD Vendor: 045e Product: 028e)"
 
 PADS = """(() => {
@@ -158,7 +159,7 @@ def interrupt(here: Visit, name: str) -> None:
         here.page.evaluate("name => window.dispatchEvent(new Event(name))", name)
 
 
-@pytest.mark.parametrize("name", ["blur", "hidden", "pagehide"])
+@pytest.mark.parametrize("name", ["hidden", *OTHER_WAYS])
 def test_whatever_hides_the_page_stops_and_the_held_deadman_stays_dead(
     here: Visit, console: Running, name: str
 ) -> None:
@@ -238,6 +239,7 @@ def test_who_may_not_drive_is_told_why_and_may_stop(visit: Open, console: Runnin
     driver.told(lambda: driver.say("turn left"), "cancelled", then=lambda: pad.press(STOP))
 
 
+@pytest.mark.campaign
 def test_of_two_gamepads_the_held_one_drives(here: Visit, console: Running) -> None:
     one, two = PadHand(here, 0), PadHand(here, 1)
     one.stick(left=-1)
@@ -344,7 +346,7 @@ def test_one_input_is_changed_and_stop_cancels_the_learning(here: Visit, console
     expect(row).to_contain_text("LB")
 
 
-@pytest.mark.parametrize("size", [DESK, PHONE])
+@pytest.mark.parametrize("size", [pytest.param(DESK, marks=pytest.mark.campaign), PHONE])
 def test_the_sheet_fits_and_leaves_stop_free(visit: Open, size: tuple[int, int]) -> None:
     here = visit(before=fake, size=size)
     PadHand(here)

@@ -14,6 +14,7 @@ from tests.browser.visit import DESK, PHONE, Visit
 
 Open = Callable[..., Visit]
 SMALLEST = 64  # [px] of STOP
+OTHER_SIZES = [pytest.param(size, marks=pytest.mark.campaign) for size in (DESK, (360, 640))]
 
 
 def stop_is_free(here: Visit) -> bool:
@@ -30,7 +31,7 @@ def stop_is_free(here: Visit) -> bool:
     )
 
 
-@pytest.mark.parametrize("size", [DESK, PHONE, (360, 640), (844, 390)])
+@pytest.mark.parametrize("size", [PHONE, (844, 390), *OTHER_SIZES])
 def test_stop_is_large_and_free_whatever_is_open(visit: Open, size: tuple[int, int]) -> None:
     here = visit(size=size, hints=True)
     expect(here.find(".coach")).to_be_visible()

@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Callable
 
+import pytest
 from playwright.sync_api import Page, Route, WebSocketRoute, expect
 
 from tests.browser.running_console import Running
@@ -234,6 +235,7 @@ def test_the_first_hints_notice_what_was_done(visit: Open, console: Running) -> 
     assert not hint.is_visible()
 
 
+@pytest.mark.campaign
 def test_the_first_hints_wait_while_somebody_else_drives(visit: Open, console: Running) -> None:
     here = visit(hints=True)
     hint = here.find(".coach")

@@ -24,7 +24,7 @@ def empty(route: Route) -> None:
 
 
 class Profiles:
-    """A browser's profiles. One that was left is wiped but for its cache, and used again: that halves a page's cost."""
+    """A browser's profiles. One that was left is wiped but for its cache and used again: half a page's cost."""
 
     def __init__(self, browser: Browser) -> None:
         self._browser = browser

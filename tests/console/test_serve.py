@@ -30,6 +30,7 @@ from core.gate import Limits, read_trace
 from core.gate import check as check_trace
 
 REPOSITORY = Path(__file__).parents[2]
+CAMPAIGN = pytest.mark.campaign
 
 
 def heed_closed_terminals() -> None:
@@ -117,7 +118,7 @@ def test_it_tells_two_addresses_keeps_its_secrets_and_ends_promptly_with_sockets
     assert console.complained.read_text() == ""
 
 
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGHUP], ids=lambda how: how.name)
+@pytest.mark.parametrize("how", [signal.SIGINT, pytest.param(signal.SIGHUP, marks=CAMPAIGN)], ids=str)
 def test_ctrl_c_and_a_closed_terminal_end_it_without_a_traceback(begin, how: signal.Signals) -> None:
     console = begin("--port", "0", "--no-auth")
     (link,) = console.links(1)
@@ -151,7 +152,9 @@ def test_a_second_console_on_one_data_folder_is_refused_in_one_sentence(begin, t
     assert console.said.read_text() == "" and {path.name for path in home.iterdir()} == {"lock"}
 
 
-@pytest.mark.parametrize("options", [["--robot", "log:/nowhere/at/all.mcap"], ["--robot", "warp:9"]], ids=str)
+@pytest.mark.parametrize(
+    "options", [["--robot", "log:/nowhere/at/all.mcap"], pytest.param(["--robot", "warp:9"], marks=CAMPAIGN)], ids=str
+)
 def test_a_robot_that_cannot_be_had_is_told_in_a_sentence(begin, options: list[str]) -> None:
     console = begin("--port", "0", *options)
     assert console.process.wait(60) == 1

@@ -55,8 +55,8 @@ def test_wrong_stamps_turn_the_pose_only_until_they_are_corrected(shift: float) 
 
 @pytest.mark.parametrize("shift", [-0.1, pytest.param(0.1, marks=pytest.mark.campaign)])
 def test_after_the_first_turn_the_pose_is_as_good_as_with_right_stamps(shift: float) -> None:
-    right = [driven("lab", Stamping(0.0, seed=seed), seed, WAY[:8]) for seed in range(2)]
-    wrong = [driven("lab", Stamping(shift, seed=seed), seed, WAY[:8]) for seed in range(2)]
+    right = [driven("lab", Stamping(0.0, seed=seed), seed, WAY[:8]) for seed in range(1)]
+    wrong = [driven("lab", Stamping(shift, seed=seed), seed, WAY[:8]) for seed in range(1)]
     assert not any(run.lost for run in wrong)
     for column, slack in ((0, 0.001), (1, math.radians(0.03))):
         ours, base = (np.median([run.mean(TURNED)[column] for run in runs]) for runs in (wrong, right))
