@@ -119,6 +119,7 @@ class LookForPeople(Job[PeopleSeen], frozen=True):
     bearing_rad: float | None
     sd_rad: float
     distances_m: list[float]
+    on_floor: bool
 
     @classmethod
     def of(cls, question: LookQuestion) -> LookForPeople:
@@ -129,6 +130,7 @@ class LookForPeople(Job[PeopleSeen], frozen=True):
             bearing_rad=question.bearing,
             sd_rad=question.sd,
             distances_m=list(question.distances),
+            on_floor=question.on_floor,
         )
 
     @property
@@ -140,4 +142,5 @@ class LookForPeople(Job[PeopleSeen], frozen=True):
             bearing=self.bearing_rad,
             sd=self.sd_rad,
             distances=tuple(self.distances_m),
+            on_floor=self.on_floor,
         )

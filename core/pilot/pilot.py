@@ -79,7 +79,7 @@ class Pilot:
             max_turn_rate=profile.max_turn_rate,
         )
         self._planner = replace(planner, guard=max(planner.guard, limits.margin + 0.005))
-        self._executor = CommandExecutor()
+        self._executor = CommandExecutor(dry=not profile.drives)
         self._notices = Notices()
         self._inbox = Inbox()
         self._who: PersonProfile | None = None
@@ -105,8 +105,8 @@ class Pilot:
 
     def tell(self, command_id: int, command: Command, source: str, who: str) -> None:
         """Execute this command from the next frame on; the one under way is pre-empted. Raises Refused."""
-        if not self._profile.drives:
-            raise Refused("This is a recording; it cannot be commanded. Connect a robot or the simulator.")
+        if why := self._profile.refusal(spec_of(command.name)):
+            raise Refused(why)
         if self._is_blind and spec_of(command.name).moves:
             raise Refused(BLIND)
         lost = self._mapper.lost

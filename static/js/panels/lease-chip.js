@@ -1,5 +1,6 @@
 // Element <lease-chip>: shows the operator in control, and takes or gives back control.
 
+import { onlyWatched } from "../drive/permission.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
@@ -40,7 +41,7 @@ class LeaseChip extends Panel {
    */
   show(view) {
     const { hello, state } = view;
-    this.hidden = !state || !hello?.robot.drives;
+    this.hidden = !state || !hello || onlyWatched(hello);
     if (!hello || !state || this.hidden) return;
     const { text, sentence, act, action } = describe(view, hello, state);
     write(this.#text, text);
