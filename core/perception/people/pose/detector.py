@@ -19,8 +19,7 @@ from core.perception.people.pose.search import Candidate, candidates
 from core.perception.people.pose.squares import ImagePyramid, Square, around_hips, picture_from_crop
 from core.perception.people.pose.view import Viewpoint
 
-WORTH = 0.4  # confidence of a first look from which a second one is worth its time
-BOTH = 0.55  # confidence of the first look times K after the second, at least
+BOTH = 0.55  # confidence of the first look times K after the second, at least; less is not worth a second look
 SURE = 0.9  # K from which nobody surer is looked for in a direction
 SAME = 0.45  # overlap of two boxes from which they are one person
 MOST_PEOPLE = 12
@@ -49,7 +48,7 @@ class PoseDetector:
             if question.bearing is None and _seen_already(candidate.square, found):
                 continue
             first = self._landmarks(picture, candidate.square)
-            if first.confidence < WORTH:
+            if first.confidence < BOTH:
                 continue
             landmarks = self._landmarks(picture, around_hips(first))
             weighed = weigh(body_of(landmarks), picture.width, picture.height)
