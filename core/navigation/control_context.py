@@ -39,6 +39,7 @@ class ControlContext:
     body: SteeredBody
     grid: OccupancyGrid
     scan_points: Array  # (M, 2) [m], robot frame, de-skewed: the newest scan
+    scan_stamp: float = 0.0  # [s] of that scan
     planner: PlannerSettings = PlannerSettings()
     steering: SteeringSettings = SteeringSettings()
     wall: WallSettings = WallSettings()

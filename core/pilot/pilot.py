@@ -100,6 +100,7 @@ class Pilot:
         self._dead_reckoning = DeadReckoning()
         self._trail, self._dead_reckoning_trail = MapTrail(), Trail()
         self._contact = self._lost = False
+        self._scanned = -math.inf  # [s] of the newest scan
 
     # from any thread
 
@@ -182,6 +183,7 @@ class Pilot:
             frame = self._timing.correct(frame, motion)
             frame = self._vision.without_repeats(frame, motion.wheels)
             seen = self._vision.look(frame, motion)
+            self._scanned = self._scanned if frame.scan is None else frame.stamp
             self._mapper.may_turn = self._needs_a_place
             estimate = self._mapper.update(frame, seen, motion)
             dead_reckoning = self._dead_reckoning.update(motion.increment)
@@ -241,6 +243,7 @@ class Pilot:
             body=self._body,
             grid=self._mapper.grid,
             scan_points=frozen(pose.inverse().apply(self._mapper.points)),
+            scan_stamp=self._scanned,
             planner=self._planner,
             steering=self._settings.steering,
             wall=self._settings.wall,

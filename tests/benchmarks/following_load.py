@@ -21,8 +21,9 @@ import psutil
 
 from tests.benchmarks.running_console import Console, console
 
-START, TURN = (2.0, 0.0), (2.9, 0.3)  # [m] between which she walks
+START, TURNS = (2.0, 0.0), [(3.0, 0.3), (2.6, -0.3)]  # [m] where she stands, and between which she walks
 WAKE, HEARD = 40.0, 10.0  # [s]
+KINDS = {"core.robots.process": "driver", "core.gate.process": "gate", "console.workers.process": "worker"}
 
 
 def until(true: Any, seconds: float, what: str) -> Any:
@@ -41,8 +42,9 @@ def named(running: Console) -> dict[str, psutil.Process]:
     for child in psutil.Process(running.process.pid).children(recursive=True):
         with contextlib.suppress(psutil.NoSuchProcess):
             words = " ".join(child.cmdline())
-            kind = next((one for one in ("gate", "look", "hear", "scene") if one in words), "driver")
-            found[kind if kind not in found else f"{kind}-{child.pid}"] = child
+            kind = next((name for mark, name in KINDS.items() if mark in words), "")
+            if kind:
+                found[kind] = child
     return found
 
 
@@ -72,7 +74,7 @@ def load(running: Console, seconds: float) -> dict[str, Any]:
 def newest(running: Console) -> dict[str, Any]:
     """The newest command."""
     rows = running.get("/api/commands/history")["commands"]
-    return next(row for row in rows if row["what"] == "command")
+    return next(row for row in rows if row["name"] == "follow_me")
 
 
 def follow(running: Console, seconds: float) -> dict[str, Any]:
@@ -89,10 +91,10 @@ def follow(running: Console, seconds: float) -> dict[str, Any]:
     until(lambda: running.get("/api/state")["person"] is not None or newest(running)["state"] != "running", HEARD, "a person")
     if newest(running)["state"] != "running":
         raise SystemExit(newest(running)["remark"])
-    running.post("/api/sim/place", {**ann, "path_m": [TURN, START], "speed_m_s": 0.2, "again": True})
+    running.post("/api/sim/place", {**ann, "path_m": TURNS, "speed_m_s": 0.2, "again": True})
     time.sleep(1.0)
     following = load(running, seconds)
-    return {"standing": standing, "following": following, "command": running.get("/api/state")["command"]}
+    return {"standing": standing, "following": following, "command": {key: newest(running)[key] for key in ("state", "remark")}}
 
 
 def main() -> None:
