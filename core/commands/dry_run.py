@@ -28,7 +28,6 @@ LOOK_FOR = 15.0  # [s] until it gives up: a worker with networks has to start fi
 SHOWN = 15.0  # [s] for which COME HERE shows whom it found
 NEAR_SD = 0.1  # [rad] within which somebody who was found is looked for again
 DISTANCE_SD = 0.15  # share of a distance that only the picture gives
-NOTHING_MOVES = "Nothing moves here."
 
 
 class DryRun:
@@ -109,7 +108,7 @@ class DryRun:
         heard = "" if call is None else f"I heard you {from_side(call.side(here.pose.heading))}"
         if call is not None and not _in_view(here, call):
             would = _would(wrap(call.azimuth - here.pose.heading), 0.0)
-            return Progress(remark=f"Dry run: {heard}. I would {would} and look who spoke. {NOTHING_MOVES}")
+            return Progress(remark=f"Dry run: {heard}; I would {would} and look who spoke.")
         if here.stamp - self._began > LOOK_FOR and self._found_first is None:
             raise Refused(f"Dry run: {self._missed(here, heard)}")
         looks = f"{heard} and look who spoke" if heard else "I know of no direction and look for anybody"
@@ -129,9 +128,7 @@ class DryRun:
         way = max(0.0, apart - keep)
         towards = here.pose.heading + angle
         stand = np.array([here.pose.x + way * math.cos(towards), here.pose.y + way * math.sin(towards)])
-        would = _would(angle, way)
-        ends = f" and keep {keep:.1f} m from you." if follows else f" and stand {keep:.1f} m from you."
-        words = f"Dry run: I see you {apart:.1f} m away. I would {would}{ends} {NOTHING_MOVES}"
+        words = f"Dry run: I see you {apart:.1f} m away; I would {_would(angle, way)}."
         over = not follows and self._found_first is not None and here.stamp - self._found_first > SHOWN
         return Progress(
             finished="done" if over else "",
@@ -208,5 +205,5 @@ def _would(angle: float, way: float) -> str:
     """What a robot would do about an angle [rad] and a way [m], in words."""
     degrees = round(math.degrees(angle))
     turn = f"turn {abs(degrees)}° {'left' if degrees > 0 else 'right'}" if abs(degrees) >= 3 else ""
-    come = f"come {way:.1f} m" if way >= 0.05 else ""
-    return ", ".join(part for part in (turn, come) if part) or "stay"
+    come = f"come {way:.1f} m nearer" if way >= 0.05 else ""
+    return " and ".join(part for part in (turn, come) if part) or "stay"

@@ -51,3 +51,8 @@ class ControlContext:
     tracking: TrackSettings = TrackSettings()
     look: PersonLook | None = None  # what finds people in pictures; None: the embedded detector
     who: PersonProfile | None = None  # the only person to come to or follow; None: anybody
+
+    @property
+    def is_full(self) -> bool:
+        """True for a frame with a picture or a scan: perception has taken its time from this step."""
+        return self.image is not None or self.scan_stamp == self.stamp

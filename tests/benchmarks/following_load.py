@@ -1,8 +1,9 @@
 """What following a person costs: `python -m tests.benchmarks.following_load [--seconds 30] [--engine pose|drawn]`.
 
-A whole console on the simulator. It stands for a while, then Ann speaks, FOLLOW ME is obeyed, and she walks to and fro
-at 0.2 m/s. Share of a core by each process (the console's holds the pilot; the worker's the networks), and the p99 of
-the pilot's step, standing and following. The figures go to reports/following_load.json.
+A whole console on the simulator. It stands for a while and turns by command for a while; then Ann speaks, FOLLOW ME
+is obeyed, and she walks to and fro at 0.2 m/s. Share of a core by each process (the console's holds the pilot; the
+worker's the networks), and the p99 of the pilot's step, standing, turning and following. The figures go to
+reports/following_load.json.
 """
 
 from __future__ import annotations
@@ -48,8 +49,8 @@ def named(running: Console) -> dict[str, psutil.Process]:
     return found
 
 
-def load(running: Console, seconds: float) -> dict[str, Any]:
-    """Shares of a core [%], and the pilot's figures, over some time."""
+def load(running: Console, seconds: float, words: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Shares of a core [%], and the pilot's figures, over some time; `words` are commanded in turn meanwhile."""
     processes = named(running)
     before = {name: sum(process.cpu_times()[:2]) for name, process in processes.items()}
     began, ends = time.monotonic(), time.monotonic() + seconds
@@ -59,6 +60,8 @@ def load(running: Console, seconds: float) -> dict[str, Any]:
         time.sleep(1.0)
         with contextlib.suppress(OSError):
             running.post("/api/lease", {"do": "renew"})
+        if words and running.get("/api/state")["command"] is None:
+            running.post("/api/commands", {"text": words[len(steps) % len(words)]})
         steps.append(running.get("/api/health")["pilot_step_ms"]["p99"])
         person = running.get("/api/state")["person"]
         state = "nobody" if person is None else "+".join(person["used"]) or person["state"]
@@ -68,7 +71,11 @@ def load(running: Console, seconds: float) -> dict[str, Any]:
     for name, process in processes.items():
         with contextlib.suppress(psutil.NoSuchProcess):
             busy[name] = round(100 * (sum(process.cpu_times()[:2]) - before[name]) / spent, 1)
-    return {"core_percent": busy, "step_p99_ms": {"median": sorted(steps)[len(steps) // 2], "worst": max(steps)}, "person": states}
+    return {
+        "core_percent": busy,
+        "step_p99_ms": {"median": sorted(steps)[len(steps) // 2], "worst": max(steps)},
+        "person": states,
+    }
 
 
 def newest(running: Console) -> dict[str, Any]:
@@ -85,16 +92,27 @@ def follow(running: Console, seconds: float) -> dict[str, Any]:
     running.post("/api/sim/place", dict(ann))
     time.sleep(2.0)
     standing = load(running, seconds)
+    turning = load(running, seconds, ("turn left", "turn right"))
+    running.post("/api/commands", {"text": "stop"})
     running.post("/api/sim/say", {"text": "come on, follow me please", "id": "Ann"})
     until(lambda: (running.get("/api/state")["ears"] or {}).get("voices"), HEARD, "a voice")
     running.post("/api/commands", {"text": "follow me"})
-    until(lambda: running.get("/api/state")["person"] is not None or newest(running)["state"] != "running", HEARD, "a person")
+    until(
+        lambda: running.get("/api/state")["person"] is not None or newest(running)["state"] != "running",
+        HEARD,
+        "a person",
+    )
     if newest(running)["state"] != "running":
         raise SystemExit(newest(running)["remark"])
     running.post("/api/sim/place", {**ann, "path_m": TURNS, "speed_m_s": 0.2, "again": True})
     time.sleep(1.0)
     following = load(running, seconds)
-    return {"standing": standing, "following": following, "command": {key: newest(running)[key] for key in ("state", "remark")}}
+    return {
+        "standing": standing,
+        "turning": turning,
+        "following": following,
+        "command": {key: newest(running)[key] for key in ("state", "remark")},
+    }
 
 
 def main() -> None:

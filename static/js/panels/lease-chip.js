@@ -64,6 +64,11 @@ class LeaseChip extends Panel {
  */
 function describe({ mine }, hello, { lease }) {
   const watching = hello.you.role === "viewer";
+  if (hello.robot.dry_run && !watching && (mine || lease.holder === null)) {
+    const sentence = "Nothing here drives. COME HERE and FOLLOW ME show what a robot would do.";
+    if (mine) return { text: "Dry run", sentence, act: "Give control back", action: "release" };
+    return { text: "Dry run", sentence, act: "Take control", action: "acquire" };
+  }
   if (mine) {
     const sentence = "Others watch and may stop the robot at any time. Giving control back stops it first.";
     return { text: "You drive", sentence, act: "Give control back", action: "release" };

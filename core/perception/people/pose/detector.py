@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -59,10 +60,18 @@ class PoseDetector:
             if len(found) >= MOST_PEOPLE or (question.bearing is not None and weighed.value >= SURE):
                 break
         found.sort(key=lambda one: -one[0].value)
-        return tuple(
-            rectangle_of(weighed, candidate.distance, question, view, colours_of(landmarks, weighed, picture.pixels))
-            for weighed, landmarks, candidate in _apart(found)
-        )
+        return tuple(self._rectangle(one, question, view, picture) for one in _apart(found))
+
+    def _rectangle(
+        self,
+        found: tuple[WeighedBody, BodyLandmarks, Candidate],
+        question: LookQuestion,
+        view: Viewpoint,
+        picture: ImagePyramid,
+    ) -> Rectangle:
+        weighed, landmarks, candidate = found
+        colours = colours_of(landmarks, weighed, picture.pixels)
+        return replace(rectangle_of(weighed, candidate.distance, question, view, colours), landmarks=landmarks.seen)
 
     def _landmarks(self, picture: ImagePyramid, square: Square) -> BodyLandmarks:
         rows, confidence = self._networks.landmarks(picture.cut(square))
