@@ -111,7 +111,7 @@ class Pilot:
         if self._is_blind and spec_of(command.name).moves:
             raise Refused(BLIND)
         lost = self._mapper.lost
-        if lost is not None and spec_of(command.name).moves and spec_of(command.name).needs_pose:
+        if lost is not None and self._profile.drives and _goes_to_a_place(command.name):
             raise Refused(f"Not now: {lost.words}")
         accepted = AcceptedCommand(command_id, command, source, who)
         self._inbox.put(lambda stamp: self._executor.accept(accepted, stamp))
@@ -224,14 +224,15 @@ class Pilot:
         lost = self._mapper.lost
         if lost is not None and self._needs_a_place:
             return self._executor.only_turn(self._mapper.turn, lost.words, frame.stamp - self._stamp)
-        wait_for = LOOKING_AROUND if self._mapper.looking_around else ""
+        waits = self._mapper.looking_around and self._profile.drives
+        wait_for = LOOKING_AROUND if waits else ""
         return self._executor.drive(self._surroundings(frame, motion, pose), wait_for)
 
     @property
     def _needs_a_place(self) -> bool:
         """True while a command is under way that moves the robot to a place."""
         doing = self._executor.active_command
-        return doing is not None and spec_of(doing.name).moves and spec_of(doing.name).needs_pose
+        return doing is not None and self._profile.drives and _goes_to_a_place(doing.name)
 
     def _surroundings(self, frame: SensorFrame, motion: Motion, pose: Pose) -> ControlContext:
         wheels = motion.wheels
@@ -343,6 +344,11 @@ class Pilot:
             progress=frame.progress,
             truth=frame.truth,
         )
+
+
+def _goes_to_a_place(name: str) -> bool:
+    """Return whether a command moves the robot and has to know where it is."""
+    return spec_of(name).moves and spec_of(name).needs_pose
 
 
 def of_robot(settings: Settings, profile: Profile) -> Settings:

@@ -13,6 +13,7 @@ from core.perception.people.looking import ImmediateLook
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.pose.detector import PoseDetector
 from tests.console.live import Live
+from tests.core.recording.log_writers import START, robot_messages, two, write_mcap
 from tests.core.perception.stick_figures import StickNetworks, white_body
 
 
@@ -56,3 +57,35 @@ def test_who_is_before_the_camera_is_boxed_and_nothing_is_asked_of_the_gate(webc
     webcam.until(lambda: webcam.ask("GET", "/api/state", token=webcam.viewer).json["person"] is None)
     first = webcam.ask("GET", f"/api/commands/{told.json['id']}", token=webcam.viewer).json
     assert first["state"] in ("cancelled", "pre-empted")
+
+
+COMPRESSED = "sensor_msgs/msg/CompressedImage"
+
+
+def recording(path: Path) -> Path:
+    """A robot that drives an arc for ten seconds, with somebody in its pictures."""
+    jpeg = cv2.imencode(".jpg", white_body(640, 480, 420.0, 80.0, 300.0))[1].ravel()
+    seen = [
+        (
+            "/camera/compressed",
+            COMPRESSED,
+            START + 0.2 * number,
+            two.types[COMPRESSED](header=two.header(START + 0.2 * number, "eye"), format="jpeg", data=jpeg),
+        )
+        for number in range(50)
+    ]
+    return write_mcap(path, sorted([*robot_messages(two, scans=100), *seen], key=lambda one: one[2]))
+
+
+def test_a_recording_with_pictures_shows_what_a_robot_would_have_done(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(LookService, "for_pilot", ImmediateLook(PoseDetector(StickNetworks(), PeopleSettings())))
+    with Live(tmp_path / "home", url=f"log:{recording(tmp_path / 'drive.mcap')}") as live:
+        profile = live.runtime.robot.profile
+        assert profile.dry_run and profile.camera is not None and profile.camera.model.width == 640
+        assert live.ask("POST", "/api/playback", {"do": "play"}, token=live.operator).status == 200
+        assert live.ask("POST", "/api/commands", {"text": "follow me"}, token=live.operator).status == 202
+        person = live.until(lambda: live.ask("GET", "/api/state", token=live.viewer).json["person"])
+        assert len(person["landmarks_px"]) == 33 and person["picture_age_s"] is not None
+        assert live.robot.orders == []
