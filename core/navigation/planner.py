@@ -189,7 +189,7 @@ def _search(
     node[open_] = np.arange(np.count_nonzero(open_))
     if not open_.any():
         return None
-    gaps, nodes = KDTree(places[open_]).query(np.vstack((start, goals)))
+    gaps, nodes = (np.asarray(each) for each in KDTree(places[open_]).query(np.vstack((start, goals))))
     near = gaps <= 2 * stride
     if not near[0] or not near[1:].any():
         return None

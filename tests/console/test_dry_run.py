@@ -13,8 +13,8 @@ from core.perception.people.looking import ImmediateLook
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.pose.detector import PoseDetector
 from tests.console.live import Live
-from tests.core.recording.log_writers import START, robot_messages, two, write_mcap
 from tests.core.perception.stick_figures import StickNetworks, white_body
+from tests.core.recording.log_writers import START, robot_messages, two, write_mcap
 
 
 def film(path: Path) -> Path:

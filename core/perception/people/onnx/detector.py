@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
@@ -118,7 +118,7 @@ def open_own_model(path: Path, settings: PeopleSettings) -> PersonDetector:
 
 
 @contextlib.contextmanager
-def at_most(more: int) -> Iterator[None]:
+def at_most(more: int) -> Generator[None]:
     """Let this process take at most `more` bytes more, where the system can say so: a small file may ask for any."""
     try:
         import resource  # not on Windows
