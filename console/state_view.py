@@ -227,6 +227,7 @@ def card(profile: Profile) -> messages.RobotCard:
         max_speed_m_s=profile.max_speed,
         max_turn_rate_rad_s=profile.max_turn_rate,
         drives=profile.drives,
+        dry_run=profile.dry_run,
         capabilities=sorted(profile.capabilities),
         failsafe=profile.failsafe,
         lock=profile.lock,

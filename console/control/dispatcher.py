@@ -25,6 +25,7 @@ from console.control.stop import StopController
 from console.http.problems import Problem
 from console.robot.link import RobotLink
 from console.robot.setpoint_sender import SetpointSender
+from core.commands import spec_of
 from core.commands.command import Command
 from core.commands.stop_moving import STOP_MOVING
 from core.errors import Refused
@@ -104,7 +105,7 @@ class CommandDispatcher:
         Raises Problem 403 to 503, which is then in the history, too.
         """
         try:
-            self._check_motion(who)
+            self._check_motion(who, heard)
             if said is not None and (why := self.words.why_not(said, source, who)):
                 raise Problem(409, why)
             self._obtain(who)
@@ -170,8 +171,9 @@ class CommandDispatcher:
         """Acquire, renew, take or release the lease. Raises Problem 403, 409; Refused when another holds it."""
         if not who.may("operator"):
             raise Problem(403, "Only an operator can drive.")
-        if not self._robot.profile.drives:
-            raise Problem(409, "This is a recording; it cannot be driven.")
+        profile = self._robot.profile
+        if not profile.drives and not profile.dry_run:
+            raise Problem(409, profile.refusal())
         before, holder = self._lease.epoch, self._lease.holder
         if do == "release":
             self._lease.release(who)
@@ -253,14 +255,15 @@ class CommandDispatcher:
             tell(state, why, objected)
 
     def _hand_to_pilot(self, entry: HistoryEntry, heard: Command, who: Person) -> None:
-        if not self._robot.profile.drives:
+        if not self._robot.profile.drives and not self._robot.profile.dry_run:
             self._history.end(entry.id, "done", "A recording drives nothing; there is nothing to stop.")
             return
         if self.pilot is None or self._robot.link()[0] not in REACHED:
             self._history.end(entry.id, "done", "The robot was sent a stop; it does not report whether it stands.")
             return
         self._active.begin(entry.id, ActiveCommand(who, entry.source, time.monotonic(), heard))
-        self.setpoint_sender.entrust(entry.id, self._lease.epoch)
+        if self._robot.profile.drives:
+            self.setpoint_sender.entrust(entry.id, self._lease.epoch)
         try:
             self.pilot.tell(entry.id, heard, entry.source, who.name)
         except Refused as refused:
@@ -270,7 +273,9 @@ class CommandDispatcher:
             raise Problem(409, str(refused)) from None
 
     def _watch_gate(self, status: GateStatus, now: float) -> None:
-        """A command that the gate stopped, or does not let through, has failed."""
+        """A command that the gate stopped, or does not let through, has failed. A dry run asks it for nothing."""
+        if not self._robot.profile.drives:
+            return
         tripped, self._trips = status.trips > self._trips, status.trips
         self._tripped = now if tripped else self._tripped
         older = [given for given in self._active.given() if now - given > SETTLED]
@@ -288,13 +293,15 @@ class CommandDispatcher:
         self.setpoint_sender.stop()
         self.ended_without_pilot("The console ended before this did.")
 
-    def _check_motion(self, who: Person) -> None:
+    def _check_motion(self, who: Person, heard: Command | None = None) -> None:
+        """Check that this person may move the robot now, or give it this command. Raises Problem 403, 409, 503."""
         if self._closed:
             raise Problem(503, "The console is ending; the robot stands.")
         if not who.may("operator"):
             raise Problem(403, "Viewers watch and may stop the robot; an operator drives it.")
-        if not self._robot.profile.drives:
-            raise Problem(409, "This is a recording; it cannot be driven.")
+        profile = self._robot.profile
+        if not profile.drives and (why := profile.refusal(None if heard is None else spec_of(heard.name))):
+            raise Problem(409, why)
         if self._robot.link()[0] not in REACHED:
             raise Problem(503, self._robot.trouble or "The robot cannot be reached now.")
         if self.pilot is None:

@@ -7,6 +7,7 @@ from typing import Literal, cast
 import msgspec
 import numpy as np
 
+from core.message import Array
 from core.perception.people.fusion import Ray
 from core.perception.people.tracked_person import TrackedPerson
 
@@ -44,6 +45,7 @@ class PersonState(Struct):
     sound: SensedBearing | None
     value: float | None  # K of eq. 34 in the newest picture with them; null: no such picture
     parts: list[BodyPart]  # in that picture
+    landmarks_px: list[tuple[float, float] | None]  # 33 of MediaPipe's pose; null: not seen; []: none are known
     picture_age_s: float | None
     centre_px: tuple[float, float] | None  # the rectangle's centroid
 
@@ -79,9 +81,16 @@ def person(tracked: TrackedPerson | None, stamp: float) -> PersonState | None:
             )
             for part in seen.parts
         ],
+        landmarks_px=[] if seen is None or seen.landmarks is None else _marks(seen.landmarks),
         picture_age_s=None if seen is None else round(stamp - tracked.rectangle_stamp, 3),
         centre_px=None if seen is None else _pair(*(round(place, 1) for place in seen.centre)),
     )
+
+
+def _marks(landmarks: Array) -> list[tuple[float, float] | None]:
+    """Landmarks (33, 2) with NaN → pixels to a tenth."""
+    rows = np.round(landmarks.astype(float), 1)
+    return [None if np.isnan(row).any() else _pair(*row.tolist()) for row in rows]
 
 
 def _pair(first: float, second: float) -> tuple[float, float]:

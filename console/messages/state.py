@@ -233,6 +233,7 @@ class RobotCard(Struct):
     max_speed_m_s: float
     max_turn_rate_rad_s: float
     drives: bool
+    dry_run: bool  # nothing drives, a camera looks: commands to a person show what they would do
     capabilities: list[Capability]
     failsafe: str  # what the base does by itself when nobody speaks to it
     lock: str  # topic of the robot's own lock that STOP closes, too; "": none

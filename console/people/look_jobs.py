@@ -10,6 +10,7 @@ import numpy as np
 from console.workers.job import Job
 from console.workers.pictures import PixelPicture
 from core.geometry import Transform
+from core.message import Array
 from core.optics import CameraModel
 from core.perception.people.body import Box
 from core.perception.people.detector import Rectangle, SeenPart
@@ -60,13 +61,11 @@ class PersonSeen(msgspec.Struct, frozen=True):
     parts: list[BodyPartSeen]
     box: Box
     colours: list[list[float | None]] | None  # null: a part that is not in the picture
+    landmarks: list[list[float | None]] | None  # u, v [pixel]; null: not seen
 
     @classmethod
     def of(cls, found: Rectangle) -> PersonSeen:
         """A rectangle as it crosses."""
-        colours = None
-        if found.colours is not None:
-            colours = [[None if np.isnan(share) else share for share in row] for row in found.colours.tolist()]
         return cls(
             value=found.value,
             shown=found.shown,
@@ -76,7 +75,8 @@ class PersonSeen(msgspec.Struct, frozen=True):
             height_m=found.height,
             parts=[BodyPartSeen(part.name, part.likelihood, part.box) for part in found.parts],
             box=found.box,
-            colours=colours,
+            colours=_with_gaps(found.colours),
+            landmarks=_with_gaps(found.landmarks),
         )
 
     @property
@@ -94,8 +94,14 @@ class PersonSeen(msgspec.Struct, frozen=True):
             centre=((left + right) / 2, (top + bottom) / 2),
             box=self.box,
             colours=None if self.colours is None else np.array(self.colours, float),
+            landmarks=None if self.landmarks is None else np.array(self.landmarks, float),
             rank=self.value,
         )
+
+
+def _with_gaps(rows: Array | None) -> list[list[float | None]] | None:
+    """Rows with NaN → rows with null."""
+    return None if rows is None else [[None if np.isnan(one) else one for one in row] for row in rows.tolist()]
 
 
 class PeopleSeen(msgspec.Struct, frozen=True):
@@ -119,6 +125,7 @@ class LookForPeople(Job[PeopleSeen], frozen=True):
     bearing_rad: float | None
     sd_rad: float
     distances_m: list[float]
+    on_floor: bool
 
     @classmethod
     def of(cls, question: LookQuestion) -> LookForPeople:
@@ -129,6 +136,7 @@ class LookForPeople(Job[PeopleSeen], frozen=True):
             bearing_rad=question.bearing,
             sd_rad=question.sd,
             distances_m=list(question.distances),
+            on_floor=question.on_floor,
         )
 
     @property
@@ -140,4 +148,5 @@ class LookForPeople(Job[PeopleSeen], frozen=True):
             bearing=self.bearing_rad,
             sd=self.sd_rad,
             distances=tuple(self.distances_m),
+            on_floor=self.on_floor,
         )

@@ -27,7 +27,7 @@ class KeepToPerson:
             if isinstance(found, Progress):
                 return found
             self._seeking = None
-        self.track.follow(here.stamp, here.pose, here.scan_points, here.image, here.camera)
+        self.track.follow(here.stamp, here.pose, here.scan_points, here.scan_stamp, here.image, here.camera)
         person, silent = self.track.person, here.stamp - self.track.looked
         if person is None or silent > BLIND:
             return Progress(finished="failed", remark="No picture comes from the camera any more; I stay here.")

@@ -13,7 +13,7 @@ from core.navigation.obstacle import why_no_headway
 from core.navigation.steering import Arrival, StallDetector, spin
 from core.perception.people.tracked_person import TrackedPerson
 from core.perception.people.tracking import PersonTrack
-from core.perception.people.voice_bearing import VoiceBearing
+from core.perception.people.voice_bearing import VoiceBearing, from_side
 
 TOWARDS = 0.06  # [rad] within which the robot looks at the voice
 BY_CHANCE = 0.2  # [rad] within which it need not turn
@@ -70,7 +70,7 @@ class TurnToVoice:
     def _nobody(self) -> str:
         if not self._looked:
             return "I heard you, but no picture comes from the camera."
-        where = f"from {self.side}" if self.side[0] in "tb" or self.side == "ahead" else self.side
+        where = from_side(self.side)
         if not self._who:
             return f"I heard you {where} but see nobody there."
         if self.track.strangers:

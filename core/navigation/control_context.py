@@ -39,6 +39,7 @@ class ControlContext:
     body: SteeredBody
     grid: OccupancyGrid
     scan_points: Array  # (M, 2) [m], robot frame, de-skewed: the newest scan
+    scan_stamp: float = 0.0  # [s] of that scan
     planner: PlannerSettings = PlannerSettings()
     steering: SteeringSettings = SteeringSettings()
     wall: WallSettings = WallSettings()
@@ -50,3 +51,8 @@ class ControlContext:
     tracking: TrackSettings = TrackSettings()
     look: PersonLook | None = None  # what finds people in pictures; None: the embedded detector
     who: PersonProfile | None = None  # the only person to come to or follow; None: anybody
+
+    @property
+    def is_full(self) -> bool:
+        """True for a frame with a picture or a scan: perception has taken its time from this step."""
+        return self.image is not None or self.scan_stamp == self.stamp

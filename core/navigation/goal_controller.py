@@ -55,6 +55,7 @@ class GoalController:
     """
 
     LOOK_EVERY = 0.2  # [s]
+    DEFER = 0.1  # [s] by which that may wait for a frame without picture and scan, which take their time
     PLAN_EVERY = 1.0  # [s] where the way is shut
     FOLLOW_EVERY = 0.4  # [s] where the aim moves
     MOVED = 0.1  # [m] from which an aim has moved
@@ -209,7 +210,8 @@ class GoalController:
 
     def _look(self, here: ControlContext) -> None:
         """See whether the way is still free and leads to the aim; plan again where it does not."""
-        if here.stamp - self._looked < self.LOOK_EVERY:
+        passed = here.stamp - self._looked
+        if passed < self.LOOK_EVERY or (here.is_full and passed < self.LOOK_EVERY + self.DEFER):
             return
         self._looked = here.stamp
         moved = math.dist(self._planned_for, (self._aim.x, self._aim.y)) > self.MOVED

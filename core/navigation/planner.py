@@ -10,6 +10,7 @@ from typing import Annotated
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import KDTree
 
 from core.errors import Refused
 from core.geometry import Pose
@@ -186,13 +187,15 @@ def _search(
     cost = _cost(terrain, clearance, known, radius, settings)
     node = np.full(clearance.shape, -1)
     node[open_] = np.arange(np.count_nonzero(open_))
-    begin = _nearest(places, open_, start, 2 * stride)
-    found = [(cell, goal) for goal in goals if (cell := _nearest(places, open_, goal, 2 * stride)) is not None]
-    if begin is None or not found:
+    if not open_.any():
         return None
-    ends = {int(node[cell]): goal for cell, goal in reversed(found)}
+    gaps, nodes = (np.asarray(each) for each in KDTree(places[open_]).query(np.vstack((start, goals))))
+    near = gaps <= 2 * stride
+    if not near[0] or not near[1:].any():
+        return None
+    ends = {int(one): goal for one, goal, found in zip(nodes[:0:-1], goals[::-1], near[:0:-1], strict=True) if found}
     before = _predecessors(node, cost, list(ends))
-    order = [int(node[begin])]
+    order = [int(nodes[0])]
     while before[order[-1]] >= 0:
         order.append(int(before[order[-1]]))
     if order[-1] not in ends:
@@ -215,13 +218,6 @@ def _predecessors(node: Array, cost: Array, goals: list[int]) -> Array:
     count = int(node.max()) + 1
     edges = csr_matrix((np.concatenate(prices), (np.concatenate(froms), np.concatenate(tos))), shape=(count, count))
     return dijkstra(edges, directed=False, indices=goals, return_predecessors=True, min_only=True)[1]
-
-
-def _nearest(places: Array, open_: Array, end: Array, reach: float) -> tuple[int, int] | None:
-    """Row and column of the open lattice point nearest to a place, within reach [m]."""
-    gap = np.where(open_, np.hypot(*np.moveaxis(places - end, -1, 0)), np.inf)
-    row, column = np.unravel_index(int(gap.argmin()), gap.shape)
-    return (int(row), int(column)) if gap[row, column] <= reach else None
 
 
 def _pull_tight(terrain: Costmap, way: Array, radius: float, settings: PlannerSettings) -> Array:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from core.commands import spec_of
 from core.commands.command import Action, Command
+from core.commands.dry_run import DryRun
 from core.errors import Refused
 from core.gate import ZERO, Twist
 from core.message import Array
@@ -27,7 +28,9 @@ class AcceptedCommand:
 class CommandExecutor:
     """Owns the active command."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, dry: bool = False) -> None:
+        """`dry`: nothing here moves, so commands to a person show what they would do."""
+        self._dry = dry
         self._next: tuple[AcceptedCommand, float] | None = (
             None  # came in while another is under way, at this stamp [s]
         )
@@ -65,7 +68,7 @@ class CommandExecutor:
             return ZERO
         try:
             if self._action is None:
-                self._action = kind.begin(self._command, here)
+                self._action = self._action_of(self._command, here)
             progress = self._action.drive(here)
         except Refused as refusal:
             self.end("refused", str(refusal))
@@ -115,9 +118,16 @@ class CommandExecutor:
     def _begin(self, accepted: AcceptedCommand, stamp: float, here: ControlContext) -> None:
         """Let the command that came in take the other's place if it can begin."""
         try:
-            self._adopt(accepted, stamp, spec_of(accepted.command.name).begin(accepted.command, here))
+            self._adopt(accepted, stamp, self._action_of(accepted.command, here))
         except Refused as refusal:
             self._end_next("refused", str(refusal))
+
+    def _action_of(self, command: Command, here: ControlContext) -> Action:
+        """Begin a command. Raises Refused."""
+        kind = spec_of(command.name)
+        if self._dry and kind.target == "person":
+            return DryRun(command, here)
+        return kind.begin(command, here)
 
     def take_endings(self) -> tuple[ActiveCommandStatus, ...]:
         """Return the commands that ended since the last call: every one exactly once."""

@@ -79,7 +79,7 @@ class Pilot:
             max_turn_rate=profile.max_turn_rate,
         )
         self._planner = replace(planner, guard=max(planner.guard, limits.margin + 0.005))
-        self._executor = CommandExecutor()
+        self._executor = CommandExecutor(dry=not profile.drives)
         self._notices = Notices()
         self._inbox = Inbox()
         self._who: PersonProfile | None = None
@@ -100,17 +100,18 @@ class Pilot:
         self._dead_reckoning = DeadReckoning()
         self._trail, self._dead_reckoning_trail = MapTrail(), Trail()
         self._contact = self._lost = False
+        self._scanned = -math.inf  # [s] of the newest scan
 
     # from any thread
 
     def tell(self, command_id: int, command: Command, source: str, who: str) -> None:
         """Execute this command from the next frame on; the one under way is pre-empted. Raises Refused."""
-        if not self._profile.drives:
-            raise Refused("This is a recording; it cannot be commanded. Connect a robot or the simulator.")
+        if why := self._profile.refusal(spec_of(command.name)):
+            raise Refused(why)
         if self._is_blind and spec_of(command.name).moves:
             raise Refused(BLIND)
         lost = self._mapper.lost
-        if lost is not None and spec_of(command.name).moves and spec_of(command.name).needs_pose:
+        if lost is not None and self._profile.drives and _goes_to_a_place(command.name):
             raise Refused(f"Not now: {lost.words}")
         accepted = AcceptedCommand(command_id, command, source, who)
         self._inbox.put(lambda stamp: self._executor.accept(accepted, stamp))
@@ -182,6 +183,7 @@ class Pilot:
             frame = self._timing.correct(frame, motion)
             frame = self._vision.without_repeats(frame, motion.wheels)
             seen = self._vision.look(frame, motion)
+            self._scanned = self._scanned if frame.scan is None else frame.stamp
             self._mapper.may_turn = self._needs_a_place
             estimate = self._mapper.update(frame, seen, motion)
             dead_reckoning = self._dead_reckoning.update(motion.increment)
@@ -222,14 +224,15 @@ class Pilot:
         lost = self._mapper.lost
         if lost is not None and self._needs_a_place:
             return self._executor.only_turn(self._mapper.turn, lost.words, frame.stamp - self._stamp)
-        wait_for = LOOKING_AROUND if self._mapper.looking_around else ""
+        waits = self._mapper.looking_around and self._profile.drives
+        wait_for = LOOKING_AROUND if waits else ""
         return self._executor.drive(self._surroundings(frame, motion, pose), wait_for)
 
     @property
     def _needs_a_place(self) -> bool:
         """True while a command is under way that moves the robot to a place."""
         doing = self._executor.active_command
-        return doing is not None and spec_of(doing.name).moves and spec_of(doing.name).needs_pose
+        return doing is not None and self._profile.drives and _goes_to_a_place(doing.name)
 
     def _surroundings(self, frame: SensorFrame, motion: Motion, pose: Pose) -> ControlContext:
         wheels = motion.wheels
@@ -241,6 +244,7 @@ class Pilot:
             body=self._body,
             grid=self._mapper.grid,
             scan_points=frozen(pose.inverse().apply(self._mapper.points)),
+            scan_stamp=self._scanned,
             planner=self._planner,
             steering=self._settings.steering,
             wall=self._settings.wall,
@@ -340,6 +344,11 @@ class Pilot:
             progress=frame.progress,
             truth=frame.truth,
         )
+
+
+def _goes_to_a_place(name: str) -> bool:
+    """Return whether a command moves the robot and has to know where it is."""
+    return spec_of(name).moves and spec_of(name).needs_pose
 
 
 def of_robot(settings: Settings, profile: Profile) -> Settings:

@@ -57,16 +57,22 @@ FORMS = ".mcap, .bag, .db3 and bag folders, CARMEN text, .jsonl, .npz, MRCLAM fo
 
 
 def open_log(
-    path: str | Path, settings: LogSettings = AS_LOGGED, ids: Ids = "given", still: bool = False
+    path: str | Path,
+    settings: LogSettings = AS_LOGGED,
+    ids: Ids = "given",
+    still: bool = False,
+    *,
+    pictures: bool = False,
 ) -> Recording:
     """Read a log whole, whatever its form. Raises BadInput with a sentence when nothing in it can be used.
 
     `path` may end in `#number`: the run of an archive of runs, the robot of an MRCLAM folder. With ids "hidden" the
-    identities in a sightings log are not shown; `still` takes in the still frames where a log has them.
+    identities in a sightings log are not shown; `still` takes in the still frames where a log has them;
+    `pictures` those of the first camera of a ROS log.
     """
     place, number, folder = _split(str(path))
     if folder:
-        return _folder(place, number, ids, settings)
+        return _folder(place, number, ids, settings, pictures=pictures)
     suffix = place.suffix.lower()
     if suffix == ".npz":
         return _archive(place, number, ids, still, settings)
@@ -74,7 +80,7 @@ def open_log(
         raise BadInput(f"{place.name} is one recording; leave out #{number}.")
     if suffix in ROS_FORMS:
         form, messages = ROS_FORMS[suffix]
-        return _ros(place, form, messages, settings)
+        return _ros(place, form, messages, settings, pictures=pictures)
     return _text(place, ids, settings)
 
 
@@ -89,15 +95,15 @@ def _split(path: str) -> tuple[Path, int | None, bool]:
         raise BadInput("The path of the log cannot be used on this machine.") from problem
 
 
-def _folder(folder: Path, number: int | None, ids: Ids, settings: LogSettings) -> Recording:
+def _folder(folder: Path, number: int | None, ids: Ids, settings: LogSettings, *, pictures: bool) -> Recording:
     if any((folder / name).exists() for name in ("Barcodes.dat", "Barcodes.dat.gz")):
         return mrclam.read(folder, 1 if number is None else number, ids, settings)
-    return _ros(folder, "ROS 2 bag", ros2_bag.folder_messages, settings)
+    return _ros(folder, "ROS 2 bag", ros2_bag.folder_messages, settings, pictures=pictures)
 
 
-def _ros(path: Path, form: str, messages: Messages, settings: LogSettings) -> ScanRecording:
+def _ros(path: Path, form: str, messages: Messages, settings: LogSettings, *, pictures: bool) -> ScanRecording:
     tally = ReadReport(path)
-    collected = RosMessages(settings, tally)
+    collected = RosMessages(settings, tally, pictures=pictures)
     collected.take_all(messages(path, settings, tally))
     return collected.finish(path, form)
 

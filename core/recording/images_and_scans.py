@@ -16,10 +16,10 @@ from core.recording import ROS_FORMS, ros2_bag
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings
 from core.recording.ros import LASER_SCAN, Envelope, decode, ros2_name, stamp_of
+from core.recording.ros_pictures import COMPRESSED, IMAGE
 from core.recording.scans import make_scan
 from core.sensors import Scan
 
-IMAGE, COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 CHANNELS = {"mono8": 1, "8UC1": 1, "rgb8": 3, "bgr8": 3, "8UC3": 3, "rgba8": 4, "bgra8": 4}
 TO_GREY = {
     "rgb8": cv2.COLOR_RGB2GRAY,

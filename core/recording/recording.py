@@ -13,7 +13,8 @@ from core.geometry import Pose
 from core.message import message
 from core.perception.landmarks.landmarks import Sighting
 from core.recording.odometry_track import OdometryTrack
-from core.sensors import Laser, Scan, SensorFrame, Wheels
+from core.recording.recorded_picture import RecordedPicture
+from core.sensors import Camera, Laser, Scan, SensorFrame, Wheels
 from core.setting import Meta, Section
 from core.slam.motion import Increment
 
@@ -142,6 +143,8 @@ class ScanRecording:
     track: OdometryTrack | None  # odometry; None: scans only
     laser: Laser
     report: RecordingReport
+    pictures: tuple[RecordedPicture, ...] = ()  # of the first camera, where they were asked for
+    camera: Camera | None = None  # that took them
 
     @property
     def start(self) -> float:

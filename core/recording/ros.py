@@ -20,6 +20,7 @@ from core.recording.odometry_track import OdometryTrack, heading_of
 from core.recording.read_report import BadRecord, ReadReport
 from core.recording.recording import LogSettings, ScanRecording, logged_stamp, stamped
 from core.recording.ros_frames import FrameTree, Placed
+from core.recording.ros_pictures import CAMERA_INFO, COMPRESSED, IMAGE, RosPictures
 from core.recording.scans import in_time_order, make_scan, scan_recording, settle_stamps
 from core.sensors import Scan
 
@@ -54,7 +55,9 @@ class _OdometryTopic:
 class RosMessages:
     """Takes messages one by one, keeps what matters, and makes the recording at the end."""
 
-    def __init__(self, settings: LogSettings, tally: ReadReport):
+    def __init__(self, settings: LogSettings, tally: ReadReport, *, pictures: bool = False):
+        """`pictures`: keep those of the first camera, too."""
+        self._pictures = RosPictures() if pictures else None
         self._settings = settings
         self._tally = tally
         self._scans: dict[str, _ScanTopic] = {}
@@ -83,12 +86,14 @@ class RosMessages:
             known = self._take_json
         elif kind in (LASER_SCAN, ODOMETRY, TF) and envelope.encoding in ("cdr", "ros1"):
             known = {LASER_SCAN: self._take_scan, ODOMETRY: self._take_odometry, TF: self._take_tf}[kind]
+        elif self._pictures is not None and kind in (IMAGE, COMPRESSED, CAMERA_INFO):
+            known = self._take_picture
         else:
             self._count_other(envelope)
             return
         try:
             self._tally.read += known(envelope, kind)
-        except BadRecord as problem:
+        except (BadRecord, BadInput) as problem:
             self._tally.skip(str(problem), f"a message of {envelope.topic}")
         except Exception:  # whatever a decoder raises on hostile bytes, the next message may be fine
             self._tally.skip("it cannot be decoded", f"a message of {envelope.topic}")
@@ -130,6 +135,11 @@ class RosMessages:
         self._held += 56
         return True
 
+    def _take_picture(self, envelope: Envelope, kind: str) -> bool:
+        assert self._pictures is not None
+        content = decode(envelope, kind)
+        return self._pictures.take(envelope.topic, content, kind, stamp_of(content.header) or envelope.logged)
+
     def _take_tf(self, envelope: Envelope, kind: str) -> bool:
         fixed = envelope.topic.endswith("tf_static")
         for transform in decode(envelope, kind).transforms:
@@ -169,7 +179,11 @@ class RosMessages:
         self._tally.topics.insert(0, f"{name}: laser")
         self._compare_with_declared()
         mounting, height = placed.pose, placed.height
-        return scan_recording(path, scans, track, self._tally, form, self._settings, mounting, height)
+        seen, camera = (), None
+        if self._pictures is not None:
+            seen, camera = self._pictures.finish(scans[0].stamp, scans[-1].stamp, self._tally)
+        recording = scan_recording(path, scans, track, self._tally, form, self._settings, mounting, height)
+        return replace(recording, pictures=seen, camera=camera)
 
     def _chosen_scans(self, path: Path) -> tuple[str, _ScanTopic]:
         wanted = self._settings.scan_topic

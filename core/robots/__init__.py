@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Literal, Protocol
 
+from core.commands.command import CommandSpec
 from core.gate import Twist
 from core.message import message
 from core.robots.requests import AnswerT, Requests, RobotRequest
@@ -46,6 +47,19 @@ class Profile:
     def drives(self) -> bool:
         """True unless it cannot be commanded, as a recording."""
         return "drive" in self.capabilities
+
+    @property
+    def dry_run(self) -> bool:
+        """True where nothing drives and a camera looks: COME HERE and FOLLOW ME show what they would do."""
+        return not self.drives and bool(self.cameras)
+
+    def refusal(self, kind: CommandSpec | None = None) -> str:
+        """Return why a command of this kind, or any motion, cannot be obeyed here, a sentence; "" where it can."""
+        if self.drives or (kind is not None and self.dry_run and (kind.target == "person" or not kind.moves)):
+            return ""
+        what = "This is a recording; it" if "replay" in self.capabilities else "Nothing here has wheels: it"
+        dry = " COME HERE and FOLLOW ME show what they would do." if self.dry_run else ""
+        return f"{what} cannot be driven.{dry}"
 
     @property
     def simulated(self) -> bool:

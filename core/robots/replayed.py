@@ -22,7 +22,7 @@ from core.robots.requests import (
     finite,
     not_taken,
 )
-from core.sensors import SensorFrame
+from core.sensors import Image, SensorFrame
 
 SLOWEST, FASTEST = 0.1, 10.0  # times the speed of life
 
@@ -33,6 +33,7 @@ def profile_of(recording: ScanRecording, url: str = "") -> Profile:
         name=recording.path.name,
         url=url,
         lasers=(recording.laser,) if recording.laser else (),
+        cameras=(recording.camera,) if recording.camera else (),
         capabilities=frozenset({"replay"}),
         duration=recording.duration,
     )
@@ -50,6 +51,7 @@ class ReplayedRobot:
         self._profile = profile_of(recording, url)
         self._clock = self._shown = recording.start  # [s] log time that was played, and that of the newest frame
         self._next = 0  # number of the next scan
+        self._pictured = 0  # number of the next picture
         self._speed = 1.0
         self._playing = True
         self._waits = True  # after its first scan
@@ -81,10 +83,22 @@ class ReplayedRobot:
             stamp=self._shown,
             wheels=self._recording.wheels_at(self._shown),
             scan=scan,
+            image=self._picture(),
             note=note,
             running=running,
             progress=self._progress,
         )
+
+    def _picture(self) -> Image | None:
+        """The newest picture that is due; one that cannot be read is left out."""
+        pictures, due = self._recording.pictures, None
+        while self._pictured < len(pictures) and pictures[self._pictured].stamp <= self._shown:
+            due = pictures[self._pictured]
+            self._pictured += 1
+        try:
+            return None if due is None else Image(stamp=due.stamp, pixels=due.pixels)
+        except BadInput:
+            return None
 
     @property
     def requests(self) -> Requests:
@@ -170,12 +184,13 @@ class ReplayedRobot:
         stamps = (logged_stamp(scan) for scan in self._recording.scans)
         self._next = sum(stamp < self._clock for stamp in stamps)
         self._next = min(self._next, len(self._recording.scans) - 1)
+        self._pictured = sum(picture.stamp < self._clock for picture in self._recording.pictures)
 
 
 def open_robot(rest: str, *, seed: int, settings: LogSettings | None) -> ReplayedRobot:
     """`rest` is the path of the log after `log:`. Raises BadInput when it cannot be played."""
     del seed  # nothing is left to chance
-    recording = open_log(rest, settings or LogSettings())
+    recording = open_log(rest, settings or LogSettings(), pictures=True)
     if not isinstance(recording, ScanRecording):
         raise BadInput(
             f"{Path(rest).name} holds sightings of landmarks, not scans, so there is nothing to play. "

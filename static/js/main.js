@@ -64,7 +64,10 @@ function begin(session) {
   addEventListener("single-keys", (event) => {
     operatorInput.singleKeys = /** @type {CustomEvent<boolean>} */ (event).detail;
   });
-  session.on("hello", ({ robot }) => document.body.classList.toggle("is-recording", !robot.drives));
+  session.on("hello", ({ robot }) => {
+    document.body.classList.toggle("is-recording", !robot.drives);
+    document.body.classList.toggle("is-dry-run", robot.dry_run);
+  });
   session.on("heard", (view) => operatorInput.show(view));
   return true; // its keys stop the robot too
 }

@@ -47,3 +47,8 @@ test("who may not drive learns why", () => {
     assert.ok(why.includes(words), why);
   }
 });
+
+test("a camera that cannot drive takes commands for a dry run", () => {
+  const webcam = { ...HELLO, robot: { ...HELLO.robot, drives: false, dry_run: true, capabilities: [] } };
+  assert.equal(permission({ hello: webcam, state: STATE, up: true }).may, asked({}).may);
+});

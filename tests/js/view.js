@@ -19,6 +19,7 @@ export const HELLO = {
     max_speed_m_s: 0.3,
     max_turn_rate_rad_s: 1.5,
     drives: true,
+    dry_run: false,
     capabilities: ["drive", "simulate"],
     failsafe: "",
     lock: "",

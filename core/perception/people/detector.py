@@ -53,6 +53,7 @@ class Rectangle:
     box: tuple[float, float, float, float]  # left, top, right, bottom [pixel] of the whole body
     bearing_sd: float | None = None  # [rad]; None: as good as the rectangles of a vertical plane are
     colours: Array | None = None  # (3, HUES + GREYS) of head, torso, feet, where the landmarks say what is body
+    landmarks: Array | None = None  # (33, 2) [pixel]; NaN: not seen; None: a model without landmarks found them
     rank: float = 0.0  # how well it fits beyond K, for choosing
     stranger: bool = False  # a person, but not the one who was asked for
 

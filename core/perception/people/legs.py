@@ -80,7 +80,7 @@ def _free_pieces(points: Array) -> list[Array]:
     begins, ends = [0, *cuts.tolist()], [*cuts.tolist(), len(points)]
     pieces: list[Array] = []
     for begin, end in zip(begins, ends, strict=True):
-        piece, far = points[begin:end], float(np.median(ranges[begin:end]))
+        piece, far = points[begin:end], float(_median(ranges[begin:end]))
         if len(piece) < FEWEST or far > FARTHEST or _width(piece) > WIDEST:
             continue
         before = ranges[begin - 1] if begin > 0 else math.inf
@@ -108,8 +108,14 @@ def _width(piece: Array) -> float:
 
 def _middle(piece: Array) -> Array:
     """Centre of a round object from points on its front."""
-    front = np.median(piece, axis=0)
+    front = _median(piece)
     return front * (1 + 0.8 * LEG / max(float(np.hypot(*front)), 1e-6))
+
+
+def _median(values: Array) -> Array:
+    """Median along the first axis; numpy's own takes ten times as long for a few values."""
+    ordered, half = np.sort(values, axis=0), len(values) // 2
+    return ordered[half] if len(values) % 2 else (ordered[half - 1] + ordered[half]) / 2
 
 
 def _stander(place: Array, legs: int) -> LegCluster:

@@ -120,8 +120,11 @@ class PersonPictures:
 
 def only_legs_show(camera: Camera, bearing: float, distance: float, height: float = SHOULDERS) -> bool:
     """Return whether of somebody who stands there less than `height` [m] is in the picture, little but legs."""
-    place, _ = Viewpoint(camera).pixel(bearing, max(distance, 0.1), height)
-    return bool(np.isfinite(place).all() and place[1] < 0)
+    view = Viewpoint(camera)
+    if math.isnan(view.column(bearing)):
+        return False
+    place, _ = view.pixel(bearing, max(distance, 0.1), height)
+    return not np.isfinite(place).all() or bool(place[1] < 0)  # so near, it is too steep to be in any picture
 
 
 def _shows_only_legs(stander: LegCluster, camera: Camera) -> bool:

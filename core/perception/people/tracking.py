@@ -66,7 +66,7 @@ class PersonTrack:
         self.only_legs = False  # the person is so near that the camera sees no more of them: the laser decides
         self._excused = -math.inf  # [s] when no picture could have shown enough of the person
         self._seen: TrackedPerson | None = None
-        self._points: Array | None = None
+        self._scanned = -math.inf  # [s] of the newest scan
         self._glance: Glance | None = None
 
     @property
@@ -156,18 +156,24 @@ class PersonTrack:
         search = Search(boards, (bearing, wedge), near, settings, self._who)
         return Glance(search, stamp, pose, standers)
 
-    def follow(self, stamp: float, pose: Pose, points: Array, image: Image | None, camera: Camera | None) -> None:
-        """One frame further: predict, and correct by what is new."""
+    def follow(
+        self,
+        stamp: float,
+        pose: Pose,
+        points: Array,
+        scanned: float,
+        image: Image | None,
+        camera: Camera | None,
+    ) -> None:
+        """One frame further: predict, and correct by what is new; `scanned` [s]: the stamp of the points' scan."""
         if self._seen is None:
             return
         self._predict(stamp)
         stander: LegCluster | None = None
         rectangle: Rectangle | None = None
-        standers: tuple[LegCluster, ...] = ()
-        fresh_scan = points is not self._points
-        self._points = points
-        if fresh_scan or image is not None:
-            standers = find_standers(points)
+        fresh_scan = scanned != self._scanned
+        self._scanned = scanned
+        standers = find_standers(points) if fresh_scan or image is not None else ()
         boards: VerticalPlanes | None = None
         if image is not None:
             self.looked = stamp

@@ -31,6 +31,11 @@ class VoiceBearing:
         return SIDES[sector]
 
 
+def from_side(side: str) -> str:
+    """A side as one says from where a voice came: "from the left", "ahead on the left"."""
+    return f"from {side}" if side[0] in "tb" or side == "ahead" else side
+
+
 SIDES = (
     "ahead",
     "ahead on the left",

@@ -14,15 +14,14 @@ import cv2
 import numpy as np
 
 from core.calibration.files import pictures
-from core.errors import BadInput
 from core.gate import ZERO, Twist
 from core.geometry import OPTICAL, Pose, Transform
-from core.message import Array
 from core.optics import CameraModel
 from core.recording.odometry_track import heading_of
 from core.recording.read_report import BadRecord
 from core.recording.ros import stamp_of, turned_over
 from core.recording.ros_frames import FrameTree
+from core.recording.ros_pictures import VIEW, camera_model, raw_pixels
 from core.recording.scans import make_scan
 from core.robots.device import Base, Equipment
 from core.robots.device_clock import DeviceClock
@@ -44,30 +43,10 @@ LOCK_PERIOD = 0.1  # [s] of the lock's heartbeat
 
 SAME_CLOCK = 5.0  # [s] by which stamps of one clock differ at most
 MOST_CLOCKS = 8
-VIEW = 0.9  # focal length of an uncalibrated camera, in widths of its picture: it sees 58°
 AUDIO_RATE = 16_000  # [Hz] of audio that does not say it
 SOUND_GAP = 0.1  # [s] by which a block of sound may come early or late and still follow the one before
 MOST_CHANNELS = 32
 SCAN_PERIOD = 0.1  # [s] of a laser that does not say it
-
-COLOURS: dict[str, tuple[type, int, int | None]] = {
-    "bgr8": (np.uint8, 3, None),
-    "8UC3": (np.uint8, 3, None),
-    "rgb8": (np.uint8, 3, cv2.COLOR_RGB2BGR),
-    "bgra8": (np.uint8, 4, cv2.COLOR_BGRA2BGR),
-    "rgba8": (np.uint8, 4, cv2.COLOR_RGBA2BGR),
-    "mono8": (np.uint8, 1, cv2.COLOR_GRAY2BGR),
-    "8UC1": (np.uint8, 1, cv2.COLOR_GRAY2BGR),
-    "yuv422": (np.uint8, 2, cv2.COLOR_YUV2BGR_UYVY),
-    "uyvy": (np.uint8, 2, cv2.COLOR_YUV2BGR_UYVY),
-    "yuv422_yuy2": (np.uint8, 2, cv2.COLOR_YUV2BGR_YUY2),
-    "yuyv": (np.uint8, 2, cv2.COLOR_YUV2BGR_YUY2),
-    "bayer_rggb8": (np.uint8, 1, cv2.COLOR_BayerRGGB2BGR),
-    "bayer_bggr8": (np.uint8, 1, cv2.COLOR_BayerBGGR2BGR),
-    "bayer_gbrg8": (np.uint8, 1, cv2.COLOR_BayerGBRG2BGR),
-    "bayer_grbg8": (np.uint8, 1, cv2.COLOR_BayerGRBG2BGR),
-}
-"""A raw picture's encoding → type and number of its channels, and what makes blue-green-red of it."""
 
 
 class RosClocks:
@@ -359,52 +338,6 @@ def _no_goal(frame: str, goal: Pose) -> None:
 def laser_name(topic: str, topics: RosTopics) -> str:
     """Name of a laser on this robot: "laser" where it is the only one, else by its topic, "front_scan"."""
     return "laser" if len(topics.scans) == 1 else topic.strip("/").replace("/", "_")
-
-
-def raw_pixels(content: Any) -> Array:
-    """A sensor_msgs/Image → blue-green-red (H, W, 3) uint8. Raises BadInput."""
-    if content.encoding not in COLOURS:
-        raise BadInput(f"pictures of encoding {content.encoding[:30]!r} are not read")
-    kind, channels, conversion = COLOURS[content.encoding]
-    height, width, step = int(content.height), int(content.width), int(content.step)
-    if not (
-        0 < width * height <= pictures.MOST_PIXELS and width * channels <= step and len(content.data) >= step * height
-    ):
-        raise BadInput("the picture's size does not fit its data")
-    rows = np.frombuffer(bytes(content.data[: step * height]), kind).reshape(height, step)[:, : width * channels]
-    pixels = np.ascontiguousarray(rows).reshape(height, width, channels)
-    return pixels if conversion is None else cv2.cvtColor(pixels, conversion)
-
-
-def camera_model(info: Any, width: int, height: int) -> CameraModel | None:
-    """A CameraInfo → the model for pictures of this size [pixel].
-
-    None where the camera is not calibrated, or its model of distortion is another one.
-    """
-    matrix, bend = getattr(info, "k", None), getattr(info, "d", None)
-    if matrix is None:  # ROS 1 has capitals
-        matrix, bend = info.K, info.D
-    matrix, bend = np.asarray(matrix, float), np.asarray(bend, float)
-    known = info.distortion_model in ("plumb_bob", "rational_polynomial", "")
-    if not known or not np.isfinite(matrix).all() or not np.isfinite(bend).all() or bend[5:].any():
-        return None
-    if min(matrix[0], matrix[4], info.width, info.height) <= 0:
-        return None
-    across, down = width / info.width, height / info.height
-    k1, k2, p1, p2, k3 = (float(number) for number in np.pad(bend[:5], (0, max(0, 5 - len(bend)))))
-    return CameraModel(
-        width=width,
-        height=height,
-        fx=float(matrix[0]) * across,
-        fy=float(matrix[4]) * down,
-        cx=(float(matrix[2]) + 0.5) * across - 0.5,
-        cy=(float(matrix[5]) + 0.5) * down - 0.5,
-        k1=k1,
-        k2=k2,
-        p1=p1,
-        p2=p2,
-        k3=k3,
-    )
 
 
 def _optical(robot_from_frame: Transform, frame: str) -> Transform:

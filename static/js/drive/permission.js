@@ -5,6 +5,12 @@
 /** @typedef {import("./drive.js").Permission} Permission */
 
 /**
+ * A recording or a sensor that takes no commands: nothing drives, and no camera looks for people.
+ * @param {Hello | null} hello
+ */
+export const onlyWatched = (hello) => hello !== null && !hello.robot.drives && !hello.robot.dry_run;
+
+/**
  * @param {{hello: Hello | null, state: State | null, up: boolean}} view
  * @returns {Permission}
  */
@@ -12,7 +18,7 @@ export function permission({ hello, state, up }) {
   /** @param {string} why @returns {Permission} */
   const no = (why) => ({ may: "no", why });
   if (!up || !hello || !state) return no("The link to the console is lost.");
-  if (!hello.robot.drives) return no("A recording cannot be driven.");
+  if (onlyWatched(hello)) return no("A recording cannot be driven.");
   if (hello.you.role === "viewer") return no("You are watching. Only an operator can drive.");
   if (state.gate.state === "halted") return no("Halted. Reset the halt first.");
   if (state.robot.link === "lost") return no("The robot does not answer.");

@@ -1,7 +1,7 @@
 // Completion of typed commands from the vocabulary. The server alone interprets the grammar.
 
 /** @typedef {{name: string, says: string, unit: string, low: number, high: number, default: number | null}} NumberRow */
-/** @typedef {{name: string, words: string[], numbers: NumberRow[], example: string, summary: string, icon?: string}} Kind */
+/** @typedef {{name: string, words: string[], numbers: NumberRow[], example: string, summary: string, icon?: string, target?: string}} Kind */
 /**
  * @typedef {object} Suggestion
  * @property {string} text what goes into the box

@@ -22,6 +22,7 @@
  * @property {SensedBearing | null} sound
  * @property {number | null} value
  * @property {BodyPart[]} parts
+ * @property {([number, number] | null)[]} landmarks_px
  * @property {number | null} picture_age_s
  * @property {[number, number] | null} centre_px
  */

@@ -184,6 +184,7 @@
  * @property {number} max_speed_m_s
  * @property {number} max_turn_rate_rad_s
  * @property {boolean} drives
+ * @property {boolean} dry_run
  * @property {('drive' | 'simulate' | 'replay' | 'navigate')[]} capabilities
  * @property {string} failsafe
  * @property {string} lock

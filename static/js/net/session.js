@@ -1,6 +1,6 @@
 // Session of one page: newest state, events, and all requests that act on the robot.
 
-import { permission } from "../drive/permission.js";
+import { onlyWatched, permission } from "../drive/permission.js";
 import { unlessStopped } from "../voice/spoken-answers.js";
 import * as api from "./api.js";
 import { Link } from "./link.js";
@@ -123,7 +123,7 @@ export class Session {
   stop() {
     this.#stoppedAt = performance.now();
     const { robot, you } = this.hello ?? {};
-    if (robot?.drives === false) {
+    if (robot?.capabilities.includes("replay") && !this.state?.command) {
       if (you?.role !== "viewer" && this.state?.robot.running) void this.playback("pause");
       return; // there is nothing else to stop
     }
@@ -295,8 +295,10 @@ export class Session {
   }
 
   async #fetchKinds() {
-    if (!this.hello?.robot.drives) return;
-    this.kinds = await api.kinds().catch(() => this.kinds);
+    if (onlyWatched(this.hello)) return;
+    const kinds = await api.kinds().catch(() => this.kinds);
+    const dry = this.hello?.robot.dry_run === true;
+    this.kinds = dry ? kinds.filter(({ target, name }) => target === "person" || name === "stop_moving") : kinds;
     this.#dispatch("kinds", this.kinds);
   }
 

@@ -1,5 +1,6 @@
 // Element <answer-button>: switch for spoken answers in this browser; off by default.
 
+import { onlyWatched } from "../drive/permission.js";
 import { icon, make, mark, redraw } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
@@ -60,7 +61,7 @@ class AnswerButton extends Panel {
    * @param {View} view
    */
   show({ hello, state }) {
-    this.hidden = hello?.robot.drives === false || hello?.you.role === "viewer";
+    this.hidden = onlyWatched(hello) || hello?.you.role === "viewer";
     const pending_command = state?.pending_command;
     if (!pending_command || pending_command.id === this.#pending_command) return;
     this.#pending_command = pending_command.id;

@@ -1,5 +1,6 @@
 // Element <app-menu>: halt, keys, hints, other pages, sign-out.
 
+import { onlyWatched } from "../drive/permission.js";
 import { icon, make, mark } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
@@ -138,7 +139,7 @@ class AppMenu extends Panel {
     this.#reset.disabled = !up || state?.gate.state !== "halted";
     this.#hints.hidden = !drives || hello?.you.role === "viewer";
     this.#switch.hidden = this.#gamepad.hidden = !drives;
-    this.#hearing.hidden = this.#people.hidden = !drives;
+    this.#hearing.hidden = this.#people.hidden = onlyWatched(hello);
     this.#leave.hidden = hello?.you.id === "local"; // no sign-in on this machine
   }
 }

@@ -12,7 +12,29 @@ import { PictureChip } from "../ui/picture-quality-chip.js";
 /** @typedef {import("../net/messages.js").CameraOverlay} CameraOverlay */
 
 const STALE_S = 0.5;
+/** Pairs of MediaPipe's landmarks between which a limb is drawn. @type {[number, number][]} */
+const LIMBS = [
+  [7, 2],
+  [2, 0],
+  [0, 5],
+  [5, 8],
+  [11, 12],
+  [11, 13],
+  [13, 15],
+  [12, 14],
+  [14, 16],
+  [11, 23],
+  [12, 24],
+  [23, 24],
+  [23, 25],
+  [25, 27],
+  [27, 31],
+  [24, 26],
+  [26, 28],
+  [28, 32],
+];
 const GIVE_UP_S = 3; // a recording without pictures: no empty frame
+const LOOKED_S = 0.8; // a person is drawn for that long after the picture with them: networks answer late
 const APART_S = 0.35; // an overlay older or newer than that belongs to another picture
 
 class CameraView extends Panel {
@@ -110,7 +132,7 @@ class CameraView extends Panel {
     if (!picture || !width) return;
     const fits = overlay && Math.abs(overlay.stamp_s - this.#pictureStamp) < APART_S ? overlay : null;
     const [edges, laser] = [pressed(this.#edges), pressed(this.#laser)];
-    const fresh = person && person.picture_age_s !== null && person.picture_age_s < APART_S ? person : null;
+    const fresh = person && person.picture_age_s !== null && person.picture_age_s < LOOKED_S ? person : null;
     const seen = [voice?.columns_px, fresh?.value, fresh?.centre_px];
     const drawn = [this.#pictureStamp, fits?.stamp_s, edges, laser, width, devicePixelRatio, ...seen].join();
     if (drawn === this.#drawn) return;
@@ -191,6 +213,7 @@ function drawVoice(brush, [left, middle, right], down, scale) {
  * @param {number} scale canvas pixels per picture pixel
  */
 function drawPerson(brush, person, scale) {
+  drawLandmarks(brush, person.landmarks_px, scale);
   brush.font = `600 ${Math.max(10, 7 * scale)}px system-ui, sans-serif`;
   brush.textBaseline = "top";
   for (const part of person.parts) {
@@ -223,6 +246,36 @@ function drawPerson(brush, person, scale) {
   brush.moveTo(u, v - 4 * scale);
   brush.lineTo(u, v + 4 * scale);
   brush.stroke();
+}
+
+/**
+ * Landmarks of a body, and the limbs between them.
+ * @param {CanvasRenderingContext2D} brush
+ * @param {import("../net/messages.js").PersonState["landmarks_px"]} marks
+ * @param {number} scale canvas pixels per picture pixel
+ */
+function drawLandmarks(brush, marks, scale) {
+  const places = marks.map((mark) => mark && [(mark[0] + 0.5) * scale, (mark[1] + 0.5) * scale]);
+  const limbs = new Path2D();
+  const joints = new Path2D();
+  for (const [from, to] of LIMBS) {
+    const [[x0, y0], [x1, y1]] = [places[from] ?? [], places[to] ?? []];
+    if (x0 === undefined || y0 === undefined || x1 === undefined || y1 === undefined) continue;
+    limbs.moveTo(x0, y0);
+    limbs.lineTo(x1, y1);
+  }
+  const size = Math.max(1.4, 1.1 * scale);
+  for (const [x, y] of places.map((place) => place ?? []))
+    if (x !== undefined && y !== undefined) joints.rect(x - size / 2, y - size / 2, size, size);
+  brush.lineCap = "round";
+  brush.strokeStyle = "rgb(0 0 0 / 0.55)";
+  brush.lineWidth = 3 * Math.max(1, scale * 0.6);
+  brush.stroke(limbs);
+  brush.strokeStyle = "#7ff0c0";
+  brush.lineWidth = 1.5 * Math.max(1, scale * 0.6);
+  brush.stroke(limbs);
+  brush.fillStyle = "#ffffff";
+  brush.fill(joints);
 }
 
 /**

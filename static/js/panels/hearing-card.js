@@ -1,5 +1,6 @@
 // Element <hearing-card>: directions of voices, transcripts, and the microphone check.
 
+import { onlyWatched } from "../drive/permission.js";
 import * as api from "../net/api.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { degrees, inWords } from "../ui/format.js";
@@ -68,7 +69,7 @@ class HearingCard extends Panel {
    */
   show({ state, hello, up, permission }) {
     const ears = state?.ears ?? null;
-    this.hidden = hello?.robot.drives === false || (ears === null && this.#lines.childElementCount === 0);
+    this.hidden = onlyWatched(hello) || (ears === null && this.#lines.childElementCount === 0);
     if (this.hidden) return;
     this.classList.toggle("is-old", !up);
     mark(this.#rose, "hidden", ears === null);

@@ -1,5 +1,6 @@
 // Element <lease-chip>: shows the operator in control, and takes or gives back control.
 
+import { onlyWatched } from "../drive/permission.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
@@ -40,7 +41,7 @@ class LeaseChip extends Panel {
    */
   show(view) {
     const { hello, state } = view;
-    this.hidden = !state || !hello?.robot.drives;
+    this.hidden = !state || !hello || onlyWatched(hello);
     if (!hello || !state || this.hidden) return;
     const { text, sentence, act, action } = describe(view, hello, state);
     write(this.#text, text);
@@ -63,6 +64,11 @@ class LeaseChip extends Panel {
  */
 function describe({ mine }, hello, { lease }) {
   const watching = hello.you.role === "viewer";
+  if (hello.robot.dry_run && !watching && (mine || lease.holder === null)) {
+    const sentence = "Nothing here drives. COME HERE and FOLLOW ME show what a robot would do.";
+    if (mine) return { text: "Dry run", sentence, act: "Give control back", action: "release" };
+    return { text: "Dry run", sentence, act: "Take control", action: "acquire" };
+  }
   if (mine) {
     const sentence = "Others watch and may stop the robot at any time. Giving control back stops it first.";
     return { text: "You drive", sentence, act: "Give control back", action: "release" };

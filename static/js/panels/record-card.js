@@ -1,5 +1,6 @@
 // Element <record-card>: tabs with history, notices, SLAM figures and maps.
 
+import { onlyWatched } from "../drive/permission.js";
 import { qualityRuns, wordsOf } from "../net/api.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { age, quantities, timeOfDay } from "../ui/format.js";
@@ -78,9 +79,9 @@ class RecordCard extends Panel {
       "visibilitychange",
       () => document.visibilityState === "visible" && void this.#readScore(),
     );
-    this.session.on("hello", ({ robot }) => {
-      this.#tabs.history.hidden = !robot.drives;
-      if (!robot.drives && this.#open === "history") this.#turnTo(innerWidth < 1024 ? "notices" : "slam");
+    this.session.on("hello", (hello) => {
+      this.#tabs.history.hidden = onlyWatched(hello);
+      if (onlyWatched(hello) && this.#open === "history") this.#turnTo(innerWidth < 1024 ? "notices" : "slam");
     });
     this.#tall.addEventListener("click", () => {
       remember("tall", this.hasAttribute("data-tall") ? "no" : "yes");

@@ -98,7 +98,7 @@ export class SceneView extends Panel {
     if (!MAP_DRAWN) return;
     this.#reveal("own", hello?.robot.capabilities.includes("navigate") ?? false);
     this.#reveal3d();
-    this.#goes = up && permission.may !== "no" && !state?.floor.lost;
+    this.#goes = up && hello?.robot.drives === true && permission.may !== "no" && !state?.floor.lost;
     this.classList.toggle("is-old", !up);
     const { floor } = state ?? {};
     this.#reveal("closure", (floor?.closures_count ?? 0) > 0);

@@ -1,5 +1,5 @@
 // Element <stop-button>: STOP, always in the same place and on top. Acts on pointer down, not on release.
-// A recording has nothing to stop: there the button pauses it.
+// A recording has nothing to stop: there the button pauses it, and ends a dry run that is shown.
 
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
@@ -49,7 +49,7 @@ class StopButton extends Panel {
    * @param {View} view
    */
   show({ hello, state, up }) {
-    const recording = hello?.robot.drives === false;
+    const recording = hello?.robot.capabilities.includes("replay") === true && !state?.command;
     const lost = !up && state !== null && !recording;
     mark(this.#button, "data-recording", recording);
     mark(this.#button, "data-unlinked", lost);

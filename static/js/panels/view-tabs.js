@@ -1,5 +1,6 @@
 // Element <view-tabs>: on a narrow screen, selects the view above the driving controls; a swipe moves on.
 
+import { onlyWatched } from "../drive/permission.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 
@@ -62,8 +63,7 @@ class ViewTabs extends Panel {
       if (button.dataset["to"] === "camera") button.hidden = blind;
       if (button.dataset["to"] === "ears") button.hidden = deaf;
       const words = button.lastElementChild;
-      if (button.dataset["to"] === "record" && words)
-        write(words, hello?.robot.drives === false ? "Notices" : "History");
+      if (button.dataset["to"] === "record" && words) write(words, onlyWatched(hello) ? "Notices" : "History");
     }
   }
 

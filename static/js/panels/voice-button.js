@@ -1,5 +1,6 @@
 // Element <voice-button>: push to talk (button or V), or an open microphone whose pauses end a sentence.
 
+import { onlyWatched } from "../drive/permission.js";
 import * as api from "../net/api.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
@@ -144,7 +145,7 @@ export class VoiceButton extends Panel {
    * @param {View} view
    */
   show({ hello, up }) {
-    this.hidden = hello?.robot.drives === false;
+    this.hidden = onlyWatched(hello);
     this.#button.disabled = !up;
     if (!up && this.#held) this.hold(false);
   }

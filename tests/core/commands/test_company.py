@@ -82,6 +82,7 @@ class Company(Stage):
         return dataclasses.replace(
             around,
             scan_points=self._points,
+            scan_stamp=float(self.frames // EVERY),
             image=self._image,
             camera=self.camera,
             call=self.call,

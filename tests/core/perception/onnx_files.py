@@ -55,3 +55,13 @@ def onnx_file(shape: tuple[int, int, int, int], answers: Sequence[Array]) -> byt
         graph += value(12, f"output{at}", answer.shape)
     graph += piece(2, "generated") + value(11, "picture", shape)
     return number(1, 8) + piece(8, piece(1, "") + number(2, 13)) + piece(7, graph)
+
+
+def greedy_file(side: int, channels: int) -> bytes:
+    """A small file whose one convolution makes so many channels of a picture."""
+    graph = node("Conv", ["picture", "weights"], "wide") + node("GlobalAveragePool", ["wide"], "output")
+    graph += tensor("weights", np.zeros((channels, 3, 1, 1), np.float32))
+    graph += (
+        value(12, "output", (1, channels, 1, 1)) + piece(2, "generated") + value(11, "picture", (1, 3, side, side))
+    )
+    return number(1, 8) + piece(8, piece(1, "") + number(2, 13)) + piece(7, graph)

@@ -17,7 +17,7 @@ from core.perception.people.onnx.detector import open_own_model
 from core.perception.people.onnx.header import input_shape
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.pose.faces import anchors
-from tests.core.perception.onnx_files import onnx_file
+from tests.core.perception.onnx_files import greedy_file, onnx_file
 from tests.core.perception.stick_figures import STANCE
 from tests.core.perception.test_pose import PHOTO
 
@@ -143,6 +143,7 @@ GOOD = onnx_file((1, 3, 320, 320), [yolo(84)])
         (onnx_file((1, 4, 320, 320), [yolo(84)]), "colour picture"),
         (onnx_file((1, 3, 100_000, 100_000), [yolo(84)]), "colour picture"),
         (GOOD.replace(b"GlobalAveragePool", b"GlobalAveragePoop"), "OpenCV cannot"),
+        (greedy_file(1920, 400), "OpenCV cannot run it"),  # 6 GB in the picture's size
     ],
 )
 def test_files_that_are_no_known_model_get_a_sentence_soon(tmp_path: Path, content: bytes, words: str) -> None:

@@ -95,7 +95,8 @@ def test_on_the_robots_floor_legs_alone_are_no_small_person_far_away() -> None:
     lower = white_body(320, 256, 155.0, 10.0, 80.0)  # what a network makes of two legs
     question = LookQuestion(pixels=lower, camera=ROBOTS, bearing=0.0, distances=())
     assert sticks().look(question) == ()
-    assert only_legs_show(ROBOTS, 0.0, 1.2)
+    assert all(only_legs_show(ROBOTS, 0.0, distance) for distance in (0.15, 0.33, 0.6, 1.2))
+    assert not only_legs_show(ROBOTS, 2.0, 0.33)
     assert not only_legs_show(ROBOTS, 0.0, 3.0)
     assert not only_legs_show(WEBCAM, 0.0, 1.2)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Generator
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +26,7 @@ from core.perception.people.pose.networks import LANDMARK_SIDE, first_number
 from core.perception.people.pose.view import Viewpoint
 
 MOST_BYTES = 400 * 2**20
+MOST_MEMORY = 700 * 2**20  # [bytes] that a network may take
 DOUBLE = 0.45  # overlap from which two boxes are one person
 LEAST = 0.25  # score below which a detection is not looked at
 MOST = 50  # detections of one picture
@@ -97,8 +100,9 @@ def open_own_model(path: Path, settings: PeopleSettings) -> PersonDetector:
             raise BadInput(f"it is larger than {MOST_BYTES // 2**20} MB")
         content = path.read_bytes()
         shape = input_shape(content)
-        net = _network(content)
-        outputs = run(net, np.zeros(shape, np.float32))
+        with at_most(MOST_MEMORY):
+            net = _network(content)
+            outputs = run(net, np.zeros(shape, np.float32))
     except OSError as trouble:
         raise BadInput(f"The model {path.name[:60]!r} cannot be read: {trouble.strerror or trouble}.") from None
     except BadInput as wrong:
@@ -111,6 +115,25 @@ def open_own_model(path: Path, settings: PeopleSettings) -> PersonDetector:
         sizes = ", ".join("x".join(map(str, one)) for one in shapes)
         raise BadInput(f"The model {path.name[:60]!r} has outputs {sizes}, which are none of those known: {KNOWN}.")
     return OwnModelDetector(net, layout, shape[2], settings)
+
+
+@contextlib.contextmanager
+def at_most(more: int) -> Generator[None]:
+    """Let this process take at most `more` bytes more, where the system can say so: a small file may ask for any."""
+    try:
+        import resource  # not on Windows
+
+        taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    except (ImportError, OSError, ValueError):
+        yield
+        return
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    least = min((one for one in before if one != resource.RLIM_INFINITY), default=taken + more)
+    resource.setrlimit(resource.RLIMIT_AS, (min(least, taken + more), before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, before)
 
 
 def run(net: Any, given: Array) -> list[Array]:

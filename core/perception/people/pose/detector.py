@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +20,7 @@ from core.perception.people.pose.search import Candidate, candidates
 from core.perception.people.pose.squares import ImagePyramid, Square, around_hips, picture_from_crop
 from core.perception.people.pose.view import Viewpoint
 
-WORTH = 0.4  # confidence of a first look from which a second one is worth its time
-BOTH = 0.55  # confidence of the first look times K after the second, at least
+BOTH = 0.55  # confidence of the first look times K after the second, at least; less is not worth a second look
 SURE = 0.9  # K from which nobody surer is looked for in a direction
 SAME = 0.45  # overlap of two boxes from which they are one person
 MOST_PEOPLE = 12
@@ -49,7 +49,7 @@ class PoseDetector:
             if question.bearing is None and _seen_already(candidate.square, found):
                 continue
             first = self._landmarks(picture, candidate.square)
-            if first.confidence < WORTH:
+            if first.confidence < BOTH:
                 continue
             landmarks = self._landmarks(picture, around_hips(first))
             weighed = weigh(body_of(landmarks), picture.width, picture.height)
@@ -60,10 +60,18 @@ class PoseDetector:
             if len(found) >= MOST_PEOPLE or (question.bearing is not None and weighed.value >= SURE):
                 break
         found.sort(key=lambda one: -one[0].value)
-        return tuple(
-            rectangle_of(weighed, candidate.distance, question, view, colours_of(landmarks, weighed, picture.pixels))
-            for weighed, landmarks, candidate in _apart(found)
-        )
+        return tuple(self._rectangle(one, question, view, picture) for one in _apart(found))
+
+    def _rectangle(
+        self,
+        found: tuple[WeighedBody, BodyLandmarks, Candidate],
+        question: LookQuestion,
+        view: Viewpoint,
+        picture: ImagePyramid,
+    ) -> Rectangle:
+        weighed, landmarks, candidate = found
+        colours = colours_of(landmarks, weighed, picture.pixels)
+        return replace(rectangle_of(weighed, candidate.distance, question, view, colours), landmarks=landmarks.seen)
 
     def _landmarks(self, picture: ImagePyramid, square: Square) -> BodyLandmarks:
         rows, confidence = self._networks.landmarks(picture.cut(square))

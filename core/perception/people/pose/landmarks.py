@@ -14,6 +14,7 @@ LEGS = tuple(range(25, 33))  # knees, ankles, heels, toes
 FACE = (NOSE, LEFT_EYE, RIGHT_EYE, LEFT_EAR, RIGHT_EAR)
 TRUNK = (*SHOULDERS, *HIPS)
 ROWS = 33  # of 39: the others are auxiliary
+VISIBLE = 0.5  # of a landmark's visibility
 LOGIT = 80.0  # the networks reach that far
 
 
@@ -24,6 +25,11 @@ class BodyLandmarks:
     points: Array  # (33, 2) [pixel] of the picture
     visibility: Array  # (33,) 0..1: in the picture and not hidden
     confidence: float  # 0..1 that somebody is there
+
+    @property
+    def seen(self) -> Array:
+        """(33, 2) [pixel]; NaN where hidden or out of the picture."""
+        return np.where(self.visibility[:, None] >= VISIBLE, self.points, np.nan)
 
     @property
     def shoulders(self) -> Array:

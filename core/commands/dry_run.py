@@ -1,0 +1,209 @@
+"""The dry run of COME HERE and FOLLOW ME, where a camera looks and nothing can drive: what a robot would do."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from core.commands.command import Command, Progress
+from core.errors import Refused
+from core.geometry import Pose, wrap
+from core.message import Array
+from core.navigation.control_context import ControlContext
+from core.perception.people.camera_geometry import eye, ray_of
+from core.perception.people.colours import alike
+from core.perception.people.detector import Rectangle
+from core.perception.people.fusion import Ray, Sense, along, fuse
+from core.perception.people.looking import LookQuestion
+from core.perception.people.pose.view import Viewpoint
+from core.perception.people.tracked_person import TrackedPerson
+from core.perception.people.voice_bearing import VoiceBearing, from_side
+
+PAUSE = 0.18  # [s] between two questions: five a second are enough
+WAIT = 2.0  # [s] after which an answer is expected no more
+GONE = 1.0  # [s] without a sight after which the person is hidden …
+FORGOTTEN = 3.0  # [s] … and after which anybody who calls is looked for again
+LOOK_FOR = 15.0  # [s] until it gives up: a worker with networks has to start first
+SHOWN = 15.0  # [s] for which COME HERE shows whom it found
+NEAR_SD = 0.1  # [rad] within which somebody who was found is looked for again
+DISTANCE_SD = 0.15  # share of a distance that only the picture gives
+
+
+class DryRun:
+    """Looks for who called, or for anybody where no direction is known, and says what a robot would do."""
+
+    def __init__(self, command: Command, here: ControlContext) -> None:
+        """Raises Refused where nothing here sees people."""
+        if here.camera is None:
+            raise Refused("Dry run: there is no camera here to see who spoke.")
+        if here.look is None:
+            raise Refused(
+                "Dry run: what looks for people here knows drawn figures only. Get the pose networks first: "
+                "beckon models get people."
+            )
+        self._command = command
+        self._began = here.stamp
+        self._asked: tuple[float, Pose, VoiceBearing | None] | None = None  # the question that waits for its answer
+        self._asked_last = -math.inf  # [s]
+        self._found_first: float | None = None  # [s]
+        self._person: TrackedPerson | None = None
+        self._strangers = False
+
+    def drive(self, here: ControlContext) -> Progress:
+        """Take one frame; the twist is always zero."""
+        call = self._call(here)
+        self._take(here)
+        self._ask(here, call)
+        person = self._person
+        if person is None or here.stamp - person.stamp > FORGOTTEN:
+            self._person = None
+            return self._nobody(here, call)
+        if here.stamp - person.stamp > GONE:
+            hidden = _hidden(person)
+            return Progress(remark="Dry run: you are hidden; I would wait for you.", person=hidden)
+        return self._somebody(here, person)
+
+    def _call(self, here: ControlContext) -> VoiceBearing | None:
+        """The newest voice, while it counts."""
+        call = here.call or self._command.call
+        known = call is not None and here.stamp - call.stamp <= here.company.fresh and call.sd <= here.company.sure
+        return call if known else None
+
+    def _ask(self, here: ControlContext, call: VoiceBearing | None) -> None:
+        """Ask for the person where they were, else where the voice is, else anywhere."""
+        waits = self._asked is not None and here.stamp - self._asked_last < WAIT
+        if here.image is None or here.camera is None or here.look is None or waits:
+            return
+        if here.stamp - self._asked_last < PAUSE:
+            return
+        bearing, sd = _towards(here, self._person, call)
+        question = LookQuestion(
+            pixels=here.image.pixels,
+            camera=here.camera,
+            stamp=here.stamp,
+            bearing=bearing,
+            sd=sd,
+            on_floor=False,
+        )
+        self._asked, self._asked_last = (here.stamp, here.pose, call), here.stamp
+        here.look.ask(question)
+
+    def _take(self, here: ControlContext) -> None:
+        """The newest answer → the person."""
+        answer = None if here.look is None else here.look.answer()
+        if answer is None or self._asked is None or here.camera is None or answer.stamp != self._asked[0]:
+            return
+        stamp, pose, call = self._asked
+        self._asked = None
+        own = [one for one in answer.found if _is_who(one, here)]
+        self._strangers = bool(answer.found) and not own
+        if own:
+            sound = call.ray if call is not None else None
+            self._person = _person(own[0], stamp, pose, eye(pose, here.camera), sound)
+            self._found_first = here.stamp if self._found_first is None else self._found_first
+
+    def _nobody(self, here: ControlContext, call: VoiceBearing | None) -> Progress:
+        """Go on looking, or give up. Raises Refused."""
+        heard = "" if call is None else f"I heard you {from_side(call.side(here.pose.heading))}"
+        if call is not None and not _in_view(here, call):
+            would = _would(wrap(call.azimuth - here.pose.heading), 0.0)
+            return Progress(remark=f"Dry run: {heard}; I would {would} and look who spoke.")
+        if here.stamp - self._began > LOOK_FOR and self._found_first is None:
+            raise Refused(f"Dry run: {self._missed(here, heard)}")
+        looks = f"{heard} and look who spoke" if heard else "I know of no direction and look for anybody"
+        return Progress(remark=f"Dry run: {looks}.")
+
+    def _missed(self, here: ControlContext, heard: str) -> str:
+        if self._strangers and here.who is not None:
+            return f"I see somebody, but not {here.who.name}."
+        return f"{heard} but see nobody there." if heard else "I see nobody."
+
+    def _somebody(self, here: ControlContext, person: TrackedPerson) -> Progress:
+        """What a robot would do now."""
+        x, y = person.position.tolist()
+        apart, angle = here.pose.distance_to(x, y), wrap(here.pose.bearing_to(x, y))
+        follows = self._command.name == "follow_me"
+        keep = here.company.keep if follows else here.company.stop_short
+        way = max(0.0, apart - keep)
+        towards = here.pose.heading + angle
+        stand = np.array([here.pose.x + way * math.cos(towards), here.pose.y + way * math.sin(towards)])
+        words = f"Dry run: I see you {apart:.1f} m away; I would {_would(angle, way)}."
+        over = not follows and self._found_first is not None and here.stamp - self._found_first > SHOWN
+        return Progress(
+            finished="done" if over else "",
+            remark=words,
+            path=np.array([(here.pose.x, here.pose.y), stand]),
+            goal=stand,
+            person=person,
+        )
+
+
+def _towards(
+    here: ControlContext, person: TrackedPerson | None, call: VoiceBearing | None
+) -> tuple[float | None, float]:
+    """Where to look: the bearing [rad, robot frame] and its sd; None: anywhere."""
+    if person is not None and person.camera is not None:
+        return wrap(person.camera.azimuth - here.pose.heading), NEAR_SD
+    if call is not None:
+        return wrap(call.azimuth - here.pose.heading), math.hypot(call.sd, 0.02)
+    return None, NEAR_SD
+
+
+def _in_view(here: ControlContext, call: VoiceBearing) -> bool:
+    """Return whether the camera looks to where the voice is."""
+    if here.camera is None:
+        return False
+    column = Viewpoint(here.camera).column(wrap(call.azimuth - here.pose.heading))
+    return 0 <= column < here.camera.model.width
+
+
+def _is_who(rectangle: Rectangle, here: ControlContext) -> bool:
+    """Return whether this may be the only person to come to."""
+    if here.who is None or rectangle.colours is None:
+        return here.who is None
+    return alike(here.who, rectangle.colours) >= here.people.alike
+
+
+def _person(rectangle: Rectangle, stamp: float, pose: Pose, camera: Pose, sound: Ray | None) -> TrackedPerson:
+    """A rectangle and a voice → the person: the camera's bearing, its distance by the torso's length, the sound."""
+    ray = ray_of(rectangle, camera, pose)
+    start = along(ray, rectangle.distance, DISTANCE_SD * rectangle.distance)
+    rays: tuple[tuple[Sense, Ray], ...] = () if sound is None else (("sound", sound),)
+    fused = fuse(start, rays, "camera")
+    return TrackedPerson(
+        stamp=stamp,
+        position=fused.position,
+        covariance=fused.covariance,
+        velocity=_still(),
+        rectangle=rectangle,
+        rectangle_stamp=stamp,
+        camera=ray,
+        sound=sound,
+        used=fused.used,
+    )
+
+
+def _hidden(person: TrackedPerson) -> TrackedPerson:
+    return TrackedPerson(
+        stamp=person.stamp,
+        position=person.position,
+        covariance=person.covariance,
+        velocity=person.velocity,
+        rectangle=person.rectangle,
+        rectangle_stamp=person.rectangle_stamp,
+        sound=person.sound,
+        state="hidden",
+    )
+
+
+def _still() -> Array:
+    return np.zeros(2)
+
+
+def _would(angle: float, way: float) -> str:
+    """What a robot would do about an angle [rad] and a way [m], in words."""
+    degrees = round(math.degrees(angle))
+    turn = f"turn {abs(degrees)}° {'left' if degrees > 0 else 'right'}" if abs(degrees) >= 3 else ""
+    come = f"come {way:.1f} m nearer" if way >= 0.05 else ""
+    return " and ".join(part for part in (turn, come) if part) or "stay"
