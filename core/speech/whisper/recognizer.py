@@ -31,7 +31,7 @@ from core.speech.recognition.decision import (
 )
 from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import RATE
-from core.speech.understanding.grammar import STOP_WORD, Refusal, parse
+from core.speech.understanding.grammar import STOP_WORD, OwnPhrases, Refusal, parse
 from core.speech.whisper.joint_search import Columns, Found, JointSearch
 from core.speech.whisper.log_mel import log_mel
 from core.speech.whisper.model_file import ModelFile
@@ -91,10 +91,14 @@ class Meaning:
 class WhisperRecognizer:
     """Commands, and the words of everything else."""
 
-    def __init__(self, folder: Path) -> None:
-        """`folder` with `model.bin` and `tokenizer.json` of an English-only model. Raises BadInput."""
+    def __init__(self, folder: Path, own: OwnPhrases = ()) -> None:
+        """`folder` with `model.bin` and `tokenizer.json` of an English-only model; `own`: phrases of the user's.
+
+        Raises BadInput.
+        """
+        self._own = own
         tokenizer = Tokenizer(folder / "tokenizer.json")  # 30 MB, not needed after this
-        spellings = Spellings(tokenizer.encode)
+        spellings = Spellings(tokenizer.encode, (phrase.pattern for phrase in own))
         columns = Columns(spellings, tokenizer)
         model = ModelFile(folder / "model.bin")
         self.encode = Encoder(model)
@@ -128,12 +132,12 @@ class WhisperRecognizer:
         sums: dict[Key, Meaning] = {}
         for one in found.spellings:
             spelling = one.text
-            key = key_of(spelling)
+            key = key_of(spelling, self._own)
             if key is not None:
                 known = sums.get(key)
                 nats = one.nats if known is None else float(np.logaddexp(known.nats, one.nats))
                 sums[key] = Meaning(spelling=known.spelling if known else spelling, nats=nats, key=key)
-        unlikely = {key_of(words) for words in rejected}
+        unlikely = {key_of(words, self._own) for words in rejected}
         weighed = [
             Meaning(spelling=one.spelling, nats=one.nats - REJECTED_BEFORE * (one.key in unlikely), key=one.key)
             for one in sums.values()
@@ -143,22 +147,25 @@ class WhisperRecognizer:
     def _decided(self, utterance: Utterance, found: Found, free_text: str) -> Decision:
         meanings = self.meanings(found, utterance.rejected)
         if not meanings:
-            return _not_understood(free_text, [], 0.0)
+            return _not_understood(free_text, (), 0.0)
         best, free = meanings[0], found.free[0].nats if found.free else -math.inf
-        other = max((one.nats for one in found.free if key_of(one.text) != best.key), default=-math.inf)
+        other = max((one.nats for one in found.free if key_of(one.text, self._own) != best.key), default=-math.inf)
         fits = min(best.nats - best.bounds.score, best.nats - other + best.bounds.behind_free)
         second = meanings[1].nats if len(meanings) > 1 else -math.inf
         if fits <= 0:
-            return _not_understood(free_text, _near(meanings, free), fits)
-        sentences = [Sentence(as_understood(one.spelling).lower().rstrip(".!")) for one in meanings[:3]]
+            return _not_understood(free_text, map(self._sentence, _near(meanings, free)), fits)
+        sentences = [self._sentence(one) for one in meanings[:3]]
         scores = Scores(sentence=best.nats, over_free_text=fits, over_second_best=best.nats - second)
         objection = TOO_LONG if utterance.cut else NO_WHOLE_NUMBER if best.key[2] else ""
         return decide(sentences[0], scores, THRESHOLDS, objection=objection, others=sentences[1:])
 
+    def _sentence(self, meaning: Meaning) -> Sentence:
+        return Sentence(as_understood(meaning.spelling).lower().rstrip(".!"), self._own)
 
-def key_of(words: str) -> Key | None:
+
+def key_of(words: str, own: OwnPhrases = ()) -> Key | None:
     """The meaning of words, whatever the bounds of their numbers; None: no command."""
-    found = parse(as_understood(words)).found
+    found = parse(as_understood(words), own).found
     if isinstance(found, Refusal):
         return None
     spec, numbers = found
@@ -174,11 +181,11 @@ def _near(meanings: list[Meaning], free: float) -> list[Meaning]:
     ]
 
 
-def _not_understood(free_text: str, meanings: list[Meaning], fits: float) -> Decision:
+def _not_understood(free_text: str, resembling: Iterable[Sentence], fits: float) -> Decision:
     """Nothing fits: say back what was heard, and offer what resembles it."""
     if not free_text:
         return no_command()
-    offered = (Sentence(as_understood(one.spelling)).spoken for one in meanings)
+    offered = (one.spoken for one in resembling)
     commands = tuple(one for one in offered if not isinstance(one, Refusal))[:MOST_OFFERED]
     confidence = 0.5 + 0.5 * math.tanh(fits / 2)
     if not commands:
