@@ -1,6 +1,6 @@
 """Whisper's encoder and decoder (Radford et al., 2022; Vaswani et al., 2017): pre-norm transformers in 32-bit floats.
 
-The encoder reads the sound and a second of silence instead of 30 s: a shorter table of positions does for it. The
+The encoder reads the sound and some seconds of silence instead of 30 s: a shorter table of positions does for it. The
 decoder keeps the keys and values of what every row has said, and shares those of the sound among all rows.
 """
 

@@ -31,7 +31,7 @@ class Searched(WhisperRecognizer):
     """A recognizer whose search has found these texts."""
 
     def __init__(self, spellings: dict[str, float], free: dict[str, float]) -> None:
-        self._own = ()
+        self._own, self._fixed = (), {}
         self._found = Found(
             spellings=tuple(ScoredText(text=text, nats=nats) for text, nats in spellings.items()),
             free=tuple(ScoredText(text=text, nats=nats) for text, nats in free.items()),
