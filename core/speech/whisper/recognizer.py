@@ -72,7 +72,7 @@ NUMBERS, COMMON, RARE, STOP = (
     Bounds(score=-8, behind_free=4),
     Bounds(score=-6, behind_free=0.7),
     Bounds(score=-8, behind_free=3),
-    Bounds(score=-8, behind_free=2),
+    Bounds(score=-7, behind_free=2),
 )
 """Middles of wide plateaus (`tests.benchmarks.voices`). Whisper rather writes "to", "by" or "for" than numbers."""
 
