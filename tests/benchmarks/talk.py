@@ -67,10 +67,10 @@ def main() -> None:
     files = sorted(path for path in chosen.folder.rglob("*") if path.suffix.lower() in KINDS)
     parts = -(-len(files) // TOGETHER)
 
-    def progress(words: str) -> None:
-        sys.stderr.write(words + "\n")
+    def kept(row: dict[str, Any]) -> None:
+        sys.stderr.write(json.dumps(row) + "\n")
 
-    rows = side_by_side(partial(listened, files, chosen.engine), parts, chosen.workers, progress)
+    rows = side_by_side(partial(listened, files, chosen.engine), parts, chosen.workers, None, kept)
     line = {
         "engine": chosen.engine,
         "files": sum(row["files"] for row in rows),
