@@ -27,12 +27,12 @@ ERF = tuple(map(np.float32, (1.061405429, -1.453152027, 1.421413741, -0.28449673
 class Linear:
     """y = x Wᵀ + b."""
 
-    weight: Array  # (outputs, inputs)
+    weight: Array  # (outputs, inputs), in 32-bit floats or as in the file
     bias: Array  # (outputs,)
 
     def __call__(self, x: Array) -> Array:
         """x (…, inputs) → (…, outputs)."""
-        return x @ self.weight.T + self.bias
+        return x @ self.weight.astype(np.float32, copy=False).T + self.bias
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,8 @@ class Encoder:
         self._second = _convolution(model, "conv2", width, width)
         self._layers = [
             EncoderLayer(
-                _self_attention(model, f"encoder/layer_{i}", width), _feed(model, f"encoder/layer_{i}", width)
+                _self_attention(model, f"encoder/layer_{i}", width, compact=True),
+                _feed(model, f"encoder/layer_{i}", width, compact=True),
             )
             for i in range(model.layers("encoder"))
         ]
@@ -245,25 +246,27 @@ def _norm(model: ModelFile, name: str, width: int) -> Norm:
     return Norm(model.get(f"{name}/layer_norm/gamma", width), model.get(f"{name}/layer_norm/beta", width))
 
 
-def _linear(model: ModelFile, name: str, outputs: int, inputs: int) -> Linear:
-    return Linear(model.get(f"{name}/weight", outputs, inputs), model.get(f"{name}/bias", outputs))
+def _linear(model: ModelFile, name: str, outputs: int, inputs: int, *, compact: bool = False) -> Linear:
+    """`compact`: as in the file, which takes half the memory where it is used once in an utterance."""
+    weight = (model.get_compact if compact else model.get)(f"{name}/weight", outputs, inputs)
+    return Linear(weight, model.get(f"{name}/bias", outputs))
 
 
-def _self_attention(model: ModelFile, layer: str, width: int) -> SelfAttention:
+def _self_attention(model: ModelFile, layer: str, width: int, *, compact: bool = False) -> SelfAttention:
     name = f"{layer}/self_attention"
     return SelfAttention(
         _norm(model, name, width),
-        _linear(model, f"{name}/linear_0", 3 * width, width),
-        _linear(model, f"{name}/linear_1", width, width),
+        _linear(model, f"{name}/linear_0", 3 * width, width, compact=compact),
+        _linear(model, f"{name}/linear_1", width, width, compact=compact),
     )
 
 
-def _feed(model: ModelFile, layer: str, width: int) -> FeedForward:
+def _feed(model: ModelFile, layer: str, width: int, *, compact: bool = False) -> FeedForward:
     name = f"{layer}/ffn"
     return FeedForward(
         _norm(model, name, width),
-        _linear(model, f"{name}/linear_0", 4 * width, width),
-        _linear(model, f"{name}/linear_1", width, 4 * width),
+        _linear(model, f"{name}/linear_0", 4 * width, width, compact=compact),
+        _linear(model, f"{name}/linear_1", width, 4 * width, compact=compact),
     )
 
 
