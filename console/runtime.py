@@ -55,6 +55,7 @@ from core.robots.requests import AnswerT, RobotRequest
 from core.sensors import SensorFrame
 from core.settings import Settings
 from core.snapshot import Snapshot
+from core.speech.understanding.own_phrases import own_phrases
 
 log = logging.getLogger(__name__)
 
@@ -84,7 +85,8 @@ class Runtime:
         self.board = Notifications()
         self.folder = DataFolder(home, self.board)
         self.history = History(home, partial(self._call, self.folder.history))
-        self.dispatcher = CommandDispatcher(robot, self.lease, self.history, self.board)
+        own = own_phrases(settings.speech.phrases)
+        self.dispatcher = CommandDispatcher(robot, self.lease, self.history, self.board, own)
         self.maps = MapService(home, robot, self.dispatcher, self.lease, self.history)
         self.ears = RoomTranscriber(self.dispatcher, self.history, self.board, settings.speech)
         self.pending_commands = PendingCommands(self.dispatcher, self.lease, self.history, self.board)

@@ -32,7 +32,7 @@ from core.errors import Refused
 from core.gate.status import GateStatus
 from core.pilot.pilot import Pilot
 from core.snapshot import ActiveCommandStatus, Ending
-from core.speech.understanding.grammar import Refusal, understand
+from core.speech.understanding.grammar import OwnPhrases, Refusal, understand
 
 REACHED = ("live", "stale")
 SETTLED = 0.3  # [s] after which what the gate says surely concerns a command
@@ -43,7 +43,11 @@ LET_GO = 0.5  # [s] without a moving jog after which the press has ended
 class CommandDispatcher:
     """Takes commands and records how they end."""
 
-    def __init__(self, robot: RobotLink, lease: Lease, history: History, board: Notifications) -> None:
+    def __init__(
+        self, robot: RobotLink, lease: Lease, history: History, board: Notifications, own: OwnPhrases = ()
+    ) -> None:
+        """`own`: phrases of the user's that may be typed, too."""
+        self._own = own
         self.setpoint_sender = SetpointSender(robot)
         self._stop_controller = StopController(
             robot, self.setpoint_sender, lease, history, board, partial(self.cancel, objected=True)
@@ -68,7 +72,7 @@ class CommandDispatcher:
         """Understand words as they arrive → the history entry of the command that is now active; `said`: when they
         were, if that was not this moment. Raises Problem 403 to 503.
         """
-        return self.accept(understand(text), text, source, who, said)
+        return self.accept(understand(text, own=self._own), text, source, who, said)
 
     def accept(
         self, heard: Command | Refusal, words: str, source: str, who: Person, said: Spoken | None = None

@@ -9,8 +9,8 @@ from console.speech.transcription_jobs import BeginListening, FinishListening, H
 from console.workers.job import Handler
 from core.sensors.microphones import Sound
 from core.speech.recognition.decision import RecognizedUtterance
-from core.speech.recognition.engines import ActiveEngine, chosen, open_engine
-from core.speech.recognition.recognizer import at_16_khz
+from core.speech.recognition.engines import ActiveEngine, chosen, open_engine, open_keyword_spotter
+from core.speech.recognition.recognizer import KeywordSpotter, at_16_khz
 from core.speech.recognition.rejected_commands import RejectedCommands
 from core.speech.settings import SpeechSettings
 from core.speech.transcription.array_transcriber import ArrayTranscriber
@@ -23,6 +23,7 @@ class TranscriptionWorker:
     def __init__(self) -> None:
         self._transcriber: Transcriber | ArrayTranscriber | None = None
         self._engine: tuple[SpeechSettings, ActiveEngine] | None = None
+        self._spotter: KeywordSpotter | None = None  # of that engine, one for all who listen in turn: it takes 16 MB
         self._speaker = 0
         self._rejected = RejectedCommands()  # of this speaker's, by whichever transcriber heard it
 
@@ -42,17 +43,27 @@ class TranscriptionWorker:
             self._speaker, self._rejected = job.speaker, RejectedCommands()
         known = self._engine  # a model may have been fetched since
         if known is None or known[0] != job.settings or known[1].spec is not chosen(job.settings):
-            self._engine = known = job.settings, open_engine(job.settings)
+            opened = open_engine(job.settings)
+            self._spotter = open_keyword_spotter(job.settings, opened.recognizer)
+            self._engine = known = job.settings, opened
         engine = known[1]
         if job.array is None:
             self._transcriber = Transcriber(
-                job.settings, held=job.held, recognizer=engine.recognizer, rejected=self._rejected
+                job.settings,
+                held=job.held,
+                recognizer=engine.recognizer,
+                spotter=self._spotter,
+                rejected=self._rejected,
             )
         else:
             channels = tuple(range(len(job.array.positions)))
             in_order = msgspec.structs.replace(job.array, channels=channels, rate=None).array
             self._transcriber = ArrayTranscriber(
-                in_order, job.settings, recognizer=engine.recognizer, rejected=self._rejected
+                in_order,
+                job.settings,
+                recognizer=engine.recognizer,
+                spotter=self._spotter,
+                rejected=self._rejected,
             )
         return engine.why
 

@@ -8,9 +8,6 @@ from itertools import pairwise
 from typing import Annotated
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import KDTree
 
 from core.errors import Refused
 from core.geometry import Pose
@@ -189,6 +186,8 @@ def _search(
     node[open_] = np.arange(np.count_nonzero(open_))
     if not open_.any():
         return None
+    from scipy.spatial import KDTree  # as in _predecessors
+
     gaps, nodes = (np.asarray(each) for each in KDTree(places[open_]).query(np.vstack((start, goals))))
     near = gaps <= 2 * stride
     if not near[0] or not near[1:].any():
@@ -216,6 +215,9 @@ def _predecessors(node: Array, cost: Array, goals: list[int]) -> Array:
         tos.append(node[b][both])
         prices.append(0.5 * math.hypot(down, right) * (cost[a] + cost[b])[both])
     count = int(node.max()) + 1
+    from scipy.sparse import csr_matrix  # the pilot has them; readers of words do without these 36 MB
+    from scipy.sparse.csgraph import dijkstra
+
     edges = csr_matrix((np.concatenate(prices), (np.concatenate(froms), np.concatenate(tos))), shape=(count, count))
     return dijkstra(edges, directed=False, indices=goals, return_predecessors=True, min_only=True)[1]
 

@@ -9,15 +9,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components, dijkstra
 
 from core.geometry import Pose
 from core.message import Array, message
 from core.setting import Meta, Section
+
+if TYPE_CHECKING:
+    from scipy.sparse import coo_matrix
 
 
 def rolled(here: Array, contact: Array, wall: Array, radius: tuple[float, float], steps: tuple[float, int]) -> Array:
@@ -184,6 +185,8 @@ def _on_the_right(pose: Pose, cells: Array) -> Array:
 
 def _wide(cells: Array, least: float) -> Array:
     """(C,) whether each cell belongs to something of at least that extent [m]: a table's leg is no wall."""
+    from scipy.sparse.csgraph import connected_components  # late, as in the planner
+
     count, part = connected_components(_graph(cells, 0.15), directed=False)
     wide = np.array([float(np.hypot(*np.ptp(cells[part == one], axis=0))) for one in range(count)])
     return wide[part] >= least
@@ -211,11 +214,15 @@ def _sectors(points: Array) -> Array:
 def _graph(cells: Array, link: float) -> coo_matrix:
     apart = np.hypot(*(cells[:, None] - cells[None]).transpose(2, 0, 1))
     rows, columns = np.nonzero((apart < link) & (apart > 0))
+    from scipy.sparse import coo_matrix
+
     return coo_matrix((apart[rows, columns], (rows, columns)), shape=apart.shape)
 
 
 def _lengths(cells: Array, start: int, link: float) -> Array:
     """(C,) [m]: how far each cell is along the wall from one of them; inf: it is another wall."""
+    from scipy.sparse.csgraph import dijkstra
+
     return dijkstra(_graph(cells, link).tocsr(), directed=False, indices=start)
 
 

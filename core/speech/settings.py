@@ -23,6 +23,7 @@ class SpeechSettings(Section):
     model: Annotated[
         str, Meta(meaning="folder with an English faster-whisper model; empty: the one that was fetched or installed")
     ] = ""
+    phrases: Annotated[str, Meta(meaning="file phrases.toml with your own words for commands; empty: none")] = ""
     pre_roll: Annotated[
         float, Meta("s", 0.05, 2, "sound kept from before the speech: noise and direction are learnt there")
     ] = 0.5

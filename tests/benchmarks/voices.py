@@ -7,8 +7,8 @@ hear` does; `--noise` adds white noise, babble and recorded noise; `--every N` t
 what was not understood. Every wrong motion is listed. Delays are processor seconds of one thread.
 
 Both engines read the same clips in one run, with the thresholds that they have in use. Whisper's were chosen on these
-clips (score, distance from free text, lead: middles of plateaus); the wider margins over them come from others that
-are not here. pocketsphinx' were chosen on speech_commands_tts and speech_real (`tests.benchmarks.words`).
+clips and on `tests.benchmarks.accents`, and tried on other sentences, paces and pitches of its voices. pocketsphinx'
+were chosen on speech_commands_tts and speech_real (`tests.benchmarks.words`).
 """
 
 from __future__ import annotations

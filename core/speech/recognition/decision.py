@@ -16,7 +16,7 @@ from core.commands import needs_confirmation
 from core.commands.command import Command
 from core.commands.stop_moving import START, STOP_MOVING
 from core.message import message
-from core.speech.understanding.grammar import STOP_WORD, Refusal, parse
+from core.speech.understanding.grammar import STOP_WORD, OwnPhrases, Refusal, parse
 
 Verdict = Literal["accept", "confirm", "reject"]
 
@@ -95,9 +95,9 @@ class RecognizedUtterance:
 class Sentence:
     """Words as an engine wrote them down, and what they mean: parsed here, and nowhere behind it."""
 
-    def __init__(self, words: str) -> None:
+    def __init__(self, words: str, own: OwnPhrases = ()) -> None:
         self.words = words
-        parsed = parse(words)
+        parsed = parse(words, own)
         self.spoken = parsed.bounded(spoken=True)  # the command within the bounds of speech, or why it is none
         self.typed = parsed.bounded(spoken=False)  # the same within those of typed words
 

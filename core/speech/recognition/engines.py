@@ -13,6 +13,8 @@ from core.errors import BadInput, Unavailable
 from core.models import MODEL, MODELS, checked_folder, find
 from core.speech.recognition.recognizer import Dictation, KeywordSpotter, Recognizer
 from core.speech.settings import SpeechSettings
+from core.speech.understanding.grammar import OwnPhrases
+from core.speech.understanding.own_phrases import own_phrases
 
 SPHINX = "pocketsphinx"  # package and module
 
@@ -23,9 +25,9 @@ class EngineSpec:
 
     name: str  # as the settings name it
     says: str  # what it is and can do, in a sentence
-    recognizer: str  # "module:class" below core.speech; gets what `given` returns
+    recognizer: str  # "module:class" below core.speech; made from what `given` returns
     dictation: str  # the same
-    given: Callable[[SpeechSettings], Any]  # raises Unavailable where the engine is not here
+    given: Callable[[SpeechSettings], tuple[Any, ...]]  # raises Unavailable where the engine is not here
 
 
 @dataclass(frozen=True)
@@ -41,13 +43,15 @@ def open_engine(settings: SpeechSettings) -> ActiveEngine:
     """Open the engine that the settings name. Raises Unavailable or BadInput with a sentence."""
     spec = chosen(settings)
     why = f"{spec.says} {_why(settings, spec)}"
-    return ActiveEngine(recognizer=_class(spec.recognizer)(spec.given(settings)), spec=spec, why=why)
+    if settings.phrases and spec.name != "whisper":
+        why += " Your own phrases are not heard: they need Whisper."
+    return ActiveEngine(recognizer=_class(spec.recognizer)(*spec.given(settings)), spec=spec, why=why)
 
 
 def open_dictation(settings: SpeechSettings) -> Dictation:
     """Open the same engine for texts that are compared: it writes down what it hears, sure or not. Raises alike."""
     spec = chosen(settings)
-    return _class(spec.dictation)(spec.given(settings))
+    return _class(spec.dictation)(*spec.given(settings))
 
 
 def open_keyword_spotter(settings: SpeechSettings, recognizer: Recognizer) -> KeywordSpotter:
@@ -110,11 +114,16 @@ def model_folder(settings: SpeechSettings) -> Path:
     return checked_folder(found, MODEL)
 
 
-def _whole_settings(settings: SpeechSettings) -> SpeechSettings:
+def _model_and_phrases(settings: SpeechSettings) -> tuple[Path, OwnPhrases]:
+    """What Whisper is made from. Raises Unavailable, BadInput."""
+    return model_folder(settings), own_phrases(settings.phrases)
+
+
+def _whole_settings(settings: SpeechSettings) -> tuple[SpeechSettings]:
     """What pocketsphinx is made from; it brings its model. Raises Unavailable where it is not installed."""
     if not has_sphinx():
         raise Unavailable(f"pocketsphinx is not installed: pip install pocketsphinx. Or better: {how_to_get()}")
-    return settings
+    return (settings,)
 
 
 def _class(path: str) -> Any:
@@ -128,7 +137,7 @@ ENGINES = {
         says="Whisper reads the words: it understands people, and compares commands with free text.",
         recognizer="whisper.recognizer:WhisperRecognizer",
         dictation="whisper.recognizer:WhisperRecognizer",
-        given=model_folder,
+        given=_model_and_phrases,
     ),
     "sphinx": EngineSpec(
         name="sphinx",

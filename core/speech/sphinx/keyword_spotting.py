@@ -15,6 +15,7 @@ from core.perception.sound.noise_reduction import without_noise
 from core.sensors.microphones import Sound, joined
 from core.speech.recognition.decision import RecognizedUtterance, stop
 from core.speech.recognition.endpointing import SILENT, over_noise
+from core.speech.recognition.loudness import Loudness
 from core.speech.recognition.recognizer import checked
 from core.speech.settings import RATE, SpeechSettings
 from core.speech.sphinx.decoder import FRAME, decoder, take_in
@@ -25,6 +26,9 @@ LONGEST = 0.8  # [s] of the word; what is longer is the noise in which a decoder
 BLOCK = 0.05  # [s] over which loudness is computed
 LEAST_FALL = 4.5  # [dB] below what was loudest until then, that a word falls: STOP 6 and more, a hum 3 and less
 AFTER = 0.25  # [s] behind the word in which it may fall: its end is found early
+LEAST_RISE = 2.0  # [dB] over the quietest tenth of the newest sound, below which nobody speaks and nothing is decoded
+OPEN = 1.2  # [s] after such a rise in which all sound is decoded
+BEFORE = 0.4  # [s] before it that are decoded too
 GAP = 0.02  # [s] missing between two pieces of sound, beyond which spotting starts again
 
 
@@ -39,15 +43,27 @@ class SphinxKeywordSpotter:
         self._start = 0.0
         self._heard = 0
         self._newest: Sound | None = None  # as much of it as a word lasts
+        self._loudness = Loudness()
+        self._decoding = False
 
     def feed(self, sound: Sound) -> tuple[RecognizedUtterance, ...]:
         """The next piece of sound → STOP, if it was in there. Raises BadInput."""
         samples = checked(sound)
         if abs(sound.stamp - self._now) > GAP:
             self._renew(sound.stamp)
+            self._loudness, self._decoding = Loudness(), False
+        self._newest = newest = joined(self._newest, sound, max(LONGEST + AFTER, sound.duration)) or sound
+        self._loudness.add(samples)
+        before, self._decoding = self._decoding, self._loudness.rise(OPEN + sound.duration) > LEAST_RISE
+        if not self._decoding:
+            self._heard += len(samples)
+            return ()
+        if not before:
+            since = max(self._now - BEFORE, newest.stamp)
+            samples = newest.part(since, newest.stamp + newest.duration).samples[:, 0]
+            self._renew(since)
         take_in(self._decoder, samples)
         self._heard += len(samples)
-        self._newest = newest = joined(self._newest, sound, LONGEST + AFTER) or sound
         words = spotted(self._decoder, self._start)
         found = tuple(one for one in words if not hums(one, newest))
         undecided = not found and any(self._now - one.end < AFTER for one in words)

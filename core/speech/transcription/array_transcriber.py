@@ -19,7 +19,7 @@ from core.perception.sound.settings import DirectionFindingSettings
 from core.sensors.microphones import MicrophoneArray, Sound
 from core.speech.recognition.decision import Decision, RecognizedUtterance
 from core.speech.recognition.engines import has_sphinx, open_engine
-from core.speech.recognition.recognizer import Recognizer, Utterance
+from core.speech.recognition.recognizer import KeywordSpotter, Recognizer, Utterance
 from core.speech.recognition.rejected_commands import RejectedCommands
 from core.speech.settings import RATE, SpeechSettings
 from core.speech.sphinx.keyword_spotting import BeamformedStop
@@ -40,6 +40,7 @@ class ArrayTranscriber:
         hearing: DirectionFindingSettings | None = None,
         *,
         recognizer: Recognizer | None = None,
+        spotter: KeywordSpotter | None = None,
         how: How = "mvdr",
         rejected: RejectedCommands | None = None,
     ) -> None:
@@ -49,7 +50,7 @@ class ArrayTranscriber:
         inner = recognizer or open_engine(chosen).recognizer
         self._beamed = _Beamed(inner, array, hearing or DirectionFindingSettings(), how, remembered)
         self._array, self._pre_roll = array, chosen.pre_roll
-        self._one = Transcriber(chosen, recognizer=self._beamed, rejected=rejected)
+        self._one = Transcriber(chosen, recognizer=self._beamed, spotter=spotter, rejected=rejected)
         self._stop_in_noise = BeamformedStop(chosen) if has_sphinx() else None
 
     def feed(self, sound: Sound) -> tuple[RecognizedUtterance, ...]:

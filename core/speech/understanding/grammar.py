@@ -76,15 +76,27 @@ OTHER_WORDS = {
 """Words of the paper (Table 2, Fig. 17) that do not move this robot: why, and what does."""
 
 
-def _compiled(pattern: str) -> re.Pattern[str]:
-    """A pattern of the vocabulary as a regular expression; "meters" may be spelt as people spell it."""
+def compiled(pattern: str) -> re.Pattern[str]:
+    """Return a pattern of words as a regular expression; "meters" may be spelt as people spell it."""
     plain = re.escape(pattern).replace(r"\ ", " ")
     source = re.sub("(?<!stop) (?!meters)", f"{PAUSE} ", plain).replace(" meters", UNIT)
     return re.compile(re.sub(r"\\\{(\w+)\\\}", lambda slot: f"(?P<{slot[1]}>{NUMBER})", source))
 
 
-READ = {pattern: _compiled(pattern) for kind in VOCABULARY for pattern in kind.words}
+READ = {pattern: compiled(pattern) for kind in VOCABULARY for pattern in kind.words}
 """At once, not with the first command: that takes longer than a robot under way waits for the console."""
+
+
+@dataclass(frozen=True)
+class OwnPhrase:
+    """Words of the user's own for a command of the vocabulary."""
+
+    pattern: str  # "drive {distance_m} meters"
+    kind: CommandSpec
+    read: re.Pattern[str]
+
+
+OwnPhrases = tuple[OwnPhrase, ...]
 
 
 @dataclass(frozen=True)
@@ -117,15 +129,15 @@ class Parsed:
         return verdict
 
 
-def parse(words: str) -> Parsed:
-    """Match words with the grammar; the bounds of their numbers are another question."""
+def parse(words: str, own: OwnPhrases = ()) -> Parsed:
+    """Match words with the grammar and the user's own phrases; the bounds of their numbers are another question."""
     text, why_not = _tidy(words)
-    return Parsed(words, text, _unreadable(words) if text is None else _matched(text), why_not)
+    return Parsed(words, text, _unreadable(words) if text is None else _matched(text, own), why_not)
 
 
-def understand(words: str, *, spoken: bool = False) -> Command | Refusal:
+def understand(words: str, *, spoken: bool = False, own: OwnPhrases = ()) -> Command | Refusal:
     """Parse words into a command; `spoken`: heard rather than typed, so tighter bounds hold."""
-    return parse(words).bounded(spoken=spoken)
+    return parse(words, own).bounded(spoken=spoken)
 
 
 def say(kind: CommandSpec, numbers: dict[str, float], pattern: str | None = None) -> str:
@@ -174,13 +186,13 @@ def _unreadable(words: str) -> Refusal:
     return Refusal("I read plain letters and digits on one line only. Type the command again.", _examples())
 
 
-def _matched(text: str) -> tuple[CommandSpec, dict[str, float]] | Refusal:
+def _matched(text: str, own: OwnPhrases) -> tuple[CommandSpec, dict[str, float]] | Refusal:
     """A tidy text → the command that it is and the numbers in it."""
-    for kind in VOCABULARY:
-        for pattern in kind.words:
-            match = READ[pattern].fullmatch(text)
-            if match:
-                return kind, {name: read_number(value) for name, value in match.groupdict().items()}
+    patterns = ((kind, READ[pattern]) for kind in VOCABULARY for pattern in kind.words)
+    for kind, read in (*patterns, *((phrase.kind, phrase.read) for phrase in own)):
+        match = read.fullmatch(text)
+        if match:
+            return kind, {name: read_number(value) for name, value in match.groupdict().items()}
     if text in OTHER_WORDS:
         return Refusal(*OTHER_WORDS[text])
     return _near_miss(_unpunctuated(text))

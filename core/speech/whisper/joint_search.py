@@ -55,10 +55,15 @@ class Columns:
         self.tokens: Array = np.array(sorted({*range(COMMON), *spellings.tokens, START, NO_TIMESTAMPS, END}))  # (V,)
         self._of = {int(token): column for column, token in enumerate(self.tokens)}
         self.start, self.no_timestamps, self.end = self._of[START], self._of[NO_TIMESTAMPS], self._of[END]
-        self.never = [self.start, self.no_timestamps]
+        self.begin = (self.start, self.no_timestamps)
+        self.never = list(self.begin)
         self.blank = self._of[BLANK]
         self._spellings, self._raw = spellings, tokenizer.raw(map(int, self.tokens))
         self._known: dict[State, Array] = {}
+
+    def columns(self, tokens: Iterable[int]) -> tuple[int, ...]:
+        """Return the columns of tokens. Raises KeyError for one that is never written."""
+        return tuple(self._of[token] for token in tokens)
 
     def text(self, columns: Iterable[int]) -> str:
         """Return what columns spell one after the other."""
@@ -83,7 +88,7 @@ class JointSearch:
         columns = self._columns
         beam = _Beam(self._spellings, columns)
         decoding = self._decoder.begin(heard)
-        scores = decoding.prefill((columns.start, columns.no_timestamps))
+        scores = decoding.prefill(columns.begin)
         scores[:, columns.blank] = -np.inf
         for _ in range(FIRST_TOKENS + math.ceil(TOKENS_A_SECOND * seconds)):
             scores[:, columns.never] = -np.inf

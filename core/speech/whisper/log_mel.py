@@ -12,13 +12,13 @@ from core.speech.settings import RATE
 
 WINDOW, HOP, BANDS = 400, 160, 80  # samples, samples, mel filters
 FRAMES = RATE // HOP  # in a second
-AHEAD = FRAMES  # frames of silence that follow the sound
+AHEAD = 3 * FRAMES  # frames of silence that follow the sound, which Whisper is used to: 3 s gain 1 nat over 1 s
 ROUND = 100  # frames to a multiple of which it is filled up
 DYNAMICS = 8.0  # decades below the loudest value that are kept
 
 
 def log_mel(samples: Array) -> Array:
-    """Samples (N,), N ≥ 0, of full scale ±1 at 16 kHz → (80, F), the sound and at least a second after it."""
+    """Samples (N,), N ≥ 0, of full scale ±1 at 16 kHz → (80, F), the sound and at least 3 s after it."""
     count = max(len(samples), WINDOW)
     padded = np.zeros(count + HOP, np.float32)
     padded[: len(samples)] = samples

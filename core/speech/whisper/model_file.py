@@ -98,6 +98,10 @@ class ModelFile:
         """Return a variable as finite 32-bit floats; None in `shape`: any size. Raises BadInput."""
         return self._finite(name, self._raw(name, *shape).astype(np.float32))
 
+    def get_compact(self, name: str, *shape: int | None) -> Array:
+        """Return a variable as finite floats of the file's own type. Raises BadInput."""
+        return self._finite(name, self._raw(name, *shape))
+
     def rows(self, name: str, rows: Array, *shape: int | None) -> Array:
         """Return some rows of a variable as finite 32-bit floats. Raises BadInput."""
         return self._finite(name, self._raw(name, *shape)[rows].astype(np.float32))

@@ -1,8 +1,8 @@
 """The recognizer of human voices: Whisper, scored against the grammar.
 
 Three numbers decide about the meaning that fits best: its score, which adds up the probabilities of all its
-spellings; how far the best free text is ahead of it; and how far it is ahead of the second meaning. The bounds for
-words without numbers are narrow, because everything that resembles a command resembles one of those.
+spellings; how far the best free text is ahead of it; and how far it is ahead of the second meaning. The bounds are
+narrow for words that people say often, like "come", because those are heard wherever something resembles them.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ from core.speech.recognition.decision import (
 )
 from core.speech.recognition.recognizer import Utterance
 from core.speech.settings import RATE
-from core.speech.understanding.grammar import STOP_WORD, Refusal, parse
+from core.speech.understanding.grammar import STOP_WORD, OwnPhrases, Refusal, parse
+from core.speech.whisper.chance import by_chance
 from core.speech.whisper.joint_search import Columns, Found, JointSearch
 from core.speech.whisper.log_mel import log_mel
 from core.speech.whisper.model_file import ModelFile
@@ -39,12 +40,16 @@ from core.speech.whisper.spellings import Spellings, as_understood, lacks_whole_
 from core.speech.whisper.tokenizer import Tokenizer
 from core.speech.whisper.transformer import Decoder, Encoder
 
-LONGEST = 28  # [s] of sound that are read: its end, where it is longer
+LONGEST = 26  # [s] of sound that are read: its end, where it is longer
 SHORTEST = 0.1  # [s] of sound below which nothing was said
 NO_WHOLE_NUMBER = "I did not hear the whole number."
+RIVALS = 4  # meanings of which the best is chosen
 THRESHOLDS = Thresholds(reject=1.0, accept=2.0)  # [nats] before the second meaning
 REJECTED_BEFORE = 3.0  # [nats] by which a command is less likely that was rejected just before
 OFFERED = 6.0  # [nats] behind the best free text, down to which a meaning is offered
+BEFORE = 0.2  # [s] before the voice that are read: more silence there makes every text less likely
+UNHEARD = 2.0  # [nats] by which "0.4" is less likely beside "2.4": 0 is written where the whole part was not heard
+OFTEN, RARELY = -14.0, -20.0  # [nats] of words by chance: "follow me" is above, "turn left" near the lower
 BELOW = 2.0  # [nats] below its bound, down to which its score may be then
 NAME_STOP = frozenset(
     kind.name for kind in VOCABULARY if kind is not STOP_MOVING and any(STOP_WORD.search(one) for one in kind.words)
@@ -63,10 +68,11 @@ class Bounds:
     behind_free: float  # [nats] behind the best free text that means something else, at most
 
 
-NUMBERS, FIXED, STOP = (
+NUMBERS, COMMON, RARE, STOP = (
     Bounds(score=-8, behind_free=4),
     Bounds(score=-6, behind_free=0.7),
-    Bounds(score=-8, behind_free=2),
+    Bounds(score=-8, behind_free=3),
+    Bounds(score=-7, behind_free=2),
 )
 """Middles of wide plateaus (`tests.benchmarks.voices`). Whisper rather writes "to", "by" or "for" than numbers."""
 
@@ -79,31 +85,33 @@ class Meaning:
     nats: float  # logarithm of the sum of their probabilities
     key: Key
 
-    @property
-    def bounds(self) -> Bounds:
-        """How well this command must fit."""
-        name, numbers, _ = self.key
-        if name == STOP_MOVING.name:
-            return STOP
-        return NUMBERS if numbers else FIXED
+    def ahead_of(self, other: Meaning) -> float:
+        """Return by how much [nats] this is likelier than the other one."""
+        unheard = _lacks_whole_part_of(self.key, other.key) - _lacks_whole_part_of(other.key, self.key)
+        return self.nats - other.nats - UNHEARD * unheard
 
 
 class WhisperRecognizer:
     """Commands, and the words of everything else."""
 
-    def __init__(self, folder: Path) -> None:
-        """`folder` with `model.bin` and `tokenizer.json` of an English-only model. Raises BadInput."""
+    def __init__(self, folder: Path, own: OwnPhrases = ()) -> None:
+        """`folder` with `model.bin` and `tokenizer.json` of an English-only model; `own`: phrases of the user's.
+
+        Raises BadInput.
+        """
+        self._own = own
         tokenizer = Tokenizer(folder / "tokenizer.json")  # 30 MB, not needed after this
-        spellings = Spellings(tokenizer.encode)
+        spellings = Spellings(tokenizer.encode, (phrase.pattern for phrase in own))
         columns = Columns(spellings, tokenizer)
         model = ModelFile(folder / "model.bin")
         self.encode = Encoder(model)
         decoder = Decoder(model, self.encode.width, columns.tokens)
         self._search = JointSearch(decoder, spellings, columns)
+        self._fixed = _bounds_by_chance(decoder, columns, tokenizer, own)
 
     def decide(self, utterance: Utterance) -> Decision:
         """Compare the best meaning with free text and with the second meaning."""
-        found = self.search(utterance.samples)
+        found = self.search(utterance.samples[max(len(utterance.before) - round(BEFORE * RATE), 0) :])
         free_text = found.free[0].text if found.free else ""
         decision = self._decided(utterance, found, free_text)
         goes = decision.command is not None and decision.command.name in NAME_STOP
@@ -128,12 +136,12 @@ class WhisperRecognizer:
         sums: dict[Key, Meaning] = {}
         for one in found.spellings:
             spelling = one.text
-            key = key_of(spelling)
+            key = key_of(spelling, self._own)
             if key is not None:
                 known = sums.get(key)
                 nats = one.nats if known is None else float(np.logaddexp(known.nats, one.nats))
                 sums[key] = Meaning(spelling=known.spelling if known else spelling, nats=nats, key=key)
-        unlikely = {key_of(words) for words in rejected}
+        unlikely = {key_of(words, self._own) for words in rejected}
         weighed = [
             Meaning(spelling=one.spelling, nats=one.nats - REJECTED_BEFORE * (one.key in unlikely), key=one.key)
             for one in sums.values()
@@ -143,42 +151,97 @@ class WhisperRecognizer:
     def _decided(self, utterance: Utterance, found: Found, free_text: str) -> Decision:
         meanings = self.meanings(found, utterance.rejected)
         if not meanings:
-            return _not_understood(free_text, [], 0.0)
-        best, free = meanings[0], found.free[0].nats if found.free else -math.inf
-        other = max((one.nats for one in found.free if key_of(one.text) != best.key), default=-math.inf)
-        fits = min(best.nats - best.bounds.score, best.nats - other + best.bounds.behind_free)
-        second = meanings[1].nats if len(meanings) > 1 else -math.inf
+            return _not_understood(free_text, (), 0.0)
+        best, lead = _best(meanings)
+        bounds, free = self._bounds(best), found.free[0].nats if found.free else -math.inf
+        other = max((one.nats for one in found.free if key_of(one.text, self._own) != best.key), default=-math.inf)
+        fits = min(best.nats - bounds.score, best.nats - other + bounds.behind_free)
         if fits <= 0:
-            return _not_understood(free_text, _near(meanings, free), fits)
-        sentences = [Sentence(as_understood(one.spelling).lower().rstrip(".!")) for one in meanings[:3]]
-        scores = Scores(sentence=best.nats, over_free_text=fits, over_second_best=best.nats - second)
+            return _not_understood(free_text, map(self._sentence, self._near(meanings, free)), fits)
+        if bounds is not NUMBERS and other - best.nats > COMMON.behind_free:
+            lead = min(lead, THRESHOLDS.accept)  # confirmed first
+        sentences = [self._sentence(one) for one in (best, *(one for one in meanings[:3] if one is not best))]
+        scores = Scores(sentence=best.nats, over_free_text=fits, over_second_best=lead)
         objection = TOO_LONG if utterance.cut else NO_WHOLE_NUMBER if best.key[2] else ""
         return decide(sentences[0], scores, THRESHOLDS, objection=objection, others=sentences[1:])
 
+    def _bounds(self, meaning: Meaning) -> Bounds:
+        """How well this command must fit."""
+        name, numbers, _ = meaning.key
+        if name == STOP_MOVING.name:
+            return STOP
+        return NUMBERS if numbers else self._fixed.get(name, COMMON)
 
-def key_of(words: str) -> Key | None:
+    def _near(self, meanings: list[Meaning], free: float) -> list[Meaning]:
+        """Those that are worth offering beside free text of that score [nats]; START changes nothing."""
+        return [
+            one
+            for one in meanings
+            if one.nats > max(free - OFFERED, self._bounds(one).score - BELOW)
+            and one.key[0] != START.name
+            and not one.key[2]
+        ]
+
+    def _sentence(self, meaning: Meaning) -> Sentence:
+        return Sentence(as_understood(meaning.spelling).lower().rstrip(".!"), self._own)
+
+
+def key_of(words: str, own: OwnPhrases = ()) -> Key | None:
     """The meaning of words, whatever the bounds of their numbers; None: no command."""
-    found = parse(as_understood(words)).found
+    found = parse(as_understood(words), own).found
     if isinstance(found, Refusal):
         return None
     spec, numbers = found
     return spec.name, tuple(numbers.items()), lacks_whole_part(words)
 
 
-def _near(meanings: list[Meaning], free: float) -> list[Meaning]:
-    """Those that are worth offering beside free text of that score [nats]; START changes nothing."""
-    return [
-        one
-        for one in meanings
-        if one.nats > max(free - OFFERED, one.bounds.score - BELOW) and one.key[0] != START.name and not one.key[2]
-    ]
+def _lacks_whole_part_of(one: Key, other: Key) -> bool:
+    """Return whether the numbers of the one are those of the other, but for whole parts that are 0."""
+    pairs = [(a, b) for (_, a), (_, b) in zip(one[1], other[1], strict=False) if a != b]
+    same = one[0] == other[0] and len(one[1]) == len(other[1])
+    return (
+        same and bool(pairs) and all(0 < abs(a) < 1 and a * b > 0 and _decimals(a) == _decimals(b) for a, b in pairs)
+    )
 
 
-def _not_understood(free_text: str, meanings: list[Meaning], fits: float) -> Decision:
+def _decimals(value: float) -> int:
+    """The digits behind the point, in hundredths."""
+    return round(100 * abs(value)) % 100
+
+
+def _best(meanings: list[Meaning]) -> tuple[Meaning, float]:
+    """The meaning that is furthest ahead of all others, and how far [nats]; ∞: there is no other."""
+    few = meanings[:RIVALS]
+    leads = [min((one.ahead_of(other) for other in few if other is not one), default=math.inf) for one in few]
+    lead = max(leads)
+    return few[leads.index(lead)], lead
+
+
+def _bounds_by_chance(decoder: Decoder, columns: Columns, tokenizer: Tokenizer, own: OwnPhrases) -> dict[str, Bounds]:
+    """The bounds of every command without numbers, by the likeliest of its phrases."""
+    spec_words = [(kind.name, words) for kind in VOCABULARY for words in kind.words]
+    phrases = [(name, words) for name, words in spec_words if "{" not in words]
+    phrases += [(one.kind.name, one.pattern) for one in own if "{" not in one.pattern]
+    texts = [columns.columns(tokenizer.encode(f" {words.capitalize()}.")) for _, words in phrases]
+    likeliest: dict[str, float] = {}
+    for (name, _), nats in zip(phrases, by_chance(decoder, columns.begin, columns.end, texts), strict=True):
+        likeliest[name] = max(likeliest.get(name, -math.inf), float(nats))
+    return {name: _between(min(max((OFTEN - nats) / (OFTEN - RARELY), 0.0), 1.0)) for name, nats in likeliest.items()}
+
+
+def _between(share: float) -> Bounds:
+    """Bounds of words that people say often (0) to rarely (1)."""
+    return Bounds(
+        score=COMMON.score + share * (RARE.score - COMMON.score),
+        behind_free=COMMON.behind_free + share * (RARE.behind_free - COMMON.behind_free),
+    )
+
+
+def _not_understood(free_text: str, resembling: Iterable[Sentence], fits: float) -> Decision:
     """Nothing fits: say back what was heard, and offer what resembles it."""
     if not free_text:
         return no_command()
-    offered = (Sentence(as_understood(one.spelling)).spoken for one in meanings)
+    offered = (one.spoken for one in resembling)
     commands = tuple(one for one in offered if not isinstance(one, Refusal))[:MOST_OFFERED]
     confidence = 0.5 + 0.5 * math.tanh(fits / 2)
     if not commands:

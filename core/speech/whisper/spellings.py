@@ -1,7 +1,7 @@
 """Every way in which a sentence of the vocabulary may be written down, as an automaton of tokens.
 
-It is generated out of VOCABULARY and the words of numbers. It is determinised while it is searched, so only what may
-have been said is ever built.
+It is generated out of VOCABULARY, the user's own phrases and the words of numbers. It is determinised while it is
+searched, so only what may have been said is ever built.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ class Arcs:
 class _SpellingBuilder:
     """All spellings of all sentences, with the places between their tokens."""
 
-    def __init__(self, encode: Callable[[str], tuple[int, ...]]) -> None:
+    def __init__(self, encode: Callable[[str], tuple[int, ...]], own: Iterable[str]) -> None:
         self._encode = encode
         self.arcs: list[dict[int, set[int]]] = []
         self.free: list[set[int]] = []  # places that are reached without a token
         self.begin, self.end = self._new(), self._new()
         last = self._new()
-        for pattern in (words for kind in VOCABULARY for words in kind.words):
+        for pattern in (*(words for kind in VOCABULARY for words in kind.words), *own):
             self._write_sentence(pattern, self.begin, last)
         self._skip(last, self.end)
         for mark in ENDS:
@@ -139,9 +139,9 @@ class _SpellingBuilder:
 class Spellings:
     """The automaton. States are sets of places in the spellings."""
 
-    def __init__(self, encode: Callable[[str], tuple[int, ...]]) -> None:
-        """`encode`: text → tokens; the pieces of a sentence are encoded one by one."""
-        written = _SpellingBuilder(encode)
+    def __init__(self, encode: Callable[[str], tuple[int, ...]], own: Iterable[str] = ()) -> None:
+        """`encode`: text → tokens; the pieces of a sentence are encoded one by one. `own`: patterns of the user's."""
+        written = _SpellingBuilder(encode, own)
         self._arcs, self._free, self._end = written.arcs, written.free, written.end
         self._states: dict[State, Arcs] = {}
         self.begin = self._closed({written.begin})

@@ -43,8 +43,8 @@ class Tokenizer:
             model = msgspec.json.decode(path.read_bytes(), type=_File).model
         except (OSError, msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as trouble:
             raise BadInput(f"{path.name!r} is no usable tokenizer ({trouble}). Get the model again.") from None
-        pairs = (one.split(" ") if isinstance(one, str) else list(one) for one in model.merges)
-        self._ranks = {tuple(pair): rank for rank, pair in enumerate(pairs)}
+        pairs = (one if isinstance(one, str) else " ".join(one) for one in model.merges)
+        self._ranks = {pair: rank for rank, pair in enumerate(pairs)}  # "a b"
         self._ids = model.vocab
         self._letters = _letters()
         self._bytes = {letter: byte for byte, letter in self._letters.items()}
@@ -69,7 +69,7 @@ class Tokenizer:
         parts = [self._letters[byte] for byte in piece.encode()]
         never = len(self._ranks)
         while len(parts) > 1:
-            rank, at = min((self._ranks.get(pair, never), at) for at, pair in enumerate(pairwise(parts)))
+            rank, at = min((self._ranks.get(" ".join(pair), never), at) for at, pair in enumerate(pairwise(parts)))
             if rank == never:
                 break
             parts[at : at + 2] = [parts[at] + parts[at + 1]]

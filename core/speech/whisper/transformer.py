@@ -1,6 +1,6 @@
 """Whisper's encoder and decoder (Radford et al., 2022; Vaswani et al., 2017): pre-norm transformers in 32-bit floats.
 
-The encoder reads the sound and a second of silence instead of 30 s: a shorter table of positions does for it. The
+The encoder reads the sound and some seconds of silence instead of 30 s: a shorter table of positions does for it. The
 decoder keeps the keys and values of what every row has said, and shares those of the sound among all rows.
 """
 
@@ -10,7 +10,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import erf
 
 from core.message import Array
 from core.speech.whisper.model_file import ModelFile
@@ -21,18 +20,19 @@ LONGEST = 448  # tokens that the decoder knows
 VOCABULARY = 51_864  # tokens of English-only models
 EPSILON = 1e-5
 ROOT_HALF = np.float32(math.sqrt(0.5))
+ERF = tuple(map(np.float32, (1.061405429, -1.453152027, 1.421413741, -0.284496736, 0.254829592)))
 
 
 @dataclass(frozen=True)
 class Linear:
     """y = x Wᵀ + b."""
 
-    weight: Array  # (outputs, inputs)
+    weight: Array  # (outputs, inputs), in 32-bit floats or as in the file
     bias: Array  # (outputs,)
 
     def __call__(self, x: Array) -> Array:
         """x (…, inputs) → (…, outputs)."""
-        return x @ self.weight.T + self.bias
+        return x @ self.weight.astype(np.float32, copy=False).T + self.bias
 
 
 @dataclass(frozen=True)
@@ -99,8 +99,14 @@ class DecoderLayer:
 
 
 def gelu(x: Array) -> Array:
-    """x Φ(x), exactly."""
-    return np.float32(0.5) * x * (1 + erf(x * ROOT_HALF))
+    """x Φ(x) of 32-bit floats, within 5e-7; Φ by Abramowitz and Stegun's formula 7.1.26."""
+    size = np.abs(x) * ROOT_HALF
+    t = 1 / (1 + np.float32(0.3275911) * size)
+    polynomial = np.full_like(t, ERF[0])
+    for factor in ERF[1:]:
+        polynomial = polynomial * t + factor
+    upper = np.float32(0.5) * polynomial * t * np.exp(-size * size)  # 1 - Φ(|x|)
+    return np.where(x < 0, x * upper, x - x * upper)
 
 
 def softmax(scores: Array) -> Array:
@@ -137,7 +143,8 @@ class Encoder:
         self._second = _convolution(model, "conv2", width, width)
         self._layers = [
             EncoderLayer(
-                _self_attention(model, f"encoder/layer_{i}", width), _feed(model, f"encoder/layer_{i}", width)
+                _self_attention(model, f"encoder/layer_{i}", width, compact=True),
+                _feed(model, f"encoder/layer_{i}", width, compact=True),
             )
             for i in range(model.layers("encoder"))
         ]
@@ -239,25 +246,27 @@ def _norm(model: ModelFile, name: str, width: int) -> Norm:
     return Norm(model.get(f"{name}/layer_norm/gamma", width), model.get(f"{name}/layer_norm/beta", width))
 
 
-def _linear(model: ModelFile, name: str, outputs: int, inputs: int) -> Linear:
-    return Linear(model.get(f"{name}/weight", outputs, inputs), model.get(f"{name}/bias", outputs))
+def _linear(model: ModelFile, name: str, outputs: int, inputs: int, *, compact: bool = False) -> Linear:
+    """`compact`: as in the file, which takes half the memory where it is used once in an utterance."""
+    weight = (model.get_compact if compact else model.get)(f"{name}/weight", outputs, inputs)
+    return Linear(weight, model.get(f"{name}/bias", outputs))
 
 
-def _self_attention(model: ModelFile, layer: str, width: int) -> SelfAttention:
+def _self_attention(model: ModelFile, layer: str, width: int, *, compact: bool = False) -> SelfAttention:
     name = f"{layer}/self_attention"
     return SelfAttention(
         _norm(model, name, width),
-        _linear(model, f"{name}/linear_0", 3 * width, width),
-        _linear(model, f"{name}/linear_1", width, width),
+        _linear(model, f"{name}/linear_0", 3 * width, width, compact=compact),
+        _linear(model, f"{name}/linear_1", width, width, compact=compact),
     )
 
 
-def _feed(model: ModelFile, layer: str, width: int) -> FeedForward:
+def _feed(model: ModelFile, layer: str, width: int, *, compact: bool = False) -> FeedForward:
     name = f"{layer}/ffn"
     return FeedForward(
         _norm(model, name, width),
-        _linear(model, f"{name}/linear_0", 4 * width, width),
-        _linear(model, f"{name}/linear_1", width, 4 * width),
+        _linear(model, f"{name}/linear_0", 4 * width, width, compact=compact),
+        _linear(model, f"{name}/linear_1", width, 4 * width, compact=compact),
     )
 
 

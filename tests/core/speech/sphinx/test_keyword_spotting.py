@@ -46,6 +46,28 @@ def test_stop_is_heard_in_a_hum_and_other_words_are_not_stop() -> None:
     assert spotter.find(mono(hum(np.random.default_rng(6), 1.5)), SINCE) == ()
 
 
+class Counting(SphinxKeywordSpotter):
+    """A spotter that counts how often it begins to decode."""
+
+    began = 0
+
+    def _renew(self, now: float) -> None:
+        self.began += 1
+        super()._renew(now)
+
+
+@pytest.mark.skipif(not can_speak(), reason="nothing here speaks: pip install espeakng-loader")
+def test_nothing_is_decoded_while_nobody_speaks_and_stop_is_heard_after_a_long_silence() -> None:
+    quiet = 1e-3 * np.random.default_rng(0).normal(size=30 * RATE)
+    voice = at_16_khz(speak("stop moving", VoiceSettings(voice=PERSONS_VOICE))).samples[:, 0]
+    spotter = Counting()
+    told = [one for piece in mono(quiet).pieces(0.1) for one in spotter.feed(piece)]
+    assert not told and spotter.began == 0
+    sound = mono(np.concatenate((0.3 * voice, quiet[:RATE])), 30.0)
+    (word,) = [one for piece in sound.pieces(0.1) for one in spotter.feed(piece)]
+    assert word.decision.stops and 30.0 < word.end < 31.0
+
+
 def test_an_utterance_is_told_to_stop_once_and_long_talk_is_not_listened_to() -> None:
     spotter = BeamformedStop(SpeechSettings())
     assert spotter.wants(1.0, 1.5)

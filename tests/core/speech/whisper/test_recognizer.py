@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.special import erf
 
 from core.message import Array
 from core.recording.sound_file import read_sound
@@ -15,7 +16,8 @@ from core.speech.settings import RATE
 from core.speech.whisper.joint_search import Found, ScoredText
 from core.speech.whisper.keyword_spotting import WhisperKeywordSpotter
 from core.speech.whisper.log_mel import filters, log_mel
-from core.speech.whisper.recognizer import WhisperRecognizer
+from core.speech.whisper.recognizer import COMMON, RARE, WhisperRecognizer
+from core.speech.whisper.transformer import gelu
 from tests.core.speech.ears import mono, padded, pieces, whisper
 
 
@@ -31,6 +33,7 @@ class Searched(WhisperRecognizer):
     """A recognizer whose search has found these texts."""
 
     def __init__(self, spellings: dict[str, float], free: dict[str, float]) -> None:
+        self._own, self._fixed = (), {}
         self._found = Found(
             spellings=tuple(ScoredText(text=text, nats=nats) for text, nats in spellings.items()),
             free=tuple(ScoredText(text=text, nats=nats) for text, nats in free.items()),
@@ -54,10 +57,16 @@ def test_the_mel_filters_have_equal_area_and_cover_the_band():
     assert (filters()[:, 2:-1].sum(0) > 0).all()
 
 
-def test_the_spectrogram_has_a_second_of_silence_behind_the_sound():
+def test_the_spectrogram_has_three_seconds_of_silence_behind_the_sound():
     mel = log_mel(0.1 * np.sin(np.arange(RATE)))
-    assert mel.shape == (80, 300)
-    assert (mel[:, -100:] == mel.min()).all()
+    assert mel.shape == (80, 500)
+    assert (mel[:, -300:] == mel.min()).all()
+
+
+def test_the_activation_is_x_times_the_normal_distribution():
+    x = np.linspace(-9, 9, 10_001).astype(np.float32)
+    exact = 0.5 * x.astype(float) * (1 + erf(x.astype(float) / np.sqrt(2)))
+    assert np.abs(gelu(x) - exact).max() < 5e-7
 
 
 def test_spellings_of_one_meaning_count_together():
@@ -92,6 +101,33 @@ def test_numbers_beyond_the_bounds_of_speech_win_and_are_refused():
 def test_a_number_without_its_whole_part_never_moves_the_robot():
     told = decided({"continue .3 meters": -0.5, "continue 4.3 meters": -3.0}, {})
     assert told.verdict == "reject" and "whole number" in told.reason
+
+
+@pytest.mark.parametrize(
+    ("spellings", "echo", "verdict"),
+    [
+        ({"stop at 0.8 and 0.4": -2.9, "stop at 0.8 and 2.4": -3.4}, "stop at 0.8 and 2.4", "confirm"),
+        ({"stop at 0.8 and 0.4": -2.9, "stop at 0.8 and 2.4": -8.0}, "stop at 0.8 and 0.4", "accept"),
+        ({"continue 2.4 meters": -2.9, "continue 0.4 meters": -3.0}, "continue 2.4 meters", "accept"),
+        ({"continue 0.4 meters": -2.9, "continue 0.5 meters": -6.0}, "continue 0.4 meters", "accept"),
+    ],
+)
+def test_a_number_below_one_is_doubted_where_its_whole_part_may_not_have_been_heard(spellings, echo, verdict):
+    told = decided(spellings, {})
+    assert (told.echo, told.verdict) == (echo, verdict)
+
+
+def test_words_that_are_rarely_said_may_be_further_behind_free_text_and_are_confirmed_there():
+    known = Searched({"follow the wall": -6.0}, {"follow them world": -4.0})
+    known._fixed = {"follow_wall": RARE}
+    assert known.decide(utterance(np.ones(RATE))).verdict == "confirm"
+    assert decided({"follow the wall": -6.0}, {"follow them world": -4.0}).verdict == "reject"
+
+
+def test_what_people_say_often_has_narrow_bounds():
+    bounds = whisper()._fixed
+    assert all(bounds[name].behind_free == pytest.approx(COMMON.behind_free) for name in ("come_here", "follow_me"))
+    assert bounds["turn_left"].behind_free > 2 and bounds["follow_wall"].behind_free > 2
 
 
 def test_a_command_that_was_rejected_just_before_is_less_likely():

@@ -1,0 +1,131 @@
+"""Phrases of the user's own for the commands of the vocabulary, out of a `phrases.toml`:
+
+    come_here = ["come to papa"]
+    continue = ["drive {distance_m} meters"]
+
+A phrase that sounds like one of another command is refused when the file is read.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from core.commands import SPECS, VOCABULARY
+from core.commands.command import CommandSpec
+from core.commands.stop_moving import STOP_MOVING
+from core.errors import BadInput
+from core.speech.understanding.grammar import (
+    OTHER_WORDS,
+    STOP_WORD,
+    OwnPhrase,
+    OwnPhrases,
+    compiled,
+    slips,
+)
+
+MOST_BYTES, MOST_PHRASES = 20_000, 50
+LEAST_LETTERS, LONGEST = 3, 60  # of a phrase
+PHRASE = re.compile(r"[a-z]+(?: (?:[a-z]+|\{\w+\}))*")
+SLOT = re.compile(r"\{(\w+)\}")
+SOUNDS_ALIKE = (
+    (r"(?<=[a-z]{2})e\b", ""),
+    ("ph|v", "f"),
+    ("gh(?=t)", ""),
+    ("gh?|ck|q|c(?![eiyh])", "k"),
+    ("(?:t|s)?ch|sh|j", "s"),
+    ("c|z", "s"),
+    ("x", "ks"),
+    (r"\bkn", "n"),
+    (r"\bwr", "r"),
+    ("b", "p"),
+    ("d|th", "t"),
+    ("n", "m"),
+    ("[aeiouy]+[hw]?", "a"),
+    (" ", ""),
+    (r"(.)\1+", r"\1"),
+)
+"""Letters, and one that stands for all that sound like them; in this order."""
+
+
+def own_phrases(path: str) -> OwnPhrases:
+    """Read the phrases of a file; "": none. Raises BadInput, which names the pair that is too close."""
+    if not path:
+        return ()
+    file = Path(path).expanduser()
+    try:
+        if file.stat().st_size > MOST_BYTES:
+            raise BadInput(f"{file.name!r} is too long for a file of phrases.")
+        entries = tomllib.loads(file.read_text(encoding="utf-8"))
+    except OSError as trouble:
+        raise BadInput(f"The phrases in {file.name!r} cannot be read ({trouble.strerror or trouble}).") from None
+    except (ValueError, RecursionError) as trouble:
+        raise BadInput(f"{file.name!r} is not valid TOML: {trouble}.") from None
+    try:
+        phrases = tuple(_phrase(words, spec) for spec, words in _listed(entries))
+        _check_apart(phrases)
+    except BadInput as trouble:
+        raise BadInput(f"{file.name!r}: {trouble}") from None
+    return phrases
+
+
+def sound_key(phrase: str) -> str:
+    """Letters that stand for how words sound: those that are mistaken for each other are one."""
+    key = SLOT.sub("#", phrase)
+    for letters, one in SOUNDS_ALIKE:
+        key = re.sub(letters, one, key)
+    return key
+
+
+def too_close(one: str, other: str) -> bool:
+    """Return whether two phrases sound alike: they differ in a third of their sounds at most."""
+    keys = sound_key(one), sound_key(other)
+    return 3 * slips(*keys) <= max(map(len, keys))
+
+
+def _listed(entries: dict[str, Any]) -> Iterable[tuple[CommandSpec, str]]:
+    count = 0
+    for name, phrases in entries.items():
+        if name not in SPECS:
+            raise BadInput(f"there is no command {name[:40]!r}; there are {', '.join(SPECS)}.")
+        if not isinstance(phrases, list) or not all(isinstance(one, str) for one in phrases):
+            raise BadInput(f'{name} takes a list of phrases in quotes, like ["come to papa"].')
+        for one in phrases:
+            count += 1
+            if count > MOST_PHRASES:
+                raise BadInput(f"there are more than {MOST_PHRASES} phrases.")
+            yield SPECS[name], one
+
+
+def _phrase(words: str, spec: CommandSpec) -> OwnPhrase:
+    shown = f"“{words[:LONGEST]}”"
+    if not LEAST_LETTERS <= len(words) <= LONGEST or not PHRASE.fullmatch(words):
+        raise BadInput(
+            f"the phrase {shown} must have {LEAST_LETTERS} to {LONGEST} letters: small ones from a to z, single "
+            "spaces, and numbers as {name}."
+        )
+    needed = Counter(number.name for number in spec.numbers if number.default is None)
+    if Counter(SLOT.findall(words)) != needed:
+        wanted = " and ".join(f"{{{name}}}" for name in needed) or "no number"
+        raise BadInput(f"the phrase {shown} must hold {wanted}, once, as “{spec.words[0]}” does.")
+    if spec is not STOP_MOVING and STOP_WORD.search(words):
+        raise BadInput(f"the phrase {shown} has the word stop in it, which always stops the robot.")
+    return OwnPhrase(words, spec, compiled(words))
+
+
+def _check_apart(phrases: OwnPhrases) -> None:
+    """Raise BadInput for the first pair of phrases of different commands that sound alike."""
+    known = [(words, kind.name) for kind in VOCABULARY for words in kind.words]
+    known += [(words, words) for words in OTHER_WORDS]
+    for phrase in phrases:
+        for words, name in known:
+            if name != phrase.kind.name and too_close(phrase.pattern, words):
+                raise BadInput(
+                    f"“{phrase.pattern}” ({phrase.kind.name}) and “{words}” ({name}) sound too much alike: one "
+                    "would be heard as the other. Choose another phrase."
+                )
+        known.append((phrase.pattern, phrase.kind.name))

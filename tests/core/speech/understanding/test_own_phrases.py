@@ -1,0 +1,106 @@
+"""Phrases of the user's own: they mean commands, and none may sound like another command."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from core.commands.command import Command
+from core.errors import BadInput
+from core.speech.recognition.engines import open_engine
+from core.speech.recognition.recognizer import for_words
+from core.speech.settings import SpeechSettings
+from core.speech.synthesis import speak
+from core.speech.transcription.transcriber import Transcriber
+from core.speech.understanding.grammar import Refusal, understand
+from core.speech.understanding.own_phrases import own_phrases, too_close
+from tests.core.speech.ears import mono, padded, whisper
+
+PHRASES = """
+come_here = ["come to papa"]
+continue = ["drive {distance_m} meters"]
+stop_moving = ["halt"]
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "phrases.toml"
+    path.write_text(PHRASES)
+    return path
+
+
+def refused(file: Path, text: str) -> str:
+    file.write_text(text)
+    with pytest.raises(BadInput) as trouble:
+        own_phrases(str(file))
+    return str(trouble.value)
+
+
+def test_own_phrases_are_commands_with_the_bounds_of_commands(file):
+    own = own_phrases(str(file))
+    papa, drive = understand("Come to Papa!", own=own), understand("drive two point five metres", own=own)
+    assert isinstance(papa, Command) and papa.heard_as == "come here"
+    assert isinstance(drive, Command) and drive.heard_as == "continue 2.5 meters"
+    assert isinstance(understand("drive 6 meters", spoken=True, own=own), Refusal)
+    assert isinstance(understand("come to papa"), Refusal)
+
+
+@pytest.mark.parametrize(
+    ("phrase", "other"),
+    [
+        ('turn_left = ["turn light"]', "turn right"),
+        ('follow_me = ["come ear"]', "come here"),
+        ('continue = ["stop {distance_m} meters"]', "the word stop"),
+        ('come_here = ["over yonder"]\nfollow_me = ["over younger"]', "over yonder"),
+        ('stop_moving = ["come"]', "“come” (come_here)"),
+    ],
+)
+def test_a_phrase_that_sounds_like_another_command_is_refused_with_the_pair(file, phrase, other):
+    assert other in refused(file, phrase)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("dance = []", "no command"),
+        ("come_here = 3", "list of phrases"),
+        ('come_here = ["Come, papa"]', "small ones"),
+        ('come_here = ["a"]', "letters"),
+        ('continue = ["drive on"]', "{distance_m}"),
+        ('come_here = ["to {x_m} please"]', "no number"),
+        ("come_here = [" + '"oh dear me", ' * 60 + "]", "more than"),
+        ("come_here = [", "TOML"),
+        ("[" * 5000, "TOML"),
+        ("# " + "x" * 30_000, "too long"),
+    ],
+)
+def test_a_file_that_is_no_list_of_phrases_has_a_sentence(file, text, why):
+    assert why in refused(file, text)
+
+
+def test_a_file_that_is_absent_or_no_text_has_a_sentence(file):
+    file.write_bytes(b"\xff\xfe\x00")
+    for path in (file, file.parent, file.with_name("none.toml")):
+        with pytest.raises(BadInput, match=path.name):
+            own_phrases(str(path))
+
+
+def test_phrases_of_one_command_may_resemble_each_other(file):
+    file.write_text('follow_wall = ["follow the walls", "along the wall"]')
+    assert len(own_phrases(str(file))) == 2
+
+
+def test_sounds_decide_not_letters():
+    assert too_close("calm ear", "come here") and too_close("write hear", "right here")
+    assert not too_close("come to papa", "come here") and not too_close("halt", "come")
+
+
+def test_own_phrases_are_heard(file):
+    whisper()  # or it says why not
+    settings = SpeechSettings(engine="whisper", phrases=str(file))
+    ears = Transcriber(settings, recognizer=open_engine(settings).recognizer)
+    for text, echo in (("come to papa", "come here"), ("turn left", "turn left")):
+        heard = ears.feed(mono(padded(0.3 * for_words(speak(text)).samples[:, 0], 0.7, 1.2)))
+        assert [one.decision.echo for one in heard if one.final] == [echo]
