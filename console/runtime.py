@@ -76,6 +76,7 @@ class Runtime:
     ) -> None:
         settings = settings or Settings()
         self.robot = robot
+        self.chapter = settings.chapter.mode  # "printed": the chapter's own equations run
         self.access = access or Access()
         self.broadcaster = Broadcaster()
         self.feed = CameraStream(self.broadcaster)
