@@ -59,6 +59,7 @@ FORMER = {
 
 
 PRINTED_MISSES = 10.0  # of a landmark that is suppressed; the chapter says "a specific number"
+ChapterMode = Literal["ours", "printed"]
 NEVER_FOUND_AGAIN, NEVER_SLIPS = 1000, 50  # the largest values: what needs so many together does not happen
 
 
@@ -66,9 +67,9 @@ NEVER_FOUND_AGAIN, NEVER_SLIPS = 1000, 50  # the largest values: what needs so m
 class ChapterSettings(Section):
     """The chapter's forms, or ours."""
 
-    mode: Annotated[
-        Literal["ours", "printed"], Meta(meaning="printed: the chapter's own equations in the place of our forms")
-    ] = "ours"
+    mode: Annotated[ChapterMode, Meta(meaning="printed: the chapter's own equations in the place of our forms")] = (
+        "ours"
+    )
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,8 @@ class Draws:
     def _frozen(self, number: int, path: Path) -> Run:
         file = frozen(path)
         rows, still = (table[table[:, 0] == number] for table in (file.sightings, file.still))
-        if self.field == "camera":  # of what the laser saw
+        looked = np.unique(rows[:, 1]).astype(int).tolist()
+        if self.field == "camera":  # of what the laser saw; a picture without any is a picture, too
             rows, still = (table[np.abs(table[:, 4]) < FIELDS["camera"]] for table in (rows, still))
         return self._made(
             number,
@@ -91,7 +92,7 @@ class Draws:
             file.landmarks,
             file.speeds[number],
             file.steers[number],
-            grouped(rows[:, 1], rows[:, 2:]),
+            {k: np.zeros((0, 3)) for k in looked} | grouped(rows[:, 1], rows[:, 2:]),
             list(grouped(still[:, 1], still[:, 2:]).values()),
         )
 
