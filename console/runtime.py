@@ -53,7 +53,7 @@ from core.pilot.pilot import Pilot
 from core.robots import Profile
 from core.robots.requests import AnswerT, RobotRequest
 from core.sensors import SensorFrame
-from core.settings import Settings
+from core.settings import ChapterMode, Settings
 from core.snapshot import Snapshot
 from core.speech.understanding.own_phrases import own_phrases
 
@@ -77,6 +77,7 @@ class Runtime:
     ) -> None:
         settings = settings or Settings()
         self.robot = robot
+        self.chapter: ChapterMode = settings.chapter.mode  # "printed": the chapter's own equations run
         self.access = access or Access()
         self.broadcaster = Broadcaster()
         self.feed = CameraStream(self.broadcaster)

@@ -15,7 +15,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 from core.calibration.laser.drift import DriftSettings
 from core.errors import BadInput, BadSettings
@@ -31,7 +31,7 @@ from core.perception.people.parts import PeopleSettings
 from core.perception.people.tracked_person import TrackSettings
 from core.perception.sound.settings import DirectionFindingSettings
 from core.recording import LogSettings
-from core.setting import Section, declared_settings
+from core.setting import Meta, Section, declared_settings
 from core.simulation.settings import SimulationSettings
 from core.slam.ekf_slam import EkfSettings
 from core.slam.map.closure import ClosureSettings
@@ -56,6 +56,20 @@ FORMER = {
     "hearing": "direction_finding",
 }
 """Sections under their former names, read for one version more."""
+
+
+PRINTED_MISSES = 10.0  # of a landmark that is suppressed; the chapter says "a specific number"
+ChapterMode = Literal["ours", "printed"]
+NEVER_FOUND_AGAIN, NEVER_SLIPS = 1000, 50  # the largest values: what needs so many together does not happen
+
+
+@dataclass(frozen=True)
+class ChapterSettings(Section):
+    """The chapter's forms, or ours."""
+
+    mode: Annotated[ChapterMode, Meta(meaning="printed: the chapter's own equations in the place of our forms")] = (
+        "ours"
+    )
 
 
 @dataclass(frozen=True)
@@ -87,6 +101,7 @@ class Settings:
     log: LogSettings = field(default_factory=LogSettings)
     simulation: SimulationSettings = field(default_factory=SimulationSettings)
     limits: Limits = field(default_factory=Limits)
+    chapter: ChapterSettings = field(default_factory=ChapterSettings)
 
 
 def load(path: Path | str | None) -> Settings:
@@ -118,7 +133,39 @@ def read(text: str, name: str = "settings") -> Settings:
     sections = _checked(document, Settings, f"{name}: there is no section", "[{}]")
     defaults = Settings()
     changed = {key: _section(getattr(defaults, key), values, f"{name}: [{key}]") for key, values in sections.items()}
-    return dataclasses.replace(defaults, **changed)
+    settings = dataclasses.replace(defaults, **changed)
+    return as_printed(settings) if settings.chapter.mode == "printed" else settings
+
+
+def as_printed(settings: Settings) -> Settings:
+    """The chapter's own forms in the place of ours; noises, limits, planning and everything else stay.
+
+    Eq. 14-33 alone: no scan matching and no loop closure, plain gated nearest neighbour, R of eq. 43 for every
+    sighting, hits and misses counted to fixed numbers, a vertical edge required of every corner; eq. 35-40 for the
+    direction of a voice. The numbers of hits and misses are not in the print.
+    """
+    ekf = dataclasses.replace(
+        settings.ekf,
+        mode="paper",
+        sighting_noise="paper",
+        form="nearest",
+        soft_gate=0.0,
+        still_scans=0,
+        at_once=0,
+        misses=PRINTED_MISSES,
+        misses_share=0.0,
+        double_reach=0.0,
+        found_again=NEVER_FOUND_AGAIN,
+        slip_fewest=NEVER_SLIPS,
+    )
+    return dataclasses.replace(
+        settings,
+        chapter=ChapterSettings(mode="printed"),
+        ekf=ekf,
+        edges=dataclasses.replace(settings.edges, edge_required=True),
+        matching=dataclasses.replace(settings.matching, corrects=False),
+        direction_finding=dataclasses.replace(settings.direction_finding, form="paper"),
+    )
 
 
 def _renamed(section: str, document: Mapping[str, Any], name: str) -> str:

@@ -68,7 +68,12 @@ class StateSocket:
         you = messages.You(person.name, person.role, person.id)  # type: ignore[arg-type]
         self._tell(
             messages.HelloMessage(
-                you, beckon_version(), card(runtime.robot.profile), self._tab, 1000 * time.monotonic()
+                you,
+                beckon_version(),
+                card(runtime.robot.profile),
+                self._tab,
+                1000 * time.monotonic(),
+                runtime.chapter,
             )
         )
         listener = asyncio.create_task(self._listen())

@@ -8,6 +8,8 @@ from pathlib import Path
 
 TAKES = {
     "dead-reckoning-vs-slam": ("data", "noise", "field", "still", "ids", "through", "settings", "workers"),
+    "figure-16-conditions": ("data", "workers"),
+    "printed-and-ours": ("workers",),
     "tour": ("settings",),
 }
 LEAST_NOISE, MOST_NOISE = 0.05, 20.0

@@ -248,6 +248,7 @@ class HelloMessage(Struct, tag_field="kind", tag="hello"):
     robot: RobotCard
     tab: str  # names this tab's 3-D scene: scene/ws/<tab>
     clock_ms: float  # of the console's steady clock now: the frames of a hand count on from it, over reloads
+    chapter: Literal["ours", "printed"]  # printed: the chapter's own equations run in the place of our forms
 
 
 class AnswerMessage(Struct, tag_field="kind", tag="answer", omit_defaults=True):

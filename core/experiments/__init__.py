@@ -28,6 +28,8 @@ EXPERIMENTS: dict[str, Experiment] = {
     "camera-table": _in("camera_table"),
     "dead-reckoning-vs-slam": _in("dead_reckoning_vs_slam"),
     "direction-of-arrival": _in("direction_of_arrival"),
+    "figure-16-conditions": _in("figure_16_conditions"),
+    "printed-and-ours": _in("printed_and_ours"),
     "speech-quality": _in("speech_quality"),
     "table-2": _in("table_2"),
     "tour": _in("tour"),

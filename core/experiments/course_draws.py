@@ -6,7 +6,7 @@ As in the simulator that the paper used, the true robot does what was commanded;
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Literal
@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from core.errors import BadInput
-from core.experiments.paper_course import EVERY, Course, paper_course
+from core.experiments.paper_course import EVERY, Course, edges_along_walls, paper_course
 from core.message import Array, message
 from core.perception.landmarks.landmarks import Sighting
 from core.recording import Ids
@@ -27,7 +27,7 @@ Field = Literal["laser", "camera"]
 FIELDS: dict[Field, float] = {"laser": math.radians(120), "camera": math.radians(28)}
 """Half of the field of view: of the URG, and of the camera of Table 3 (where edges are seen)."""
 
-NEAREST, FARTHEST = 0.06, 4.0  # [m] that the laser sees
+NEAREST, FARTHEST = 0.06, 4.0  # [m] between which the laser measures; it still detects up to 5.6 m
 STILL = 10  # frames at rest before the first move
 SEEDS = 100_000  # apart lie the seeds of two experiments, so that no run is drawn twice
 FIRST = 1000  # the first run's seed
@@ -46,6 +46,8 @@ class Draws:
     sighting_noise: tuple[float, float] = SIGHTING_NOISE  # [m], [rad] (eq. 43)
     field: Field = "laser"
     ids: Ids = "given"
+    spacing: float | None = None  # [m] between further vertical edges along the walls; None: the twelve corners alone
+    reach: float = FARTHEST  # [m] that the laser sees
 
     def run(self, number: int) -> Run:
         """The run of that number; always the same for the same draws."""
@@ -54,7 +56,7 @@ class Draws:
     def _drawn(self, number: int) -> Run:
         """Speeds, steers, then sightings as they come, then the still frames, all from the run's own generator."""
         rng = np.random.default_rng(FIRST + SEEDS * self.seed + number)
-        course = paper_course(self.motion.wheelbase, self.motion.step, self.motion.cruise)
+        course = self.course
         count = len(course.speeds)
         speeds = course.speeds + self.motion.speed_sd * rng.standard_normal(count)
         steers = course.steers + self.motion.steer_sd * rng.standard_normal(count)
@@ -62,26 +64,35 @@ class Draws:
         still = [self._look(course, 0, rng) for _ in range(STILL)]
         return self._made(number, course.truth, course.landmarks, speeds, steers, seen, still)
 
+    @property
+    def course(self) -> Course:
+        """The true drive, among the edges there are."""
+        course = paper_course(self.motion.wheelbase, self.motion.step, self.motion.cruise)
+        return course if self.spacing is None else replace(course, landmarks=edges_along_walls(self.spacing))
+
     def _look(self, course: Course, k: int, rng: np.random.Generator) -> Array:
         """Rows (M, 3) of id, range, bearing as seen after `k` controls."""
         x, y, heading = course.truth[k]
         away = course.landmarks - (x, y)
         ranges = np.hypot(away[:, 0], away[:, 1])
         bearings = (np.arctan2(away[:, 1], away[:, 0]) - heading + np.pi) % (2 * np.pi) - np.pi
-        names = np.flatnonzero((ranges > NEAREST) & (ranges < FARTHEST) & (np.abs(bearings) < FIELDS[self.field]))
+        names = np.flatnonzero((ranges > NEAREST) & (ranges < self.reach) & (np.abs(bearings) < FIELDS[self.field]))
         noise = self.sighting_noise * rng.standard_normal((len(names), 2))
         return np.column_stack((names, ranges[names] + noise[:, 0], bearings[names] + noise[:, 1]))
 
     def _frozen(self, number: int, path: Path) -> Run:
         file = frozen(path)
         rows, still = (table[table[:, 0] == number] for table in (file.sightings, file.still))
+        looked = np.unique(rows[:, 1]).astype(int).tolist()
+        if self.field == "camera":  # of what the laser saw; a picture without any is a picture, too
+            rows, still = (table[np.abs(table[:, 4]) < FIELDS["camera"]] for table in (rows, still))
         return self._made(
             number,
             file.truth,
             file.landmarks,
             file.speeds[number],
             file.steers[number],
-            grouped(rows[:, 1], rows[:, 2:]),
+            {k: np.zeros((0, 3)) for k in looked} | grouped(rows[:, 1], rows[:, 2:]),
             list(grouped(still[:, 1], still[:, 2:]).values()),
         )
 

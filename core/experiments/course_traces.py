@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -66,18 +67,11 @@ def reckoned(run: Run) -> Trace:
 def mapped(run: Run, ekf: EkfSettings, still: bool) -> Trace:
     """EKF-SLAM (eq. 17-33): errors and NEES at every sighting; with `still`, the frames at rest come first."""
     slam = EkfSlam(replace(ekf, still_scans=max(ekf.still_scans, len(run.still))), run.motion)
-    for frame in run.still if still else ():
-        slam.see(frame)
-    places, surprises, gathered = [], [], Increment()
-    for k, moved in enumerate(_moves(run), start=1):
-        gathered = gathered.then(moved)
-        if k in run.seen:
-            slam.advance(gathered)
-            slam.see(run.seen[k])
-            gathered = Increment()
-            pose = slam.filter.pose
-            places.append((pose.x, pose.y))
-            surprises.append(slam.nees(_truth(run, k)))
+    places, surprises = [], []
+    for k in followed(slam, run, still):
+        pose = slam.filter.pose
+        places.append((pose.x, pose.y))
+        surprises.append(slam.nees(_truth(run, k)))
     steps = np.array(sorted(run.seen))
     return Trace(
         times=run.motion.step * steps,
@@ -88,6 +82,20 @@ def mapped(run: Run, ekf: EkfSettings, still: bool) -> Trace:
         last=slam.estimate,
         landmarks=slam.landmarks,
     )
+
+
+def followed(slam: EkfSlam, run: Run, still: bool) -> Iterator[int]:
+    """Take the filter through a run; yield after every sighting the number of controls until then."""
+    for frame in run.still if still else ():
+        slam.see(frame)
+    gathered = Increment()
+    for k, moved in enumerate(_moves(run), start=1):
+        gathered = gathered.then(moved)
+        if k in run.seen:
+            slam.advance(gathered)
+            slam.see(run.seen[k])
+            gathered = Increment()
+            yield k
 
 
 def _moves(run: Run) -> list[Increment]:

@@ -46,6 +46,17 @@ class Course:
     landmarks: Array  # (N, 2) [m]
 
 
+def edges_along_walls(spacing: float) -> Array:
+    """The twelve corners, and further vertical edges (door frames, cabinets) every `spacing` [m] along the walls."""
+    corners = np.array(LANDMARKS)
+    (x0, y0), (x1, y1) = corners.min(axis=0), corners.max(axis=0)
+    across = np.arange(x0 + spacing / 2, x1, spacing)
+    up = np.arange(y0 + spacing / 2, y1, spacing)
+    walls = [np.column_stack((across, np.full(len(across), y))) for y in (y0, y1)]
+    walls += [np.column_stack((np.full(len(up), x), up)) for x in (x0, x1)]
+    return np.vstack((corners, *walls))
+
+
 @cache
 def paper_course(wheelbase: float, step: float, cruise: float) -> Course:
     """Steer the S: wheelbase [m], control step [s], speed [m/s] → the drive without any noise."""

@@ -61,7 +61,8 @@ class SentenceOutcome:
     call: VoiceBearing | None  # from where it was heard
     why: str = ""  # a sentence where there is no command
     tries: int = 1  # how often it was said
-    wrong: tuple[str, ...] = ()  # commands that were understood instead
+    wrong: tuple[str, ...] = ()  # commands that were understood instead, and begun
+    rescued: tuple[str, ...] = ()  # those that only the speaker's STOP kept from beginning
     ended: float = 0.0  # [s] robot's clock: when the voice truly had said its words
     understood: float = 0.0  # [s] the same: when they were
     begun: float = 0.0  # [s] the same: when it was begun; a pending command waits for confirmation
@@ -80,8 +81,12 @@ class SpokenRoom:
         start: Pose | None = None,
         settings: Settings | None = None,
         recognizer: Recognizer | None = None,
+        voice: VoiceSettings | None = None,
     ) -> None:
-        """Raises Unavailable where words are to be read and nothing reads them."""
+        """`voice`: Ann's; None: the usual one at an easy pace. Raises Unavailable where words are to be read and
+        nothing reads them.
+        """
+        self._voice = voice
         self.chance = np.random.default_rng(seed)
         self.robot = Rehearsal(f"sim:{world}", seed=seed, start=start, settings=settings)
         self.errors: dict[str, list[float]] = {sense: [] for sense in SENSES}
@@ -155,6 +160,7 @@ class SpokenRoom:
         if isinstance(intended, Refusal):
             raise Refused(intended.reason)
         wrong: list[str] = []
+        rescued: list[str] = []
         why, call = "", None
         for attempt in range(1, tries + 1):
             ended = self._say(words) if pcm is None else self._utter(pcm)
@@ -174,12 +180,14 @@ class SpokenRoom:
                 if not spec_of(command.name).moves:
                     continue  # it stands: no wrong motion
             if decision.waits and self._rejects(right, watch):
+                rescued += [] if right else [decision.echo]
                 continue
             if not right:
                 wrong.append(decision.echo)
                 break
-            return self._obey(heard, command)
-        return SentenceOutcome(number=None, call=call, why=why, tries=tries, wrong=tuple(wrong))
+            return self._obey(dataclasses.replace(heard, rescued=tuple(rescued)), command)
+        missed = SentenceOutcome(number=None, call=call, why=why, tries=tries)
+        return dataclasses.replace(missed, wrong=tuple(wrong), rescued=tuple(rescued))
 
     def _obey(self, heard: SentenceOutcome, command: Command) -> SentenceOutcome:
         heard = dataclasses.replace(heard, begun=self.robot.snapshot.stamp)
@@ -210,7 +218,8 @@ class SpokenRoom:
 
     def _say(self, words: str) -> float:
         """Ann says it with a synthetic voice → when [s] she will have said it."""
-        sound = speak(words, VoiceSettings(voice=PERSONS_VOICE, speed=int(self.chance.choice(SPEEDS))))
+        easy = VoiceSettings(voice=PERSONS_VOICE, speed=int(self.chance.choice(SPEEDS)))
+        sound = speak(words, self._voice or easy)
         return self._utter(pcm_of(sound), sound.rate)
 
     def _utter(self, pcm: bytes, rate: int = RATE) -> float:

@@ -1,6 +1,7 @@
 """Table 2: every command many times, from random places, spoken in the simulated room and obeyed by the whole robot.
 
-A person stands somewhere near and says the command with a synthetic voice; the sound goes through the room to the
+A person stands somewhere near and says the command with a synthetic voice, drawn for every run from all English ones
+at their natural pace ± 15 %; the sound goes through the room to the
 robot's microphones, is located and read, and what was understood moves the robot. What goes far, or to a place or a
 person, is said back and waits a moment, in which who meant something else says STOP. Who is not understood says it
 again, three times at the most.
@@ -25,12 +26,12 @@ from core.experiments.result import ExperimentResult
 from core.experiments.run_log import RunLog
 from core.experiments.side_by_side import side_by_side
 from core.experiments.spoken_room import SENSES, SentenceOutcome, SpokenRoom
-from core.experiments.table_2_trials import TRIALS, TRIES, TrialOutcome
+from core.experiments.table_2_trials import PRECONDITIONS, TRIALS, TRIES, TrialOutcome
 from core.simulation.world import world_named
 from core.speech.recognition.engines import open_engine
 from core.speech.recognition.recognizer import Recognizer
 from core.speech.settings import SpeechSettings
-from core.speech.synthesis import NO_VOICE, can_speak
+from core.speech.synthesis import NO_VOICE, can_speak, drawn_voice
 
 RUNS = 50
 Delay = Literal["endpoint_s", "read_s", "delay_s", "wheels_s"]
@@ -44,12 +45,15 @@ class TrialRow(TypedDict):
     run: int
     world: str
     words: str
+    voice: str  # of espeak-ng
+    pace_words_min: int
     understood: bool
     tries: int
     success: bool
     figure: float | None  # in the command's unit
     why: str
-    wrong: list[str]  # commands that were understood instead
+    wrong: list[str]  # commands that were understood instead, and begun
+    rescued: list[str]  # those that only the speaker's STOP kept from beginning
     contacts: int
     faults: list[str]
     endpoint_s: float | None  # None, also below: it was not understood
@@ -85,6 +89,14 @@ class CommandFigures(TypedDict):
     failures: list[FailedTrial]
 
 
+class VoiceFigures(TypedDict):
+    """The runs of one voice, as JSON."""
+
+    runs: int
+    success_rate: float
+    understood_rate: float
+
+
 class SpreadFigures(TypedDict):
     """The middle and the 95th percentile."""
 
@@ -99,8 +111,13 @@ class Table2(ExperimentResult):
     said_at_most: int
     commands: dict[str, CommandFigures]
     contacts: int
-    wrong_motions: int
+    voices: dict[str, VoiceFigures]
+    best_voice: str
+    worst_voice: str
+    wrong_motions: int  # every motion that was not asked for, were there no rescue by STOP
+    saved_by_rescue: int  # of them
     wrong: list[str]
+    preconditions: list[str]
     faults: list[str]
     delays: dict[str, SpreadFigures | None]
     errors: dict[str, SpreadFigures | None]
@@ -114,7 +131,8 @@ def trial(name: str, number: int, seed: int, *, words: bool = True) -> TrialRow:
     chance = np.random.default_rng(luck)
     start, said = kind.start(world_named(place), chance)
     recognizer = _recognizer() if words else None
-    room = SpokenRoom(place, int(chance.integers(2**31)), words=words, start=start, recognizer=recognizer)
+    own, voice = int(chance.integers(2**31)), drawn_voice(chance)
+    room = SpokenRoom(place, own, words=words, start=start, recognizer=recognizer, voice=voice)
     try:
         heard, outcome = kind.obey(room, said)
     except Refused as refused:
@@ -128,12 +146,15 @@ def trial(name: str, number: int, seed: int, *, words: bool = True) -> TrialRow:
         "run": number,
         "world": place,
         "words": said,
+        "voice": voice.voice if words else "",
+        "pace_words_min": voice.speed,
         "understood": heard.number is not None,
         "tries": heard.tries,
         "success": outcome.success,
         "figure": outcome.figure,
         "why": outcome.why,
         "wrong": list(heard.wrong),
+        "rescued": list(heard.rescued),
         "contacts": robot.contacts,
         "faults": robot.faults(),
         "endpoint_s": heard.understood - heard.ended - heard.read if heard.number is not None else None,
@@ -209,6 +230,8 @@ def run(
     every = count * len(TRIALS)
     with RunLog(out, "table-2", every, seed, tell) as log:
         rows = side_by_side(partial(_work, seed, count), every, workers, tell, log.add)
+    voices = by_voice(rows)
+    saved = sum(len(row["rescued"]) for row in rows)
     commands = {name: summary(name, [row for row in rows if row["command"] == name]) for name in TRIALS}
     result: Table2 = {
         "runs": count,
@@ -216,17 +239,55 @@ def run(
         "said_at_most": TRIES,
         "commands": commands,
         "contacts": sum(row["contacts"] for row in rows),
-        "wrong_motions": sum(len(row["wrong"]) for row in rows),
-        "wrong": [word for row in rows for word in row["wrong"]],
+        "voices": voices,
+        "best_voice": max(voices, key=lambda name: voices[name]["success_rate"]),
+        "worst_voice": min(voices, key=lambda name: voices[name]["success_rate"]),
+        "wrong_motions": sum(len(row["wrong"]) for row in rows) + saved,
+        "saved_by_rescue": saved,
+        "wrong": [word for row in rows for word in row["wrong"] + row["rescued"]],
+        "preconditions": list(PRECONDITIONS),
         "faults": [fault for row in rows for fault in row["faults"]],
         "delays": {name: _spread([row[name] for row in rows]) for name in DELAYS},
         "errors": {sense: _spread([abs(e) for row in rows for e in row["errors"][sense]]) for sense in SENSES},
-        "text": table(commands),
+        "text": "",
         "files": {},
     }
+    result["text"] = "\n".join((table(commands), *remarks(result)))
     if out is not None:
         result["files"] = _save(out, result, rows) | log.files
     return result
+
+
+def by_voice(rows: Sequence[TrialRow]) -> dict[str, VoiceFigures]:
+    """Success of every voice that was drawn."""
+    of_voice = {
+        name: [row for row in rows if row["voice"] == name] for name in sorted({row["voice"] for row in rows})
+    }
+    return {
+        name: {
+            "runs": len(some),
+            "success_rate": float(np.mean([row["success"] for row in some])),
+            "understood_rate": float(np.mean([row["understood"] for row in some])),
+        }
+        for name, some in of_voice.items()
+    }
+
+
+def remarks(result: Table2) -> list[str]:
+    """What stands under the table: voices, wrong motions, and all that makes it easier."""
+
+    def told(name: str) -> str:
+        one = result["voices"][name]
+        return f"{name} {100 * one['success_rate']:.0f} % of {one['runs']}"
+
+    whole = result["wrong_motions"]
+    return [
+        "",
+        *(f"voice {told(name)}" for name in result["voices"]),
+        f"best voice: {told(result['best_voice'])}; worst voice: {told(result['worst_voice'])}",
+        f"motions not asked for: {whole}; the speaker's STOP saves {result['saved_by_rescue']} of them",
+        *(f"given: {one}" for one in result["preconditions"]),
+    ]
 
 
 def table(commands: Mapping[str, CommandFigures]) -> str:

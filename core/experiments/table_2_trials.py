@@ -54,9 +54,11 @@ ALONG = 0.05  # [m] of CONTINUE
 AT = 0.10  # [m] of STOP AT
 STILL = 1.0  # [s] after the end of "stop moving" by which the wheels stand
 NEAR = (0.4, 0.6)  # [m] of COME HERE
-FOLLOWED = 1.8  # [m] of FOLLOW ME
+FOLLOWED = (0.6, 1.8)  # [m] of FOLLOW ME …
+FOLLOWED_SHARE = 0.9  # … during at least this share of the minute
 MINUTE = 60.0  # [s]
-SETTLING, FOLLOWING = 10.0, 75.0  # [s] of FOLLOW WALL: after it has come to the wall, and altogether
+SETTLING, FOLLOWING = 10.0, 300.0  # [s] of FOLLOW WALL: after it has come to the wall, and altogether at most
+MEASURED = 5.0  # [m] of straight wall beside which its distance is measured, at least
 STRAIGHT = 0.03  # [m] RMS
 LENGTHS = (0.5, 0.8, 1.0, 1.2, 1.5, 2.0)  # [m] of CONTINUE
 WALK = ((1.5, 1.0), (2.6, 1.2), (2.4, 0.2), (1.0, -0.6), (0.0, -1.2), (-1.2, -0.4), (-0.6, 0.8))  # [m] in sim:lab
@@ -203,21 +205,30 @@ def _follow_wall(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOu
     if heard.number is None:
         return heard, TrialOutcome(success=False, why=heard.why)
     surfaces, off, since = room.world.surfaces(0.12), list[float](), math.inf
+    before: Pose | None = None  # where its distance was measured last
+    measured = 0.0  # [m]
 
     def watch(snapshot: Snapshot) -> None:
-        nonlocal since
+        nonlocal since, before, measured
         if snapshot.active_command is not None and snapshot.active_command.remark.startswith(AT_THE_WALL):
             since = min(since, snapshot.stamp)
-        if snapshot.stamp - since < SETTLING or snapshot.truth is None:
+        here = snapshot.truth
+        if snapshot.stamp - since < SETTLING or here is None:
             return
-        error = aside(snapshot.truth, surfaces.faces, surfaces.posts)
-        off.extend([] if error is None else [error])
+        error = aside(here, surfaces.faces, surfaces.posts)
+        if error is not None:
+            off.append(error)
+            measured += 0.0 if before is None else before.distance_to(here.x, here.y)
+        before = None if error is None else here
 
     room.robot.robot.ask(RemoveThing(id=ANN))
-    ended = room.wait(heard.number, FOLLOWING, watch)
+    ended, began = None, room.robot.snapshot.stamp
+    while ended is None and measured < MEASURED and room.robot.snapshot.stamp < began + FOLLOWING:
+        ended = room.wait(heard.number, 5.0, watch)
     straight = float(np.sqrt(np.mean(np.square(off)))) if off else None
-    good = ended is None and (straight is None or straight < STRAIGHT)
-    return heard, TrialOutcome(success=good, why=ended.remark if ended else "", figure=straight)
+    why = ended.remark if ended else "" if measured >= MEASURED else f"only {measured:.1f} m of wall were measured"
+    good = not why and straight is not None and straight < STRAIGHT
+    return heard, TrialOutcome(success=good, why=why, figure=straight)
 
 
 def _come(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
@@ -241,16 +252,25 @@ def _follow_me(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutc
     heard = room.command(words, TRIES)
     if heard.number is None:
         return heard, TrialOutcome(success=False, why=heard.why)
+    kept = 0  # frames at the right distance
+
+    def watch(snapshot: Snapshot) -> None:
+        nonlocal kept
+        if snapshot.truth is not None:
+            kept += FOLLOWED[0] <= snapshot.truth.distance_to(*room.where(ANN)) <= FOLLOWED[1]
+
     ended = room.wait(heard.number, 4.0)
     if ended is None:
         walk = [list(place) for place in WALK]
         room.put(ANN, x_m=1.6, y_m=0.2, path_m=walk, speed_m_s=0.2, again=True)
         crossing = {"path_m": [[1.2, -1.6], [1.2, 2.4]], "speed_m_s": 0.4, "again": True}
         room.put("Bob", x_m=1.2, y_m=2.4, clothes="white/green", **crossing)
-        ended = room.wait(heard.number, MINUTE)
-    apart = room.robot.truth.distance_to(*room.where(ANN))
-    good = ended is None and apart < FOLLOWED
-    return heard, TrialOutcome(success=good, why=ended.remark if ended else "", figure=apart)
+        ended = room.wait(heard.number, MINUTE, watch)
+    frames = round(MINUTE * room.robot.robot.profile.rate)
+    away = 100 * (1 - min(kept / frames, 1.0))  # what follows after it has given up counts, too
+    why = ended.remark if ended else ""
+    good = ended is None and away <= 100 * (1 - FOLLOWED_SHARE)
+    return heard, TrialOutcome(success=good, why=why, figure=away)
 
 
 def _done(room: SpokenRoom, words: str, seconds: float) -> tuple[SentenceOutcome, str, str]:
@@ -277,6 +297,17 @@ def _azimuth(room: SpokenRoom, truth: Pose, x: float, y: float) -> float:
     return truth.bearing_to(x, y) + known.heading
 
 
+PRECONDITIONS = (
+    "sim:lab and sim:floor in turn, follow me in sim:lab alone; a start with 0.35 m of free floor around it",
+    "the speaker stands 1 to 3.8 m away on free floor where two thirds of the body are in sight of the camera,"
+    " and a metre from the way of a drive; it leaves before follow wall is measured",
+    f"what is not understood is said again, {TRIES} times in all",
+    "continue and stop at: the way ahead is free for the body; follow wall: something lies within 1.2 m",
+    "follow me: begins in the middle of sim:lab, Ann 1.6 m away walks 0.2 m/s, Bob crosses at 0.4 m/s",
+    "no noise but the robot's own; one room acoustics per place; synthetic voices",
+)
+"""What makes a run easier than any place and any person; printed with the table."""
+
 TRIALS = {
     "turn_left": CommandTrial(
         "within 2° of 90° to the left, on the spot (5 cm)", "deg", partial(_anywhere, "turn left"), _turn
@@ -294,15 +325,15 @@ TRIALS = {
         "within 10 cm of the place", "m", partial(_before_a_goal, "stop at {x} and {y}"), _stop_at
     ),
     "follow_wall": CommandTrial(
-        "still next to the wall after 75 s, RMS of its 0.5 m on straight walls below 3 cm",
+        "RMS of its 0.5 m below 3 cm along at least 5 m of straight wall, within 5 minutes",
         "m",
         partial(_beside_a_wall, "follow wall"),
         _follow_wall,
     ),
     "come_here": CommandTrial("stands 0.5 ± 0.1 m from the person", "m", partial(_anywhere, "come here"), _come),
     "follow_me": CommandTrial(
-        "has the person after a minute's walk with another one crossing, within 1.8 m",
-        "m",
+        "0.6 to 1.8 m from the walking person during 90 % of a minute in which another one crosses",
+        "% away",
         partial(_in_the_round, "follow me"),
         _follow_me,
         ("lab",),

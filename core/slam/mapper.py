@@ -198,7 +198,7 @@ class Mapper:
         points = seen.beams.points
         slam = self.submaps.active.slam
         wheels = moved = slam.filter.pending
-        if not motion.by_scans and not self._monitor.lost:
+        if self.parts.matching.corrects and not motion.by_scans and not self._monitor.lost:
             moved = self._tracker.track(slam.filter.pose @ wheels.pose.inverse(), wheels, points)
             slam.filter.amend(moved)
         self.submaps.moved(moved)
@@ -252,7 +252,8 @@ class Mapper:
         self._owed -= pieces
         if pieces:
             self._global_grid.work(self.submaps.active.id, 1)
-            self._loop_closer.work(pieces)
+            if self.parts.matching.corrects:
+                self._loop_closer.work(pieces)
         self._apply_graph()
 
     def _apply_graph(self) -> None:

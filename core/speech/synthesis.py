@@ -23,7 +23,20 @@ from core.errors import BadInput, Unavailable
 from core.sensors.microphones import Sound
 from core.setting import Meta, Section
 
-VOICES = ("en-us", "en-us+m3", "en-us+f2", "en-us+m7", "en-us+f4", "en-us+f5", "en-gb", "en-gb-scotland")
+ACCENTS = (
+    "en-us",
+    "en-gb",
+    "en-gb-scotland",
+    "en-gb-x-rp",
+    "en-gb-x-gbclan",
+    "en-gb-x-gbcwmd",
+    "en-029",
+    "en-us-nyc",
+)
+TIMBRES = ("m1", "m2", "m3", "m4", "m5", "m6", "m7", "m8", "f1", "f2", "f3", "f4", "f5")
+ENGLISH_VOICES = (*ACCENTS, *(f"en-us+{timbre}" for timbre in TIMBRES))
+"""Every English accent of espeak-ng that reads Latin letters, and its numbered men and women."""
+NATURAL = 175  # [words/min] of espeak-ng by itself
 PERSONS_VOICE = "en-us+f5"  # of simulated people: not the robot's own, and the one that is understood best
 LONGEST = 500  # characters of a text
 PATIENCE = 10.0  # [s] for the program
@@ -41,9 +54,15 @@ SPEED, PITCH = 1, 3  # of espeak_SetParameter
 class VoiceSettings(Section):
     """Settings of the robot's voice."""
 
-    voice: Annotated[str, Meta(choices=VOICES, meaning="voice of espeak-ng")] = "en-us"
+    voice: Annotated[str, Meta(choices=ENGLISH_VOICES, meaning="voice of espeak-ng")] = "en-us"
     speed: Annotated[int, Meta("words/min", 80, 400, "rate of speaking")] = 150
     pitch: Annotated[int, Meta("", 0, 99, "pitch of the voice")] = 50
+
+
+def drawn_voice(chance: np.random.Generator) -> VoiceSettings:
+    """Any of the English voices, at its natural pace ± 15 %."""
+    voice = ENGLISH_VOICES[int(chance.integers(len(ENGLISH_VOICES)))]
+    return VoiceSettings(voice=voice, speed=round(NATURAL * float(chance.uniform(0.85, 1.15))))
 
 
 Speaker = Callable[[str, VoiceSettings], Sound]

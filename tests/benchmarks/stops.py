@@ -25,11 +25,10 @@ from core.speech.recognition.engines import open_engine
 from core.speech.recognition.recognizer import KeywordSpotter, for_words
 from core.speech.settings import RATE, SpeechSettings
 from core.speech.sphinx.keyword_spotting import SphinxKeywordSpotter
-from core.speech.synthesis import VoiceSettings, speak
+from core.speech.synthesis import ENGLISH_VOICES, VoiceSettings, speak
 from core.speech.transcription.transcriber import Transcriber
 from core.speech.whisper.keyword_spotting import WhisperKeywordSpotter
 from core.speech.whisper.recognizer import WhisperRecognizer
-from tests.benchmarks.accents import VOICES
 from tests.benchmarks.word_hearing import padded
 from tests.benchmarks.word_scenes import LEAD, Clip, real
 from tests.benchmarks.words import end_of_stop
@@ -85,7 +84,7 @@ def main() -> None:
     settings = SpeechSettings(engine="whisper")
     recognizer = open_engine(settings).recognizer
     assert isinstance(recognizer, WhisperRecognizer)
-    kinds = zip(cycle(product(VOICES, TEXTS)), cycle(product(PACES, LEVELS)), strict=False)
+    kinds = zip(cycle(product(ENGLISH_VOICES, TEXTS)), cycle(product(PACES, LEVELS)), strict=False)
     clips = [spoken(text, voice, *how) for (voice, text), how in islice(kinds, chosen.count)]
     for name in ("pocketsphinx", "Whisper"):
 

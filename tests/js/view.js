@@ -10,6 +10,7 @@ export const HELLO = {
   you: { name: "Ada", role: "operator", id: "ada-1" },
   version: "0.1.0",
   clock_ms: 5000,
+  chapter: "ours",
   robot: {
     url: "sim:lab",
     kind: "SIM",

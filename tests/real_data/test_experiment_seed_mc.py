@@ -66,3 +66,8 @@ def test_the_simulator_draws_the_frozen_runs_anew(data: Path) -> None:
         for first, second in pairs:
             assert [one.id for one in first] == [one.id for one in second]
             assert np.allclose([(s.range, s.bearing) for s in first], [(s.range, s.bearing) for s in second])
+
+
+def test_a_picture_without_an_edge_is_scored_as_well(data: Path) -> None:
+    seen = Draws(data=data, field="camera").run(0).seen
+    assert len(seen) == 160 and any(not one for one in seen.values())

@@ -11,6 +11,7 @@ from core.message import Array, message
 from core.perception.sound.direction import Direction
 from core.perception.sound.locate import DEFAULT
 from core.perception.sound.multi_source import share_out
+from core.perception.sound.paper import SIZE, direction_as_printed
 from core.perception.sound.settings import DirectionFindingSettings
 from core.perception.sound.spectra import (
     Noise,
@@ -54,6 +55,8 @@ class DoaStream:
         self._pending = np.zeros((0, len(self.array.positions)))
         self._start = now  # [s] of the first pending sample
         self._pieces: deque[Spectra] = deque()
+        self._latest = np.zeros((0, len(self.array.positions)))  # samples of the paper's form, until …
+        self._until = now  # [s]
         self._cross: Array | None = None
         self._noise: Noise | None = None
         self._learnt = now
@@ -74,6 +77,9 @@ class DoaStream:
             self._forget(sound.stamp)
             self._rate = sound.rate
         self._pending = np.concatenate((self._pending, samples))
+        if self.settings.form == "paper":
+            self._latest = np.concatenate((self._latest, samples))[-round(KEPT * sound.rate) :]
+            self._until = sound.stamp + sound.duration
         size = frame_size(sound.rate, self.settings)
         if len(self._pending) < size:
             return ()
@@ -137,12 +143,24 @@ class DoaStream:
     def _report(self, begin: float, since: float, end: float | None) -> HeardDirections:
         """Look at the sound from `since` [s] on."""
         assert self._noise is not None
+        if self.settings.form == "paper":
+            return HeardDirections(begin=begin, end=end, directions=self._as_printed(since, end))
         seen = self._since(since - LEAD)
         fresh = freshness(strangeness(seen, self._noise), seen, self.settings)
         fresh = np.where(seen.times >= since - LEAD / 3, fresh, 0.0)
         directions = share_out(seen, fresh, self._noise, self.array, 0.0, self.settings, MOST_TALKERS)
         self._learnt = float(seen.times[-1])
         return HeardDirections(begin=begin, end=end, directions=directions)
+
+    def _as_printed(self, since: float, end: float | None) -> tuple[Direction, ...]:
+        """The paper's one direction of the sound from `since` to `end` [s]; none of less than one of its frames."""
+        self._learnt = self._until
+        last = self._until if end is None else min(end, self._until)
+        first, stop = (round((time - self._until) * self._rate) + len(self._latest) for time in (since, last))
+        part = self._latest[max(first, 0) : max(stop, 0)]
+        if len(part) < SIZE:
+            return ()
+        return (direction_as_printed(part, self._rate, (since + last) / 2, self.array),)
 
     def _since(self, time: float) -> Spectra:
         """All remembered spectra from about `time` [s] on."""

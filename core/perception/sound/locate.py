@@ -10,6 +10,7 @@ from core.errors import BadInput
 from core.message import Array
 from core.perception.sound.direction import Direction
 from core.perception.sound.least_squares import axes_of, fit_lags, lift, mirrored, on_sphere, placement
+from core.perception.sound.paper import locate_as_printed
 from core.perception.sound.settings import DirectionFindingSettings
 from core.perception.sound.spectra import (
     Noise,
@@ -43,6 +44,9 @@ def locate(
     quietest frames are. Raises BadInput when the sound does not fit the array, or its microphones lie in a line.
     """
     axes_of(array)
+    if settings.form == "paper":
+        end = sound.stamp + sound.duration
+        return locate_as_printed(sound if speech_from is None else sound.part(speech_from, end), array)
     seen = spectra(array.heard(sound), sound.rate, settings)
     if noise is None:
         begin = None if speech_from is None else speech_from - sound.stamp

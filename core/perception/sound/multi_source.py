@@ -9,7 +9,7 @@ import numpy as np
 from core.message import Array, message
 from core.perception.sound.direction import Direction
 from core.perception.sound.least_squares import axes_of
-from core.perception.sound.locate import DEFAULT, direction_of, whitened
+from core.perception.sound.locate import DEFAULT, direction_of, locate, whitened
 from core.perception.sound.settings import DirectionFindingSettings
 from core.perception.sound.spectra import (
     Noise,
@@ -47,7 +47,13 @@ def talkers(
     noise: Noise | None = None,
     settings: DirectionFindingSettings = DEFAULT,
 ) -> tuple[Direction, ...]:
-    """Up to `most` simultaneous talkers, strongest first. Arguments as of `locate`; raises BadInput likewise."""
+    """Up to `most` simultaneous talkers, strongest first. Arguments as of `locate`; raises BadInput likewise.
+
+    The paper's form knows of one.
+    """
+    if settings.form == "paper":
+        one = locate(sound, array, speech_from=speech_from, settings=settings)
+        return () if one is None else (one,)
     seen = spectra(array.heard(sound), sound.rate, settings)
     if noise is None:
         begin = None if speech_from is None else speech_from - sound.stamp

@@ -54,16 +54,21 @@ def correlations(samples: Array) -> Array:
 
 def locate_as_printed(sound: Sound, array: MicrophoneArray) -> Direction:
     """The paper's direction. Its covariance knows of whole samples only: the paper gives none. Raises BadInput."""
-    table = correlations(array.heard(sound))
+    return direction_as_printed(array.heard(sound), sound.rate, sound.stamp + sound.duration / 2, array)
+
+
+def direction_as_printed(samples: Array, rate: int, stamp: float, array: MicrophoneArray) -> Direction:
+    """The same from the array's samples (N, M) at a rate [Hz], of a moment [s]. Raises BadInput."""
+    table = correlations(samples)
     top = np.argmax(table, axis=0)
-    lags = np.where(top < SIZE // 2, top, top - SIZE) / sound.rate  # ΔT_1j (eq. 36)
+    lags = np.where(top < SIZE // 2, top, top - SIZE) / rate  # ΔT_1j (eq. 36)
     axes = axes_of(array)
     matrix = (array.positions[1:] - array.positions[0]) @ axes.T
     within = np.linalg.lstsq(matrix, array.speed * lags, rcond=None)[0]  # (eq. 40)
     towards = lift(array, axes, within)
-    step = array.speed / sound.rate / np.sqrt(12)
+    step = array.speed / rate / np.sqrt(12)
     return Direction(
-        stamp=sound.stamp + sound.duration / 2,
+        stamp=stamp,
         towards=towards,
         covariance=on_sphere(array, axes, towards, step**2 * np.linalg.inv(matrix.T @ matrix)),
         strength=float(np.clip(np.mean(table.max(axis=0) / np.maximum(np.abs(table).sum(axis=0), 1e-300)), 0, 1)),

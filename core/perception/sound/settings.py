@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 from core.errors import BadInput
 from core.setting import Meta, Section
@@ -13,6 +13,9 @@ from core.setting import Meta, Section
 class DirectionFindingSettings(Section):
     """Direction of arrival; the values were chosen on simulated rooms other than those of the measurements."""
 
+    form: Annotated[
+        Literal["steered", "paper"], Meta(meaning="steered power less the noise, or eq. 35-40 as they are printed")
+    ] = "steered"
     frame: Annotated[float, Meta("s", 0.008, 0.128, "length of a spectrum; nearest power of two of samples")] = 0.032
     steps: Annotated[int, Meta("", 2, 16, "spectra per frame length")] = 4
     lowest: Annotated[float, Meta("Hz", 20, 4000, "lowest frequency that is used")] = 200.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from core.message import Array
 from core.setting import Meta, Section
 from core.slam.association.joint_compatibility import JointCandidates, Pairs
 from core.slam.association.landmark_table import LandmarkTable
-from core.slam.association.nearest_neighbour import Assignment, associate
+from core.slam.association.nearest_neighbour import Assignment, associate, nearest
 from core.slam.ekf.filter import Filter
 from core.slam.ekf.measurement_model import squared_distance, surprise
 from core.slam.ekf.observation import Observation
@@ -22,6 +22,10 @@ from core.slam.ekf.observation import Observation
 class MatchSettings(Section):
     """Gates and margins of data association."""
 
+    form: Annotated[
+        Literal["unique", "nearest"],
+        Meta(meaning="one to one and none where it is doubtful, or the paper's gated nearest neighbour, each alone"),
+    ] = "unique"
     gate: Annotated[
         float,
         Meta("χ²", 1, 1000, "squared distance of a match, at most: real ranges have heavier tails than a Gaussian"),
@@ -51,6 +55,8 @@ def recognise(look: Observation, state: Filter, table: LandmarkTable, settings: 
     distances, sizes = squared_distance(
         surprise(look.readings[:, None], look.expectations[None]), look.states[None] + look.noises[:, None]
     )
+    if settings.form == "nearest":
+        return nearest(distances, settings.gate)
     doubt = sizes - np.log(np.linalg.det(look.noises))[:, None]
     distances = np.where(table.left_behind & (doubt > settings.vague), np.inf, distances)
     alike = table.alike(look.seen, state.pose.heading)

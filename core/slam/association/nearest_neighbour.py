@@ -38,6 +38,17 @@ def associate(
     return Assignment(sure, tuple(int(row) for row in np.flatnonzero(far)))
 
 
+def nearest(distances: Array, gate: float) -> Assignment:
+    """The paper's gated nearest neighbour: each sighting alone, to the landmark of the least distance (M, N).
+
+    What lies in no gate is new. Two sightings may go to one landmark.
+    """
+    best = distances.argmin(axis=1)
+    near = distances.min(axis=1) < gate
+    matches = tuple((int(row), int(best[row])) for row in np.flatnonzero(near))
+    return Assignment(matches, tuple(int(row) for row in np.flatnonzero(~near)))
+
+
 def _solve(costs: Array, allowed: Array, gate: float) -> list[tuple[int, int]]:
     """The cheapest unique assignment (Hungarian method); leaving a sighting out costs as much as the worst fit."""
     rows, columns = np.flatnonzero(allowed.any(axis=1)), np.flatnonzero(allowed.any(axis=0))

@@ -31,6 +31,9 @@ AT_ONCE = 4  # headings of the wide search in one piece of work
 class ScanMatchingSettings(Section):
     """Settings of scan matching against earlier scans, and of its covariance."""
 
+    corrects: Annotated[
+        bool, Meta(meaning="scans correct the wheels' move and close loops; false: landmarks alone, as in the paper")
+    ] = True
     reach: Annotated[float, Meta("m", 0.02, 1, "distance around the expected place searched at least")] = 0.1
     reach_per_way: Annotated[float, Meta("m/m", 0, 2, "further distance per way driven")] = 0.4
     reach_per_turn: Annotated[float, Meta("m/rad", 0, 2, "further distance per turn")] = 0.2

@@ -117,6 +117,7 @@
  * @property {RobotCard} robot
  * @property {string} tab
  * @property {number} clock_ms
+ * @property {'ours' | 'printed'} chapter
  */
 
 /**

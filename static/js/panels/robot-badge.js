@@ -1,4 +1,4 @@
-// Element <robot-badge>: name of the robot, and whether it is simulated, recorded or real.
+// Element <robot-badge>: name of the robot, and whether it is simulated, recorded or real, and whether the chapter's own forms run.
 
 import { icon, make, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
@@ -14,16 +14,22 @@ class RobotBadge extends Panel {
   #icon = icon("cube");
   #word = make("span");
   #badge = make("span", { class: "badge" }, this.#icon, this.#word);
+  #printed = make(
+    "span",
+    { class: "badge", title: "The chapter's own equations run in the place of Beckon's: [chapter] mode = \"printed\"" },
+    "AS PRINTED",
+  );
 
   /** @override */
   build() {
-    this.append(this.#badge, this.#name);
+    this.append(this.#badge, this.#printed, this.#name);
     this.hidden = true;
-    this.session.on("hello", ({ robot }) => {
+    this.session.on("hello", ({ robot, chapter }) => {
       this.hidden = false;
       const kind = KINDS[robot.kind];
       this.#badge.dataset["kind"] = robot.kind;
       this.#badge.title = kind.says;
+      this.#printed.hidden = chapter !== "printed";
       redraw(this.#icon, kind.icon);
       write(this.#word, robot.kind);
       write(this.#name, robot.name);

@@ -5,12 +5,14 @@ from __future__ import annotations
 import importlib.util
 import json
 from pathlib import Path
+from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from core.experiments import EXPERIMENTS, table_2
-from core.experiments.table_2 import TRIALS, summary, trial
-from core.speech.synthesis import can_speak
+from core.experiments.table_2 import TRIALS, by_voice, summary, trial
+from core.speech.synthesis import ENGLISH_VOICES, NATURAL, can_speak, drawn_voice
 
 understands = pytest.mark.skipif(
     importlib.util.find_spec("pocketsphinx") is None or not can_speak(), reason="needs beckon[speech,voice]"
@@ -39,13 +41,31 @@ def test_the_row_of_a_command_counts_who_was_not_understood_as_a_failure() -> No
     assert len(told["failures"]) == 2
 
 
+def test_success_is_told_by_voice() -> None:
+    rows = [
+        {"voice": voice, "success": good, "understood": True}
+        for voice, good in (("en-us+m1", True), ("en-us+m1", False), ("en-029", True))
+    ]
+    told = by_voice(cast(Any, rows))
+    assert told["en-us+m1"] == {"runs": 2, "success_rate": 0.5, "understood_rate": 1.0}
+    assert told["en-029"]["success_rate"] == 1.0
+
+
+def test_voices_are_drawn_from_all_english_ones_at_their_natural_pace() -> None:
+    chance = np.random.default_rng(0)
+    drawn = [drawn_voice(chance) for _ in range(400)]
+    assert {one.voice for one in drawn} == set(ENGLISH_VOICES)
+    assert all(0.84 * NATURAL < one.speed < 1.16 * NATURAL for one in drawn)
+
+
 @pytest.mark.campaign
 @understands
 def test_the_table_of_one_command_is_saved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(table_2, "TRIALS", {"turn_left": TRIALS["turn_left"]})
     result = EXPERIMENTS["table-2"](runs=1, seed=3, out=tmp_path, workers=1)
     assert set(result["commands"]) == {"turn_left"} and result["wrong_motions"] == result["contacts"] == 0
-    assert "turn_left" in result["text"]
+    assert "turn_left" in result["text"] and "given: " in result["text"]
+    assert result["best_voice"] in result["voices"]
     assert json.loads(Path(result["files"]["json"]).read_text())["commands"] == result["commands"]
     assert len(Path(result["files"]["csv"]).read_text().splitlines()) == 2
 

@@ -1,0 +1,243 @@
+"""Figure 16 under the chapter's own conditions and kinder ones, in one table, with what any estimator could reach.
+
+The chapter takes a corner as a landmark only where the camera sees it as a vertical edge, and nobody tells it which
+corner it sees. So its condition is: the camera's field of view, edges required, names hidden. Sightings here are
+drawn about the true corners; within the field every edge is found. Beside every condition stand two limits:
+
+* `limit`: the mean error that the sightings allow on average while the map is unknown: the covariance of a filter
+  that is linearised at the truth (the Cramér-Rao bound for Gaussian noise);
+* `map known`: the same filter, the same draws, with every corner given exactly beforehand.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TypedDict
+
+import numpy as np
+from scipy.special import ellipe
+
+from core.calibration.files.written import write_all
+from core.errors import BadInput
+from core.experiments.course_draws import FARTHEST, Draws, Field, Run, frozen
+from core.experiments.course_traces import followed, mapped, reckoned
+from core.experiments.result import ExperimentResult
+from core.experiments.side_by_side import side_by_side
+from core.message import Array, message
+from core.perception.landmarks.landmarks import Sighting
+from core.recording import Ids
+from core.slam.ekf_slam import EkfSettings, EkfSlam
+
+RUNS = 40
+PAPER = 0.08  # [m], the chapter's worst average error of EKF-SLAM
+FORM = EkfSettings(
+    mode="paper", soft_gate=0.0, sighting_noise="corner"
+)  # eq. 17-33; R of eq. 43 comes with the draws
+EXACT = 1e-5  # [m], [rad]: sd of a corner that is given beforehand
+ROOM = "the twelve corners of the room"
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One line of the table."""
+
+    field: Field
+    ids: Ids
+    still: bool = False
+    spacing: float | None = None  # [m] of further vertical edges along the walls
+    reach: float = FARTHEST  # [m] of the laser
+
+    @property
+    def subtitle(self) -> str:
+        """The condition in words."""
+        edges = (
+            "camera's field 56°, edges required" if self.field == "camera" else "laser's field 240°, no edges asked"
+        )
+        room = ROOM if self.spacing is None else f"also an edge every {self.spacing:g} m along the walls"
+        rest = "2 s at rest first" if self.still else "moving at once"
+        return f"{edges}; names {self.ids}; {rest}; laser to {self.reach:g} m; {room}"
+
+
+CHAPTER = Condition("camera", "hidden")
+CONDITIONS = (
+    CHAPTER,
+    Condition("camera", "given"),
+    Condition("laser", "hidden"),
+    Condition("laser", "given"),
+)
+DETECTED = 5.6  # [m], the farthest that the URG-04LX-UG01 detects; its maker states its accuracy up to 4 m
+FURTHER = (
+    Condition("camera", "hidden", still=True),
+    Condition("camera", "hidden", reach=DETECTED),
+    Condition("camera", "hidden", still=True, reach=DETECTED),
+    Condition("camera", "hidden", still=True, spacing=1.0, reach=DETECTED),
+    Condition("camera", "hidden", still=True, spacing=1.0),
+)
+"""What the chapter's 0.08 m takes with the camera's field and names hidden: edges in sight of the start."""
+
+
+@message
+class DriveErrors:
+    """Average errors [m] of one run, and the filter's NEES."""
+
+    dead: float
+    slam: float
+    nees: float
+    known: float
+
+
+class ConditionFigures(TypedDict):
+    """A row, as JSON."""
+
+    condition: str
+    sightings_per_update: float
+    dead_worst_m: float
+    slam_worst_m: float
+    slam_mean_m: float
+    nees: float
+    limit_mean_m: float | None  # None: draws of a file
+    map_known_worst_m: float
+    map_known_mean_m: float
+    paper_worst_m: float
+
+
+class Figure16Conditions(ExperimentResult):
+    """The result, as JSON."""
+
+    runs: int
+    draws: str
+    conditions: list[ConditionFigures]
+
+
+def run(
+    *,
+    runs: int | None = None,
+    seed: int = 0,
+    out: Path | None = None,
+    tell: Callable[[str], None] | None = None,
+    data: Path | None = None,
+    workers: int | None = None,
+) -> Figure16Conditions:
+    """`runs` drives (40) under every condition; `data`: frozen draws of the room with its twelve corners. Raises
+    BadInput, Unwritable.
+    """
+    count = runs or RUNS
+    if data is not None and count > len(frozen(data).speeds):
+        raise BadInput(f"{data.name} has {len(frozen(data).speeds)} runs; {count} cannot be had from it.")
+    rows: list[ConditionFigures] = []
+    for one in CONDITIONS if data is not None else CONDITIONS + FURTHER:
+        if tell is not None:
+            tell(one.subtitle)
+        draws = Draws(seed=seed, data=data, field=one.field, ids=one.ids, spacing=one.spacing, reach=one.reach)
+        rows.append(_row(one, draws, side_by_side(partial(errors, draws, one.still), count, workers)))
+    source = data.name if data else f"seed {seed}"
+    result: Figure16Conditions = {
+        "runs": count,
+        "seed": seed,
+        "draws": source,
+        "conditions": rows,
+        "text": table(rows, count, source),
+        "files": {},
+    }
+    if out is not None:
+        whole = json.dumps({key: value for key, value in result.items() if key != "files"}, indent=1)
+        result["files"] = write_all(out, {"json": ("figure_16_conditions.json", whole)})
+    return result
+
+
+def errors(draws: Draws, still: bool, number: int) -> DriveErrors:
+    """One drive: dead reckoning, EKF-SLAM, and the filter that knows the map."""
+    drive = draws.run(number)
+    slam = mapped(drive, FORM, still)
+    named = drive if draws.ids == "given" else replace(draws, ids="given").run(number)
+    known = mapped(replace(named, still=(_exactly(named.landmarks),)), FORM, still=True)
+    return DriveErrors(dead=reckoned(drive).average, slam=slam.average, nees=slam.nees, known=known.average)
+
+
+def limit(draws: Draws, still: bool) -> float:
+    """Mean position error [m] over the drive that the sightings allow on average while the map is unknown."""
+    drive = _without_noise(replace(draws, ids="given"))
+    slam, sizes = EkfSlam(replace(FORM, still_scans=len(drive.still)), drive.motion), []
+    for _ in followed(slam, drive, still):
+        sizes.append(mean_length(slam.filter.pose_covariance()[:2, :2]))
+    return float(np.mean(sizes))
+
+
+def mean_length(covariance: Array) -> float:
+    """Mean length of a Gaussian vector of that covariance (2, 2)."""
+    least, most = (max(float(value), 0.0) for value in np.linalg.eigvalsh(covariance))
+    return math.sqrt(2 * most / math.pi) * float(ellipe(1 - least / most)) if most > 0 else 0.0
+
+
+def _without_noise(draws: Draws) -> Run:
+    """The drive as it was, with everything heard and seen of it exact; the noise that is assumed stays."""
+    drive, course = draws.run(0), draws.course
+
+    def exact(k: int, seen: tuple[Sighting, ...]) -> tuple[Sighting, ...]:
+        places = {one.id: _polar(course.landmarks[one.id or 0], course.truth[k]) for one in seen}
+        return tuple(replace(one, range=places[one.id][0], bearing=places[one.id][1]) for one in seen)
+
+    return replace(
+        drive,
+        speeds=course.speeds,
+        steers=course.steers,
+        seen={k: exact(k, seen) for k, seen in drive.seen.items()},
+        still=tuple(exact(0, seen) for seen in drive.still),
+    )
+
+
+def _exactly(landmarks: Array) -> tuple[Sighting, ...]:
+    """Every corner as if it were seen without noise from the start."""
+    noise = EXACT**2 * np.eye(2)
+    start = np.zeros(3)
+    polar = [_polar(place, start) for place in landmarks]
+    return tuple(
+        Sighting(range=far, bearing=aside, covariance=noise, id=number) for number, (far, aside) in enumerate(polar)
+    )
+
+
+def _polar(place: Array, pose: Array) -> tuple[float, float]:
+    """Range [m] and bearing [rad] of a place (2,) from a pose (3,)."""
+    x, y = (place - pose[:2]).tolist()
+    bearing = math.atan2(y, x) - float(pose[2])
+    return math.hypot(x, y), math.remainder(bearing, math.tau)
+
+
+def _row(one: Condition, draws: Draws, done: list[DriveErrors]) -> ConditionFigures:
+    slam = [each.slam for each in done]
+    known = [each.known for each in done]
+    return {
+        "condition": one.subtitle,
+        "sightings_per_update": float(np.mean([len(seen) for seen in draws.run(0).seen.values()])),
+        "dead_worst_m": max(each.dead for each in done),
+        "slam_worst_m": max(slam),
+        "slam_mean_m": float(np.mean(slam)),
+        "nees": float(np.nanmean([each.nees for each in done])),
+        "limit_mean_m": limit(draws, one.still) if draws.data is None else None,
+        "map_known_worst_m": max(known),
+        "map_known_mean_m": float(np.mean(known)),
+        "paper_worst_m": PAPER,
+    }
+
+
+def table(rows: list[ConditionFigures], count: int, source: str) -> str:
+    """The table; the condition stands under every row."""
+    lines = [
+        f"EKF-SLAM in the paper's form, average error [m] of {count} drives ({source}); the chapter: worst {PAPER:g}",
+        f"{'seen/update':>11}{'dead worst':>12}{'worst':>8}{'mean':>8}{'NEES':>7}{'limit (mean)':>14}"
+        f"{'map known: worst':>18}{'mean':>8}",
+    ]
+    for row in rows:
+        bound = "-" if row["limit_mean_m"] is None else f"{row['limit_mean_m']:.3f}"
+        lines += [
+            f"{row['sightings_per_update']:11.2f}{row['dead_worst_m']:12.3f}{row['slam_worst_m']:8.3f}"
+            f"{row['slam_mean_m']:8.3f}{row['nees']:7.2f}{bound:>14}"
+            f"{row['map_known_worst_m']:18.3f}{row['map_known_mean_m']:8.3f}",
+            f"    {row['condition']}",
+        ]
+    return "\n".join(lines)
