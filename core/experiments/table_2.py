@@ -276,15 +276,15 @@ def by_voice(rows: Sequence[TrialRow]) -> dict[str, VoiceFigures]:
 def remarks(result: Table2) -> list[str]:
     """What stands under the table: voices, wrong motions, and all that makes it easier."""
 
-    def told(name: str) -> str:
+    def in_words(name: str) -> str:
         one = result["voices"][name]
         return f"{name} {100 * one['success_rate']:.0f} % of {one['runs']}"
 
     whole = result["wrong_motions"]
     return [
         "",
-        *(f"voice {told(name)}" for name in result["voices"]),
-        f"best voice: {told(result['best_voice'])}; worst voice: {told(result['worst_voice'])}",
+        *(f"voice {in_words(name)}" for name in result["voices"]),
+        f"best voice: {in_words(result['best_voice'])}; worst voice: {in_words(result['worst_voice'])}",
         f"motions not asked for: {whole}; the speaker's STOP saves {result['saved_by_rescue']} of them",
         *(f"given: {one}" for one in result["preconditions"]),
     ]
