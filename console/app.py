@@ -36,6 +36,7 @@ from console.api.pending_command import pending_command
 from console.api.people import people
 from console.api.playback import playback
 from console.api.recognizer import recognizer
+from console.api.sessions import sessions
 from console.api.simulation import simulation
 from console.api.slam import slam
 from console.api.speech_quality import speech_quality
@@ -59,6 +60,7 @@ ROUTERS = (
     looking,
     lease,
     login,
+    sessions,
     maps,
     connection,
     slam,
@@ -104,6 +106,7 @@ def create_app(runtime: Runtime) -> FastAPI:
         openapi_url=None,
     )
     app.state.runtime = runtime
+    app.cookie = runtime.access.cookie
     app.state.description = description = ApiDescription(app)
     for router in ROUTERS:
         app.router.routes.extend(router.routes)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from console.control.notices import Notifications
 
 OURS = re.compile(
-    r"history\.sqlite.*|console\.log.*|halt\..*|lock|maps|calibration|people|robots|speech_quality|models|"
+    r"history\.sqlite.*|console\.log.*|halt\..*|lock|access\..*|maps|calibration|people|robots|speech_quality|models|"
     r"\..*\.new"
 )
 LOOK, LOOK_AGAIN = 10.0, 2.0  # [s] between looks while all is well, and while it is not
@@ -120,6 +120,7 @@ def home_folder(chosen: str | Path | None = None) -> Path:
 log = logging.getLogger(__name__)
 
 NAME = "lock"
+LONGEST = 1000  # characters of what stands in it
 NO_LOCKS = frozenset({errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP})  # of file systems that know none
 
 
@@ -129,12 +130,12 @@ class FolderLock:
     def __init__(self, file: IO[str]) -> None:
         self._file = file
 
-    def announce(self, port: int) -> None:
-        """Write down for others who holds the lock and where it listens."""
+    def announce(self, port: int, address: str = "") -> None:
+        """Write down for others who holds the lock, where it listens, and under which address it is opened."""
         with contextlib.suppress(OSError):
             self._file.seek(0)
             self._file.truncate()
-            self._file.write(json.dumps({"pid": os.getpid(), "port": port}) + "\n")
+            self._file.write(json.dumps({"pid": os.getpid(), "port": port, "address": address}) + "\n")
             self._file.flush()
 
 
@@ -173,8 +174,20 @@ def _holder(file: IO[str]) -> str:
     """Return the owner of the lock, as far as it is written there."""
     try:
         file.seek(0)
-        owner = json.loads(file.read(200))
+        owner = json.loads(file.read(LONGEST))
         port = f", port {owner['port']:d}" if owner["port"] else ""
         return f" (process {owner['pid']:d}{port})"
     except (OSError, ValueError, KeyError, TypeError):
         return ""
+
+
+def running_at(home: Path) -> str | None:
+    """The address of the console that has this data folder; None when none runs."""
+    try:
+        with (home / NAME).open(encoding="utf-8") as file:
+            with contextlib.suppress(BlockingIOError):
+                fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+                return None
+            return json.loads(file.read(LONGEST))["address"] or None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import inspect
+import json
 from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any, cast, get_args
@@ -12,12 +13,14 @@ import msgspec
 from fastapi.routing import APIRoute
 
 from console import messages
+from console.access.guard import Access
 from console.access.roles import declared
 from console.api.page import static_folder
 from console.app import create_app
 from console.cli import build_parser
 from console.cli.settings import rows, section_kinds
 from console.messages.generate_js import js_type
+from console.messages.json_schema import socket_schema
 from console.runtime import Runtime
 from core.commands import VOCABULARY
 from core.robots.robot_file import CameraTable, LaserTable, MicrophonesTable, RobotFile
@@ -33,6 +36,7 @@ def reference_pages() -> dict[str, str]:
         "robot-file.md": robot_file_page(),
         "rest.md": rest_page(),
         "socket.md": socket_page(),
+        "socket.schema.json": json.dumps(socket_schema(), indent=1, ensure_ascii=False) + "\n",
         "commands.md": commands_page(),
     }
 
@@ -189,7 +193,7 @@ def file_entry(each: msgspec.inspect.Field) -> tuple[str, ...]:
 
 def rest_page() -> str:
     """Every endpoint with its role."""
-    runtime = SimpleNamespace(history=None, access=None)
+    runtime = SimpleNamespace(history=None, access=Access())
     topics: dict[str, list[tuple[str, ...]]] = {}
     for route in create_app(cast(Runtime, runtime)).routes:
         if isinstance(route, APIRoute) and route.include_in_schema:
@@ -215,7 +219,8 @@ def socket_page() -> str:
     intro = (
         "`/ws` carries JSON both ways, distinguished by `kind`, and the camera as binary: a header of 16 bytes (kind "
         "1, sequence number, stamp in seconds) and a JPEG, the newest only. `/ws/audio` carries 16 kHz mono 16-bit "
-        "PCM up and transcripts down."
+        "PCM up and transcripts down. The same as JSON Schema: [socket.schema.json](socket.schema.json), and "
+        "`/api/socket.json` on a running console."
     )
     unions = (("Up", "From the browser"), ("Down", "To the browser"))
     parts = [f"## {title}\n\n" + "\n\n".join(map(shape, get_args(getattr(messages, name)))) for name, title in unions]

@@ -7,6 +7,7 @@ the event loop. The gate hears the console's heartbeat only from the loop, and o
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 import time
 from collections.abc import Callable, Coroutine
@@ -17,6 +18,8 @@ from typing import Any
 
 from console import messages
 from console.access.guard import Access
+from console.access.login_keeper import LoginKeeper
+from console.access.logins import Person
 from console.access.open_sockets import OpenSockets
 from console.broadcast import Broadcaster
 from console.calibration.microphones import MicrophoneCalibration
@@ -127,6 +130,8 @@ class Runtime:
         self._link_monitor = LinkMonitor(robot, self.dispatcher, self.board)
         self._sleep = SleepWatch()
         self._opening = False
+        revoked = partial(self.sign_out, why="Your login was ended; sign in again.")
+        self.login_keeper = LoginKeeper(self.access.logins, revoked, self._logins_unsaved)
         self._tasks: set[asyncio.Task[None]] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
         self.snapshot_subscribers: list[Callable[[Snapshot, SensorFrame], None]] = [
@@ -168,7 +173,14 @@ class Runtime:
             self.calibration_service.open(), self.quality.open(), self.array.open(), self.people.open()
         )
         self.pilots.start()
-        for task in (self._beat, self.folder.watch, self.own_navigation.watch, self.look.run, *self.beside):
+        for task in (
+            self._beat,
+            self.login_keeper.run,
+            self.folder.watch,
+            self.own_navigation.watch,
+            self.look.run,
+            *self.beside,
+        ):
             self.keep(asyncio.create_task(task()))
 
     def farewell_soon(self) -> None:
@@ -189,6 +201,8 @@ class Runtime:
         """Stop the robot and let go of everything."""
         self.farewell()
         await end(*self._tasks)
+        with contextlib.suppress(BeckonError):
+            await self.login_keeper.settle()
         await self.pilots.close()
         self.look.close()
         parts = (self.calibration_service, self.ears, self.microphone, self.quality, self.array, self.people)
@@ -339,8 +353,18 @@ class Runtime:
 
     def _expire_logins(self, now: float) -> None:
         for person in self.access.logins.expire(now):
-            self.dispatcher.forget(person)
-            self.sockets.close_of(person, 1008, "Your login has expired; sign in again.")
+            self.sign_out(person, "Your login has expired; sign in again.")
+
+    def sign_out(self, person: Person, why: str) -> None:
+        """This person's login or key is over: they drive no more, and their sockets end."""
+        self.dispatcher.forget(person)
+        self.sockets.close_of(person, 1008, why)
+
+    def _logins_unsaved(self, trouble: str) -> None:
+        if trouble:
+            self.board.tell("warning", trouble, "logins")
+        else:
+            self.board.tell("info", "Keys and logins can be saved again.", "logins")
 
     def _watch_link(self, now: float) -> None:
         if self._link_monitor.look(hangs=self.pilots.hangs):

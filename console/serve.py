@@ -24,12 +24,15 @@ import uvicorn
 from starlette.types import ASGIApp
 
 from console.access.guard import HOST_NAME, Access
-from console.access.logins import Logins
+from console.access.logins import LINK_LIFE, Logins, new_token
+from console.access.records import AccessFile
+from console.access.token_file import read_token
 from console.app import create_app
 from console.browser import browse
 from console.control.text_file_commands import TextFileCommands
 from console.control.text_file_reader import TextFileReader
 from console.data_folder import home_folder, locked
+from console.http import qr
 from console.http.connection_limits import MOST, ConnectionLimits, raise_file_limit
 from console.http.timeouts import HEADER_TIME, ServerConfig, TimeoutHttp, TimeoutSocket
 from console.logging_setup import start_logging
@@ -70,6 +73,7 @@ class Options:
     log: Path | None = None  # None: console.log in the data folder
     tls_cert: Path | None = None  # PEM; with it and its key it is HTTPS, which microphones of phones want
     tls_key: Path | None = None
+    token_file: Path | None = None  # holds the operator's key; None: a new one with every start
     text_files: Path | None = None  # the folder of speech.txt and source.txt
 
 
@@ -119,8 +123,13 @@ def serve(options: Options) -> None:
     with locked(home) as lock, bound(options.host, options.port) as listener:
         start_logging(options.log or home / "console.log")
         port = int(listener.getsockname()[1])
-        lock.announce(port)
-        access = Access(Logins(), hosts_of(options.host, *options.allow_hosts), f"beckon_{port}", options.no_auth)
+        address = address_of(options, port)
+        lock.announce(port, address)
+        logins = Logins(AccessFile(home), time.time() - time.monotonic())
+        damaged = logins.open_file()
+        hosts = hosts_of(options.host, *options.allow_hosts)
+        elsewhere = "" if in_address(options.host) in LOOPBACK else address
+        access = Access(logins, hosts, f"beckon_{port}", elsewhere, options.no_auth)
         robot = RobotProcess(
             options.robot,
             seed=options.seed,
@@ -141,6 +150,8 @@ def serve(options: Options) -> None:
             announce(options, port, access)
             if is_readable(options):
                 runtime.board.tell("warning", READABLE)
+            if damaged:
+                runtime.board.tell("warning", damaged)
 
         server = Server(config, runtime, listening)
         recording = options.robot.removeprefix("log:")
@@ -182,25 +193,44 @@ def configured(
     return config
 
 
-def announce(options: Options, port: int, access: Access) -> None:
-    """Tell the address, with a token behind the #, which no server and no log ever sees."""
-    everywhere = is_wildcard(options.host)
+def address_of(options: Options, port: int) -> str:
+    """The address by which browsers open this console."""
     scheme = "http" if options.tls_cert is None else "https"
-    address = f"{scheme}://{in_address(options.allow_hosts[0] if everywhere else options.host)}:{port}/"
+    return f"{scheme}://{in_address(options.allow_hosts[0] if is_wildcard(options.host) else options.host)}:{port}/"
+
+
+def announce(options: Options, port: int, access: Access) -> None:
+    """Tell the address, with a key behind the #, which no server and no log ever sees."""
+    address, logins, now = address_of(options, port), access.logins, time.monotonic()
     if access.no_auth:
         sys.stdout.write(f"Beckon is at {address}\n")
     else:
-        driving, watching = access.logins.issue("operator", "operator"), access.logins.issue("viewer", "viewer")
+        driving, watching = operator_key(options, access, now), new_token()
+        logins.admit(watching, "viewer", "viewer", "start", now, end=now + LINK_LIFE)
         sys.stdout.write(f"Beckon is at {address}#t={driving}\nTo watch only: {address}#t={watching}\n")
+        if access.address and sys.stdout.isatty():
+            sys.stdout.write(f"On a phone:\n{qr.drawn(f'{address}#t={driving}')}")
     sys.stdout.flush()
     if is_readable(options):
         sys.stderr.write(f"{READABLE}\n")
     if options.open_browser:
-        here = f"{scheme}://127.0.0.1:{port}/" if everywhere else address
-        end = time.monotonic() + ONCE_LIFE
-        once = "" if access.no_auth else f"#t={access.logins.issue('operator', 'operator', once=True, end=end)}"
+        scheme = address.partition(":")[0]
+        here = f"{scheme}://127.0.0.1:{port}/" if is_wildcard(options.host) else address
+        once = "" if access.no_auth else f"#t={logins.issue('operator', 'operator', once=True, end=now + ONCE_LIFE)}"
         opening = (here + once, home_folder(options.data), ONCE_LIFE)
         threading.Thread(target=browse, args=opening, name="browser", daemon=True).start()
+
+
+def operator_key(options: Options, access: Access, now: float) -> str:
+    """The key of --token-file, else a new one; what such a file held before opens nothing more."""
+    if options.token_file is None:
+        token = new_token()
+        access.logins.supersede("file")
+        access.logins.admit(token, "operator", "operator", "start", now, end=now + LINK_LIFE)
+        return token
+    token = read_token(options.token_file)
+    access.logins.supersede("file", access.logins.admit(token, "operator", "operator", "file", now))
+    return token
 
 
 def check(options: Options) -> None:
@@ -218,6 +248,8 @@ def check(options: Options) -> None:
         if not HOST_NAME.fullmatch(in_address(name)) or is_wildcard(name):
             raise BadInput("--allow-host takes a host's name or address as it stands in the browser, without a port.")
     _check_tls(options)
+    if options.token_file is not None:
+        read_token(options.token_file)
     if options.gate_trace is not None:
         try:
             options.gate_trace.open("a").close()

@@ -78,7 +78,7 @@ def draw(snapshot: Snapshot, around: StateContext, seq: int) -> messages.State:
         calibration_drift=picture.drift(snapshot.drift),
         robot=robot(snapshot, around),
         gate=gate(around.gate, snapshot),
-        lease=lease(around.lease),
+        lease=lease(around.lease, around.now),
         viewers=around.viewers,
         notices=[messages.NoticeLine(one.id, one.stamp, one.level, one.text) for one in around.notices],
         history_revision=around.history_revision,
@@ -210,10 +210,14 @@ def gate(status: GateStatus, snapshot: Snapshot) -> messages.GateState:
     )
 
 
-def lease(held: Lease) -> messages.LeaseState:
-    """The lease: the operator who drives."""
-    holder = held.holder
-    return messages.LeaseState(holder and holder.name, holder and holder.id, held.epoch)
+def lease(held: Lease, now: float) -> messages.LeaseState:
+    """The lease at `now` [s]: the operator who drives, and who asks for control."""
+    holder, request = held.holder, held.request
+    shown = messages.LeaseState(holder and holder.name, holder and holder.id, held.epoch)
+    if request is not None:
+        shown.asked_by, shown.asked_by_id = request.person.name, request.person.id
+        shown.answer_within_s = round(max(0.0, request.end - now), 1)
+    return shown
 
 
 def card(profile: Profile) -> messages.RobotCard:
@@ -232,6 +236,7 @@ def card(profile: Profile) -> messages.RobotCard:
         failsafe=profile.failsafe,
         lock=profile.lock,
         duration_s=profile.duration,
+        gaps_s=list(profile.gaps),
     )
 
 

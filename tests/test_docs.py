@@ -50,7 +50,9 @@ def test_every_command_is_understood_by_the_command_line(page: str, line: str) -
     build_parser().parse_args(shlex.split(line, comments=True)[1:])
 
 
-@pytest.mark.parametrize("name", ["cli.md", "settings.md", "robot-file.md", "rest.md", "socket.md", "commands.md"])
+@pytest.mark.parametrize(
+    "name", ["cli.md", "settings.md", "robot-file.md", "rest.md", "socket.md", "socket.schema.json", "commands.md"]
+)
 def test_the_reference_is_that_of_the_code(name: str) -> None:
     assert (DOCS / "reference" / name).read_text() == reference_pages()[name], "run: python -m console.reference"
 

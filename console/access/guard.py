@@ -54,6 +54,7 @@ class Access:
     logins: Logins = field(default_factory=Logins)
     hosts: frozenset[str] = frozenset({"127.0.0.1", "localhost", "[::1]"})
     cookie: str = "beckon_8420"  # the port in its name: cookies are shared between ports
+    address: str = ""  # under which other machines open the console; "": this machine alone does
     no_auth: bool = False  # loopback and simulator only; Host and Origin are still checked
 
 
@@ -149,7 +150,9 @@ class AccessGuard:
         shown = visit.one("authorization")
         if shown is not None:
             scheme, _, token = shown.partition(" ")
-            return (self.access.logins.bearer(token.strip()) if scheme.lower() == "bearer" else None), True
+            if scheme.lower() != "bearer":
+                return None, True
+            return self.access.logins.bearer(token.strip(), time.monotonic()), True
         cookie = visit.cookie(self.access.cookie)
         if cookie is None:
             return None, False

@@ -1,4 +1,7 @@
-"""Logins: tokens open a login, a login is a random id in a cookie. All in memory; a restart ends every login."""
+"""Logins: a key opens a login, a login is a random id in a cookie. Only fingerprints are kept, in memory and on disk.
+
+All of it is decided in memory, on the clock that is passed in; `sync` brings memory and file together from a thread.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +9,26 @@ import hashlib
 import hmac
 import itertools
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from math import inf
+from pathlib import Path
+from typing import Literal, cast
+
+from console.access.records import AccessFile, Change, KeyKind, KeyRecord, LoginRecord, Records
+from core.errors import BadInput
 
 RANK = {"public": 0, "viewer": 1, "operator": 2, "admin": 3}
+Role = Literal["viewer", "operator", "admin"]
 
 BY_KEY = "token-"  # begins the id of who shows a key with every request
-LIFE = 12 * 3600.0  # [s] of a login
+DAY = 24 * 3600.0
+LIFE = 7 * DAY  # [s] of a login
+LINK_LIFE = 30 * DAY  # [s] of a link
 WINDOW = 60.0  # [s] in which an address may be wrong
 WRONG = 5  # times
 MOST_LOGINS = 300  # of one role
+MOST_LINKS = 100  # of one role, in which the eldest end
 MOST_ADDRESSES = 1000  # that are remembered for being wrong
 
 
@@ -38,76 +50,205 @@ ANYBODY = Person("local", "operator", "operator")
 
 
 @dataclass(frozen=True)
-class LoginToken:
-    """A secret's fingerprint and the login that it opens."""
+class OnceToken:
+    """A secret's fingerprint that opens one login and is never written down."""
 
-    digest: bytes
     name: str
-    role: str
-    once: bool = False  # spent by the first login
-    end: float = inf  # [s] after which it opens nothing more
+    role: Role
+    end: float  # [s] after which it opens nothing more
 
 
 class Logins:
-    """Tokens, the logins they opened, and the addresses that guessed."""
+    """Keys, the logins they opened, and the addresses that guessed. Lives on the event loop."""
 
-    def __init__(self) -> None:
-        self._tokens: list[LoginToken] = []
-        self._open: dict[str, tuple[Person, float]] = {}  # cookie → person, end [s]
+    def __init__(self, file: AccessFile | None = None, ahead: float = 0.0) -> None:
+        """`ahead`: Unix time less the clock that is passed in [s]; a clock that is set later ends no login."""
+        self._file, self._ahead = file, ahead
+        self._records = Records()
+        self._unsaved: list[Change] = []
+        self._once: dict[str, OnceToken] = {}
         self._wrong: dict[str, list[float]] = {}
         self._names = 0
 
+    # keys
+
     def issue(self, name: str, role: str, *, once: bool = False, end: float = inf) -> str:
-        """Make a token of 256 bits, good for one login or for many, until `end` [s]; only its fingerprint is kept."""
-        token = secrets.token_urlsafe(32)
-        self._tokens.append(LoginToken(fingerprint(token), name, role, once, end))
+        """Make a key of 256 bits, good for one login or for many, until `end` [s] → the key, which is not kept."""
+        token = new_token()
+        if once:
+            self._once[fingerprint(token)] = OnceToken(name, cast(Role, role), end)
+        else:
+            self.admit(token, name, role, "link", 0.0, end=end)
         return token
 
-    def bearer(self, token: str) -> Person | None:
-        """The script that shows this token."""
-        found = self._token(token)
-        found = None if found is None or found.once else found
-        return Person(f"{BY_KEY}{found.digest.hex()[:8]}", found.name, found.role) if found else None
+    def admit(self, token: str, name: str, role: str, kind: KeyKind, now: float, *, end: float = inf) -> KeyRecord:
+        """Let a key open logins from `now` [s] to `end`; of links, the eldest beyond a number end."""
+        wall = None if end == inf else end + self._ahead
+        key = KeyRecord(fingerprint(token), name, cast(Role, role), kind, now + self._ahead, wall)
+        alike = [old for old in self._records.keys.values() if old.end_s is not None and old.role == role]
+        eldest = sorted(alike, key=lambda old: old.made_s)[: max(0, len(alike) + 1 - MOST_LINKS)]
+        self._make(Change(keys=(key,), over=frozenset(old.digest for old in eldest)))
+        return key
+
+    def supersede(self, kind: KeyKind, keep: KeyRecord | None = None) -> None:
+        """Revoke the keys of a kind, or all of them but one, with the logins they opened."""
+        others = (key.digest for key in self._records.keys.values() if key.kind == kind and key != keep)
+        if revoked := frozenset(others):
+            self._make(Change(revoked=revoked))
+
+    def bearer(self, token: str, now: float) -> Person | None:
+        """The program that shows this key."""
+        found = self._key(fingerprint(token), now)
+        return person_of(found) if found else None
+
+    def all_keys(self) -> list[KeyRecord]:
+        """All keys, eldest first."""
+        return sorted(self._records.keys.values(), key=lambda key: key.made_s)
+
+    def revoke_key(self, number: str) -> list[Person]:
+        """End a key and the logins it opened → whose they were; nobody where there is no such key."""
+        return self._end({key.digest for key in self._records.keys.values() if key.id == number})
+
+    # logins
 
     def open(
         self, token: str, name: str, now: float, shown: str = "", present: Callable[[Person], bool] = lambda _: False
     ) -> tuple[str, Person] | None:
-        """A token → (cookie, person), or None when it is wrong. `name` is how the person wants to be called.
+        """A key → (cookie, person), or None when it is wrong. `name` is how the person wants to be called.
 
         A browser that shows the cookie of a login with the same role (another tab) keeps its person. Where
         a role has too many logins, the eldest of that role whose person is not `present` ends.
         """
-        found = self._token(token)
-        if found is None or now >= found.end:
+        digest = fingerprint(token)
+        once, key = self._once.get(digest), self._key(digest, now)
+        found = once if once is not None and now < once.end else key
+        if found is None:
             return None
-        if found.once:
-            self._tokens.remove(found)
-        same = self.of_cookie(shown, now)
+        self._once.pop(digest, None)
+        opener = key.digest if key else ""
+        same = self._login(shown, now)
         if same is not None and same.role == found.role:
-            self._open[shown] = (same, now + LIFE)
-            return shown, same
+            self._keep(shown, Person(same.id, same.name, same.role), opener, now, made=same.made_s)
+            return shown, Person(same.id, same.name, same.role)
         self._make_room(found.role, present)
         self._names += 1
-        cookie = secrets.token_urlsafe(32)
-        person = Person(secrets.token_hex(6), self._unique_name(name or f"{found.name} {self._names}"), found.role)
-        self._open[cookie] = (person, now + LIFE)
+        cookie = new_token()
+        person = Person(secrets.token_hex(6), self._unique_name(name or self._name_by(found.name)), found.role)
+        self._keep(cookie, person, opener, now)
         return cookie, person
 
     def of_cookie(self, cookie: str, now: float) -> Person | None:
         """The person behind a cookie, while the login lasts."""
-        person, end = self._open.get(cookie, (None, 0.0))
-        return person if now < end else None
+        found = self._login(cookie, now)
+        return Person(found.id, found.name, found.role) if found else None
+
+    def all_logins(self) -> list[LoginRecord]:
+        """All logins, eldest first."""
+        return sorted(self._records.logins.values(), key=lambda login: login.made_s)
 
     def close(self, person: Person) -> None:
         """End this person's login."""
-        self._open = {cookie: entry for cookie, entry in self._open.items() if entry[0].id != person.id}
+        self.revoke_login(person.id)
+
+    def revoke_login(self, number: str) -> list[Person]:
+        """End the login of the person with this id → whose it was."""
+        return self._end({login.digest for login in self._records.logins.values() if login.id == number})
 
     def expire(self, now: float) -> list[Person]:
-        """End the logins whose time is over; whose they were."""
-        over = [person for person, end in self._open.values() if now >= end]
-        for person in over:
-            self.close(person)
-        return over
+        """End the keys and logins whose time is over; whose the logins were."""
+        wall = now + self._ahead
+        keys = (key.digest for key in self._records.keys.values() if key.end_s is not None and wall >= key.end_s)
+        if over := frozenset(keys):
+            self._make(Change(over=over))
+        return self._end({login.digest for login in self._records.logins.values() if wall >= login.end_s})
+
+    # the disk
+
+    def take_unsaved(self) -> list[Change]:
+        """The changes that are not on disk yet."""
+        return list(self._unsaved)
+
+    def synced(self, on_disk: Records, saved: int) -> list[Person]:
+        """The file holds this, with the first `saved` of the unsaved changes → the people whom others signed out."""
+        del self._unsaved[:saved]
+        before = people_of(self._records)
+        self._records = on_disk.copy()
+        for change in self._unsaved:
+            change.apply(self._records)
+        after = people_of(self._records)
+        return [person for digest, person in before.items() if digest not in after]
+
+    def open_file(self) -> str:
+        """Read what earlier consoles left → a sentence where that was damaged, else "". Raises Unavailable."""
+        if self._file is None:
+            return ""
+        damage = ""
+        try:
+            found = self._file.read()
+        except BadInput:
+            found, aside = Records(), self._file.put_aside()
+            damage = f"Keys and logins were damaged and lie in {aside.name} now: programs need new keys."
+        self.synced(found, 0)
+        self._names = len(self._records.logins)
+        return damage
+
+    def write_out(self, changes: Iterable[Change]) -> Records | None:
+        """From a thread: write changes, and read what others changed → all of it; None where nothing is new.
+
+        Raises Unavailable, Unwritable.
+        """
+        pending = list(changes)
+        if self._file is None or not (pending or self._file.changed()):
+            return None
+        return self._file.change(pending)
+
+    # steps of the above
+
+    def _make(self, change: Change) -> None:
+        change.apply(self._records)
+        if self._file is not None:
+            self._unsaved.append(change)
+
+    def _end(self, digests: set[str]) -> list[Person]:
+        if not digests:
+            return []
+        before = people_of(self._records)
+        self._make(Change(revoked=frozenset(digests)))
+        after = people_of(self._records)
+        return [person for digest, person in before.items() if digest not in after]
+
+    def _keep(self, cookie: str, person: Person, opener: str, now: float, made: float | None = None) -> None:
+        wall = now + self._ahead
+        role, since = cast(Role, person.role), wall if made is None else made
+        login = LoginRecord(fingerprint(cookie), person.id, person.name, role, opener, since, wall + LIFE)
+        self._make(Change(logins=(login,)))
+
+    def _login(self, cookie: str, now: float) -> LoginRecord | None:
+        found = self._records.logins.get(fingerprint(cookie))
+        return found if found is not None and now + self._ahead < found.end_s else None
+
+    def _key(self, digest: str, now: float) -> KeyRecord | None:
+        found = None
+        for known in self._records.keys.values():
+            if hmac.compare_digest(known.digest, digest):
+                found = known
+        return found if found and (found.end_s is None or now + self._ahead < found.end_s) else None
+
+    def _name_by(self, key: str) -> str:
+        """Return how somebody is called who says no name: as the key, with a number if it has none of its own."""
+        return f"{key} {self._names}" if key in RANK else key
+
+    def _unique_name(self, name: str) -> str:
+        """Return the name, with a number where another person has the same name."""
+        others = {login.name.casefold() for login in self._records.logins.values()}
+        numbered = (name if number == 1 else f"{name} ({number})" for number in itertools.count(1))
+        return next(name for name in numbered if name.casefold() not in others)
+
+    def _make_room(self, role: str, present: Callable[[Person], bool]) -> None:
+        alike = [login for login in self.all_logins() if login.role == role]
+        if len(alike) >= MOST_LOGINS:
+            absent = (login for login in alike if not present(Person(login.id, login.name, login.role)))
+            self._end({next(absent, alike[0]).digest})
 
     def blocked(self, address: str, now: float) -> bool:
         """Return whether this address has been wrong too often within the last minute."""
@@ -124,27 +265,36 @@ class Logins:
             self._wrong.pop(next(iter(self._wrong)))
         self._wrong.setdefault(address, []).append(now)
 
-    def _unique_name(self, name: str) -> str:
-        """Return the name, with a number where another person has the same name."""
-        others = {person.name.casefold() for person, _ in self._open.values()}
-        numbered = (name if number == 1 else f"{name} ({number})" for number in itertools.count(1))
-        return next(name for name in numbered if name.casefold() not in others)
 
-    def _make_room(self, role: str, present: Callable[[Person], bool]) -> None:
-        alike = [(cookie, person) for cookie, (person, _) in self._open.items() if person.role == role]
-        if len(alike) >= MOST_LOGINS:
-            absent = (cookie for cookie, person in alike if not present(person))
-            self._open.pop(next(absent, alike[0][0]))
-
-    def _token(self, token: str) -> LoginToken | None:
-        shown = fingerprint(token)
-        found = None
-        for known in self._tokens:
-            if hmac.compare_digest(known.digest, shown):
-                found = known
-        return found
+def new_token() -> str:
+    """A secret of 256 bits, as it may stand in an address."""
+    return secrets.token_urlsafe(32)
 
 
-def fingerprint(token: str) -> bytes:
-    """SHA-256 of a token of any characters."""
-    return hashlib.sha256(token.encode("utf-8", "surrogatepass")).digest()
+def key_for(
+    home: Path, name: str, role: Role, kind: KeyKind, now: float, end: float | None = None
+) -> tuple[str, KeyRecord]:
+    """Make a key beside a console that may run; `now`, `end`: Unix time → the key and what is kept of it.
+
+    Raises Unavailable, Unwritable.
+    """
+    token = new_token()
+    key = KeyRecord(fingerprint(token), name, role, kind, now, end)
+    AccessFile(home).change([Change(keys=(key,))])
+    return token, key
+
+
+def person_of(key: KeyRecord) -> Person:
+    """The program that shows this key with every request."""
+    return Person(f"{BY_KEY}{key.id}", key.name, key.role)
+
+
+def people_of(records: Records) -> dict[str, Person]:
+    """Everybody who may act, by the digest that lets them."""
+    by_login = {one.digest: Person(one.id, one.name, one.role) for one in records.logins.values()}
+    return by_login | {key.digest: person_of(key) for key in records.keys.values()}
+
+
+def fingerprint(token: str) -> str:
+    """SHA-256 of a token of any characters, hexadecimal."""
+    return hashlib.sha256(token.encode("utf-8", "surrogatepass")).hexdigest()

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict
 from console.access.guard import Access
 from console.access.logins import Person
 from console.access.open_sockets import OpenSockets
-from console.api.typed_route import Responses, TypedRoute
+from console.api.typed_route import REF, Responses, TypedRoute
 from console.calibration.microphones import MicrophoneCalibration
 from console.calibration.service import CalibrationService
 from console.connection.service import ConnectionService
@@ -57,7 +57,10 @@ PROBLEM = {
     },
 }
 PROBLEMS: Responses = {
-    status: {"description": sentence, "content": {"application/problem+json": {"schema": PROBLEM}}}
+    status: {
+        "description": sentence,
+        "content": {"application/problem+json": {"schema": {"$ref": REF.format(name="Problem")}}},
+    }
     for status, sentence in SENTENCES.items()
 }
 

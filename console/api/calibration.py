@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
+import msgspec
 from fastapi import Path, Query, Request, Response
 from pydantic import Field
 
 from console import messages
 from console.access.roles import PICTURE, needs
 from console.api import CalibrationSessions, HistoryInUse, Operator, RequestBody, Who, router
+from console.api.typed_route import JsonAnswer, sends
 from console.calibration.jobs import (
     DropView,
     ForgetRoom,
@@ -24,7 +25,13 @@ from console.calibration.jobs import (
 from console.calibration.service import CalibrationService, SessionList, listed
 from console.calibration.session import PICTURE_BUDGET, CalibrationSession
 from console.http.problems import Problem
-from console.messages.calibration import CalibrationBoard, CalibrationKind, CalibrationSource
+from console.messages.calibration import (
+    CalibrationBoard,
+    CalibrationKind,
+    CalibrationSessionState,
+    CalibrationSource,
+    CalibrationVerdict,
+)
 from console.workers.job import Job
 from core.errors import BeckonError
 
@@ -74,6 +81,10 @@ class AcceptRequest(RequestBody):
     force: bool = False
 
 
+class CalibrationDocument(msgspec.Struct, frozen=True):
+    """A calibration as its own file in JSON has it; `kind` in what was read from a file."""
+
+
 def session_response(session: CalibrationSession, status: int = 200) -> Response:
     """A session as JSON."""
     return Response(messages.encode(session.shown), status, media_type="application/json")
@@ -81,6 +92,7 @@ def session_response(session: CalibrationSession, status: int = 200) -> Response
 
 @calibration.post("/calibration/sessions", status_code=201)
 @needs("operator")
+@sends(CalibrationSessionState)
 async def begin(
     asked: SessionRequest, calibration_service: CalibrationSessions, history: HistoryInUse, who: Who
 ) -> Response:
@@ -104,6 +116,7 @@ async def sessions(calibration_service: CalibrationSessions) -> SessionList:
 
 @calibration.get("/calibration/sessions/{id}")
 @needs("viewer")
+@sends(CalibrationSessionState)
 async def one(id: Id, calibration_service: CalibrationSessions) -> Response:
     """Everything about a session."""
     return session_response(calibration_service.find(id))
@@ -120,6 +133,7 @@ async def delete(id: Id, calibration_service: CalibrationSessions, history: Hist
 
 @calibration.post("/calibration/sessions/{id}/live")
 @needs("operator")
+@sends(CalibrationSessionState)
 async def live(id: Id, asked: LiveCaptureRequest, calibration_service: CalibrationSessions) -> Response:
     """Look at the robot's pictures and scans, and take good ones automatically."""
     session = calibration_service.find(id)
@@ -129,6 +143,7 @@ async def live(id: Id, asked: LiveCaptureRequest, calibration_service: Calibrati
 
 @calibration.post("/calibration/sessions/{id}/pictures", openapi_extra=PICTURES)
 @needs("operator", body=PICTURE)
+@sends(CalibrationVerdict)
 async def picture(
     id: Id,
     request: Request,
@@ -162,6 +177,7 @@ async def take(session: CalibrationSession, content: bytes, name: str) -> None:
 
 @calibration.post("/calibration/sessions/{id}/capture")
 @needs("operator")
+@sends(CalibrationVerdict)
 async def capture(id: Id, calibration_service: CalibrationSessions) -> Response:
     """Take the robot's newest picture on purpose."""
     session = calibration_service.find(id)
@@ -171,6 +187,7 @@ async def capture(id: Id, calibration_service: CalibrationSessions) -> Response:
 
 @calibration.post("/calibration/sessions/{id}/views/{name}/drop")
 @needs("operator")
+@sends(CalibrationSessionState)
 async def drop(id: Id, name: Name, calibration_service: CalibrationSessions) -> Response:
     """Leave a view out; the rest is solved again."""
     return await acted(calibration_service, id, DropView(name))
@@ -178,6 +195,7 @@ async def drop(id: Id, name: Name, calibration_service: CalibrationSessions) -> 
 
 @calibration.post("/calibration/sessions/{id}/views/{name}/restore")
 @needs("operator")
+@sends(CalibrationSessionState)
 async def restore(id: Id, name: Name, calibration_service: CalibrationSessions) -> Response:
     """Take a view back in."""
     return await acted(calibration_service, id, RestoreView(name))
@@ -185,6 +203,7 @@ async def restore(id: Id, name: Name, calibration_service: CalibrationSessions) 
 
 @calibration.post("/calibration/sessions/{id}/skip")
 @needs("operator")
+@sends(CalibrationSessionState)
 async def skip(id: Id, calibration_service: CalibrationSessions) -> Response:
     """Another suggestion, for one who cannot reach the present one."""
     return await acted(calibration_service, id, SkipAdvice())
@@ -192,6 +211,7 @@ async def skip(id: Id, calibration_service: CalibrationSessions) -> Response:
 
 @calibration.post("/calibration/sessions/{id}/background")
 @needs("operator")
+@sends(CalibrationSessionState)
 async def background(id: Id, calibration_service: CalibrationSessions) -> Response:
     """Look at the empty room again."""
     if calibration_service.find(id).card.kind != "laser":
@@ -201,6 +221,7 @@ async def background(id: Id, calibration_service: CalibrationSessions) -> Respon
 
 @calibration.post("/calibration/sessions/{id}/solve", status_code=202)
 @needs("operator")
+@sends(CalibrationSessionState)
 async def solve(id: Id, calibration_service: CalibrationSessions) -> Response:
     """Solve in the background; how it goes stands in the session."""
     session = calibration_service.find(id)
@@ -210,13 +231,14 @@ async def solve(id: Id, calibration_service: CalibrationSessions) -> Response:
 
 @calibration.post("/calibration/sessions/{id}/accept")
 @needs("operator")
+@sends(CalibrationDocument)
 async def accept(
     id: Id, asked: AcceptRequest, calibration_service: CalibrationSessions, history: HistoryInUse, who: Operator
-) -> Mapping[str, object]:
+) -> Response:
     """Use this calibration from now on; the former can be taken back."""
     report = await calibration_service.accept(calibration_service.find(id), force=asked.force, who=who.name)
     history.add("calibration", who, words="accept")
-    return report
+    return JsonAnswer(report)
 
 
 async def acted(sessions: CalibrationService, id: str, job: Job[SessionAnswer]) -> Response:

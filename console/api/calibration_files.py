@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
 from typing import IO, Annotated, Any, Literal
 
+import msgspec
 from fastapi import Path, Query, Request, Response
 
 from console.access.roles import TEXT, needs
 from console.api import CalibrationSessions, HistoryInUse, Operator, RequestBody, RobotInUse, router
-from console.api.calibration import Id, Name
+from console.api.calibration import CalibrationDocument, Id, Name
+from console.api.typed_route import JsonAnswer, sends
 from console.calibration.codec import camera_in
 from console.calibration.jobs import CameraParameters, Document, StraightenPicture
 from console.calibration.session import PICTURE_BUDGET, CalibrationSession
@@ -46,6 +47,19 @@ class CalibrationDemoRequest(RequestBody):
 
     session: str
     on: bool
+
+
+class ActiveCalibrations(msgspec.Struct, frozen=True):
+    """The accepted calibrations as their files have them; null: as built."""
+
+    camera: Document | None
+    laser: Document | None
+
+
+class CalibrationDemo(msgspec.Struct, frozen=True):
+    """Whether the simulated person shows how it goes."""
+
+    demo: bool
 
 
 def answers(*kinds: str) -> dict[int | str, dict[str, Any]]:
@@ -101,33 +115,34 @@ async def export(id: Id, form: Form, calibration_service: CalibrationSessions) -
 
 @calibration_files.get("/calibration/in-use")
 @needs("viewer")
-async def active(calibration_service: CalibrationSessions) -> Mapping[CalibrationKind, Document | None]:
+async def active(calibration_service: CalibrationSessions) -> ActiveCalibrations:
     """The accepted calibrations, each with who accepted it when, and why it is not used, or ''; null: as built."""
-    return calibration_service.used()
+    return ActiveCalibrations(**calibration_service.used())
 
 
 @calibration_files.post("/calibration/in-use/undo")
 @needs("operator")
 async def undo(
     asked: UndoRequest, calibration_service: CalibrationSessions, history: HistoryInUse, who: Operator
-) -> Mapping[CalibrationKind, Document | None]:
+) -> ActiveCalibrations:
     """Take the former calibration back."""
     await calibration_service.undo(asked.kind)
     history.add("calibration", who, words=f"undo {asked.kind}")
-    return calibration_service.used()
+    return ActiveCalibrations(**calibration_service.used())
 
 
 @calibration_files.post("/calibration/import", openapi_extra=FILE)
 @needs("operator", body=TEXT)
+@sends(CalibrationDocument)
 async def read_file(
     request: Request, calibration_service: CalibrationSessions, history: HistoryInUse, who: Operator
-) -> Mapping[str, object]:
+) -> Response:
     """Use what is in a file from now on: a camera (ROS camera_info, OpenCV, Kalibr, Beckon's own JSON) or a mount
     (static transform command, URDF joint, 4x4 matrices, Beckon's own JSON). `kind` in the answer tells which."""
     text = (await request.body()).decode("utf-8", "replace")
     kind, report = await calibration_service.read(text, who.name)
     history.add("calibration", who, words=f"import {kind}")
-    return {"kind": kind, **report}
+    return JsonAnswer({"kind": kind, **report})
 
 
 @calibration_files.get("/calibration/board.svg", response_class=Response, responses=answers("image/svg+xml"))
@@ -147,12 +162,12 @@ async def board(
 @needs("operator")
 async def show_demo(
     asked: CalibrationDemoRequest, robot: RobotInUse, calibration_service: CalibrationSessions
-) -> dict[str, bool]:
+) -> CalibrationDemo:
     """The simulated person holds the board as advised until the session is ready."""
     if not robot.profile.simulated:
         raise Problem(404, "Only in the simulation can a simulated person show how it goes.")
     await calibration_service.show_demo(calibration_service.find(asked.session), on=asked.on)
-    return {"demo": asked.on}
+    return CalibrationDemo(asked.on)
 
 
 async def read(session: CalibrationSession, name: str) -> bytes:

@@ -101,7 +101,7 @@ async def submit(words: CommandRequest, dispatcher: Dispatcher, who: Who, respon
     """Understand words and obey them. Viewers may only stop.
 
     Follow wall and follow me have no end of their own: they are cancelled after 5 s without a sign of life of their
-    sender. See `POST /api/lease`. 409 with “already doing that” leaves what is under way alone.
+    sender. See `POST /api/lease`. 409 with “already” leaves what is under way alone.
     """
     entry = dispatcher.submit(words.text, "rest", who)
     response.headers["Location"] = f"commands/{entry.id}"

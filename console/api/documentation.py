@@ -5,32 +5,81 @@ from __future__ import annotations
 import asyncio
 import json
 from dataclasses import dataclass
+from typing import Any
 
 from fastapi import APIRouter, FastAPI, Request, Response
 
-from console.access.roles import needs
+from console.access.roles import FORGOTTEN, declared, needs
+from console.api import PROBLEM
 from console.api.help import as_page
-from console.api.typed_route import OpenApi, TypedRoute
+from console.api.typed_route import REF, OpenApi, TypedRoute
+from console.messages.json_schema import socket_schema
 
 documentation = APIRouter()
 
-INTRO = """# HTTP interface
+ADDRESS = "http://address.of.this.console"  # stands for the address by which the reader has it
+FILES: OpenApi = {
+    "BinaryFile": {"type": "string", "format": "binary", "description": "A file, as its media type says."},
+    "TextFile": {"type": "string", "description": "A file of text, as its media type says."},
+}
+
+INTRO = f"""# HTTP interface
 
 JSON in and out. Errors are `application/problem+json` with a sentence in `detail`. Sign in by cookie
-(`POST /api/login`) or send `Authorization: Bearer TOKEN`. The description is in [openapi.json](openapi.json)."""
+(`POST /api/login`) or send `Authorization: Bearer KEY`. A key stands behind `#t=` in the link that was printed at the
+start; `beckon token add NAME --role operator` makes a fixed one for a program. In the examples it is in `$KEY`:
+
+```sh
+curl -H "Authorization: Bearer $KEY" {ADDRESS}/api/state
+```
+
+The description is in [openapi.json](openapi.json), that of the messages on `/ws` and `/ws/audio` in
+[api/socket.json](api/socket.json)."""
 
 
 class DescribedApp(FastAPI):
-    """An application whose description holds the structs of its answers."""
+    """An application whose description names the form of every answer, and says who may ask."""
+
+    cookie = "beckon_8420"  # that carries a login
 
     def openapi(self) -> OpenApi:
-        """The whole interface."""
+        """The whole interface. Raises RuntimeError for two structs of one name."""
         description = super().openapi()
-        schemas = description.setdefault("components", {}).setdefault("schemas", {})
+        components = description.setdefault("components", {})
+        schemas = components.setdefault("schemas", {})
+        schemas |= {"Problem": PROBLEM, **FILES}
         for route in self.routes:
             if isinstance(route, TypedRoute):
-                schemas |= route.components
+                add_schemas(schemas, route.components)
+                describe_operations(description["paths"].get(route.path, {}), route)
+        components["securitySchemes"] = {
+            "key": {"type": "http", "scheme": "bearer", "description": "A key, with every request."},
+            "login": {"type": "apiKey", "in": "cookie", "name": self.cookie, "description": "Of POST /api/login."},
+        }
+        description["servers"] = [{"url": ADDRESS}]
         return description
+
+
+def add_schemas(schemas: OpenApi, more: OpenApi) -> None:
+    """Raises RuntimeError where a name stands for another form already."""
+    for name, shape in more.items():
+        if schemas.setdefault(name, shape) != shape:
+            raise RuntimeError(f"Two structs of the interface are called {name}; rename one.")
+
+
+def describe_operations(operations: OpenApi, route: TypedRoute) -> None:
+    """Who may ask, and the form of files."""
+    role = (declared(route) or FORGOTTEN).role
+    for method, operation in operations.items():
+        if method.upper() not in (route.methods or ()):
+            continue
+        operation["security"] = [] if role == "public" else [{"key": []}, {"login": []}]
+        operation["x-role"] = role
+        for answer in operation["responses"].values():
+            for kind, content in answer.get("content", {}).items():
+                if not content.get("schema"):
+                    file = "TextFile" if kind.startswith("text/") or kind.endswith("+xml") else "BinaryFile"
+                    content["schema"] = {"$ref": REF.format(name=file)}
 
 
 class ApiDescription:
@@ -54,6 +103,11 @@ class StaticDescription:
     openapi: bytes
     page: bytes
 
+    def to(self, request: Request) -> StaticDescription:
+        """The same with the address by which this reader has the console; the guard has checked its host."""
+        own = str(request.base_url).rstrip("/").encode()
+        return StaticDescription(*(part.replace(ADDRESS.encode(), own) for part in (self.openapi, self.page)))
+
 
 def write(app: FastAPI) -> StaticDescription:
     """The description of this application, as OpenAPI and as a page."""
@@ -68,7 +122,7 @@ def markdown(description: OpenApi) -> str:
     for path, operations in description["paths"].items():
         for method, operation in operations.items():
             topic = operation["tags"][0].replace("_", " ")
-            topics.setdefault(topic, []).append(section(f"{method.upper()} {path}", operation, schemas))
+            topics.setdefault(topic, []).append(section(method.upper(), path, operation, schemas))
     chapters = (f"## {topic.capitalize()}\n\n" + "\n\n".join(sections) for topic, sections in topics.items())
     return "\n\n".join((INTRO, *chapters))
 
@@ -77,14 +131,21 @@ def markdown(description: OpenApi) -> str:
 @needs("viewer")
 async def openapi(request: Request) -> Response:
     """The interface as OpenAPI."""
-    return Response((await description_of(request).written()).openapi, media_type="application/json")
+    return Response((await description_of(request).written()).to(request).openapi, media_type="application/json")
+
+
+@documentation.get("/api/socket.json", include_in_schema=False)
+@needs("viewer")
+async def sockets() -> Response:
+    """The messages of the sockets as JSON Schema."""
+    return Response(json.dumps(await asyncio.to_thread(socket_schema)), media_type="application/schema+json")
 
 
 @documentation.get("/docs", include_in_schema=False)
 @needs("viewer")
 async def page(request: Request) -> Response:
     """The same to read."""
-    return Response((await description_of(request).written()).page, media_type="text/html")
+    return Response((await description_of(request).written()).to(request).page, media_type="text/html")
 
 
 def description_of(request: Request) -> ApiDescription:
@@ -92,8 +153,8 @@ def description_of(request: Request) -> ApiDescription:
     return request.app.state.description
 
 
-def section(call: str, operation: OpenApi, schemas: OpenApi) -> str:
-    """One operation: its purpose, and what it takes."""
+def section(method: str, path: str, operation: OpenApi, schemas: OpenApi) -> str:
+    """One operation: its purpose, what it takes, and an example."""
     rows = [
         row(each["name"], each["schema"], each["in"], each.get("required", False))
         for each in operation.get("parameters", ())
@@ -108,7 +169,49 @@ def section(call: str, operation: OpenApi, schemas: OpenApi) -> str:
         rows += fields or [f"| `{kind}` | body | | |"]
     table = ["| takes | in | type | |", "| --- | --- | --- | --- |", *rows] if rows else []
     about = operation.get("description") or operation.get("summary") or ""
-    return "\n\n".join(filter(None, (f"### `{call}`", about, "\n".join(table))))
+    who = "Anybody." if operation["x-role"] == "public" else f"Role: {operation['x-role']}."
+    example = f"```sh\n{curl(method, path, operation, schemas)}\n```"
+    return "\n\n".join(filter(None, (f"### `{method} {path}`", about, who, "\n".join(table), example)))
+
+
+def curl(method: str, path: str, operation: OpenApi, schemas: OpenApi) -> str:
+    """The call as it may be copied into a shell; what stands in braces is to be filled in."""
+    words = ["curl"]
+    if operation["security"]:
+        words.append('-H "Authorization: Bearer $KEY"')
+    content = operation.get("requestBody", {}).get("content", {})
+    sends = next(iter(content), "")
+    if sends == "application/json":
+        body = json.dumps(example_of(content[sends]["schema"], schemas), ensure_ascii=False)
+        words += [f"-H 'Content-Type: {sends}'", f"-d '{body}'"]
+    elif sends:
+        words += [f"-H 'Content-Type: {sends}'", "--data-binary @FILE"]
+    if method != ("POST" if sends else "GET"):
+        words.append(f"-X {method}")
+    answers = operation["responses"].get("200", {}).get("content", {})
+    if not any(kind.endswith("json") for kind in answers if answers[kind]) and method == "GET":
+        words.append("-O")
+    address = f"{ADDRESS}{path}"
+    return " ".join([*words, f"'{address}'" if "{" in address else address])
+
+
+def example_of(shape: OpenApi, schemas: OpenApi) -> Any:
+    """A value of this form: an example that is declared, else the plainest."""
+    if "$ref" in shape:
+        return example_of(schemas[shape["$ref"].rpartition("/")[2]], schemas)
+    for key in ("examples", "enum", "anyOf", "oneOf"):
+        if key in shape:
+            first = shape[key][0]
+            return first if key in ("examples", "enum") else example_of(first, schemas)
+    for key in ("const", "default", "minimum"):
+        if key in shape:
+            return shape[key]
+    if shape.get("type") == "object":
+        named = shape.get("properties", {})
+        return {name: example_of(named[name], schemas) for name in shape.get("required", ())}
+    if shape.get("type") == "array":
+        return [example_of(shape["items"], schemas)] * shape.get("minItems", 0)
+    return {"string": "…", "integer": 1, "number": 1.0, "boolean": True}.get(shape.get("type", ""))
 
 
 def row(name: str, shape: OpenApi, place: str, required: bool) -> str:

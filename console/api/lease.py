@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Literal
+import time
 
 from console.access.roles import needs
 from console.api import Dispatcher, OperatorLease, RequestBody, Who, router
+from console.control.dispatcher import LeaseAction
 from console.messages import LeaseState
 from console.state_view import lease as lease_state
 
@@ -13,22 +14,22 @@ lease = router("lease")
 
 
 class LeaseRequest(RequestBody):
-    """Take control, renew it, take it over from another operator, give it back."""
+    """Take control, renew it, take it over, give it back; ask who has it; give it to who asks, or keep it."""
 
-    do: Literal["acquire", "renew", "take", "release"]
+    do: LeaseAction
 
 
 @lease.get("/lease")
 @needs("viewer")
 async def held(lease: OperatorLease) -> LeaseState:
     """The operator who drives now."""
-    return lease_state(lease)
+    return lease_state(lease, time.monotonic())
 
 
 @lease.post("/lease")
 @needs("operator")
 async def change(asked: LeaseRequest, dispatcher: Dispatcher, lease: OperatorLease, who: Who) -> LeaseState:
-    """Ask for control. A take-over goes through zero.
+    """Take control. A take-over goes through zero. `ask`: the holder sees it for 10 s and may `give` or `keep`.
 
     The lease lapses, and what is under way is cancelled, after 5 s without a sign of life of its holder: a message of
     their page on `/ws`, or any request of theirs. A program that sent an endless command (follow wall, follow me)
@@ -36,4 +37,4 @@ async def change(asked: LeaseRequest, dispatcher: Dispatcher, lease: OperatorLea
     keeps the lease until it has ended. Who does not drive renews nothing: 409.
     """
     dispatcher.change_lease(asked.do, who)
-    return lease_state(lease)
+    return lease_state(lease, time.monotonic())

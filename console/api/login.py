@@ -94,9 +94,7 @@ async def sign_out(
 ) -> SignedOut:
     """Ends the login, its sockets and its lease. A key that is shown with every request has no login to end."""
     if who.id.startswith(BY_KEY):
-        raise Problem(
-            409, "You show your key with every request, so there is nothing to sign out; a restart makes new keys."
-        )
+        raise Problem(409, "You show your key with every request, so there is nothing to sign out; revoke the key.")
     dispatcher.forget(who)
     access.logins.close(who)
     sockets.close_of(who, 1008, "Signed out.")

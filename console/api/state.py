@@ -8,6 +8,7 @@ from fastapi import Response
 from console import messages
 from console.access.roles import needs
 from console.api import Behind, router
+from console.api.typed_route import sends
 from console.control.link_monitor import HANGS
 from console.http.problems import Problem
 from console.runtime import Runtime
@@ -32,8 +33,9 @@ class HealthReport(msgspec.Struct, frozen=True, kw_only=True):
     pilot_step_ms: Percentiles
 
 
-@state.get("/state", response_class=Response, responses={200: {"content": {"application/json": {}}}})
+@state.get("/state")
 @needs("viewer")
+@sends(messages.State)
 async def newest(behind: Behind) -> Response:
     """The newest Snapshot, as the socket sends it; before the first one 503 with `robot`, its url, link and age_s."""
     now = behind.state()

@@ -6,7 +6,7 @@ import functools
 import inspect
 from collections.abc import Callable, Coroutine
 from types import UnionType
-from typing import Any, Union, cast, get_args, get_origin
+from typing import Any, TypeVar, Union, cast, get_args, get_origin
 
 import msgspec
 from fastapi.responses import JSONResponse
@@ -17,6 +17,19 @@ Responses = dict[int | str, OpenApi]  # by status
 Endpoint = Callable[..., Coroutine[Any, Any, Any]]
 
 REF = "#/components/schemas/{name}"
+DECLARED = "beckon_answer"  # the attribute of an endpoint that encodes its answer itself
+
+EndpointT = TypeVar("EndpointT", bound=Endpoint)
+
+
+def sends(kind: Any) -> Callable[[EndpointT], EndpointT]:
+    """Declare the struct, or the union of structs, that an endpoint sends as JSON of its own making."""
+
+    def declare(endpoint: EndpointT) -> EndpointT:
+        setattr(endpoint, DECLARED, kind)
+        return endpoint
+
+    return declare
 
 
 class JsonAnswer(JSONResponse):
@@ -32,7 +45,8 @@ class TypedRoute(APIRoute):
 
     def __init__(self, path: str, endpoint: Endpoint, **options: Any) -> None:
         signature = inspect.signature(endpoint, eval_str=True)
-        structs = structs_of(signature.return_annotation)
+        own = getattr(endpoint, DECLARED, None)
+        structs = structs_of(signature.return_annotation if own is None else own)
         self.components: OpenApi = {}  # schemas that the description of the answer refers to, by name
         if structs:
             schemas, components = msgspec.json.schema_components(structs, ref_template=REF)
@@ -40,12 +54,10 @@ class TypedRoute(APIRoute):
             schema = schemas[0] if len(schemas) == 1 else {"anyOf": list(schemas)}
             status: int = options.get("status_code") or 200
             described: Responses = {status: {"content": {"application/json": {"schema": schema}}}}
-            options |= {
-                "responses": described | (options.get("responses") or {}),
-                "response_model": None,
-                "response_class": JsonAnswer,
-            }
-            endpoint = in_plain_values(endpoint, signature)
+            options |= {"responses": described | (options.get("responses") or {}), "response_model": None}
+            if own is None:
+                options["response_class"] = JsonAnswer
+                endpoint = in_plain_values(endpoint, signature)
         super().__init__(path, endpoint, **options)
 
 

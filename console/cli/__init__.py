@@ -12,6 +12,7 @@ from console.cli import (
     doctor,
     experiment,
     hear,
+    link,
     look,
     models,
     robot,
@@ -20,6 +21,7 @@ from console.cli import (
     settings,
     slam,
     speech_quality,
+    token,
     understand,
 )
 
@@ -37,6 +39,8 @@ SUBCOMMANDS = (
     experiment,
     models,
     settings,
+    link,
+    token,
     doctor,
     completion,
 )

@@ -31,6 +31,13 @@ def add(places: Any) -> None:
     parser.add_argument(
         "--no-auth", action="store_true", help="nobody has to sign in; on 127.0.0.1 with the simulator only"
     )
+    parser.add_argument(
+        "--token-file",
+        type=Path,
+        default=None,
+        metavar="FILE",
+        help="the operator's key, the same over restarts; a new one is written there when there is no such file",
+    )
     parser.add_argument("--seed", type=int, default=0, help="the simulator's chance")
     parser.add_argument("--data", type=Path, default=None, metavar="DIR", help="where history and maps are kept")
     parser.add_argument(
@@ -61,6 +68,7 @@ def run(chosen: argparse.Namespace) -> int:
             open_browser=not chosen.no_browser,
             tls_cert=chosen.tls_cert,
             tls_key=chosen.tls_key,
+            token_file=chosen.token_file,
             text_files=chosen.text_files,
         )
     )

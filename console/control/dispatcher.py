@@ -11,6 +11,7 @@ import math
 import time
 from collections.abc import Callable, Container, Sequence
 from functools import partial
+from typing import Literal
 
 from console import messages
 from console.access.logins import Person
@@ -35,6 +36,7 @@ from core.snapshot import ActiveCommandStatus, Ending
 from core.speech.understanding.grammar import OwnPhrases, Refusal, understand
 
 REACHED = ("live", "stale")
+LeaseAction = Literal["acquire", "renew", "take", "release", "ask", "give", "keep"]
 SETTLED = 0.3  # [s] after which what the gate says surely concerns a command
 STALLED = 1.0  # [s] between two ticks after which what came meanwhile came at nobody knows what time
 LET_GO = 0.5  # [s] without a moving jog after which the press has ended
@@ -114,7 +116,9 @@ class CommandDispatcher:
                 raise Problem(409, why)
             self._obtain(who)
             if self._active.does(heard):
-                raise Problem(409, f"The robot is already doing that: “{heard.heard_as}”.")
+                raise Problem(
+                    409, spec_of(heard.name).already or f"The robot is already doing that: “{heard.heard_as}”."
+                )
         except Problem as problem:
             fields = row_of(heard, words, source)
             self._history.add("command", who, state="refused", remark=problem.detail, **fields)
@@ -171,16 +175,24 @@ class CommandDispatcher:
         """Lift the latch; the lease holder only, and it never moves. Raises Problem 403, 409, 503."""
         self._stop_controller.reset(who, source)
 
-    def change_lease(self, do: str, who: Person) -> None:
-        """Acquire, renew, take or release the lease. Raises Problem 403, 409; Refused when another holds it."""
+    def change_lease(self, do: LeaseAction, who: Person) -> None:
+        """Acquire, renew, take or release the lease, ask for it, give it to who asks or keep it.
+
+        Raises Problem 403, 409; Refused when another holds it.
+        """
         if not who.may("operator"):
             raise Problem(403, "Only an operator can drive.")
         profile = self._robot.profile
         if not profile.drives and not profile.dry_run:
             raise Problem(409, profile.refusal())
         before, holder = self._lease.epoch, self._lease.holder
+        if do in ("give", "keep"):
+            self._answer_request(who, give=do == "give")
+            return
         if do == "release":
             self._lease.release(who)
+        elif do == "ask":
+            self._ask_for_control(who)
         elif do == "take":
             self._lease.take(who, time.monotonic())
         elif do == "renew" and not self._lease.held_by(who):
@@ -193,12 +205,27 @@ class CommandDispatcher:
         self._changed_hands(f"{who.name} took over." if took else f"{who.name} gave control back.")
         self._history.add("lease", who, remark=do)
         if took:
-            self._board.tell("warning", f"{who.name} took over from {holder.name if holder else 'nobody'}.")
+            self._board.tell("warning", f"{who.name} took over from {holder.name if holder else 'nobody'}.", "lease")
+
+    def _ask_for_control(self, who: Person) -> None:
+        asked = self._lease.request
+        self._lease.ask(who, time.monotonic())
+        if self._lease.request not in (None, asked):
+            self._history.add("lease", who, remark="ask")
+
+    def _answer_request(self, who: Person, *, give: bool) -> None:
+        asker = self._lease.answer(who, time.monotonic(), give=give)
+        if give:
+            self._changed_hands(f"{who.name} gave control to {asker.name}.")
+        self._history.add("lease", who, remark=f"{'gave' if give else 'did not give'} control to {asker.name}")
+        answered = f"gave control to {asker.name}." if give else f"keeps control; {asker.name} asked for it."
+        self._board.tell("info", f"{who.name} {answered}", "lease")
 
     def forget(self, who: Person) -> None:
         """The person signed out."""
-        if self._lease.held_by(who):
-            self._lease.forget(who)
+        held = self._lease.held_by(who)
+        self._lease.forget(who)
+        if held:
             self._changed_hands(f"{who.name} signed out.")
 
     # what happens by itself
@@ -216,7 +243,10 @@ class CommandDispatcher:
             silence = f"{lost.name} is gone: there was no sign of life for {leases.GRACE:g} s."
             self._changed_hands(silence + self._active.how_to_renew())
             self._history.add("lease", lost, remark="lapsed")
-            self._board.tell("info", f"{lost.name} is gone; nobody drives now.")
+            self._board.tell("info", f"{lost.name} is gone; nobody drives now.", "lease")
+        asker = self._lease.tick_request(now)
+        if asker is not None and (holder := self._lease.holder) is not None:
+            self._board.tell("info", f"{holder.name} did not answer {asker.name}, who asked for control.", "lease")
         status = self._robot.status()
         self._stop_controller.tick(status, now)
         self._watch_gate(status, now)

@@ -6,10 +6,21 @@ change, and the caller then takes the robot through zero (disarm, cancel, arm ag
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from console.access.logins import Person
 from core.errors import Refused
 
+ASKED = 10.0  # [s] that the holder has to answer who asks for control
 GRACE = 5.0  # [s] without a sign of life of the holder: a message of their page, a request of their program
+
+
+@dataclass(frozen=True)
+class ControlRequest:
+    """Another operator asks the holder for control."""
+
+    person: Person
+    end: float  # [s]
 
 
 class Lease:
@@ -18,6 +29,7 @@ class Lease:
     def __init__(self) -> None:
         self.epoch = 0
         self.holder: Person | None = None
+        self.request: ControlRequest | None = None
         self._seen = 0.0
         self._sockets: dict[str, int] = {}
 
@@ -32,7 +44,7 @@ class Lease:
     def check_not_anothers(self, person: Person) -> None:
         """Raises Refused with the operator's name while another person drives."""
         if self.holder is not None and not self.held_by(person):
-            raise Refused(f"{self.holder.name} drives now. Take over, or wait until control is given back.")
+            raise Refused(f"{self.holder.name} drives now. Ask for control, or take over.")
 
     def acquire(self, person: Person, now: float) -> None:
         """Take the lease when it is free; renews it for its holder. Raises Refused with the holder's name."""
@@ -47,6 +59,31 @@ class Lease:
             self._change(person)
         self._seen = now
 
+    def ask(self, person: Person, now: float) -> None:
+        """Ask the holder for control; a free lease is taken. Raises Refused while another one asks."""
+        if self.holder is None or self.held_by(person):
+            self.acquire(person, now)
+        elif self.request is not None and self.request.person.id != person.id:
+            raise Refused(f"{self.request.person.name} has asked already; wait for the answer.")
+        elif self.request is None:
+            self.request = ControlRequest(person, now + ASKED)
+
+    def answer(self, person: Person, now: float, *, give: bool) -> Person:
+        """The holder gives control to who asks for it, or keeps it → who asked. Raises Refused."""
+        if not self.held_by(person) or self.request is None:
+            raise Refused("Nobody asks you for control now.")
+        asker, self.request = self.request.person, None
+        if give:
+            self.take(asker, now)
+        return asker
+
+    def tick_request(self, now: float) -> Person | None:
+        """End a request that was not answered in time; returns whose it was."""
+        if self.request is None or now < self.request.end:
+            return None
+        asker, self.request = self.request.person, None
+        return asker
+
     def release(self, person: Person) -> None:
         """Give it back. Raises Refused when another person holds it."""
         if self.holder is None:
@@ -57,6 +94,8 @@ class Lease:
 
     def forget(self, person: Person) -> None:
         """The person signed out: the lease is free at once."""
+        if self.request is not None and self.request.person.id == person.id:
+            self.request = None
         if self.held_by(person):
             self._change(None)
 
@@ -101,3 +140,4 @@ class Lease:
     def _change(self, person: Person | None) -> None:
         self.epoch += 1
         self.holder = person
+        self.request = None

@@ -43,9 +43,9 @@ class SayMessage(InboundMessage, tag="command"):
 
 
 class LeaseMessage(InboundMessage, tag="lease"):
-    """Take control, take it over, give it back."""
+    """Take control, take it over, give it back; ask who has it; the answer to who asks: give or keep."""
 
-    do: Literal["acquire", "take", "release"]
+    do: Literal["acquire", "take", "release", "ask", "give", "keep"]
     ref: Count
 
 

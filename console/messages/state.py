@@ -173,6 +173,9 @@ class LeaseState(Struct):
     holder: str | None
     holder_id: str | None
     epoch: int
+    asked_by: str | None = None  # another operator, who asks the holder for control
+    asked_by_id: str | None = None
+    answer_within_s: float | None = None  # then the request ends by itself
 
 
 class NoticeLine(Struct):
@@ -238,6 +241,7 @@ class RobotCard(Struct):
     failsafe: str  # what the base does by itself when nobody speaks to it
     lock: str  # topic of the robot's own lock that STOP closes, too; "": none
     duration_s: float | None
+    gaps_s: list[tuple[float, float]]  # of a recording, from its start: from and to where it has no scans
 
 
 class HelloMessage(Struct, tag_field="kind", tag="hello"):

@@ -26,6 +26,7 @@ class ComeHere(CommandFacts):
     summary: str = "Turns to the voice, looks who spoke, comes and stops half a metre before them."
     moves: bool = True
     target: Target = "person"
+    already: str = "The robot is already coming."
     icon: str = "come_here"
 
     def begin(self, command: Command, here: ControlContext) -> Action:

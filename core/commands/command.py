@@ -95,6 +95,7 @@ class CommandFacts:
     target: Target = "none"  # where it goes
     endless: bool = False  # goes on until another command, and gives way to any
     needs_pose: bool = True  # is not obeyed while the robot does not know where it is
+    already: str = ""  # said when it is given again while it is under way
     icon: str = ""  # its drawing in static/img/icons.svg; "": a common one
     pronunciations: Mapping[str, str] = field(default_factory=dict[str, str])  # of its words, which dictionaries lack
     fixed: Mapping[str, str] = field(default_factory=dict[str, str])  # said in JSON beside its numbers
@@ -164,6 +165,11 @@ class CommandSpec(Protocol):
     @property
     def idempotent(self) -> bool:
         """True where the same command again, while it is active, asks for nothing new."""
+        ...
+
+    @property
+    def already(self) -> str:
+        """A sentence for one who gives it again while it is under way; "" for a common one."""
         ...
 
     @property

@@ -23,6 +23,7 @@ class FollowMe(CommandFacts):
     moves: bool = True
     target: Target = "person"
     endless: bool = True
+    already: str = "The robot is already following you."
     icon: str = "follow_me"
 
     def begin(self, command: Command, here: ControlContext) -> Action:

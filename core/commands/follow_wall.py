@@ -38,6 +38,7 @@ class FollowWall(CommandFacts):
     summary: str = "Drives along the wall on its right, half a metre away, until another command."
     moves: bool = True
     endless: bool = True
+    already: str = "The robot is already following the wall."
     icon: str = "follow_wall"
     fixed: Mapping[str, str] = field(default_factory=lambda: {"side": "right"})
     pronunciations: Mapping[str, str] = field(default_factory=lambda: {"wall": "W AA L", "follow": "TH AA L OW"})

@@ -34,6 +34,7 @@ class StopAt(CommandFacts):
     summary: str = "Drives to the point (x, y) of the map and stops there."
     moves: bool = True
     target: Target = "place"
+    already: str = "The robot is already on its way there."
     icon: str = "stop_at"
 
     def preview(self, numbers: Mapping[str, float], pose: Pose, radius: float) -> CommandPreview:

@@ -58,7 +58,7 @@ class CommandExecutor:
     def drive(self, here: ControlContext, wait_for: str = "") -> Twist:
         """Execute one frame → the twist to ask of the gate. `wait_for`: why nothing may begin to move yet."""
         if self._next is not None:
-            self._adopt(*self._next) if wait_for else self._begin(*self._next, here)
+            self._begin(*self._next, here, wait=bool(wait_for))
         if self.active_command is None or self._command is None:
             return ZERO
         kind = spec_of(self._command.name)
@@ -115,10 +115,11 @@ class CommandExecutor:
         self.end("pre-empted", _came_after(accepted))
         self._command, self._action, self.active_command = accepted.command, action, _active_command(accepted, stamp)
 
-    def _begin(self, accepted: AcceptedCommand, stamp: float, here: ControlContext) -> None:
-        """Let the command that came in take the other's place if it can begin."""
+    def _begin(self, accepted: AcceptedCommand, stamp: float, here: ControlContext, *, wait: bool) -> None:
+        """Let the command that came in take the other's place if it can begin; `wait`: it does so later."""
         try:
-            self._adopt(accepted, stamp, self._action_of(accepted.command, here))
+            action = self._action_of(accepted.command, here)
+            self._adopt(accepted, stamp, None if wait else action)
         except Refused as refusal:
             self._end_next("refused", str(refusal))
 

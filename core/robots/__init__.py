@@ -42,6 +42,7 @@ class Profile:
     lock: str = ""  # topic of the lock of its own that is closed while it is to stand; "": none
     capabilities: frozenset[Capability] = frozenset({"drive"})
     duration: float | None = None  # [s] of a recording
+    gaps: tuple[tuple[float, float], ...] = ()  # [s] from its start: from and to where it has no scans
 
     @property
     def drives(self) -> bool:

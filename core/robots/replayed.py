@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, cast
 
+import numpy as np
+
 from core.errors import BadInput
 from core.gate import Twist
 from core.recording import LogSettings, ScanRecording, logged_stamp, open_log
@@ -24,6 +26,8 @@ from core.robots.requests import (
 )
 from core.sensors import Image, SensorFrame
 
+GAP, GAP_PERIODS = 1.0, 5.0  # [s], and times the usual period, without a scan that are worth a mark
+MOST_GAPS = 40
 SLOWEST, FASTEST = 0.1, 10.0  # times the speed of life
 
 
@@ -36,7 +40,19 @@ def profile_of(recording: ScanRecording, url: str = "") -> Profile:
         cameras=(recording.camera,) if recording.camera else (),
         capabilities=frozenset({"replay"}),
         duration=recording.duration,
+        gaps=gaps_of(recording),
     )
+
+
+def gaps_of(recording: ScanRecording) -> tuple[tuple[float, float], ...]:
+    """Where a recording has no scans for long: from and to [s] from its start, the longest ones in order."""
+    stamps = np.array([logged_stamp(scan) for scan in recording.scans]) - recording.start
+    apart = np.diff(stamps)
+    if not len(apart):
+        return ()
+    long = np.flatnonzero(apart > max(GAP, GAP_PERIODS * float(np.median(apart))))
+    longest = np.sort(long[np.argsort(apart[long])[-MOST_GAPS:]])
+    return tuple((float(stamps[number]), float(stamps[number + 1])) for number in longest)
 
 
 class ReplayedRobot:

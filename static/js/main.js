@@ -22,6 +22,7 @@ import "./panels/playback-bar.js";
 import "./panels/record-card.js";
 import "./panels/robot-badge.js";
 import "./panels/scene-view.js";
+import "./panels/sign-in-sheet.js";
 import "./panels/slam-card.js";
 import "./panels/view-tabs.js";
 import "./panels/voice-button.js";
@@ -57,6 +58,10 @@ function begin(session) {
   addEventListener("show-gamepad", () => {
     operatorInput.letGo();
     gamepadSheet.toggle();
+  });
+  addEventListener("show-sign-ins", () => {
+    operatorInput.letGo();
+    /** @type {import("./panels/sign-in-sheet.js").SignInSheet} */ (part("sign-in-sheet")).toggle();
   });
   addEventListener("show-hints", () =>
     /** @type {import("./panels/coach-marks.js").CoachMarks} */ (part("coach-marks")).begin(),

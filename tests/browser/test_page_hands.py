@@ -12,7 +12,7 @@ from playwright.sync_api import Page, WebSocketRoute, expect
 from core.gate.limits import Limits
 from core.gate.trace import check, read_trace
 from tests.browser.running_console import Running
-from tests.browser.visit import Visit
+from tests.browser.visit import PHONE, Visit
 
 Open = Callable[..., Visit]
 
@@ -172,6 +172,28 @@ def test_who_only_watches_cannot_drive_but_can_stop(visit: Open, console: Runnin
     watcher.until(lambda: console.newest()["words"] == "stop", "who watches may say stop")
     watcher.say("turn left")
     expect(watcher.find("command-status")).to_contain_text("an operator drives it")
+
+
+def test_control_is_asked_for_and_given_and_who_loses_it_reads_so(visit: Open, console: Running) -> None:
+    first, second = visit(), visit(size=PHONE)
+    first.find("lease-chip button").first.click()
+    first.button("Take control").click()
+    expect(first.find(".lease-text")).to_have_text("You drive")
+    second.find("lease-chip button").first.click()
+    second.button("Ask for control").click()
+    asked = first.find(".banner").filter(has_text="asks for control")
+    asked.get_by_role("button", name="Give control").click()
+    chip = second.find("lease-chip .bar-chip")
+    expect(chip).to_have_attribute("aria-label", "Control: You drive")
+    expect(first.find(".banner")).to_have_count(0)  # who gives it knows it
+    first.find("lease-chip button").first.click()
+    first.button("Take over").click()
+    lost, stage = second.find(".banner").filter(has_text="took control from you"), second.find(".stage")
+    expect(lost).to_be_visible()
+    inner, outer = lost.bounding_box(), stage.bounding_box()
+    assert inner and outer and inner["x"] >= outer["x"] and inner["x"] + inner["width"] <= outer["x"] + outer["width"]
+    lost.get_by_role("button", name="Dismiss").click()
+    expect(lost).to_have_count(0)
 
 
 def test_taking_over_is_explicit_and_goes_through_a_stand(visit: Open, console: Running) -> None:

@@ -115,3 +115,19 @@ test("plain HTTP over a network is told for as long as it is", () => {
   assert.match(told({ secure: false })[0]?.text ?? "", /Plain HTTP.*--tls-cert/);
   assert.match(told({ secure: false, ...changed("gate", { state: "halted" }) }).at(-1)?.text ?? "", /Plain HTTP/);
 });
+
+test("who asks for control is seen by the one who drives, and by nobody else", () => {
+  const lease = { ...STATE.lease, asked_by: "Bert", asked_by_id: "bert-1", answer_within_s: 7.4 };
+  const [asked] = told({ mine: true, state: { ...STATE, lease } });
+  assert.match(asked?.text ?? "", /Bert asks for control \(8 s\)/);
+  assert.equal(asked?.offers, "answer");
+  assert.deepEqual(told({ mine: false, state: { ...STATE, lease } }), []);
+});
+
+test("who loses control reads it over the map, and may ask for it where somebody has it", () => {
+  const [taken] = told({ mine: false, lostControl: { to: "Bert" } });
+  assert.match(taken?.text ?? "", /Bert took control from you/);
+  assert.equal(taken?.offers, "regain");
+  const nobody = { ...STATE, lease: { ...STATE.lease, holder: null, holder_id: null } };
+  assert.match(told({ mine: false, state: nobody, lostControl: { to: null } })[0]?.text ?? "", /lost control/);
+});

@@ -2,13 +2,13 @@ import assert from "node:assert/strict";
 import { mock, test } from "node:test";
 import { standing } from "../../static/js/calibration/active-calibration.js";
 import { hint } from "../../static/js/calibration/board-hint.js";
-import { sure } from "../../static/js/calibration/confirm-button.js";
 import { cameraRows, decimals, mountRows } from "../../static/js/calibration/figures.js";
 import { known, share } from "../../static/js/calibration/progress.js";
 import { hashOf, placeOf } from "../../static/js/calibration/router.js";
 import { heat, heatWords } from "../../static/js/calibration/uncertainty-map.js";
 import { webcamRefusal } from "../../static/js/calibration/webcam.js";
 import { mirrored, Pace, quietWords } from "../../static/js/calibration/words.js";
+import { sure } from "../../static/js/ui/confirm-button.js";
 
 /** @typedef {import("../../static/js/calibration/types.js").Verdict} Verdict */
 /** @typedef {import("../../static/js/calibration/types.js").Calibration} Calibration */

@@ -33,6 +33,15 @@ test("no key drives while typing, with a modifier, or when single keys are off",
   }
 });
 
+test("in a recording the arrows to the sides go five seconds and leave a slider its own", () => {
+  const recording = { ...idle, recording: true };
+  assert.deepEqual(intentionOf(press("ArrowLeft"), recording), { does: "seek", seconds: -5 });
+  assert.deepEqual(intentionOf(press("ArrowRight"), recording), { does: "seek", seconds: 5 });
+  assert.equal(intentionOf(press("ArrowRight"), { ...recording, scrolling: true }), null);
+  assert.equal(intentionOf(press("ArrowRight"), { ...typing, recording: true }), null);
+  assert.deepEqual(intentionOf(press("ArrowRight"), idle), { does: "drive" });
+});
+
 test("digits 1 to 5 choose the speed, others nothing", () => {
   assert.deepEqual(intentionOf(press("Digit1", "1"), idle), { does: "preset", preset: 1 });
   assert.deepEqual(intentionOf(press("Numpad5", "5"), idle), { does: "preset", preset: 5 });

@@ -1,9 +1,9 @@
 // Start page of the calibration: active calibrations, sessions begun before, and the three wizards.
 
+import { sure } from "../ui/confirm-button.js";
 import { icon, make, write } from "../ui/element.js";
 import { inWords, since, standing } from "./active-calibration.js";
 import * as api from "./api.js";
-import { sure } from "./confirm-button.js";
 import { orientationInWords, read as readMicrophones } from "./microphones-api.js";
 import { WizardStep } from "./wizard-step.js";
 

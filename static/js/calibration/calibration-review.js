@@ -1,10 +1,10 @@
 // Review step: precision, views, residuals and changes of a solution, and the decision to use it.
 
 import { sentenceOf } from "../net/api.js";
+import { sure } from "../ui/confirm-button.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import * as api from "./api.js";
 import { BeforeAfter } from "./before-after.js";
-import { sure } from "./confirm-button.js";
 import { ExportsCard } from "./exports-card.js";
 import { FieldsCard } from "./fields-card.js";
 import { FindingsCard } from "./findings-card.js";

@@ -14,6 +14,8 @@ const AXES = {
   ArrowRight: { v: 0, w: -1 },
 };
 
+const SEEK_S = 5; // an arrow key in a recording
+
 /** @param {number} value */
 const unit = (value) => Math.min(1, Math.max(-1, value));
 
@@ -57,7 +59,7 @@ export class HeldKeys {
  */
 
 /**
- * @typedef {{does: "stop"} | {does: "drive"} | {does: "slow"} | {does: "preset", preset: number} | {does: "words"}
+ * @typedef {{does: "stop"} | {does: "seek", seconds: number} | {does: "drive"} | {does: "slow"} | {does: "preset", preset: number} | {does: "words"}
  *   | {does: "talk"}
  *   | {does: "begin"}
  *   | {does: "help"}} Intention
@@ -69,17 +71,23 @@ const ARROWS = /^Arrow(?:Up|Down|Left|Right)$/;
 /**
  * Intention of a key; null when the page does not handle it.
  * @param {KeyPress} press
- * @param {{typing: boolean, singleKeys: boolean, scrolling?: boolean, reading?: boolean, waiting?: boolean}} where
+ * @param {{typing: boolean, singleKeys: boolean, scrolling?: boolean, reading?: boolean, waiting?: boolean, recording?: boolean}} where
  *   typing: a text box has the focus; singleKeys: single letters, digits and Space act; scrolling: the arrows move
- *   what has the focus; reading: a dialog is open; waiting: Enter begins a pending command
+ *   what has the focus; reading: a dialog is open; waiting: Enter begins a pending command; recording: the arrows
+ *   seek
  * @returns {Intention | null}
  */
-export function intentionOf(press, { typing, singleKeys, scrolling = false, reading = false, waiting = false }) {
+export function intentionOf(
+  press,
+  { typing, singleKeys, scrolling = false, reading = false, waiting = false, recording = false },
+) {
   if (press.key === "Escape" || press.code === "Escape") return { does: "stop" };
   if (typing || press.ctrlKey || press.altKey || press.metaKey) return null;
   if (press.key === "Enter") return waiting && !reading ? { does: "begin" } : null;
   if (!singleKeys) return null;
   if (press.code === "Space") return { does: "stop" };
+  if (recording && (press.code === "ArrowLeft" || press.code === "ArrowRight"))
+    return reading || scrolling ? null : { does: "seek", seconds: press.code === "ArrowLeft" ? -SEEK_S : SEEK_S };
   if (press.code in AXES) return reading || (scrolling && ARROWS.test(press.code)) ? null : { does: "drive" };
   if (press.code === "ShiftLeft" || press.code === "ShiftRight") return { does: "slow" };
   if (press.code === TALK) return reading ? null : { does: "talk" };

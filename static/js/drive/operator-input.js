@@ -97,7 +97,8 @@ export class OperatorInput {
     const reading = document.querySelector("[role=dialog]:not([hidden])") !== null;
     const pending = mayBegin(this.#session.view);
     const waiting = pending !== null && !takesEnter(target);
-    const where = { typing, singleKeys: this.singleKeys, scrolling: scrolls(target), reading, waiting };
+    const recording = this.#session.hello?.robot.capabilities.includes("replay") === true;
+    const where = { recording, typing, singleKeys: this.singleKeys, scrolling: scrolls(target), reading, waiting };
     const intention = intentionOf(event, where);
     if (!intention) return;
     const driving = intention.does === "drive" || intention.does === "slow" || intention.does === "preset";
@@ -108,7 +109,8 @@ export class OperatorInput {
     }
     if (intention.does !== "stop" || event.key !== "Escape") event.preventDefault();
     if (intention.does === "drive" || event.key !== "Escape") event.stopImmediatePropagation();
-    if (event.repeat) return;
+    if (intention.does === "seek") this.#session.seekBy(intention.seconds); // a key that is held goes on
+    if (event.repeat || intention.does === "seek") return;
     if (intention.does === "stop") this.#stop(event.key);
     else if (intention.does === "preset") this.drive.preset = intention.preset;
     else if (intention.does === "words") this.toWords();

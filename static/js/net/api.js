@@ -130,6 +130,18 @@ export const beginPendingCommand = (id) => post("api/pending-command/begin", { i
 /** @param {number} id of the pending command: drop it */
 export const dropPendingCommand = (id) => post("api/pending-command/drop", { id });
 
+/** @param {"viewer" | "operator"} role @param {string} name of whom it is for, or "" */
+export const makeLink = (role, name) => post("api/links", { role, name });
+
+/** Logins of browsers, and keys by which one may sign in. */
+export const signIns = () => call("api/sessions");
+
+/** @param {string} id of a login */
+export const endSession = (id) => call(`api/sessions/${id}`, { method: "DELETE" });
+
+/** @param {string} id of a key */
+export const revokeKey = (id) => call(`api/keys/${id}`, { method: "DELETE" });
+
 export const logout = () => post("api/logout");
 
 /** @param {number} press number of this press of STOP, the same as over the socket */

@@ -34,10 +34,10 @@
  */
 
 /**
- * Take control, take it over, give it back.
+ * Take control, take it over, give it back; ask who has it; the answer to who asks: give or keep.
  * @typedef {object} LeaseMessage
  * @property {'lease'} kind
- * @property {'acquire' | 'take' | 'release'} do
+ * @property {'acquire' | 'take' | 'release' | 'ask' | 'give' | 'keep'} do
  * @property {number} ref
  */
 

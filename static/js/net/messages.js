@@ -147,6 +147,9 @@
  * @property {string | null} holder
  * @property {string | null} holder_id
  * @property {number} epoch
+ * @property {string | null} [asked_by]
+ * @property {string | null} [asked_by_id]
+ * @property {number | null} [answer_within_s]
  */
 
 /**
@@ -190,6 +193,7 @@
  * @property {string} failsafe
  * @property {string} lock
  * @property {number | null} duration_s
+ * @property {[number, number][]} gaps_s
  */
 
 /**

@@ -15,6 +15,7 @@ import { Asking } from "./pending-answers.js";
 /** @typedef {{text: string, answer: Answer, source: "typed" | "chip" | "click", at: number}} Said `at`: sent [ms] */
 /** @typedef {{seq: number, stamp: number, jpeg: Uint8Array<ArrayBuffer>}} Picture */
 /** @typedef {import("../calibration/types.js").Calibration} Calibration */
+/** @typedef {{to: string | null}} LostControl control of this page went to another operator, or to nobody (null) */
 /**
  * @typedef {object} View snapshot for the panels
  * @property {Hello | null} hello
@@ -23,10 +24,12 @@ import { Asking } from "./pending-answers.js";
  * @property {boolean} up
  * @property {Permission} permission
  * @property {boolean} mine this page holds the lease
+ * @property {LostControl | null} lostControl until it is dismissed or control is back
  * @property {boolean} secure the connection is encrypted or local
  */
 
 const STOPS = "stop moving";
+const SETTLE_MS = 600; // after a seek the recording takes that long to arrive
 
 /** @typedef {{text: string, words: string, event: string}} Offer a sentence and a button that dispatches the event */
 
@@ -67,6 +70,12 @@ export class Session {
   #events = new EventTarget();
   #asking = new Asking();
   #revision = -1;
+  #sought = 0; // place in a recording that was sought last, 0..1
+  #soughtAt = -Infinity; // [ms]
+  #drove = false; // this page held the lease in the newest state
+  #gaveAway = false; // by its own wish
+  /** @type {LostControl | null} */
+  #lostControl = null;
   #stoppedAt = -Infinity; // [ms] newest STOP of this page
   #wantsCamera = true;
   /** @type {string | null} */
@@ -96,7 +105,17 @@ export class Session {
     const { hello, state } = this;
     const up = link.is === "up" && state !== null;
     const mine = up && hello !== null && state.lease.holder_id === hello.you.id;
-    return { hello, state, link, up, mine, permission: permission({ hello, state, up }), secure: isSecureContext };
+    const lostControl = this.#lostControl;
+    return {
+      hello,
+      state,
+      link,
+      up,
+      mine,
+      lostControl,
+      permission: permission({ hello, state, up }),
+      secure: isSecureContext,
+    };
   }
 
   /** Number of the newest state: dates a command that the link delays. */
@@ -152,8 +171,9 @@ export class Session {
     return this.#asked((ref) => this.link.send({ kind: "halt_reset", ref }));
   }
 
-  /** @param {"acquire" | "take" | "release"} action */
+  /** @param {import("./messages.js").LeaseMessage["do"]} action */
   lease(action) {
+    if (action === "release" || action === "give") this.#gaveAway = true;
     return this.#asked((ref) => this.link.send({ kind: "lease", do: action, ref }));
   }
 
@@ -163,6 +183,20 @@ export class Session {
    */
   playback(action, value) {
     return this.#asked((ref) => this.link.send({ kind: "playback", do: action, ref, value: value ?? null }));
+  }
+
+  /**
+   * Move in a recording; presses in quick succession add up.
+   * @param {number} seconds
+   */
+  seekBy(seconds) {
+    const duration = this.hello?.robot.duration_s ?? 0;
+    if (!duration || this.hello?.you.role === "viewer") return;
+    const now = performance.now();
+    const from = now - this.#soughtAt < SETTLE_MS ? this.#sought : (this.state?.robot.progress ?? 0);
+    this.#soughtAt = now;
+    this.#sought = Math.min(1, Math.max(0, from + seconds / duration));
+    void this.playback("seek", this.#sought);
   }
 
   /** @param {number} id of the pending command: begin it now */
@@ -279,9 +313,24 @@ export class Session {
       this.#dispatch("calibration", /** @type {Calibration} */ (message.session));
     } else {
       this.state = message;
+      this.#watchLease(message.lease);
       this.#dispatch("heard", this.view);
       if (message.history_revision !== this.#revision) void this.#fetchHistory(message.history_revision);
     }
+  }
+
+  /** The sentence about lost control was read. */
+  dismissLostControl() {
+    this.#lostControl = null;
+  }
+
+  /** @param {import("./messages.js").LeaseState} lease */
+  #watchLease({ holder, holder_id }) {
+    const drives = this.hello !== null && holder_id === this.hello.you.id;
+    if (this.#drove && !drives && !this.#gaveAway) this.#lostControl = { to: holder };
+    if (drives) this.#lostControl = null;
+    if (!drives) this.#gaveAway = false;
+    this.#drove = drives;
   }
 
   #lose() {

@@ -14,6 +14,7 @@ class AppMenu extends Panel {
   #reset = item("undo", "Reset the halt", "The reset itself does not move the robot.");
   #keys = item("keys", "Keys", "Every key of this page.");
   #gamepad = item("gamepad", "Gamepad", "Its buttons and sticks, and what each does.");
+  #signIns = item("qr", "Phones and sign-ins", "A link for a phone or another person; who is signed in.");
   #hints = item("hints", "Show the first hints again", "");
   #single = make("input", { type: "checkbox", class: "switch", role: "switch" });
   #switch = make(
@@ -96,6 +97,7 @@ class AppMenu extends Panel {
     this.#reset,
     this.#keys,
     this.#gamepad,
+    this.#signIns,
     this.#hints,
     this.#switch,
     this.#help,
@@ -124,6 +126,7 @@ class AppMenu extends Panel {
     on(this.#reset, () => void this.session.resetHalt());
     on(this.#keys, () => this.dispatchEvent(new CustomEvent("show-keys", { bubbles: true })));
     on(this.#gamepad, () => this.dispatchEvent(new CustomEvent("show-gamepad", { bubbles: true })));
+    on(this.#signIns, () => this.dispatchEvent(new CustomEvent("show-sign-ins", { bubbles: true })));
     on(this.#hints, () => this.dispatchEvent(new CustomEvent("show-hints", { bubbles: true })));
     on(this.#leave, () => void this.session.leave());
   }
@@ -140,6 +143,7 @@ class AppMenu extends Panel {
     this.#hints.hidden = !drives || hello?.you.role === "viewer";
     this.#switch.hidden = this.#gamepad.hidden = !drives;
     this.#hearing.hidden = this.#people.hidden = onlyWatched(hello);
+    this.#signIns.hidden = hello?.you.role === "viewer" || hello?.you.id === "local";
     this.#leave.hidden = hello?.you.id === "local"; // no sign-in on this machine
   }
 }

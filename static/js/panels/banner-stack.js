@@ -7,7 +7,23 @@ import { Panel } from "../ui/panel.js";
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../ui/banners.js").Banner} Banner */
 
-const OFFERS = { "": "", reset: "Reset the halt", here: "Show where it is" };
+/** @typedef {import("../net/session.js").Session} Session */
+
+/** @type {Record<Banner["offers"], Array<[string, (session: Session, from: HTMLElement) => void]>>} */
+const OFFERS = {
+  "": [],
+  reset: [["Reset the halt", (session) => void session.resetHalt()]],
+  here: [["Show where it is", (_, from) => from.dispatchEvent(new CustomEvent("place-robot", { bubbles: true }))]],
+  answer: [
+    ["Give control", (session) => void session.lease("give")],
+    ["Keep it", (session) => void session.lease("keep")],
+  ],
+  seen: [["Dismiss", (session) => session.dismissLostControl()]],
+  regain: [
+    ["Ask for control", (session) => void session.lease("ask").then(({ ok }) => ok && session.dismissLostControl())],
+    ["Dismiss", (session) => session.dismissLostControl()],
+  ],
+};
 
 class BannerStack extends Panel {
   /** @type {Map<string, HTMLElement>} */
@@ -32,26 +48,22 @@ class BannerStack extends Panel {
 
   /** @param {Banner} banner */
   #raise(banner) {
-    const words = OFFERS[banner.offers];
-    const offer = words && make("button", { type: "button", class: "button" }, words);
-    if (offer) offer.addEventListener("click", () => this.#take(banner.offers));
+    const offers = OFFERS[banner.offers].map(([words, act]) => {
+      const offer = make("button", { type: "button", class: "button" }, words);
+      offer.addEventListener("click", () => act(this.session, this));
+      return offer;
+    });
     const row = make(
       "div",
       { class: "banner", "data-tone": banner.tone, "data-banner": banner.id },
       icon(banner.icon),
       make("p", { class: "banner-text" }),
-      offer,
+      ...offers,
     );
     this.#shown.set(key(banner), row);
     this.append(row);
     this.session.announce(banner.text);
     return row;
-  }
-
-  /** @param {Banner["offers"]} offer */
-  #take(offer) {
-    if (offer === "reset") void this.session.resetHalt();
-    else this.dispatchEvent(new CustomEvent("place-robot", { bubbles: true }));
   }
 }
 

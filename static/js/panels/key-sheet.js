@@ -16,21 +16,30 @@ const KEYS = [
   [["?"], "This sheet"],
 ];
 
+const RECORDING_KEYS = [
+  [["Space"], "Play and pause"],
+  [["←", "→"], "Five seconds back or on"],
+  [["Esc"], "Pause, also while typing"],
+  [["?"], "This sheet"],
+];
+
+/** @param {typeof KEYS} list */
+const rows = (list) =>
+  list.flatMap(([keys, says]) => [
+    make("dt", {}, .../** @type {string[]} */ (keys).map((key) => (key === "…" ? "…" : make("kbd", {}, key)))),
+    make("dd", {}, String(says)),
+  ]);
+
 export class KeySheet extends Sheet {
+  #list = make("dl", { class: "keys" }, ...rows(KEYS));
+
   /** @override */
   build() {
-    this.frame(
-      "Keys",
-      make(
-        "dl",
-        { class: "keys" },
-        ...KEYS.flatMap(([keys, says]) => [
-          make("dt", {}, .../** @type {string[]} */ (keys).map((key) => (key === "…" ? "…" : make("kbd", {}, key)))),
-          make("dd", {}, String(says)),
-        ]),
-      ),
-      make("p", { class: "note" }, "Stop is a software stop. It is no emergency stop."),
-    );
+    this.frame("Keys", this.#list, make("p", { class: "note" }, "Stop is a software stop. It is no emergency stop."));
+    this.session.on("hello", ({ robot }) => {
+      const recording = robot.capabilities.includes("replay") && !robot.dry_run;
+      this.#list.replaceChildren(...rows(recording ? RECORDING_KEYS : KEYS));
+    });
   }
 }
 

@@ -6,7 +6,7 @@ import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
 
 /** @typedef {import("../net/session.js").View} View */
-/** @typedef {"acquire" | "take" | "release"} LeaseAction */
+/** @typedef {"acquire" | "ask" | "release"} LeaseAction */
 
 class LeaseChip extends Panel {
   #icon = icon("wheel");
@@ -14,15 +14,18 @@ class LeaseChip extends Panel {
   #button = make("button", { type: "button", class: "bar-chip" }, this.#icon, this.#text);
   #sentence = make("p", { class: "note" });
   #act = make("button", { type: "button", class: "button primary wide" });
+  #take = make("button", { type: "button", class: "button wide" }, "Take over");
   #panel = make(
     "div",
     { role: "group", "aria-label": "Control" },
     make("h2", { class: "card-title" }, "Control"),
     this.#sentence,
     this.#act,
+    this.#take,
   );
   /** @type {LeaseAction} */
   #action = "acquire";
+  #close = () => {};
 
   /** @override */
   build() {
@@ -30,8 +33,13 @@ class LeaseChip extends Panel {
     const { close } = popover(this.#button, this.#panel, { opened: () => this.#act.focus() });
     this.#act.addEventListener("click", () => {
       void this.session.lease(this.#action);
+      if (this.#action !== "ask") close();
+    });
+    this.#take.addEventListener("click", () => {
+      void this.session.lease("take");
       close();
     });
+    this.#close = close;
     this.hidden = true;
   }
 
@@ -51,7 +59,11 @@ class LeaseChip extends Panel {
     write(this.#sentence, sentence);
     write(this.#act, act);
     this.#act.hidden = hello.you.role === "viewer";
-    this.#act.disabled = !view.up;
+    const asked = action === "ask" && state.lease.asked_by !== null;
+    this.#act.disabled = !view.up || asked;
+    this.#take.hidden = action !== "ask" || this.#act.hidden;
+    this.#take.disabled = !view.up;
+    if (this.#action === "ask" && action !== "ask") this.#close(); // the answer came
     this.#action = action;
   }
 }
@@ -82,7 +94,16 @@ function describe({ mine }, hello, { lease }) {
   const sentence = watching
     ? `${lease.holder} drives. You see everything and may stop the robot.`
     : `${lease.holder} drives now. Taking over stops the robot first, and ${lease.holder} gets a notice.`;
-  return { text: `${lease.holder} drives`, sentence, act: "Take over", action: "take" };
+  return { text: `${lease.holder} drives`, sentence, act: asking(lease, hello.you.id), action: "ask" };
+}
+
+/**
+ * @param {import("../net/messages.js").LeaseState} lease
+ * @param {string} me
+ */
+function asking({ asked_by, asked_by_id, answer_within_s }, me) {
+  if (!asked_by) return "Ask for control";
+  return asked_by_id === me ? `Asked: ${Math.ceil(answer_within_s ?? 0)} s to answer` : `${asked_by} asks already`;
 }
 
 customElements.define("lease-chip", LeaseChip);

@@ -3,11 +3,14 @@
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { duration } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { ruler, Timeline } from "../ui/timeline.js";
 
 /** @typedef {import("../net/session.js").View} View */
 
 const SPEEDS = [0.5, 1, 2, 5, 10];
 const STEPS = 1000;
+const ARROW_S = 5;
+const TIMES = 6; // on the ruler
 const SETTLE_MS = 600; // after a seek the slider waits for the recording to arrive there
 
 class PlaybackBar extends Panel {
@@ -22,6 +25,11 @@ class PlaybackBar extends Panel {
     value: "0",
     "aria-label": "Place in the recording",
   });
+  #marks = make("div", { class: "marks" });
+  #ruler = make("div", { class: "ruler", "aria-hidden": "true" });
+  #line = make("div", { class: "timeline" }, this.#marks, this.#seek, this.#ruler);
+  #timeline = new Timeline();
+  #drawn = -1;
   #time = make("span", { class: "playback-time" });
   #speeds = make(
     "div",
@@ -38,10 +46,18 @@ class PlaybackBar extends Panel {
     this.classList.add("card");
     this.setAttribute("role", "region");
     this.setAttribute("aria-label", "Playback");
-    this.append(this.#play, this.#seek, this.#time, this.#speeds);
+    this.append(this.#play, this.#line, this.#time, this.#speeds);
     this.session.on("hello", ({ robot }) => {
       this.hidden = !robot.capabilities.includes("replay");
       this.#length = robot.duration_s ?? 0;
+      if (this.hidden || !this.#length) return;
+      this.#timeline.begin(this.#length, robot.gaps_s);
+      const times = ruler(this.#length, TIMES).map((time) => {
+        const label = make("span", {}, duration(time));
+        label.style.setProperty("--at", String(time / this.#length));
+        return label;
+      });
+      this.#ruler.replaceChildren(...times);
     });
     this.#play.addEventListener("click", () => {
       void this.session.playback(this.session.state?.robot.running ? "pause" : "play");
@@ -54,6 +70,16 @@ class PlaybackBar extends Panel {
       this.#movedAt = performance.now();
       void this.session.playback("seek", Number(this.#seek.value) / STEPS);
     });
+    this.#seek.addEventListener("keydown", (event) => {
+      const towards = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+      if (!towards) return;
+      event.preventDefault();
+      this.session.seekBy(towards * ARROW_S);
+    });
+    this.#seek.addEventListener("pointermove", ({ offsetX }) => {
+      const place = Math.min(1, Math.max(0, offsetX / this.#seek.clientWidth));
+      this.#seek.title = duration(place * this.#length);
+    });
     for (const button of this.#speeds.querySelectorAll("button")) {
       button.addEventListener("click", () => void this.session.playback("speed", Number(button.dataset["speed"])));
     }
@@ -65,6 +91,8 @@ class PlaybackBar extends Panel {
    */
   show({ state, up, hello }) {
     if (this.hidden || !state) return;
+    this.#timeline.saw(state);
+    if (this.#drawn !== this.#timeline.revision) this.#draw();
     const may = up && hello?.you.role !== "viewer";
     for (const control of this.querySelectorAll("button, input")) mark(control, "disabled", !may);
     const { running, progress, speed } = state.robot;
@@ -78,6 +106,24 @@ class PlaybackBar extends Panel {
     const place = progress ?? 0;
     this.#seek.value = String(Math.round(place * STEPS));
     this.#tell(place);
+  }
+
+  #draw() {
+    this.#drawn = this.#timeline.revision;
+    const marks = this.#timeline.marks.map(({ at, kind, words }) => {
+      const says = `${duration(at * this.#length)}: ${words}`;
+      const mark = make("button", {
+        type: "button",
+        class: "mark",
+        "data-kind": kind,
+        title: says,
+        "aria-label": says,
+      });
+      mark.style.setProperty("--at", String(at));
+      mark.addEventListener("click", () => void this.session.playback("seek", at));
+      return mark;
+    });
+    this.#marks.replaceChildren(...marks);
   }
 
   /** @param {number} place 0..1 */

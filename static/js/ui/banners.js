@@ -9,7 +9,7 @@ import { age, metres, speed, whereabouts } from "./format.js";
  * @property {"fault" | "stale" | "calm"} tone
  * @property {string} icon
  * @property {string} text
- * @property {"" | "reset" | "here"} offers a button
+ * @property {"" | "reset" | "here" | "answer" | "regain" | "seen"} offers its buttons
  */
 
 const STALE_S = 0.8;
@@ -32,6 +32,8 @@ export function banners(view) {
       : null,
     robotLink(state),
     state.gate.state === "halted" ? halted(view) : null,
+    request(view),
+    lostControl(view),
     state.floor.lost ? localization(state.floor.lost, view) : null,
     hello.robot.drives && state.floor.slipping
       ? calmly("slips", "calm", "warning", "The wheels slip; the robot relies on its scans.")
@@ -70,6 +72,24 @@ function halted({ hello }) {
     ? "Halted. Nothing moves until the halt is reset. The reset itself does not move the robot."
     : "Halted. Nothing moves until an operator resets the halt.";
   return { id: "halted", tone: "fault", icon: "halt", text, offers: may ? "reset" : "" };
+}
+
+/** @param {View} view @returns {Banner | null} who asks this page for control */
+function request({ state, mine }) {
+  if (!mine || !state?.lease.asked_by) return null;
+  const left = Math.ceil(state.lease.answer_within_s ?? 0);
+  const text = `${state.lease.asked_by} asks for control (${left} s). Giving it stops the robot first.`;
+  return { id: `asked ${state.lease.asked_by_id}`, tone: "stale", icon: "wheel", text, offers: "answer" };
+}
+
+/** @param {View} view @returns {Banner | null} */
+function lostControl({ lostControl, state }) {
+  if (!lostControl) return null;
+  const text = lostControl.to
+    ? `${lostControl.to} took control from you; the robot was stopped.`
+    : "You lost control: nothing came from this page for a while. The robot was stopped.";
+  const offers = state?.lease.holder ? "regain" : "seen";
+  return { id: "lost control", tone: "stale", icon: "wheel", text, offers };
 }
 
 /**

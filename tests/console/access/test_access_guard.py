@@ -6,6 +6,7 @@ import re
 import time
 from collections.abc import Iterator
 
+import msgspec
 import pytest
 from fastapi import FastAPI
 from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
@@ -13,6 +14,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
 from console.access.guard import HEADERS
+from console.access.logins import fingerprint
 from console.access.roles import check_roles, declared, needs
 from console.scene.viser_host.mount import SUBPROTOCOL
 from tests.console.live import Live, hear, say
@@ -210,7 +212,9 @@ def test_the_end_of_a_login_closes_its_sockets_and_frees_its_lease(
             assert live.ask("POST", "/api/logout", headers={**BODYLESS, **own}).status == 200
         else:
             logins, token = live.runtime.access.logins, cookie.partition("=")[2]
-            live.on_loop(lambda: logins._open.update({token: (logins._open[token][0], began)}))
+            digest = fingerprint(token)
+            over = msgspec.structs.replace(logins._records.logins[digest], end_s=began)
+            live.on_loop(lambda: logins._records.logins.update({digest: over}))
         assert ending(line)[0] == 1008
         assert ending(scene)[0] == 1008
         hear(other, "state", true=lambda told: told["lease"]["holder"] is None)

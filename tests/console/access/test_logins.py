@@ -29,13 +29,13 @@ def test_a_wrong_token_opens_nothing_whatever_it_is_made_of() -> None:
     token = logins.issue("operator", "operator")
     for wrong in ("", token[:-1], token + "x", "é" * 43, "\ud800", "\x00", token.swapcase()):
         assert logins.open(wrong, "", 0.0) is None
-        assert logins.bearer(wrong) is None
+        assert logins.bearer(wrong, 0.0) is None
 
 
 def test_a_token_for_one_login_is_spent_by_it() -> None:
     logins = Logins()
     token = logins.issue("operator", "operator", once=True)
-    assert logins.bearer(token) is None
+    assert logins.bearer(token, 0.0) is None
     assert logins.open(token, "", 0.0) is not None
     assert logins.open(token, "", 0.0) is None
 

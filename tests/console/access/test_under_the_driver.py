@@ -162,9 +162,7 @@ def test_who_does_not_drive_changes_nothing_the_robot_moves_by(
     raw = b"x" if headers.get("Content-Type") == "text/plain" else None
     asked = {"token": live.operator, "raw": raw, "headers": headers}
     refused = live.ask(method, path, body, **asked)
-    assert refused.status == 409 and refused.json["detail"].endswith(
-        "drives now. Take over, or wait until control is given back."
-    )
+    assert refused.status == 409 and refused.json["detail"].endswith("drives now. Ask for control, or take over.")
     own = {"Cookie": driven, "Origin": f"http://127.0.0.1:{live.port}", **headers}
     for free in (live.ask(method, path, body, raw=raw, headers=own), released(live, own, method, path, body, asked)):
         assert "drives now" not in free.body.decode(), (free.status, free.body)

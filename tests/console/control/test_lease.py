@@ -38,6 +38,38 @@ def test_taking_over_raises_the_epoch_and_the_former_driver_is_stale() -> None:
     assert lease.held_by(BERT) and lease.epoch == 2
 
 
+def test_who_asks_gets_control_only_from_its_holder_and_within_ten_seconds() -> None:
+    lease = Lease()
+    lease.ask(ANNA, 0.0)
+    assert lease.held_by(ANNA), "what is free needs no question"
+    lease.ask(BERT, 1.0)
+    assert lease.held_by(ANNA) and lease.epoch == 1 and lease.request is not None
+    with pytest.raises(Refused, match="Bert has asked already"):
+        lease.ask(Person("c", "Cleo"), 1.0)
+    with pytest.raises(Refused, match="Nobody asks you"):
+        lease.answer(BERT, 1.0, give=True)
+    assert lease.answer(ANNA, 2.0, give=False) == BERT and lease.held_by(ANNA)
+    lease.ask(BERT, 3.0)
+    lease.ask(BERT, 12.0)
+    assert lease.tick_request(12.9) is None and lease.tick_request(13.0) == BERT, "asking again wins no time"
+    lease.ask(BERT, 14.0)
+    assert lease.answer(ANNA, 15.0, give=True) == BERT
+    assert lease.held_by(BERT) and lease.epoch == 2 and lease.request is None
+
+
+@pytest.mark.parametrize("end", ["release", "take", "forget"])
+def test_a_request_ends_with_the_lease_it_asks_for(end: str) -> None:
+    lease, cleo = Lease(), Person("c", "Cleo")
+    lease.acquire(ANNA, 0.0)
+    lease.ask(BERT, 0.0)
+    {
+        "release": lambda: lease.release(ANNA),
+        "take": lambda: lease.take(cleo, 1.0),
+        "forget": lambda: lease.forget(BERT),
+    }[end]()
+    assert lease.request is None
+
+
 def test_only_the_driver_can_give_the_wheel_back() -> None:
     lease = Lease()
     lease.acquire(ANNA, 0.0)
@@ -105,7 +137,9 @@ class AnyOrderOfThings(RuleBasedStateMachine):
 
     people = st.sampled_from([ANNA, BERT, Person("c", "Cleo")])
 
-    @rule(who=people, what=st.sampled_from(["acquire", "take", "release", "forget", "connected", "disconnected"]))
+    @rule(
+        who=people, what=st.sampled_from(["acquire", "ask", "take", "release", "forget", "connected", "disconnected"])
+    )
     def act(self, who: Person, what: str) -> None:
         untimed = {"release", "forget", "disconnected"}
         try:
@@ -113,14 +147,27 @@ class AnyOrderOfThings(RuleBasedStateMachine):
         except Refused:
             assert self.lease.holder is not None and not self.lease.held_by(who)
 
+    @rule(who=people, give=st.booleans())
+    def answer(self, who: Person, give: bool) -> None:
+        asked = self.lease.request
+        try:
+            asker = self.lease.answer(who, self.now, give=give)
+        except Refused:
+            assert asked is None or not self.lease.held_by(who)
+        else:
+            assert self.lease.held_by(asker if give else who) and self.lease.request is None
+
     @rule(seconds=st.floats(0, 8), obeying=st.booleans())
     def wait(self, seconds: float, obeying: bool) -> None:
         self.now += seconds
         self.lease.tick(self.now, obeying=obeying)
+        self.lease.tick_request(self.now)
 
     @invariant()
     def every_change_is_counted(self) -> None:
         holder, epoch = self.before
+        request = self.lease.request
+        assert request is None or (self.lease.holder is not None and not self.lease.held_by(request.person))
         assert self.lease.epoch == epoch + (self.lease.holder != holder)
         self.before = (self.lease.holder, self.lease.epoch)
 

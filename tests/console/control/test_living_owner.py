@@ -116,7 +116,7 @@ def test_an_endless_command_goes_on_while_its_owner_renews_the_lease(
 @pytest.mark.parametrize("words", ["follow wall", "follow me", "come here", "stop at 1 and 0.5"])
 def test_the_same_command_again_is_under_way_already(dispatcher: CommandDispatcher, robot: Robot, words: str) -> None:
     dispatcher.submit(words, "rest", ANNA)
-    with pytest.raises(Problem, match="already doing that") as again:
+    with pytest.raises(Problem, match="The robot is already") as again:
         dispatcher.submit(words, "typed", ANNA)
     assert again.value.status == 409 and robot.told == [words] and robot.cancelled == []
     dispatcher.stop(BERT, "rest")  # the pilot has not said yet that it ended
@@ -213,3 +213,17 @@ def test_what_names_a_state_is_as_old_as_that_and_never_younger_than_its_arrival
     assert states.oldest(100, 99.0) == 5.0
     assert states.oldest(1, 99.0) == 0.5  # forgotten: not younger than the oldest that is known
     assert states.oldest(0, 99.0) == states.oldest(REMEMBERED + 10, 99.0) == 99.0
+
+
+def test_control_is_given_to_who_asks_through_zero(dispatcher: CommandDispatcher, robot: Robot, lease: Lease) -> None:
+    dispatcher.submit("follow wall", "rest", ANNA)
+    dispatcher.change_lease("ask", BERT)
+    assert lease.held_by(ANNA) and robot.cancelled == [], "asking changes nothing"
+    dispatcher.change_lease("give", ANNA)
+    assert lease.held_by(BERT) and robot.cancelled == ["Anna gave control to Bert."]
+    dispatcher.change_lease("ask", ANNA)
+    dispatcher.change_lease("keep", BERT)
+    assert lease.held_by(BERT) and len(robot.cancelled) == 1
+    dispatcher.change_lease("ask", ANNA)
+    dispatcher.tick(time.monotonic() + 10.1)
+    assert lease.request is None

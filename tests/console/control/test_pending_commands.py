@@ -35,7 +35,7 @@ def read(words: str) -> Command:
 
 
 def person(live: Live, token: str) -> Person:
-    found = live.runtime.access.logins.bearer(token)
+    found = live.runtime.access.logins.bearer(token, 0.0)
     assert found is not None
     return found
 

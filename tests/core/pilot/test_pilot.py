@@ -311,6 +311,26 @@ def test_a_command_that_cannot_begin_leaves_the_one_under_way_alone() -> None:
     assert snapshot.setpoint_command_id == 4 and snapshot.setpoint.w > 0
 
 
+def test_a_command_that_cannot_begin_leaves_the_other_alone_also_while_the_robot_looks_around(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    lab = robot()
+    pilot = started(lab)
+    pilot.tell(1, command("continue 1 meters"), "typed", "anna")
+    pilot.step(lab.read())
+    drive = pilot._executor.drive
+    monkeypatch.setattr(pilot._executor, "drive", lambda here, *_: drive(here, "I look around."))
+    pilot.tell(2, command("come here"), "chip", "anna")
+    snapshot = pilot.step(lab.read())
+    assert [(ended.id, ended.state) for ended in snapshot.endings] == [(2, "refused")]
+    assert snapshot.active_command is not None and snapshot.active_command.id == 1
+    pilot.tell(3, command("turn left"), "chip", "anna")
+    snapshot = pilot.step(lab.read())
+    assert [(ended.id, ended.state) for ended in snapshot.endings] == [(1, "pre-empted")]
+    assert snapshot.active_command is not None and snapshot.active_command.remark == "I look around."
+    assert not snapshot.setpoint.moves
+
+
 def test_a_stop_ends_what_came_in_with_it_too() -> None:
     lab = robot()
     pilot = started(lab)

@@ -55,6 +55,14 @@ def test_the_profile_says_what_it_is(scans):
     assert profile.url == f"log:{scans}"
 
 
+def test_long_gaps_are_named_from_the_start_and_usual_periods_are_none(scans, drive, tmp_path):
+    assert opened(scans).profile.gaps == () and opened(drive).profile.gaps == ()
+    lines = scans.read_text().splitlines()
+    broken = tmp_path / "broken.jsonl"
+    broken.write_text("\n".join(lines[:5] + lines[20:]))
+    assert opened(broken).profile.gaps == (pytest.approx((0.4, 2.0)),)
+
+
 def test_every_scan_comes_once_in_its_own_time(scans):
     frames = until_the_end(opened(scans))
     assert numbers(frames) == list(range(SCANS))

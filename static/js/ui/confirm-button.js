@@ -1,6 +1,6 @@
 // Button that asks for a second press before it acts.
 
-import { write } from "../ui/element.js";
+import { write } from "./element.js";
 
 const ASKS_MS = 6000; // then the button returns to its first label
 

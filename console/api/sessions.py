@@ -1,0 +1,164 @@
+"""Who is signed in and by which keys one may: links for others, and the end of a login or of a key."""
+
+from __future__ import annotations
+
+import time
+from typing import Literal
+
+import msgspec
+from fastapi import Request
+from pydantic import Field
+
+from console.access.guard import Access
+from console.access.logins import LINK_LIFE, RANK, Person, new_token
+from console.access.records import KeyKind, KeyRecord, LoginRecord
+from console.access.roles import needs
+from console.api import AccessRules, Behind, HistoryInUse, RequestBody, Sockets, Who, router
+from console.api.login import called
+from console.http import qr
+from console.http.problems import Problem
+from console.people.store import LONGEST
+
+sessions = router("sessions")
+
+HERE = ("127.0.0.1", "localhost", "[::1]")
+ALONE = (
+    "This console listens on this machine alone, so the link opens only here. For a phone, start it with "
+    "--host and this machine's address in the network."
+)
+
+
+class SignedIn(msgspec.Struct, frozen=True):
+    """A browser that is signed in."""
+
+    id: str
+    name: str
+    role: str
+    since_s: float  # Unix time
+    end_s: float  # Unix time
+    present: bool  # a page of theirs is open
+    yours: bool
+
+
+class KeyRow(msgspec.Struct, frozen=True):
+    """A key: what it opens, and until when; never the key itself."""
+
+    id: str
+    name: str
+    role: str
+    kind: KeyKind  # start: printed at a start; link: made for somebody; file: --token-file; program: fixed
+    since_s: float  # Unix time
+    end_s: float | None  # Unix time; null: until it is revoked
+
+
+class SignInList(msgspec.Struct, frozen=True):
+    """All logins and keys, eldest first."""
+
+    sessions: list[SignedIn]
+    keys: list[KeyRow]
+
+
+class NewLink(msgspec.Struct, frozen=True):
+    """A link that signs in who opens it. It is shown this once; only its fingerprint is kept."""
+
+    id: str
+    address: str
+    end_s: float  # Unix time
+    qr: list[str]  # rows of modules, "1" dark, without a margin
+    note: str | None  # why no other machine can open it
+
+
+class LinkRequest(RequestBody):
+    """Whom the link is for."""
+
+    role: Literal["viewer", "operator"] = "viewer"
+    name: str = Field(default="", max_length=4 * LONGEST, examples=["tablet"])
+
+
+@sessions.get("/sessions")
+@needs("operator")
+async def listed(access: AccessRules, sockets: Sockets, who: Who) -> SignInList:
+    """Who is signed in, and by which keys one may sign in."""
+    rows = [session_row(one, sockets.are_open(person_of(one)), who) for one in access.logins.all_logins()]
+    return SignInList(rows, [key_row(key) for key in access.logins.all_keys()])
+
+
+@sessions.delete("/sessions/{id}", status_code=204)
+@needs("operator")
+async def end_session(id: str, behind: Behind, access: AccessRules, history: HistoryInUse, who: Who) -> None:
+    """End a login: its pages are signed out at once, and what it drives stops."""
+    found = next((one for one in access.logins.all_logins() if one.id == id), None)
+    if found is None:
+        raise Problem(404, "There is no such login any more.")
+    check_reach(who, found.role)
+    history.add("logout", who, remark=f"{found.name} was signed out.")
+    await end_all(behind, access.logins.revoke_login(id))
+
+
+@sessions.delete("/keys/{id}", status_code=204)
+@needs("operator")
+async def revoke_key(id: str, behind: Behind, access: AccessRules, history: HistoryInUse, who: Who) -> None:
+    """Revoke a link or a program's key, and end the logins that it opened."""
+    found = next((key for key in access.logins.all_keys() if key.id == id), None)
+    if found is None:
+        raise Problem(404, "There is no such key any more.")
+    check_reach(who, found.role)
+    history.add("logout", who, remark=f"The key {found.name} was revoked.")
+    await end_all(behind, access.logins.revoke_key(id))
+
+
+@sessions.post("/links", status_code=201)
+@needs("operator")
+async def make_link(
+    asked: LinkRequest, behind: Behind, access: AccessRules, history: HistoryInUse, request: Request, who: Who
+) -> NewLink:
+    """A link for somebody else, good for thirty days and over restarts; to drive, or to watch only."""
+    if access.no_auth:
+        raise Problem(409, "Nobody has to sign in here: give the address alone.")
+    check_reach(who, asked.role)
+    token, now = new_token(), time.monotonic()
+    key = access.logins.admit(token, called(asked.name) or asked.role, asked.role, "link", now, end=now + LINK_LIFE)
+    await behind.login_keeper.settle()
+    history.add("link", who, remark=f"A link for {key.name}, to {'drive' if key.role == 'operator' else 'watch'}.")
+    base = address_for_others(request, access)
+    address = f"{base}#t={token}"
+    return NewLink(key.id, address, key.end_s or 0.0, qr.rows(address), ALONE if is_here(base) else None)
+
+
+def check_reach(who: Person, role: str) -> None:
+    """Raises Problem 403 where somebody's rights are more than one's own."""
+    if RANK[role] > RANK[who.role]:
+        raise Problem(403, f"This needs the role {role}; you are signed in as {who.role}.")
+
+
+async def end_all(behind: Behind, gone: list[Person]) -> None:
+    """Sign people out, and wait until that is on disk. Raises Unavailable, Unwritable."""
+    for person in gone:
+        behind.sign_out(person, "Your login was ended; sign in again.")
+    await behind.login_keeper.settle()
+
+
+def address_for_others(request: Request, access: Access) -> str:
+    """The address of this console as the reader has it; where that names this machine alone, as others have it."""
+    base = str(request.base_url)
+    return access.address if access.address and is_here(base) else base
+
+
+def is_here(address: str) -> bool:
+    """Return whether an address leads to the very machine on which it is opened."""
+    return address.partition("://")[2].startswith(HERE)
+
+
+def person_of(login: LoginRecord) -> Person:
+    """Whose login it is."""
+    return Person(login.id, login.name, login.role)
+
+
+def session_row(login: LoginRecord, present: bool, who: Person) -> SignedIn:
+    """One login, without anything secret."""
+    return SignedIn(login.id, login.name, login.role, login.made_s, login.end_s, present, login.id == who.id)
+
+
+def key_row(key: KeyRecord) -> KeyRow:
+    """One key, without anything secret."""
+    return KeyRow(key.id, key.name, key.role, key.kind, key.made_s, key.end_s)

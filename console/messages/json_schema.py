@@ -1,0 +1,35 @@
+"""The messages of the sockets as JSON Schema, made from the structs that encode and read them."""
+
+from __future__ import annotations
+
+from typing import Any, get_args
+
+import msgspec
+
+from console import messages
+from console.messages import audio
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+UNIONS = {
+    "Up": (messages.Up, "From the browser on /ws"),
+    "Down": (messages.Down, "To the browser on /ws; the camera comes as binary beside it"),
+    "AudioUp": (audio.AudioUp, "From the browser on /ws/audio; the sound goes as binary beside it"),
+    "AudioDown": (audio.AudioDown, "To the browser on /ws/audio"),
+}
+
+
+def socket_schema() -> dict[str, Any]:
+    """One schema document: every message and part under `$defs`, and a union for each direction of each socket."""
+    kinds = [kind for union, _ in UNIONS.values() for kind in get_args(union)]
+    shapes, parts = msgspec.json.schema_components(kinds, ref_template="#/$defs/{name}")
+    by_kind = dict(zip(kinds, shapes, strict=True))
+    unions = {
+        name: {"description": about, "oneOf": [by_kind[kind] for kind in get_args(union)]}
+        for name, (union, about) in UNIONS.items()
+    }
+    return {
+        "$schema": DIALECT,
+        "title": "Messages of Beckon's sockets",
+        "anyOf": [{"$ref": f"#/$defs/{name}"} for name in unions],
+        "$defs": parts | unions,
+    }

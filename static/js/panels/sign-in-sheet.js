@@ -1,0 +1,188 @@
+// Element <sign-in-sheet>: a link for a phone or another person, and the end of a login or a key.
+
+import * as api from "../net/api.js";
+import { sure } from "../ui/confirm-button.js";
+import { make, svg, write } from "../ui/element.js";
+import { Sheet } from "../ui/sheet.js";
+
+/** @typedef {{id: string, name: string, role: string, end_s: number, present: boolean, yours: boolean}} SignedIn */
+/** @typedef {{id: string, name: string, role: string, kind: string, end_s: number | null}} Key */
+/** @typedef {{address: string, qr: string[], note: string | null}} NewLink */
+
+const MARGIN = 4; // modules around a QR code, without which cameras miss it
+/** @type {Record<string, string>} */
+const KINDS = { start: "printed at a start", link: "link", file: "key in a file", program: "program" };
+/** @type {Record<string, string>} */
+const LETS = { viewer: "who opens it watches", operator: "who opens it drives" };
+/** @type {Record<string, string>} */
+const MAY = { viewer: "watches", operator: "drives", admin: "everything" };
+
+export class SignInSheet extends Sheet {
+  #name = make("input", {
+    id: "link-name",
+    class: "field",
+    type: "text",
+    maxlength: "40",
+    placeholder: "tablet",
+    autocomplete: "off",
+  });
+  #drives = make("input", { type: "radio", name: "link-role", value: "operator" });
+  #watches = make("input", { type: "radio", name: "link-role", value: "viewer", checked: true });
+  #made = make("div", { class: "link-made", hidden: true });
+  #sessions = make("ul", { class: "sign-ins", "aria-label": "Signed in" });
+  #keys = make("ul", { class: "sign-ins", "aria-label": "Links and keys" });
+
+  /** @override */
+  build() {
+    const form = make(
+      "form",
+      { class: "link-form" },
+      make("label", { for: "link-name" }, "A link for"),
+      this.#name,
+      make(
+        "fieldset",
+        { class: "link-role" },
+        make("legend", { class: "visually-hidden" }, "What it allows"),
+        make("label", {}, this.#watches, "to watch and stop"),
+        make("label", {}, this.#drives, "to drive"),
+      ),
+      make("button", { type: "submit", class: "button primary" }, "Make a link"),
+    );
+    this.frame(
+      "Phones and sign-ins",
+      make(
+        "div",
+        { class: "sign-in-body" },
+        form,
+        this.#made,
+        make("h3", { class: "sign-in-title" }, "Signed in"),
+        this.#sessions,
+        make("h3", { class: "sign-in-title" }, "Links and keys"),
+        this.#keys,
+      ),
+    );
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      void this.session.attempt(() => this.#makeLink());
+    });
+  }
+
+  /** @override */
+  toggle() {
+    super.toggle();
+    if (!this.hidden) void this.session.attempt(() => this.#fetch());
+  }
+
+  async #makeLink() {
+    const role = this.#drives.checked ? "operator" : "viewer";
+    /** @type {NewLink} */
+    const { address, qr, note } = await api.makeLink(role, this.#name.value.trim());
+    const box = make("input", { class: "field", readonly: true, value: address, "aria-label": "Link" });
+    box.addEventListener("focus", () => box.select());
+    const copy = make("button", { type: "button", class: "button" }, "Copy");
+    copy.addEventListener("click", () => void this.#copy(box, copy));
+    this.#made.replaceChildren(
+      drawn(qr),
+      make(
+        "div",
+        { class: "link-words" },
+        make(
+          "p",
+          {},
+          `${note ? "Open it in another browser" : "Point a phone's camera at it"}: ${LETS[role]}, for thirty days.`,
+        ),
+        make("div", { class: "link-copy" }, box, copy),
+        note &&
+          make(
+            "p",
+            { class: "link-note" },
+            ...note.split(/(--\w+)/).map((part, n) => (n % 2 ? make("span", {}, part) : part)),
+          ),
+      ),
+    );
+    this.#made.hidden = false;
+    this.session.announce("The link is made.");
+    await this.#fetch();
+  }
+
+  /** @param {HTMLInputElement} box @param {HTMLButtonElement} button */
+  async #copy(box, button) {
+    const copied = await navigator.clipboard?.writeText(box.value).then(
+      () => true,
+      () => false,
+    );
+    if (!copied) box.focus(); // it is selected, and the keys of the browser copy it
+    write(button, copied ? "Copied" : "Selected");
+  }
+
+  async #fetch() {
+    /** @type {{sessions: SignedIn[], keys: Key[]}} */
+    const { sessions, keys } = await api.signIns();
+    const newest = (/** @type {{id: string}[]} */ rows) => rows.toReversed();
+    this.#sessions.replaceChildren(
+      .../** @type {SignedIn[]} */ (newest(sessions)).map((one) => {
+        const here = one.yours ? "you" : one.present ? "page open" : "no page open";
+        const end = () => api.endSession(one.id);
+        return this.#row(one, `${MAY[one.role]} · ${here}`, "Sign out", one.yours ? null : end);
+      }),
+    );
+    this.#keys.replaceChildren(
+      .../** @type {Key[]} */ (newest(keys)).map((one) => {
+        const about = `${MAY[one.role]} · ${KINDS[one.kind]} · ${until(one.end_s)}`;
+        return this.#row(one, about, "Revoke", () => api.revokeKey(one.id));
+      }),
+    );
+    if (!sessions.length) this.#sessions.append(make("li", { class: "note" }, "Nobody by a page."));
+  }
+
+  /**
+   * @param {{name: string}} one
+   * @param {string} about
+   * @param {string} does
+   * @param {(() => Promise<unknown>) | null} end null: not from here
+   */
+  #row(one, about, does, end) {
+    const button = make("button", { type: "button", class: "button", "aria-label": `${does} ${one.name}` }, does);
+    button.addEventListener("click", () => {
+      if (!sure(button, "Really?")) return;
+      void this.session.attempt(async () => {
+        await end?.();
+        await this.#fetch();
+      });
+    });
+    const words = make(
+      "span",
+      { class: "sign-in-words" },
+      make("b", {}, one.name),
+      make("span", { class: "note" }, about),
+    );
+    return make("li", {}, words, end && button);
+  }
+}
+
+/**
+ * Draw a QR code, dark on white in every theme.
+ * @param {string[]} rows "1" dark
+ */
+function drawn(rows) {
+  const size = rows.length + 2 * MARGIN;
+  const path = rows
+    .flatMap((row, y) => [...row].map((module, x) => (module === "1" ? `M${x + MARGIN} ${y + MARGIN}h1v1h-1z` : "")))
+    .join("");
+  const code = svg("svg", {
+    viewBox: `0 0 ${size} ${size}`,
+    class: "qr",
+    role: "img",
+    "aria-label": "QR code of the link",
+  });
+  code.append(svg("rect", { width: size, height: size, fill: "#fff" }), svg("path", { d: path, fill: "#000" }));
+  return code;
+}
+
+/** @param {number | null} end Unix time */
+function until(end) {
+  if (end === null) return "until revoked";
+  return `until ${new Date(1000 * end).toLocaleDateString("en", { day: "numeric", month: "short" })}`;
+}
+
+customElements.define("sign-in-sheet", SignInSheet);

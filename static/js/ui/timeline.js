@@ -1,0 +1,75 @@
+// Marks on the timeline of a recording: gaps known from its start, and what was noticed while it played.
+
+/** @typedef {import("../net/messages.js").State} State */
+/** @typedef {"gap" | "closure" | "lost" | "notice"} MarkKind */
+/** @typedef {{at: number, kind: MarkKind, words: string}} Mark `at`: 0..1 of the recording */
+
+const MOST = 80; // marks; beyond, the oldest go
+const APART = 0.004; // of the recording: two marks of one kind nearer than that are one
+const STEPS_S = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600];
+
+export class Timeline {
+  /** @type {Mark[]} */
+  #marks = [];
+  #notice = -1; // id of the newest that was looked at
+  #lost = false;
+  /** @type {Set<number>} */
+  #closures = new Set();
+  revision = 0; // rises with every change of the marks
+
+  /** @returns {readonly Mark[]} in order of time */
+  get marks() {
+    return this.#marks;
+  }
+
+  /**
+   * Begin with a recording.
+   * @param {number} duration [s]
+   * @param {readonly (readonly [number, number])[]} gaps without scans, from and to [s]
+   */
+  begin(duration, gaps) {
+    this.#marks = [];
+    this.#notice = -1;
+    this.#lost = false;
+    this.#closures.clear();
+    this.revision += 1;
+    for (const [from, to] of gaps) this.#add(from / duration, "gap", `No scans for ${(to - from).toFixed(1)} s`);
+  }
+
+  /** @param {State} state */
+  saw({ robot, floor, notices }) {
+    const at = robot.progress ?? 0;
+    for (const { id, state } of floor.closures) {
+      if (state !== "accepted" || this.#closures.has(id)) continue;
+      this.#closures.add(id);
+      this.#add(at, "closure", "A place was recognised");
+    }
+    if (floor.lost && !this.#lost) this.#add(at, "lost", floor.lost.words);
+    this.#lost = floor.lost !== null;
+    for (const { id, level, text } of notices) {
+      if (id <= this.#notice) continue;
+      this.#notice = id;
+      if (level !== "info") this.#add(at, "notice", text);
+    }
+  }
+
+  /** @param {number} at @param {MarkKind} kind @param {string} words */
+  #add(at, kind, words) {
+    if (this.#marks.some((mark) => mark.kind === kind && Math.abs(mark.at - at) < APART)) return;
+    this.#marks = [...this.#marks.slice(-MOST + 1), { at: Math.min(1, Math.max(0, at)), kind, words }].sort(
+      (one, other) => one.at - other.at,
+    );
+    this.revision += 1;
+  }
+}
+
+/**
+ * Times of a ruler: round steps, at most `most` of them after zero.
+ * @param {number} duration [s]
+ * @param {number} most
+ * @returns {number[]} [s]
+ */
+export function ruler(duration, most) {
+  const step = STEPS_S.find((seconds) => duration / seconds <= most) ?? 3600 * Math.ceil(duration / 3600 / most);
+  return Array.from({ length: Math.floor(duration / step) + 1 }, (_, n) => n * step);
+}
