@@ -31,8 +31,7 @@ WAITING = 0.2  # [s] for which bytes are waited for at a time
 LOST_AFTER = 3.0  # [s] without a whole turn
 OPENING = 5.0  # [s] until the first point: the motor has to start
 WHOLE = 1.5 * math.pi  # [rad] that must have been swept for a turn to count
-TURNS = 20  # turns that tell when an evenly turning head was where
-NEWEST = 5  # of them, which tell whether turns were lost on the way
+TURNS = 5  # turns whose median duration is that of a turn
 RPLIDAR_PWM = b"\xa5\xf0\x02\x94\x02\xc1"  # the motor of an A2 at 660 of 1023
 
 
@@ -83,38 +82,6 @@ def laser_of(model: LidarModel) -> Laser:
     )
 
 
-class TurnClock:
-    """When a head that turns evenly ended its turns.
-
-    Points are read in bunches, and late where the computer is busy, so that the reading of a turn's end comes some
-    hundredths of a second too late, each time another: the robot turns some degrees meanwhile. The turns' duration is
-    the median of the slopes between all ends (Theil 1950, Sen 1968), and the quickest reading tells the phase.
-    """
-
-    def __init__(self) -> None:
-        self._turn = 0
-        self._ends: deque[tuple[int, float]] = deque(maxlen=TURNS)  # number of the turn, when its end was read [s]
-
-    def end(self, now: float, turns: int = 1) -> tuple[float, float] | None:
-        """The end of a turn, `turns` after the one before, read at `now` [s] → when it was, a turn's duration [s].
-
-        None: it is the first one.
-        """
-        self._turn += turns
-        self._ends.append((self._turn, now))
-        if len(self._ends) < 2:
-            return None
-        numbers, read = np.array(self._ends).T
-        later, earlier = np.tril_indices(len(read), -1)
-        duration = float(np.median((read[later] - read[earlier]) / (numbers[later] - numbers[earlier])))
-        phases = read + (self._turn - numbers) * duration
-        newest = phases[-NEWEST:].min()
-        if newest - phases.min() > duration / 2:  # even the quickest is late: turns were lost on the way
-            self._ends = deque(list(self._ends)[-NEWEST:], maxlen=TURNS)
-            return float(newest), duration
-        return float(phases.min()), duration
-
-
 class TurnCollector:
     """Points of a head that turns clockwise → scans."""
 
@@ -123,15 +90,15 @@ class TurnCollector:
         self._ranges = np.full(laser.beams, np.nan)
         self._last = 0.0  # [rad]
         self._swept = 0.0  # [rad] since the head looked behind
-        self._clock = TurnClock()
-        self._began = False  # a turn was seen from its begin
+        self._durations: deque[float] = deque(maxlen=TURNS)
+        self._ended: float | None = None  # [s] when the last turn ended; None: no turn was seen from its begin yet
 
     def add(self, clockwise: float, distance: float, now: float) -> Scan | None:
         """A point at an angle [rad] from the front, at a distance [m] (0: no echo) → the turn that it ends."""
         angle = math.remainder(-clockwise, math.tau)
         step = math.remainder(self._last - angle, math.tau)
         scan = None
-        if angle - self._last > math.pi and (self._swept + step >= WHOLE or not self._began):
+        if angle - self._last > math.pi and (self._swept + step >= WHOLE or self._ended is None):
             scan = self._finish(now)
         self._swept += step
         self._last = angle
@@ -142,14 +109,15 @@ class TurnCollector:
 
     def _finish(self, now: float) -> Scan | None:
         """Begin the next turn → the one that has just ended; None: its begin was missed."""
-        ranges, ended = self._ranges, self._clock.end(now, max(1, round(self._swept / math.tau)))
+        ranges, ended = self._ranges, self._ended
         self._ranges = np.full(self._laser.beams, np.nan)
-        self._swept, self._began = 0.0, True
+        self._swept, self._ended = 0.0, now
         if ended is None:
             return None
-        stamp, duration = ended
+        self._durations.append(now - ended)
+        duration = float(np.median(self._durations))
         return Scan(
-            stamp=stamp,
+            stamp=now,
             ranges=ranges,
             angle_min=self._laser.angle_min,
             angle_step=self._laser.angle_step,

@@ -11,7 +11,7 @@ import pytest
 
 from core.errors import BadInput, Unavailable
 from core.message import Array
-from core.robots.lds import MODELS, LidarDevice, TurnClock, TurnCollector, laser_of, open_device
+from core.robots.lds import MODELS, LidarDevice, TurnCollector, laser_of, open_device
 from core.robots.nearness import field_of
 from core.sensors import Laser, Scan
 from tests.core.robots.links import frames, live, memory, no_leak, until
@@ -105,30 +105,6 @@ def test_angles_that_jitter_at_the_seam_end_no_turn_twice() -> None:
     scans = turns(points)
     assert len(scans) == 4
     assert all(np.isfinite(scan.ranges).all() for scan in scans)
-
-
-def test_when_a_turn_ended_is_known_better_than_it_was_read() -> None:
-    rng = np.random.default_rng(3)
-    for period in (0.1, 0.18):
-        clock, errors = TurnClock(), list[float]()
-        ends = period * np.arange(200) * (1 + 1e-4 * np.arange(200))  # its motor slows down
-        for number, end in enumerate(ends):
-            late = rng.uniform(0, 0.03) + (0.15 if number % 50 == 49 else 0.0)
-            found = clock.end(end + late)
-            if found is not None and number > 20:
-                errors.append(found[0] - end)
-                assert found[1] == pytest.approx(period, rel=0.06)
-        assert np.abs(errors).max() < 0.02 and np.median(np.abs(errors)) < 0.006
-
-
-def test_lost_turns_are_noticed_and_missed_ends_counted() -> None:
-    clock = TurnClock()
-    for number in range(30):
-        clock.end(0.1 * number)
-    found = clock.end(3.1, turns=2)
-    assert found is not None and found == pytest.approx((3.1, 0.1))
-    found = [clock.end(3.1 + 0.3 + 0.1 * number) for number in range(10)][-1]
-    assert found is not None and found == pytest.approx((4.3, 0.1))
 
 
 def test_an_echo_out_of_range_is_no_echo_and_of_two_the_nearer_one_counts() -> None:
