@@ -210,7 +210,7 @@ def test_a_recording_is_played_and_cannot_be_driven(
     folder = tmp_path_factory.mktemp("recording")
     with Running(folder, "--robot", f"log:{write_log(folder / 'corridor.log')}") as playing:
         here = visit(console=playing)
-        expect(here.find(".badge")).to_have_text("LOG")
+        expect(here.find(".badge[data-kind]")).to_have_text("LOG")
         for absent in ("drive-pad", "command-line", "command-chips", "lease-chip"):
             assert not here.find(absent).is_visible(), absent
         assert playing.ask("api/state")["robot"]["progress"] < 0.01  # it waits for who wants to see it

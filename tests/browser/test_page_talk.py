@@ -21,7 +21,7 @@ from tests.browser.visit import DESK, FLAT, PHONE, Visit
 Open = Callable[..., Visit]
 RATE = 16_000
 LONG = 90_000  # [ms] on a busy machine
-COMMAND, TALK = "speech_human_digits/shared_car_slt_3_george_0.flac", "speech_commands_tts/flite_kal16_03.flac"
+COMMAND, TALK = "speech_human_digits/shared_car_slt_3_george_0.flac", "speech_commands_tts/near_slt_012.flac"
 LONGEST = 3.2  # [s] of a clip
 EVERY = 14.0  # [s] of sound from one clip's begin to the next one's
 LEAD = 8.0  # [s] before the first, in which the browser and the worker make ready

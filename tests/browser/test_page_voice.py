@@ -55,6 +55,7 @@ def chromium_flags(tmp_path_factory: pytest.TempPathFactory, shared_data: Path) 
     spoken = said(
         shared_data,
         "speech_commands_tts/flite_slt_09.flac",
+        "speech_commands_tts/flite_slt_09.flac",  # again, as one would: a busy machine loses some sound
         "speech_commands_tts/flite_slt_02.flac",
         "speech_real/librivox_0870.flac",
         "speech_commands_tts/flite_slt_01.flac",

@@ -131,6 +131,8 @@ class _Beamed:
     def _located(self, begin: float, end: float, since: float) -> tuple[Sound, Array | None]:
         """All channels between two moments [s], and the direction of the voice (3,); None when unknown."""
         within = [one for one in self._pieces if one.stamp < end and one.stamp + one.duration > begin]
+        if not within:  # the sound had a gap since
+            return self._pieces[-1], None
         samples = np.concatenate([one.samples for one in within])
         whole = Sound(stamp=within[0].stamp, rate=RATE, samples=samples).part(begin, end)
         direction = locate(whole, self._array, speech_from=since, settings=self._hearing)

@@ -16,7 +16,7 @@ from core.speech.settings import RATE
 from core.speech.sphinx.garbage_model import choose, command_words, fixed_words, grammar, openings, phones_of
 from core.speech.sphinx.jsgf import NUMBER_RULES, words_of
 from core.speech.transcription.transcriber import Transcriber
-from core.speech.understanding.grammar import parse
+from core.speech.understanding.grammar import OwnPhrases, parse
 from tests.core.speech.ears import engine, listened, mono, padded, pieces, sure, unsure
 
 DICTIONARY = {
@@ -150,9 +150,9 @@ def test_every_sentence_that_was_heard_is_parsed_once(
     """However many views of the sound were read, and whatever was weighed against it."""
     calls: list[str] = []
 
-    def counted(words: str) -> object:
+    def counted(words: str, own: OwnPhrases = ()) -> object:
         calls.append(words)
-        return parse(words)
+        return parse(words, own)
 
     monkeypatch.setattr("core.speech.recognition.decision.parse", counted)
     samples = at_16_khz(read_sound(shared_data / "speech_commands_tts" / name)).samples[:, 0]
