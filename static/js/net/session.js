@@ -73,7 +73,7 @@ export class Session {
   #sought = 0; // place in a recording that was sought last, 0..1
   #soughtAt = -Infinity; // [ms]
   #drove = false; // this page held the lease in the newest state
-  #gaveAway = false; // by its own wish
+  #gaveAway = false; // this page released the lease itself
   /** @type {LostControl | null} */
   #lostControl = null;
   #stoppedAt = -Infinity; // [ms] newest STOP of this page
