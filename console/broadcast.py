@@ -6,9 +6,7 @@ import asyncio
 from collections import deque
 from dataclasses import dataclass
 
-FRAME_SENDER = (
-    256  # answers that may wait for one viewer, a second's worth of asking; past that the viewer does not read
-)
+MAX_ANSWERS = 256  # that may wait for one viewer: a second's worth of asking; past that the viewer does not read
 
 
 @dataclass(frozen=True)
@@ -26,16 +24,16 @@ class Subscriber:
         self.wants = set(kinds)
         self._turns = list(kinds)
         self.closing: CloseSocket | None = None
-        self._frame_sender: deque[str | bytes] = deque()
+        self._answers: deque[str | bytes] = deque()
         self._seen: dict[str, int] = {}
         self._news = asyncio.Event()
 
     def tell(self, message: str | bytes) -> None:
         """An answer for this viewer alone; these are not skipped."""
-        if len(self._frame_sender) >= FRAME_SENDER:
+        if len(self._answers) >= MAX_ANSWERS:
             self.close(1008, "You ask faster than you read.")
             return
-        self._frame_sender.append(message)
+        self._answers.append(message)
         self._news.set()
 
     def close(self, code: int, reason: str) -> None:
@@ -57,8 +55,8 @@ class Subscriber:
     async def next(self, broadcaster: Broadcaster) -> str | bytes | None:
         """Wait for the next thing to send: answers first, then the newest of each kind in turn; None: it is over."""
         while self.closing is None:
-            if self._frame_sender:
-                return self._frame_sender.popleft()
+            if self._answers:
+                return self._answers.popleft()
             for kind in self._turns:
                 number, value = broadcaster.slots.get(kind, (0, b""))
                 if number and kind in self.wants and self._seen.get(kind) != number:

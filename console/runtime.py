@@ -48,7 +48,7 @@ from console.speech.quality_runs import QualityRuns
 from console.speech.robot_voice import RobotVoice
 from console.speech.room_transcription import RoomTranscriber
 from console.speech.voice_commands import VoiceCommands
-from console.state_view import StateContext, draw
+from console.state_view import StateContext, state_message
 from console.workers.tasks import end
 from core.errors import BeckonError
 from core.gate.suspend import SleepWatch
@@ -238,7 +238,7 @@ class Runtime:
         )
         self._seq += 1
         self.states.note(self._seq, now)
-        return draw(self.snapshot, around, self._seq)
+        return state_message(self.snapshot, around, self._seq)
 
     @property
     def pace(self) -> PilotPace:

@@ -48,7 +48,7 @@ class StateContext:
     now: float = 0.0  # [s] on the monotonic clock
 
 
-def draw(snapshot: Snapshot, around: StateContext, seq: int) -> messages.State:
+def state_message(snapshot: Snapshot, around: StateContext, seq: int) -> messages.State:
     """Everything that may be shown at one instant."""
     goal = snapshot.goal
     return messages.State(

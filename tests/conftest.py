@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,10 @@ from xdist.scheduler import LoadScopeScheduling
 
 for library in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(library, "1")  # as in the console; must come before the first import of numpy
+os.environ.pop(
+    "PYTHONDONTWRITEBYTECODE", None
+)  # hundreds of processes start: what one has compiled, the next one uses
+sys.dont_write_bytecode = False
 
 settings.register_profile("beckon", deadline=None)  # on a busy machine an example takes as long as it takes
 settings.load_profile("beckon")

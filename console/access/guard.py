@@ -1,4 +1,4 @@
-"""The guard at the dispatcher: one plain ASGI class in front of every request and every socket.
+"""The guard: one plain ASGI class in front of every request and every socket.
 
 Order: Host, what the route asks for, who it is, where it comes from (Origin), whether the role suffices, then the
 body, counted while it streams. Denied unless all of it is good.

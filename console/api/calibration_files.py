@@ -15,7 +15,7 @@ from console.api.typed_route import JsonAnswer, sends
 from console.calibration.codec import camera_in
 from console.calibration.jobs import CameraParameters, Document, StraightenPicture
 from console.calibration.session import PICTURE_BUDGET, CalibrationSession
-from console.calibration.session_storage import small_name
+from console.calibration.session_store import small_name
 from console.http.downloads import file_named, zip_named
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationKind

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from console.calibration.calibration_storage import CalibrationStorage
+from console.calibration.calibration_store import CalibrationStore
 from console.calibration.jobs import CameraParameters, MountPrior
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationKind, CalibrationSource
@@ -31,7 +31,7 @@ def nominal_mount(profile: Profile) -> Transform:
     return laser_in(profile).inverse() @ profile.camera.mounting
 
 
-def calibrated(profile: Profile, active: CalibrationStorage) -> tuple[Profile, Reasons]:
+def calibrated(profile: Profile, active: CalibrationStore) -> tuple[Profile, Reasons]:
     """The robot as built and the accepted calibrations → the robot as calibrated, and why one is not used, by kind.
 
     A camera's calibration holds for one picture size; one of another size is left aside. A mount holds for the camera
@@ -68,7 +68,7 @@ def not_level(camera: Camera) -> str:
     return ""
 
 
-def usable_model(profile: Profile, active: CalibrationStorage) -> tuple[CameraModel | None, str]:
+def usable_model(profile: Profile, active: CalibrationStore) -> tuple[CameraModel | None, str]:
     """The camera that the robot looks through, accepted or as built, and why the accepted one is not used."""
     camera, accepted = profile.camera, active.camera
     if camera is None:
@@ -85,7 +85,7 @@ def usable_model(profile: Profile, active: CalibrationStorage) -> tuple[CameraMo
 
 
 def usable_mount(
-    profile: Profile, model: CameraModel | None, active: CalibrationStorage
+    profile: Profile, model: CameraModel | None, active: CalibrationStore
 ) -> tuple[Transform | None, str]:
     """The accepted mount for a robot that looks through `model`, and why it is not used."""
     mount, through = active.mount, active.mount_camera

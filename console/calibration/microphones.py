@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from console.calibration.microphone_recorder import MicrophoneRecorder
-from console.calibration.orientation_storage import AcceptedOrientation, read_orientation, write_orientation
+from console.calibration.orientation_store import AcceptedOrientation, read_orientation, write_orientation
 from console.http.problems import Problem
 from console.robot.link import RobotLink
 from console.workers.array_jobs import ArrayMessage, CheckArray, FindClap, SoundMessage

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from console.broadcast import Broadcaster
 from console.calibration.apply import calibrated, laser_start
-from console.calibration.calibration_storage import NAMES, CalibrationStorage
+from console.calibration.calibration_store import NAMES, CalibrationStore
 from console.calibration.codec import board_of
 from console.calibration.demo import demo_of
 from console.calibration.jobs import (
@@ -30,7 +30,7 @@ from console.calibration.session import (
     CameraCalibrationSession,
     LaserCalibrationSession,
 )
-from console.calibration.session_storage import VERSION, SessionInfo, SessionStore, StoredSession, kept_sessions
+from console.calibration.session_store import VERSION, SessionInfo, SessionStore, StoredSession, kept_sessions
 from console.calibration.updates import SessionUpdates
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationBoard, CalibrationKind, CalibrationSessionState, CalibrationSource
@@ -64,7 +64,7 @@ class CalibrationService:
         used: Callable[[Profile], None],
     ) -> None:
         """`tell` hangs a notice; `used` hears of the robot's profile whenever another calibration is in use."""
-        self.active = CalibrationStorage(home / "calibration")
+        self.active = CalibrationStore(home / "calibration")
         self.sessions: dict[str, CalibrationSession] = {}
         self.solver = Worker("solver")
         self.picture_turns, self.export_turns = QueueLimit(MOST_PICTURES), QueueLimit(MOST_EXPORTS)

@@ -34,7 +34,7 @@ from console.calibration.jobs import (
     SolveLaser,
     TakeUpload,
 )
-from console.calibration.session_storage import VERSION, SessionStore, StoredSession
+from console.calibration.session_store import VERSION, SessionStore, StoredSession
 from console.http.problems import Problem
 from console.messages.calibration import CalibrationVerdict, VerdictKind
 from console.workers.job import Answer, Job

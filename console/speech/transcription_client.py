@@ -24,7 +24,7 @@ FEW = 8  # commands rejected while nobody listens: of more than these only the n
 
 
 class TranscriptionClient:
-    """The worker of one listener. Lives on the event loop; raises Lost when the process is lost, and its errors."""
+    """The worker of one listener. Lives on the event loop; raises WorkerLost and the errors of the process."""
 
     def __init__(self) -> None:
         self.engine = ""  # a sentence: which engine reads the words, and why; "": none has begun

@@ -55,7 +55,8 @@ class Device(ABC):
     def open(self) -> Equipment:
         """Connect, within a few seconds → what is there.
 
-        Raises Unavailable with a sentence while the other side cannot be reached, BadInput when it never will.
+        Raises Unavailable with a sentence (or OSError) while the other side cannot be reached, BadInput when it never
+        will.
         """
 
     @abstractmethod

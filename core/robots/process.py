@@ -41,7 +41,7 @@ from core.robots.nearness import NearField
 from core.robots.requests import read_request
 from core.sensors import SensorFrame
 
-TIMEOUT = 0.3  # [s] without a twist after which the base is stopped
+TIMEOUT = 0.3  # [s] watchdog over the gate: without a twist for so long the base is stopped
 BEHIND = 0.1  # [s] that may be caught up; more is given up, and said when it goes on
 PACE_WINDOW = 10.0  # [s] over which the pace is measured
 CALM = 6  # windows without a delay after which the computer keeps up again: a busy one is quick now and then

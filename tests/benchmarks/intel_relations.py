@@ -87,7 +87,7 @@ def picture(log_odds: np.ndarray) -> np.ndarray:
 
 
 def main() -> None:
-    """Run the log through the same dispatcher as `beckon slam`, and score it."""
+    """Run the log through the same pipeline as `beckon slam`, and score it."""
     options = argparse.ArgumentParser()
     options.add_argument("--picture", type=Path)
     asked = options.parse_args()

@@ -29,7 +29,7 @@ from core.settings import Settings
 from core.slam.scan_matching.scan_odometry import ScanOdometry
 from core.speech.recognition.recognizer import for_words
 from core.speech.settings import RATE
-from core.speech.sphinx.keyword_spotting import BeamformedStop, KeywordSpotter
+from core.speech.sphinx.keyword_spotting import BeamformedStop, SphinxKeywordSpotter
 from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, speak
 from core.speech.transcription.transcriber import Transcriber
 from tests.core.perception.voices import far_voice
@@ -120,7 +120,7 @@ def words(settings: Settings) -> None:
     """A spoken command through the engine, and STOP spotted in it."""
     chosen = settings.speech
     transcriber = Transcriber(chosen)
-    spotter = KeywordSpotter(chosen)
+    spotter = SphinxKeywordSpotter(chosen)
     for piece in pieces(spoken()):
         transcriber.feed(piece)
         spotter.feed(piece)

@@ -79,7 +79,7 @@ def picture(here: Visit, name: str) -> None:
 
 
 @pytest.mark.real_data
-@pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
+@pytest.mark.parametrize("size", [DESK, pytest.param(PHONE, marks=pytest.mark.campaign)], ids=["desk", "phone"])
 def test_words_are_shown_while_they_are_said_and_refused_ones_are_said_back(
     visit: Open, console: Running, size: tuple[int, int]
 ) -> None:
@@ -109,7 +109,7 @@ def test_words_are_shown_while_they_are_said_and_refused_ones_are_said_back(
     here.page.keyboard.press("Escape")
 
 
-@pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
+@pytest.mark.parametrize("size", [DESK, pytest.param(PHONE, marks=pytest.mark.campaign)], ids=["desk", "phone"])
 def test_the_model_of_human_voices_is_offered_where_it_is_absent(visit: Open, size: tuple[int, int]) -> None:
     absent = {
         "active": "pocketsphinx reads the words: it understands clear voices at a short distance.",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
-from console.broadcast import FRAME_SENDER, Broadcaster, Subscriber
+from console.broadcast import MAX_ANSWERS, Broadcaster, Subscriber
 
 
 def run(story) -> None:
@@ -87,7 +87,7 @@ def test_answers_come_first_and_none_is_lost() -> None:
 def test_one_who_asks_and_never_reads_is_closed_and_memory_stays_bounded() -> None:
     async def story() -> None:
         hub, viewer = Broadcaster(), Subscriber("state")
-        for _ in range(FRAME_SENDER + 10):
+        for _ in range(MAX_ANSWERS + 10):
             viewer.tell("answer")
         assert viewer.closing is not None and viewer.closing.code == 1008
         assert await viewer.next(hub) is None

@@ -210,6 +210,8 @@ def test_a_command_is_one_file_and_one_row(copy: Copy) -> None:
     heard = json.loads(copy.python("-m", "console", "understand", "dance", "--json"))
     assert heard["accepted"] and heard["command"]["name"] == "dance"
     assert "dance" in copy.python("-c", "from core.speech.sphinx.jsgf import phrases; print(phrases())")
+    copy.python("-m", "console.reference")
+    assert "`dance`" in (copy.folder / "static/docs/reference/commands.md").read_text()
 
 
 def test_a_robot_is_one_file_and_one_row(copy: Copy) -> None:

@@ -1,4 +1,4 @@
-"""Views in a row that contradict each other, and the place where they do not."""
+"""Views in a row that contradict each other, and the place where they do not: asked by the submap manager."""
 
 from __future__ import annotations
 

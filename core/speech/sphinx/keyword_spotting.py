@@ -1,5 +1,7 @@
 """Spot STOP in running speech, before the sentence is over. One false alarm is better than one late stop.
 
+Without pocketsphinx `core/speech/whisper/keyword_spotting.py` does it; `core/speech/recognition/engines.py` chooses.
+
 The threshold is so low that the start of the motors' hum would pass for it. But a hum stays as loud as it began, and
 a word becomes fainter between its sounds.
 """

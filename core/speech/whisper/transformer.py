@@ -17,7 +17,7 @@ from core.speech.whisper.model_file import ModelFile
 HEAD = 64  # values of an attention head
 CONTEXT = 1500  # frames of 20 ms that the encoder knows
 LONGEST = 448  # tokens that the decoder knows
-VOCABULARY = 51_864  # tokens of English-only models
+TOKENS = 51_864  # tokens of English-only models
 EPSILON = 1e-5
 ROOT_HALF = np.float32(math.sqrt(0.5))
 ERF = tuple(map(np.float32, (1.061405429, -1.453152027, 1.421413741, -0.284496736, 0.254829592)))
@@ -167,7 +167,7 @@ class Decoder:
 
     def __init__(self, model: ModelFile, width: int, tokens: Array) -> None:
         """`tokens` (V,): those that it may write, counted from 0 here. Raises BadInput where a weight is missing."""
-        self.embeddings = model.rows("decoder/embeddings/weight", tokens, VOCABULARY, width)  # (V, width)
+        self.embeddings = model.rows("decoder/embeddings/weight", tokens, TOKENS, width)  # (V, width)
         self.positions = model.get("decoder/position_encodings/encodings", LONGEST, width)
         self.layers = [_decoder_layer(model, f"decoder/layer_{i}", width) for i in range(model.layers("decoder"))]
         self.norm = _norm(model, "decoder", width)

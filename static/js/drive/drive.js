@@ -1,4 +1,4 @@
-// Hold-to-drive logic: turns operator input into jog frames for the gate. Time and transport are injected.
+// Hold-to-drive logic (the deadman of keys and stick): turns operator input into jog frames for the gate. Time and transport are injected.
 
 /** @typedef {import("./keys.js").Velocity} Velocity */
 /** @typedef {{v: number, w: number, press: number, seq: number, nonce: number, epoch: number}} DriveFrame */

@@ -19,7 +19,7 @@ from console.broadcast import Broadcaster
 from console.calibration.camera_worker import CameraWorker
 from console.calibration.jobs import DropView, OpenCamera, TakeUpload
 from console.calibration.service import MOST_EXPORTS, MOST_PICTURES, CalibrationService
-from console.calibration.session_storage import SessionStore
+from console.calibration.session_store import SessionStore
 from console.messages.calibration import CalibrationBoard
 from core.calibration.files.camera_files import parse_camera
 from core.errors import Refused

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from console.calibration.apply import calibrated, laser_in, nominal_mount
-from console.calibration.calibration_storage import CalibrationStorage
+from console.calibration.calibration_store import CalibrationStore
 from core.calibration.files.camera_files import kalibr_yaml, ros_yaml
 from core.calibration.files.mount_files import FORWARD, both_ways, matrix, static_transform, urdf_joint
 from core.calibration.reports import kept as kept_form
@@ -83,7 +83,7 @@ def test_what_is_accepted_is_used_at_once_and_after_a_restart_and_can_be_taken_b
     assert bring(live, ros_yaml(NEAR)) == 200
     assert seen_with(live) == NEAR.fx
     assert Wizard(live, "laser", "robot").told["kind"] == "laser"
-    after_a_restart = CalibrationStorage(home(live))
+    after_a_restart = CalibrationStore(home(live))
     after_a_restart.open()
     profile, reasons = calibrated(live.robot.profile, after_a_restart)
     assert profile.camera is not None and profile.camera.model.fx == NEAR.fx and reasons == {}
@@ -169,7 +169,7 @@ def test_a_damaged_calibration_is_not_used_and_not_touched(tmp_path: Path) -> No
     path = tmp_path / "calibration" / "camera.json"
     path.parent.mkdir()
     path.write_text('{"camera": {"K": 1}}')
-    kept = CalibrationStorage(path.parent)
+    kept = CalibrationStore(path.parent)
     kept.open()
     assert kept.camera is None and kept.report("camera") is None
     assert "camera.json cannot be used" in kept.troubles[0]
@@ -180,8 +180,8 @@ def document(fx: float) -> Any:
     return kept_form(replace(TABLE_3, fx=fx), "camera")
 
 
-def accepted(folder: Path, *lengths: float) -> CalibrationStorage:
-    kept = CalibrationStorage(folder)
+def accepted(folder: Path, *lengths: float) -> CalibrationStore:
+    kept = CalibrationStore(folder)
     for fx in lengths:
         kept.put("camera", document(fx), {"fx": fx}, "somebody")
     return kept
@@ -189,7 +189,7 @@ def accepted(folder: Path, *lengths: float) -> CalibrationStorage:
 
 def as_restarted(folder: Path) -> float:
     """Focal length of the camera that the next console finds."""
-    kept = CalibrationStorage(folder)
+    kept = CalibrationStore(folder)
     kept.open()
     assert kept.camera is not None
     return kept.camera.fx
@@ -240,7 +240,7 @@ def test_a_digit_that_changed_after_it_was_saved_is_told_and_not_used(tmp_path: 
     accepted(tmp_path, 510.0)
     path = tmp_path / "camera.json"
     path.write_text(path.read_text().replace("510.0", "910.0"))
-    kept = CalibrationStorage(tmp_path)
+    kept = CalibrationStore(tmp_path)
     kept.open()
     assert kept.camera is None
     (trouble,) = kept.troubles
@@ -252,7 +252,7 @@ def test_a_file_that_somebody_wrote_by_hand_is_used_and_counts_as_not_verified(t
     path = tmp_path / "camera.json"
     own = {key: value for key, value in json.loads(path.read_text()).items() if key != SEAL}
     path.write_text(json.dumps(own).replace("510.0", "505.0"))
-    kept = CalibrationStorage(tmp_path)
+    kept = CalibrationStore(tmp_path)
     kept.open()
     told = kept.report("camera")
     assert kept.camera is not None and kept.camera.fx == 505.0 and kept.troubles == []

@@ -39,7 +39,7 @@ MOST_BYTES = 2**22
 COMPARED = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2")
 
 
-class CalibrationStorage:
+class CalibrationStore:
     """The calibrations in use, in memory and on disk. Only `open`, `put` and `undo` wait for the disk."""
 
     def __init__(self, folder: Path) -> None:
