@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable
 from functools import partial
@@ -105,17 +106,52 @@ NO_WEBGL = """(() => {
 })()"""
 
 
-def test_without_webgl_the_page_says_so_and_offers_no_floor_to_click(visit: Open) -> None:
-    here = visit(hints=True, before=lambda page: page.add_init_script(NO_WEBGL))
-    expect(here.find(".stage")).to_contain_text("this browser has no WebGL 2")
-    expect(here.find(".stage")).to_contain_text("All else works")
-    assert here.find("#scene").count() == 0 and here.find(".legend").count() == 0
-    for _ in range(3):
-        assert "floor" not in here.find(".coach").inner_text()
-        here.find(".coach-foot button").click()
-    expect(here.find(".coach")).to_contain_text("That is all")
-    here.find(".coach-foot button").click()
-    expect(here.find("command-status")).to_contain_text("Type, or press a button below.")
+def test_without_webgl_the_map_is_flat_pressed_measured_and_read_aloud(visit: Open, console: Running) -> None:
+    here = visit(before=lambda page: page.add_init_script(NO_WEBGL))
+    expect(here.find(".flat-why")).to_contain_text("no WebGL 2")
+    expect(here.button("3-D")).to_be_disabled()
+    assert here.find("#scene").get_attribute("src") is None and not here.find("scene-view").is_visible()
+    floor, words = here.find(".flat-floor"), here.find("#flat-map-words")
+    expect(words).to_contain_text("Nearest obstacle")
+    expect(words).to_contain_text("The map is")
+    here.button("Measure a distance").click()
+    for x in (200, 300):
+        floor.click(position={"x": x, "y": 300})
+    expect(here.find("flat-map [role=status]")).to_have_text(re.compile(r"^\d\.\d\d m$"))
+    here.button("Measure a distance").click()
+    here.button("Layers").click()
+    here.page.get_by_label("Laser", exact=True).uncheck()
+    here.button("Layers").click()
+    before = console.newest()["id"]
+    floor.click(position={"x": 400, "y": 260})
+    here.until(lambda: console.newest()["id"] > before, "the press was heard")
+    assert (console.newest()["source"], console.newest()["name"]) == ("click", "stop_at")
+    here.button("STOP").click()
+    here.still()
+    before = console.newest()["id"]
+    floor.focus()
+    for key in ("ArrowUp", "ArrowUp", "ArrowRight"):
+        here.page.keyboard.press(key)
+    expect(here.find("flat-map [role=status]")).to_contain_text("from the robot")
+    assert max(abs(console.speed()), abs(console.turning())) < 0.01, "the arrow keys belong to the map now"
+    here.page.keyboard.press("Enter")
+    here.until(lambda: console.newest()["id"] > before, "Enter was heard")
+    assert console.newest()["source"] == "click"
+    here.button("STOP").click()
+    here.still()
+
+
+def test_the_map_of_a_phone_is_flat_until_the_other_is_chosen(visit: Open) -> None:
+    here = visit(size=PHONE)
+    expect(here.find("flat-map")).to_be_visible()
+    assert here.find("#scene").get_attribute("src") is None, "the 3-D map is not even loaded"
+    expect(here.find(".flat-why")).to_be_hidden()
+    here.button("3-D").click()
+    expect(here.find("flat-map")).to_be_hidden()
+    expect(here.find("#scene")).to_have_attribute("src", re.compile("scene/"))
+    here.button("Flat").click()
+    expect(here.find("#scene")).to_have_attribute("src", "about:blank")
+    assert here.page.evaluate("localStorage.getItem('beckon.map')") == "flat"
 
 
 def test_the_page_can_be_used_by_keys_alone(visit: Open, console: Running) -> None:

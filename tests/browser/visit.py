@@ -92,6 +92,7 @@ class Visit:
 
         `coarse`: with few picture elements, where only what is behind them matters.
         """
+        self.button("3-D").click()  # whoever chose it keeps it, however slow it is
         self.page.unroute("**/scene/**", empty)
         more = "&fixedDpr=0.25" if coarse else ""
         self.page.evaluate("more => { const frame = document.querySelector('#scene'); frame.src += more }", more)

@@ -4,7 +4,6 @@ import { icon, make, write } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { Panel } from "../ui/panel.js";
 import { apart, placed } from "../ui/placement.js";
-import { MAP_DRAWN } from "../ui/webgl.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /**
@@ -18,14 +17,6 @@ import { MAP_DRAWN } from "../ui/webgl.js";
 const EDGE = 12; // [px] from the map's upper edge
 const POINTS = 20; // [px] up to which a hint points to its target; farther away something lies in between
 const touch = matchMedia("(pointer: coarse)").matches;
-
-/** @type {Hint} */
-const FLOOR = {
-  at: ".stage",
-  title: touch ? "Tap the floor" : "Click the floor",
-  text: "The robot plans a way there and goes.",
-  done: ({ state }) => state?.command?.source === "click",
-};
 
 /** @type {readonly Hint[]} */
 const HINTS = [
@@ -43,7 +34,12 @@ const HINTS = [
       : "Hold W, or drag the stick. Let go and the robot stops.",
     done: ({ state, mine }) => mine && state?.gate.source === "jog" && Math.abs(state.velocity.v_m_s) > 0.02,
   },
-  ...(MAP_DRAWN ? [FLOOR] : []),
+  {
+    at: ".stage",
+    title: touch ? "Tap the floor" : "Click the floor",
+    text: "The robot plans a way there and goes.",
+    done: ({ state }) => state?.command?.source === "click",
+  },
   {
     at: ".stop",
     title: "Stop, at any time",

@@ -4,7 +4,6 @@ import { wordsOf } from "../net/api.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { StatusLog } from "../ui/status.js";
-import { MAP_DRAWN } from "../ui/webgl.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../net/session.js").Said} Said */
@@ -16,7 +15,7 @@ const POINT = matchMedia("(pointer: coarse)").matches ? "tap" : "click";
 const READY = {
   icon: "command",
   words: "Ready",
-  remark: MAP_DRAWN ? `Type, press a button below, or ${POINT} the floor.` : "Type, or press a button below.",
+  remark: `Type, press a button below, or ${POINT} the floor.`,
   state: "",
   suggestions: [],
 };

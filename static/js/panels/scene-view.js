@@ -3,17 +3,15 @@
 import { address, socketAddress } from "../net/api.js";
 import { icon, make } from "../ui/element.js";
 import { remember, remembered } from "../ui/local-storage.js";
+import { fallBack, isChosen, mapKind, onMapKind } from "../ui/map-choice.js";
 import { Panel } from "../ui/panel.js";
 import { isDark, onTheme } from "../ui/theme.js";
-import { MAP_DRAWN } from "../ui/webgl.js";
 
 /** @typedef {import("../net/session.js").View} View */
 
-const ABSENT = [
-  "The 3-D map cannot be drawn here: this browser has no WebGL 2. Virtual machines, remote desktops and locked-down browsers often lack it.",
-  "All else works: the camera, commands in words, driving by hand, STOP, calibration. The map itself can be downloaded under Maps.",
-];
 const DRAWN_MS = 15_000; // after which the frame is shown in any case
+const SLOW_HZ = 8; // pictures a second below which the flat map serves better
+const TRIAL_MS = 5000; // over which they are counted, after as long to come to rest
 const TOUCH = matchMedia("(pointer: coarse)").matches;
 const LAYERS = [
   ["pose", "Robot", "Estimated pose; the ellipse is two standard deviations"],
@@ -66,12 +64,9 @@ export class SceneView extends Panel {
 
   /** @override */
   build() {
-    if (!MAP_DRAWN) {
-      this.append(make("div", { class: "scene-absent" }, icon("map"), ...ABSENT.map((text) => make("p", {}, text))));
-      return;
-    }
     this.#legend.open = remembered("legend", innerWidth >= 1024 ? "open" : "shut") === "open";
     this.#legend.addEventListener("toggle", () => remember("legend", this.#legend.open ? "open" : "shut"));
+    this.hidden = mapKind() !== "3-D";
     this.append(this.#frame, this.#legend, this.#hint);
     this.#frame.addEventListener("load", () => this.#loaded());
     this.addEventListener("pointerenter", () => this.#hint.classList.toggle("is-shown", this.#goes));
@@ -79,6 +74,7 @@ export class SceneView extends Panel {
     addEventListener("keydown", (event) => (this.#byKeys = event.key === "Tab"), true);
     addEventListener("pointerdown", () => (this.#byKeys = false), true);
     onTheme(() => this.#load());
+    onMapKind(() => this.#load());
     this.session.on("hello", ({ tab }) => {
       this.#tab = tab;
       this.#load();
@@ -95,7 +91,7 @@ export class SceneView extends Panel {
    * @param {View} view
    */
   show({ state, hello, up, permission }) {
-    if (!MAP_DRAWN) return;
+    if (this.hidden) return;
     this.#reveal("own", hello?.robot.capabilities.includes("navigate") ?? false);
     this.#reveal3d();
     this.#goes = up && hello?.robot.drives === true && permission.may !== "no" && !state?.floor.lost;
@@ -117,6 +113,20 @@ export class SceneView extends Panel {
     if (row && row.hidden === there) row.hidden = !there;
   }
 
+  /**
+   * Count the pictures of a while, and give up the 3-D map when they are few and nobody chose it.
+   * @param {Window} inner of the frame that was loaded
+   * @param {number} since [ms]
+   * @param {number} pictures
+   */
+  #count(inner, since, pictures) {
+    const unseen = document.hidden || this.hidden || this.clientWidth === 0;
+    if (unseen || isChosen() || !this.classList.contains("is-drawn")) return;
+    const passed = performance.now() - since;
+    if (passed < TRIAL_MS) inner.requestAnimationFrame(() => this.#count(inner, since, pictures + 1));
+    else if ((1000 * pictures) / passed < SLOW_HZ) fallBack((1000 * pictures) / passed);
+  }
+
   /** Show the frame once it draws: until then it is white in every theme. */
   #reveal3d() {
     if (this.classList.contains("is-drawn")) return;
@@ -126,7 +136,9 @@ export class SceneView extends Panel {
   }
 
   #load() {
-    if (!this.#tab) return;
+    this.hidden = mapKind() !== "3-D";
+    if (this.hidden && this.#frame.src) this.#frame.src = "about:blank"; // it draws nothing that nobody sees
+    if (!this.#tab || this.hidden) return;
     const query = new URLSearchParams({ websocket: socketAddress(`scene/ws/${this.#tab}`) });
     if (isDark()) query.set("darkMode", "");
     const url = `${address("scene/").href}?${query}`;
@@ -137,8 +149,9 @@ export class SceneView extends Panel {
 
   #loaded() {
     const inner = this.#frame.contentWindow;
-    if (!this.#frame.src || !inner) return;
+    if (!this.#frame.src || !inner || this.hidden) return;
     this.#loadedAt = performance.now();
+    setTimeout(() => this.#count(inner, performance.now(), 0), TRIAL_MS);
     inner.addEventListener("focus", () => this.classList.toggle("is-focused", this.#byKeys));
     inner.addEventListener("blur", () => this.classList.remove("is-focused"));
     this.#then(inner);

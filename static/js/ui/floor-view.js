@@ -30,6 +30,16 @@ export class FloorView {
     return new FloorView(scale, width / 2 - (scale * (left + right)) / 2, height / 2 + (scale * (bottom + top)) / 2);
   }
 
+  /**
+   * The same size, with a point in the middle of a drawing.
+   * @param {Point} floor [m]
+   * @param {number} width [px]
+   * @param {number} height [px]
+   */
+  centred({ x, y }, width, height) {
+    return new FloorView(this.scale, width / 2 - this.scale * x, height / 2 + this.scale * y);
+  }
+
   /** @param {Point} floor [m] @returns {Point} [px] */
   drawn({ x, y }) {
     return { x: this.left + this.scale * x, y: this.top - this.scale * y };

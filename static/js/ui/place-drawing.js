@@ -53,7 +53,7 @@ export function drawPlace(canvas, view, { plan, scan, placed, candidates, radius
  * The canvas's brush, after its size was fitted and everything wiped.
  * @param {HTMLCanvasElement} canvas
  */
-function fresh(canvas) {
+export function fresh(canvas) {
   const context = canvas.getContext("2d");
   const { clientWidth: width, clientHeight: height } = canvas;
   const fine = devicePixelRatio || 1;
@@ -70,7 +70,7 @@ function fresh(canvas) {
  * @param {number | null} heading
  * @param {{radius: number, colour: string, strength: number}} look radius [px], strength 0..1
  */
-function drawRobot(context, { x, y }, heading, { radius, colour, strength }) {
+export function drawRobot(context, { x, y }, heading, { radius, colour, strength }) {
   context.save();
   context.globalAlpha = strength;
   context.strokeStyle = context.fillStyle = colour;

@@ -1,0 +1,299 @@
+// Element <flat-map>: the map from above. Press it to go there; it needs no WebGL and little else.
+
+import * as maps from "../net/maps-api.js";
+import { CanvasHand } from "../ui/canvas-hand.js";
+import { icon, make, mark, write } from "../ui/element.js";
+import { apart, drawFlat } from "../ui/flat-drawing.js";
+import { FloorView } from "../ui/floor-view.js";
+import { fixed, metres } from "../ui/format.js";
+import { remember, remembered } from "../ui/local-storage.js";
+import { mapKind, onMapKind, whyFlat } from "../ui/map-choice.js";
+import { mapInWords, wayLeft } from "../ui/map-text.js";
+import { Panel } from "../ui/panel.js";
+import { popover } from "../ui/popover.js";
+import { onTheme } from "../ui/theme.js";
+
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../ui/floor-view.js").Point} Point */
+/** @typedef {import("../ui/flat-drawing.js").Layer} Layer */
+/** @typedef {import("../net/messages.js").State} State */
+
+const MARGIN = 36; // [px] around the whole map
+const TOOLS = 36; // [px] that they take on the right
+const STEP = 0.25; // [m] of the keyboard's cursor
+const FAST = 4; // times that, with Shift
+const ZOOM = 1.4;
+const MOVING = 0.01; // [m/s], [rad/s]
+const SCAN_MS = { moving: 250, standing: 1000 };
+const PLAN_MS = { moving: 1500, standing: 10_000 };
+const WORDS_MS = 2000;
+const REACH = 24; // [px] around a person in which a press is for them
+/** @type {ReadonlyArray<readonly [Layer, string, string]>} */
+const LAYERS = [
+  ["scan", "Laser", "The newest sweep"],
+  ["way", "Way and goal", "Where the robot is going, and how long that takes at its usual speed"],
+  ["people", "Person", "Whom the running command looks at"],
+  ["voice", "Voice", "Direction of a voice, two standard deviations wide"],
+  ["landmarks", "Corners", "Landmarks; the ellipse is two standard deviations"],
+  ["ghost", "Wheels alone", "Pose by dead reckoning alone"],
+  ["grid", "Metres", "Lines a metre apart"],
+];
+const HIDDEN = "landmarks,ghost"; // at first
+/** @type {Readonly<Record<string, readonly [number, number]>>} */
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+class FlatMap extends Panel {
+  #text = make("p", { class: "visually-hidden", id: "flat-map-words" });
+  #said = make("p", { class: "visually-hidden", role: "status" });
+  #canvas = make("canvas", {
+    class: "flat-floor scrolls",
+    tabindex: "0",
+    role: "application",
+    "aria-roledescription": "map",
+    "aria-label": "Map from above: the arrow keys move a cross, Enter sends the robot there, plus and minus zoom",
+    "aria-describedby": "flat-map-words",
+  });
+  #why = make("p", { class: "flat-why", hidden: true });
+  #follow = tool("here", "Follow the robot");
+  #fit = tool("whole", "Whole map");
+  #measure = tool("measure", "Measure a distance");
+  #layersButton = tool("layers", "Layers");
+  #layersPanel = make("div", { class: "flat-layers", role: "group", "aria-label": "Layers" });
+  #tools = make("div", { class: "flat-tools", role: "toolbar", "aria-label": "Map" });
+  #view = new FloorView(60, 0, 0);
+  /** @type {"whole" | "robot" | "free"} */
+  #looks = "whole";
+  /** @type {Set<Layer>} */
+  #layers = new Set();
+  /** @type {maps.Plan | null} */
+  #plan = null;
+  /** @type {Array<[number, number]>} */
+  #scan = [];
+  #asked = { scan: -Infinity, plan: -Infinity, words: -Infinity }; // [ms]
+  /** @type {Point | null} */
+  #cursor = null;
+  #measures = false;
+  /** @type {Point[]} */
+  #measured = [];
+  #drawn = ""; // what the newest drawing showed
+  #revision = -1; // of the pose graph when the plan was asked for
+  /** @type {View | null} */
+  #shown = null;
+
+  /** @override */
+  build() {
+    const hidden = new Set(remembered("map-hidden", HIDDEN).split(","));
+    this.#layers = new Set(LAYERS.map(([layer]) => layer).filter((layer) => !hidden.has(layer)));
+    this.#layersPanel.append(...LAYERS.map((row) => this.#switch(...row)));
+    const layers = make("div", { class: "flat-layers-place" }, this.#layersButton, this.#layersPanel);
+    this.#tools.append(this.#fit, this.#follow, this.#measure, layers);
+    this.append(this.#canvas, this.#why, this.#tools, this.#text, this.#said);
+    popover(this.#layersButton, this.#layersPanel);
+    this.#follow.addEventListener("click", () => this.#look(this.#looks === "robot" ? "free" : "robot"));
+    this.#fit.addEventListener("click", () => this.#look("whole"));
+    this.#measure.addEventListener("click", () => {
+      this.#measures = !this.#measures;
+      this.#measured = [];
+      this.#draw();
+    });
+    new CanvasHand(
+      this.#canvas,
+      (about, times, shift) => {
+        this.#looks = "free";
+        this.#view = this.#view.changed(about, times, shift);
+        this.#draw();
+      },
+      (at, event) => this.#press(at, event),
+    );
+    this.#canvas.addEventListener("keydown", (event) => this.#key(event));
+    this.#canvas.addEventListener("blur", () => {
+      this.#cursor = null;
+      this.#draw();
+    });
+    new ResizeObserver(() => this.#draw()).observe(this.#canvas);
+    onTheme(() => requestAnimationFrame(() => this.#draw()));
+    const chosen = () => {
+      this.hidden = mapKind() !== "flat";
+      this.#why.hidden = !whyFlat();
+      write(this.#why, whyFlat());
+      this.#draw();
+    };
+    onMapKind(chosen);
+    chosen();
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show(view) {
+    this.#shown = view;
+    const { state, up } = view;
+    this.classList.toggle("is-old", !up);
+    if (this.hidden || !state || document.hidden || this.#canvas.clientWidth === 0) return;
+    this.#read(state, up);
+    const { pose, path, goal, person, direction } = state;
+    const near = [pose.x_m, pose.y_m, pose.heading_rad, person?.x_m ?? 0, person?.y_m ?? 0].map((value) =>
+      value.toFixed(2),
+    );
+    const rest = [path.length, goal?.x_m, goal?.y_m, direction?.id, Math.round(direction?.age_s ?? 99), up];
+    const picture = [...near, ...rest, state.landmarks.length, this.#layers.has("ghost") && state.seq].join(" ");
+    if (picture !== this.#drawn) this.#draw(picture);
+  }
+
+  /** @param {State} state @param {boolean} up */
+  #read({ velocity, floor }, up) {
+    const now = performance.now();
+    const moves = Math.abs(velocity.v_m_s) > MOVING || Math.abs(velocity.w_rad_s) > MOVING ? "moving" : "standing";
+    if (up && now - this.#asked.scan > SCAN_MS[moves]) {
+      this.#asked.scan = now;
+      void maps.scan().then(
+        (points) => this.#draw("", () => (this.#scan = points)),
+        () => undefined, // the link chip says that there is none
+      );
+    }
+    if (up && (now - this.#asked.plan > PLAN_MS[moves] || this.#revision !== floor.graph_revision)) {
+      this.#asked.plan = now;
+      this.#revision = floor.graph_revision;
+      void maps.plan().then(
+        (plan) => {
+          this.#plan?.picture.close();
+          this.#draw("", () => (this.#plan = plan));
+        },
+        () => undefined, // nothing is known yet
+      );
+    }
+    if (now - this.#asked.words > WORDS_MS) {
+      this.#asked.words = now;
+      const { state } = this.session;
+      if (state) write(this.#text, mapInWords(state, this.#scan, this.#plan?.extent ?? null));
+    }
+  }
+
+  // operator input
+
+  /** @param {Point} at [px] @param {PointerEvent} event */
+  #press(at, { clientX, clientY }) {
+    const point = this.#view.floor(at);
+    const { person } = this.session.state ?? {};
+    if (this.#measures) {
+      this.#measured = this.#measured.length === 1 ? [...this.#measured, point] : [point];
+      const [one, other] = this.#measured;
+      if (one && other) write(this.#said, metres(apart(one, other)));
+      this.#draw();
+    } else if (person && apart(at, this.#view.drawn({ x: person.x_m, y: person.y_m })) < REACH) {
+      const detail = { name: "", x: person.x_m, y: person.y_m, clientX, clientY };
+      this.dispatchEvent(new CustomEvent("person-press", { detail, bubbles: true }));
+    } else this.#go(point);
+  }
+
+  /** @param {Point} point [m] */
+  #go({ x, y }) {
+    const { hello } = this.session;
+    if (hello?.robot.drives !== true) return;
+    const [east, north] = [x, y].map((value) => String(Number(value.toFixed(2)) + 0));
+    void this.session.say(`stop at ${east} and ${north}`, "click");
+  }
+
+  /** @param {KeyboardEvent} event */
+  #key(event) {
+    const { state } = this.session;
+    if (!state || event.ctrlKey || event.altKey || event.metaKey) return;
+    const arrow = ARROWS[event.key];
+    const { clientWidth: width, clientHeight: height } = this.#canvas;
+    if (arrow) {
+      event.preventDefault();
+      const from = this.#cursor ?? { x: state.pose.x_m, y: state.pose.y_m };
+      const step = STEP * (event.shiftKey ? FAST : 1);
+      this.#cursor = { x: from.x + step * arrow[0], y: from.y + step * arrow[1] };
+      const { x, y } = this.#view.drawn(this.#cursor);
+      if (x < 0 || y < 0 || x > width || y > height) {
+        this.#looks = "free";
+        this.#view = this.#view.centred(this.#cursor, width, height);
+      }
+      const away = Math.hypot(this.#cursor.x - state.pose.x_m, this.#cursor.y - state.pose.y_m);
+      const where = `x ${fixed(this.#cursor.x, 2)}, y ${fixed(this.#cursor.y, 2)}`;
+      write(this.#said, `${where}: ${metres(away, 1)} from the robot.`);
+    } else if (event.key === "Enter" && this.#cursor && state.pending_command === null) {
+      this.#go(this.#cursor);
+    } else if (event.key === "+" || event.key === "-") {
+      this.#looks = "free";
+      this.#view = this.#view.changed({ x: width / 2, y: height / 2 }, event.key === "+" ? ZOOM : 1 / ZOOM);
+    } else return;
+    this.#draw();
+  }
+
+  /** @param {Layer} layer @param {string} name @param {string} says */
+  #switch(layer, name, says) {
+    const box = make("input", { type: "checkbox", checked: this.#layers.has(layer) });
+    box.addEventListener("change", () => {
+      if (box.checked) this.#layers.add(layer);
+      else this.#layers.delete(layer);
+      const left = LAYERS.map(([one]) => one).filter((one) => !this.#layers.has(one));
+      remember("map-hidden", left.join(","));
+      this.#draw();
+    });
+    const swatch = make("span", { class: "swatch", "data-layer": SWATCHES[layer] ?? "" });
+    return make("label", { class: "flat-layer", title: says }, box, swatch, make("span", {}, name));
+  }
+
+  /** @param {"whole" | "robot" | "free"} at */
+  #look(at) {
+    this.#looks = at;
+    this.#draw();
+  }
+
+  // drawing
+
+  #aim() {
+    const { clientWidth: width, clientHeight: height } = this.#canvas;
+    const { state } = this.#shown ?? {};
+    if (this.#looks === "robot" && state)
+      this.#view = this.#view.centred({ x: state.pose.x_m, y: state.pose.y_m }, width, height);
+    if (this.#looks !== "whole") return;
+    const around = state ? { x: state.pose.x_m, y: state.pose.y_m } : { x: 0, y: 0 };
+    const none = { left: around.x - 2, right: around.x + 2, bottom: around.y - 2, top: around.y + 2 };
+    this.#view = FloorView.fitted(this.#plan?.extent ?? none, width - TOOLS, height, MARGIN);
+  }
+
+  /**
+   * @param {string} [picture] what the drawing shows
+   * @param {() => void} [change] done before
+   */
+  #draw(picture = "", change = () => undefined) {
+    change();
+    const { state, hello } = this.#shown ?? {};
+    mark(this.#follow, "aria-pressed", String(this.#looks === "robot"));
+    mark(this.#fit, "aria-pressed", String(this.#looks === "whole"));
+    mark(this.#measure, "aria-pressed", String(this.#measures));
+    this.classList.toggle("is-measuring", this.#measures);
+    if (this.hidden || !state || this.#canvas.clientWidth === 0) return;
+    this.#aim();
+    if (picture) this.#drawn = picture;
+    drawFlat(this.#canvas, this.#view, {
+      state,
+      plan: this.#plan,
+      scan: this.#scan,
+      layers: this.#layers,
+      cursor: this.#cursor,
+      measured: this.#measured,
+      radius: hello?.robot.radius_m ?? 0.1,
+      cruise: hello?.robot.cruise_m_s ?? 0.2,
+      left: wayLeft(state.pose, state.path),
+    });
+  }
+}
+
+/** @type {Partial<Record<Layer, string>>} */
+const SWATCHES = { scan: "scan", way: "plan", voice: "voice", landmarks: "convex", ghost: "ghost", people: "person" };
+
+/** @param {string} name @param {string} says */
+function tool(name, says) {
+  return make(
+    "button",
+    { type: "button", class: "icon-button flat-tool", "aria-label": says, title: says },
+    icon(name),
+  );
+}
+
+customElements.define("flat-map", FlatMap);

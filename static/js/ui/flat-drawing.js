@@ -1,0 +1,294 @@
+// Drawing of the map from above: what is known of the floor, the robot in it, and where it goes.
+
+import { seenFrom } from "./floor-view.js";
+import { metres } from "./format.js";
+import { drawRobot, fresh } from "./place-drawing.js";
+import { onTheme } from "./theme.js";
+
+/** @typedef {import("../net/messages.js").State} State */
+/** @typedef {import("./floor-view.js").Point} Point */
+/** @typedef {import("./floor-view.js").FloorView} FloorView */
+/** @typedef {"scan" | "landmarks" | "way" | "voice" | "people" | "ghost" | "grid"} Layer */
+/**
+ * @typedef {object} FlatScene
+ * @property {State} state
+ * @property {import("../net/maps-api.js").Plan | null} plan
+ * @property {Array<[number, number]>} scan in the robot's frame [m]
+ * @property {ReadonlySet<Layer>} layers that are shown
+ * @property {Point | null} cursor of the keyboard [m]
+ * @property {readonly Point[]} measured none, one or two points [m]
+ * @property {number} radius [m] of the robot
+ * @property {number} cruise [m/s]
+ * @property {number} left [m] of the way
+ */
+
+const LABEL = "600 12px system-ui, sans-serif";
+const VOICE_M = 1.5;
+const VOICE_S = 12; // [s] after which a voice is no longer drawn
+const SIGMAS = 2;
+const BARS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50];
+const BAR_PX = 60; // [px] that the scale has at least
+
+/**
+ * @param {HTMLCanvasElement} canvas its CSS custom properties define the colours
+ * @param {FloorView} view
+ * @param {FlatScene} scene
+ */
+export function drawFlat(canvas, view, scene) {
+  const context = fresh(canvas);
+  if (!context) return;
+  /** @param {string} name */
+  const colour = (name) => colourOf(canvas, name);
+  const brush = new Brush(context, view, colour);
+  const { state, layers } = scene;
+  const { pose } = state;
+  const robot = { x: pose.x_m, y: pose.y_m, heading: pose.heading_rad };
+  if (layers.has("grid")) brush.grid(canvas.clientWidth, canvas.clientHeight);
+  if (scene.plan) brush.plan(scene.plan);
+  if (layers.has("way")) brush.way(state.path, state.goal, scene.left, scene.cruise);
+  if (layers.has("landmarks")) brush.landmarks(state.landmarks);
+  if (layers.has("scan")) brush.dots(seenFrom(scene.scan, robot), colour("scene-scan"));
+  if (layers.has("voice") && state.direction && state.direction.age_s < VOICE_S) brush.voice(state.direction, robot);
+  if (layers.has("people") && state.person) brush.person(state.person);
+  if (layers.has("ghost")) {
+    const { x_m: x, y_m: y, heading_rad: heading } = state.dead_reckoning;
+    brush.robot({ x, y, heading }, scene.radius, "scene-ghost", 0.6);
+  }
+  brush.ellipse(robot, pose.cov, colour("scene-pose"));
+  brush.robot(robot, scene.radius, "scene-pose", 1);
+  brush.measured(scene.measured);
+  if (scene.cursor) brush.cross(scene.cursor);
+  brush.scale(canvas.clientHeight);
+}
+
+/** @type {Map<string, string>} */
+const colours = new Map();
+onTheme(() => colours.clear());
+
+/**
+ * Colour of a token, as the theme has it now: a brush does not know `light-dark()`.
+ * @param {HTMLElement} element that has no colour of its own
+ * @param {string} name
+ */
+function colourOf(element, name) {
+  const known = colours.get(name);
+  if (known) return known;
+  element.style.color = `var(--${name})`;
+  const { color } = getComputedStyle(element);
+  element.style.color = "";
+  colours.set(name, color);
+  return color;
+}
+
+class Brush {
+  /** @param {CanvasRenderingContext2D} context @param {FloorView} view @param {(name: string) => string} colour */
+  constructor(context, view, colour) {
+    this.context = context;
+    this.view = view;
+    this.colour = colour;
+  }
+
+  /** Lines a metre apart. @param {number} width [px] @param {number} height [px] */
+  grid(width, height) {
+    const { context, view } = this;
+    const step = view.scale < 12 ? 5 : 1;
+    const first = view.floor({ x: 0, y: height });
+    const last = view.floor({ x: width, y: 0 });
+    context.strokeStyle = this.colour("line");
+    context.lineWidth = 1;
+    context.beginPath();
+    for (let x = Math.ceil(first.x / step) * step; x <= last.x; x += step) {
+      const at = Math.round(view.drawn({ x, y: 0 }).x) + 0.5;
+      context.moveTo(at, 0);
+      context.lineTo(at, height);
+    }
+    for (let y = Math.ceil(first.y / step) * step; y <= last.y; y += step) {
+      const at = Math.round(view.drawn({ x: 0, y }).y) + 0.5;
+      context.moveTo(0, at);
+      context.lineTo(width, at);
+    }
+    context.stroke();
+  }
+
+  /** @param {import("../net/maps-api.js").Plan} plan */
+  plan({ picture, extent: { left, top, right, bottom } }) {
+    const [from, to] = [this.view.drawn({ x: left, y: top }), this.view.drawn({ x: right, y: bottom })];
+    this.context.imageSmoothingEnabled = this.view.scale < 60; // cells of 5 cm stay sharp when they are large
+    this.context.drawImage(picture, from.x, from.y, to.x - from.x, to.y - from.y);
+  }
+
+  /** @param {readonly Point[]} points [m] @param {string} colour */
+  dots(points, colour) {
+    const size = Math.min(4, Math.max(2, 0.05 * this.view.scale));
+    this.context.fillStyle = colour;
+    for (const point of points) {
+      const { x, y } = this.view.drawn(point);
+      this.context.fillRect(x - size / 2, y - size / 2, size, size);
+    }
+  }
+
+  /** @param {State["landmarks"]} rows */
+  landmarks(rows) {
+    const { context } = this;
+    context.lineWidth = 2;
+    for (const row of rows) {
+      const colour = this.colour(row.kind === "concave" ? "scene-concave" : "scene-convex");
+      const { x, y } = this.view.drawn({ x: row.x_m, y: row.y_m });
+      context.strokeStyle = colour;
+      context.beginPath();
+      context.arc(x, y, 4.5, 0, 2 * Math.PI);
+      context.stroke();
+      this.ellipse({ x: row.x_m, y: row.y_m }, row.cov_m2, colour);
+    }
+  }
+
+  /**
+   * @param {State["path"]} path @param {State["goal"]} goal
+   * @param {number} left [m] @param {number} cruise [m/s]
+   */
+  way(path, goal, left, cruise) {
+    const { context, view } = this;
+    context.strokeStyle = context.fillStyle = this.colour("scene-plan");
+    if (path.length > 1) {
+      context.lineWidth = 3;
+      context.lineJoin = context.lineCap = "round";
+      context.beginPath();
+      for (const [x, y] of path) {
+        const at = view.drawn({ x, y });
+        context.lineTo(at.x, at.y);
+      }
+      context.stroke();
+    }
+    if (!goal) return;
+    const at = view.drawn({ x: goal.x_m, y: goal.y_m });
+    context.lineWidth = 2.5;
+    context.beginPath();
+    context.arc(at.x, at.y, 9, 0, 2 * Math.PI);
+    context.moveTo(at.x + 3, at.y);
+    context.arc(at.x, at.y, 3, 0, 2 * Math.PI);
+    context.stroke();
+    this.label(at, `${metres(left, 1)} · ${Math.max(1, Math.round(left / Math.max(cruise, 0.05)))} s`);
+  }
+
+  /** @param {NonNullable<State["direction"]>} heard @param {{x: number, y: number}} robot */
+  voice({ azimuth_world_rad: azimuth, sd_rad: sd, age_s: age }, robot) {
+    const { context, view } = this;
+    const at = view.drawn(robot);
+    const half = Math.min(Math.PI, Math.max(0.03, SIGMAS * sd));
+    context.save();
+    context.globalAlpha = 0.55 * (1 - age / VOICE_S);
+    context.fillStyle = this.colour("scene-voice");
+    context.beginPath();
+    context.moveTo(at.x, at.y);
+    context.arc(at.x, at.y, VOICE_M * view.scale, -azimuth - half, -azimuth + half);
+    context.closePath();
+    context.fill();
+    context.restore();
+  }
+
+  /** @param {NonNullable<State["person"]>} person */
+  person({ x_m: x, y_m: y, cov_m2: cov, state }) {
+    const colour = this.colour("goal");
+    const at = this.view.drawn({ x, y });
+    this.context.fillStyle = colour;
+    this.context.beginPath();
+    this.context.arc(at.x, at.y, Math.max(6, 0.22 * this.view.scale), 0, 2 * Math.PI);
+    this.context.fill();
+    this.ellipse({ x, y }, cov, colour);
+    this.label(at, state === "seen" ? "Person" : "Person, hidden now");
+  }
+
+  /** @param {{x: number, y: number, heading: number}} at @param {number} radius [m] @param {string} colour @param {number} strength */
+  robot({ x, y, heading }, radius, colour, strength) {
+    drawRobot(this.context, this.view.drawn({ x, y }), heading, {
+      radius: Math.max(7, this.view.scale * radius),
+      colour: this.colour(colour),
+      strength,
+    });
+  }
+
+  /** Two standard deviations. @param {Point} at [m] @param {number[][]} cov [m²] @param {string} colour */
+  ellipse(at, cov, colour) {
+    const [a = 0, b = 0, d = 0] = [cov[0]?.[0], cov[0]?.[1], cov[1]?.[1]];
+    const [mean, spread] = [(a + d) / 2, Math.hypot((a - d) / 2, b)];
+    const { x, y } = this.view.drawn(at);
+    const { context } = this;
+    context.strokeStyle = colour;
+    context.lineWidth = 1.5;
+    context.beginPath();
+    const [long, short] = [mean + spread, mean - spread].map(
+      (variance) => SIGMAS * this.view.scale * Math.sqrt(Math.max(0, variance)),
+    );
+    context.ellipse(x, y, long ?? 0, short ?? 0, -0.5 * Math.atan2(2 * b, a - d), 0, 2 * Math.PI);
+    context.stroke();
+  }
+
+  /** @param {readonly Point[]} points [m] */
+  measured(points) {
+    const { context } = this;
+    const [one, other] = points;
+    if (!one) return;
+    const from = this.view.drawn(one);
+    context.strokeStyle = context.fillStyle = this.colour("accent");
+    context.lineWidth = 2;
+    context.setLineDash([6, 4]);
+    context.beginPath();
+    context.moveTo(from.x, from.y);
+    const to = this.view.drawn(other ?? one);
+    context.lineTo(to.x, to.y);
+    context.stroke();
+    context.setLineDash([]);
+    for (const { x, y } of [from, to]) context.fillRect(x - 3, y - 3, 6, 6);
+    if (other) this.label({ x: (from.x + to.x) / 2, y: (from.y + to.y) / 2 }, metres(apart(one, other)));
+  }
+
+  /** @param {Point} cursor [m] */
+  cross(cursor) {
+    const { x, y } = this.view.drawn(cursor);
+    const { context } = this;
+    context.strokeStyle = this.colour("text");
+    context.lineWidth = 2;
+    context.beginPath();
+    for (const [dx, dy] of /** @type {const} */ ([
+      [12, 0],
+      [0, 12],
+    ])) {
+      context.moveTo(x - dx, y - dy);
+      context.lineTo(x + dx, y + dy);
+    }
+    context.stroke();
+  }
+
+  /** A length that is easy to compare. @param {number} height [px] */
+  scale(height) {
+    const { context, view } = this;
+    const bar = BARS.find((length) => length * view.scale >= BAR_PX) ?? 100;
+    context.strokeStyle = this.colour("soft");
+    context.lineWidth = 2;
+    context.beginPath();
+    const [left, low] = [14, height - 14];
+    context.moveTo(left, low - 5);
+    context.lineTo(left, low);
+    context.lineTo(left + bar * view.scale, low);
+    context.lineTo(left + bar * view.scale, low - 5);
+    context.stroke();
+    context.fillStyle = this.colour("soft");
+    context.font = LABEL;
+    context.fillText(`${bar} m`, left + 6, low - 6);
+  }
+
+  /** Words beside a point, readable on whatever is drawn there. @param {Point} at [px] @param {string} words */
+  label({ x, y }, words) {
+    const { context } = this;
+    context.font = LABEL;
+    context.lineJoin = "round";
+    context.lineWidth = 4;
+    context.strokeStyle = this.colour("surface");
+    context.strokeText(words, x + 13, y - 9);
+    context.fillStyle = this.colour("text");
+    context.fillText(words, x + 13, y - 9);
+  }
+}
+
+/** @param {Point} one @param {Point} other */
+export const apart = (one, other) => Math.hypot(one.x - other.x, one.y - other.y);

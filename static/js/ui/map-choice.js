@@ -1,0 +1,60 @@
+// Which of the two maps is shown, flat or 3-D: what was chosen, else what suits this browser.
+
+import { remember, remembered } from "./local-storage.js";
+import { MAP_DRAWN } from "./webgl.js";
+
+/** @typedef {"flat" | "3-D"} MapKind */
+
+const SMALL = "(max-width: 600px), (max-height: 450px)"; // phones
+export const NO_WEBGL = "This browser has no WebGL 2, which the 3-D map needs.";
+
+/** @type {Set<() => void>} */
+const listeners = new Set();
+let why = MAP_DRAWN ? "" : `${NO_WEBGL} The map is drawn flat.`;
+/** @type {MapKind} */
+let kind = suitable(MAP_DRAWN, remembered("map", ""), matchMedia(SMALL).matches);
+
+/**
+ * @param {boolean} drawable whether this browser can draw the 3-D map
+ * @param {string} chosen what was chosen before, "" for nothing
+ * @param {boolean} small whether the screen is a phone's
+ * @returns {MapKind}
+ */
+export function suitable(drawable, chosen, small) {
+  if (!drawable) return "flat";
+  if (chosen === "flat" || chosen === "3-D") return chosen;
+  return small ? "flat" : "3-D";
+}
+
+/** @returns {MapKind} */
+export const mapKind = () => kind;
+
+/** @returns {string} a sentence: why the map is flat though nobody chose it; "" for none */
+export const whyFlat = () => why;
+
+/** @returns {boolean} whether somebody chose, who is not overruled */
+export const isChosen = () => remembered("map", "") !== "";
+
+/** @param {MapKind} chosen by the person at the screen */
+export function chooseMap(chosen) {
+  remember("map", chosen);
+  change(chosen, "");
+}
+
+/** @param {number} rate pictures a second that the 3-D map reached: too few */
+export function fallBack(rate) {
+  const few = rate < 1.5 ? "1 picture" : `${Math.round(rate)} pictures`;
+  change("flat", `The 3-D map is too slow on this computer (${few} a second), so the flat one is shown.`);
+}
+
+/** @param {() => void} listener called when the other map is to be shown */
+export function onMapKind(listener) {
+  listeners.add(listener);
+}
+
+/** @param {MapKind} to @param {string} because */
+function change(to, because) {
+  if (!MAP_DRAWN) return;
+  [kind, why] = [to, because];
+  for (const listener of listeners) listener();
+}
