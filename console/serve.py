@@ -36,6 +36,7 @@ from console.http import qr
 from console.http.connection_limits import MOST, ConnectionLimits, raise_file_limit
 from console.http.timeouts import HEADER_TIME, ServerConfig, TimeoutHttp, TimeoutSocket
 from console.logging_setup import start_logging
+from console.people.inhabitants import move_in
 from console.robot.process import RobotProcess
 from console.runtime import Runtime
 from core.errors import BadInput, Unavailable
@@ -75,6 +76,7 @@ class Options:
     tls_key: Path | None = None
     token_file: Path | None = None  # holds the operator's key; None: a new one with every start
     text_files: Path | None = None  # the folder of speech.txt and source.txt
+    nobody: bool = False  # nobody stands in the simulated room
 
 
 class Server(uvicorn.Server):
@@ -143,6 +145,8 @@ def serve(options: Options) -> None:
             files = TextFileReader(options.text_files)
             parts = (runtime.dispatcher, runtime.lease, runtime.history, runtime.board)
             runtime.beside.append(TextFileCommands(files, *parts, lambda: runtime.snapshot).run)
+        if not options.nobody:
+            runtime.beside.append(lambda: move_in(runtime.ask, options.robot))
         config = configured(create_app(runtime), options.tls_cert, options.tls_key, most)
 
         def listening() -> None:

@@ -151,6 +151,30 @@ async def plan(room: SimulatedRoom) -> FloorPlan:
     return await room(ReadPlan())
 
 
+class PersonInRoom(msgspec.Struct, frozen=True):
+    """A person in the simulated room, and where they really stand in the world frame."""
+
+    id: str
+    x_m: float
+    y_m: float
+    clothes: str
+
+
+class PeopleInRoom(msgspec.Struct, frozen=True):
+    """Everybody in the simulated room."""
+
+    people: list[PersonInRoom]
+
+
+@simulation.get("/sim/people")
+@needs("viewer")
+async def people_in_room(room: SimulatedRoom) -> PeopleInRoom:
+    """Who is in the room, and where. For the page, on which they can be asked to speak; no estimator sees it."""
+    things = (await room(ReadPlan())).things
+    people = [thing for thing in things if isinstance(thing, PlacedThing) and thing.what == "person"]
+    return PeopleInRoom([PersonInRoom(one.id, one.x_m, one.y_m, one.clothes or "") for one in people])
+
+
 @simulation.post("/sim/place", status_code=201)
 @needs("operator")
 async def place(

@@ -47,6 +47,7 @@ def add(places: Any) -> None:
     parser.add_argument(
         "--text-files", type=Path, default=None, metavar="DIR", help="obey speech.txt (and source.txt) in this folder"
     )
+    parser.add_argument("--nobody", action="store_true", help="nobody stands in the simulated room")
     parser.set_defaults(run=run)
 
 
@@ -70,6 +71,7 @@ def run(chosen: argparse.Namespace) -> int:
             tls_key=chosen.tls_key,
             token_file=chosen.token_file,
             text_files=chosen.text_files,
+            nobody=chosen.nobody,
         )
     )
     return 0

@@ -4,6 +4,7 @@ import "./panels/answer-button.js";
 import "./panels/app-menu.js";
 import "./panels/camera-view.js";
 import "./panels/coach-marks.js";
+import "./panels/command-chain.js";
 import "./panels/command-chips.js";
 import "./panels/command-line.js";
 import "./panels/command-status.js";

@@ -33,7 +33,18 @@ class Console:
         """`auth`: who comes has to show one of the `keys`, the operator's or the viewer's. `environment`: further."""
         self.trace = folder / "gate.csv"
         self._log = folder / "console.log"
-        command = [sys.executable, "-m", "console", "run", "--no-browser", "--port", "0", "--robot", robot]
+        command = [
+            sys.executable,
+            "-m",
+            "console",
+            "run",
+            "--no-browser",
+            "--port",
+            "0",
+            "--nobody",
+            "--robot",
+            robot,
+        ]
         self.process = subprocess.Popen(
             [*command, *(() if auth else ("--no-auth",)), "--gate-trace", str(self.trace), "--data", str(folder)],
             stdout=subprocess.PIPE,

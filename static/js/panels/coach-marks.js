@@ -12,6 +12,7 @@ import { apart, placed } from "../ui/placement.js";
  * @property {string} title
  * @property {string} text
  * @property {(view: View) => boolean} done
+ * @property {boolean} [optional] left out where its target is not on the page
  */
 
 const EDGE = 12; // [px] from the map's upper edge
@@ -41,6 +42,13 @@ const HINTS = [
     done: ({ state }) => state?.command?.source === "click",
   },
   {
+    at: ".person-chip",
+    title: "Let somebody call you",
+    text: "Press a name, then “come here”. The robot hears from where, looks there, and comes.",
+    done: ({ state }) => state?.command?.name === "come_here" && state.command.state === "running",
+    optional: true,
+  },
+  {
     at: ".stop",
     title: "Stop, at any time",
     text: touch
@@ -52,6 +60,8 @@ const HINTS = [
 
 export class CoachMarks extends Panel {
   #step = -1;
+  /** @type {readonly Hint[]} */
+  #hints = HINTS;
   #title = make("h2", { class: "card-title" });
   #text = make("p");
   #count = make("span", { class: "note" });
@@ -77,12 +87,13 @@ export class CoachMarks extends Panel {
     this.append(this.#card);
     this.#next.addEventListener("click", () => this.#go(this.#step + 1));
     this.#shut.addEventListener("click", () => this.#end());
-    this.session.on("stopped", () => this.#step === HINTS.length - 1 && this.#go(HINTS.length));
+    this.session.on("stopped", () => this.#step === this.#hints.length - 1 && this.#go(this.#hints.length));
     addEventListener("resize", () => (this.#placedFor = ""));
   }
 
   begin() {
     this.#asked = true;
+    this.#hints = HINTS.filter(({ at, optional }) => !optional || document.querySelector(at));
     this.#go(0);
   }
 
@@ -102,7 +113,7 @@ export class CoachMarks extends Panel {
       !state.slam.looking_around
     )
       this.begin();
-    const hint = HINTS[this.#step];
+    const hint = this.#hints[this.#step];
     if (hint?.done(view)) this.#go(this.#step + 1);
     if (!this.#card.hidden) this.#place();
     // Do not cover a pending command and its Cancel button, and give no hints while another operator drives.
@@ -113,8 +124,8 @@ export class CoachMarks extends Panel {
   #go(step) {
     this.#step = step;
     this.#placedFor = "";
-    const hint = HINTS[step];
-    if (step > HINTS.length) {
+    const hint = this.#hints[step];
+    if (step > this.#hints.length) {
       this.#end();
       return;
     }
@@ -126,7 +137,7 @@ export class CoachMarks extends Panel {
       hint?.text ??
         (touch ? "The menu shows these hints again." : "Press ? for every key. The menu shows these hints again."),
     );
-    write(this.#count, hint ? `${step + 1} of ${HINTS.length}` : "");
+    write(this.#count, hint ? `${step + 1} of ${this.#hints.length}` : "");
     write(this.#next, hint ? "Skip" : "Done");
     this.session.announce(`${this.#title.textContent}. ${this.#text.textContent}`);
   }
@@ -138,7 +149,7 @@ export class CoachMarks extends Panel {
   }
 
   #place() {
-    const at = document.querySelector(HINTS[this.#step]?.at ?? ".stage");
+    const at = document.querySelector(this.#hints[this.#step]?.at ?? ".stage");
     const stop = document.querySelector(".stop");
     if (!at || !stop) return;
     const target = at.getBoundingClientRect();

@@ -2,7 +2,9 @@
 
 import { exampleNumbers, filled, holes } from "../drive/suggest.js";
 import { icon, make, mark, write } from "../ui/element.js";
+import { inWords } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { LastVoice } from "../ui/sensed.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../drive/suggest.js").Kind} Kind */
@@ -12,6 +14,7 @@ class CommandChips extends Panel {
   #chips = make("div", { class: "chips", role: "group", "aria-label": "Commands" });
   /** @type {HTMLFormElement | null} */
   #form = null;
+  #voice = new LastVoice();
   #off = false;
   #up = true;
 
@@ -29,11 +32,25 @@ class CommandChips extends Panel {
    * @override
    * @param {View} view
    */
-  show({ up, permission }) {
+  show({ up, permission, state }) {
+    this.#tellVoice(state);
     const off = !up || permission.may === "no";
     if (off === this.#off && up === this.#up) return;
     [this.#off, this.#up] = [off, up];
     this.#able();
+  }
+
+  /**
+   * On the chip "come here": whether the robot knows where that is.
+   * @param {import("../net/messages.js").State | null} state
+   */
+  #tellVoice(state) {
+    const chip = this.#chips.querySelector('[data-command="come_here"]');
+    if (!chip || !state?.ears) return;
+    const voice = this.#voice.saw(state);
+    const says = voice ? `voice ${Math.round(voice.age)} s ago, ${inWords(voice.azimuth)}` : "heard nobody yet";
+    const note = chip.querySelector(".chip-note") ?? chip.appendChild(make("span", { class: "chip-note" }));
+    write(note, says);
   }
 
   #able() {

@@ -20,6 +20,7 @@ const READY = {
   suggestions: [],
 };
 const OFFERED = 3;
+const TO_PERSON = /^(come here|follow me)$/i;
 
 class CommandStatus extends Panel {
   #icon = icon("command");
@@ -40,6 +41,8 @@ class CommandStatus extends Panel {
   );
   #cancel = make("button", { type: "button", class: "button" }, icon("close"), "Cancel");
   #log = new StatusLog();
+  /** @type {string} */
+  #caller = ""; // somebody in the simulated room who could call
 
   /** @override */
   build() {
@@ -51,6 +54,10 @@ class CommandStatus extends Panel {
       this.#cancel,
     );
     this.#cancel.addEventListener("click", () => this.session.stop());
+    addEventListener("room-people", (event) => {
+      const [first] = /** @type {CustomEvent<import("../net/room-api.js").PersonInRoom[]>} */ (event).detail;
+      this.#caller = first?.id ?? "";
+    });
     this.session.on("said", (said) => this.#answered(said));
     this.session.on("transcript", (transcript) => this.#log.heard(transcript, performance.now()));
     this.session.on("reading", () => this.#log.reads(performance.now()));
@@ -100,13 +107,17 @@ class CommandStatus extends Panel {
     write(this.#remark, line.remark);
     mark(this, "data-state", line.state || null);
     const suggestions = line.suggestions.slice(0, OFFERED);
-    this.#suggestions.hidden = suggestions.length === 0;
-    if (this.#suggestions.dataset["suggested"] === suggestions.join("|")) return;
-    this.#suggestions.dataset["suggested"] = suggestions.join("|");
-    this.#suggestions.replaceChildren(
-      make("span", { class: "note" }, "Did you mean"),
-      ...suggestions.map((text) => this.#offer(text)),
-    );
+    const caller = line.state === "refused" && TO_PERSON.test(line.words) ? this.#caller : "";
+    const key = caller ? `${caller}: ${line.words}` : suggestions.join("|");
+    this.#suggestions.hidden = key === "";
+    if (this.#suggestions.dataset["suggested"] === key) return;
+    this.#suggestions.dataset["suggested"] = key;
+    if (caller) this.#suggestions.replaceChildren(letCall(caller, line.words), howItWorks());
+    else
+      this.#suggestions.replaceChildren(
+        make("span", { class: "note" }, "Did you mean"),
+        ...suggestions.map((text) => this.#offer(text)),
+      );
   }
 
   /** @param {string} text */
@@ -116,5 +127,17 @@ class CommandStatus extends Panel {
     return button;
   }
 }
+
+/** @param {string} caller @param {string} words */
+function letCall(caller, words) {
+  const button = make("button", { type: "button", class: "chip" }, icon("voice"), `Let ${caller} call`);
+  button.addEventListener("click", () =>
+    dispatchEvent(new CustomEvent("let-call", { detail: { words: words.toLowerCase() } })),
+  );
+  return button;
+}
+
+const howItWorks = () =>
+  make("a", { class: "chip", href: "help/how-to/call-the-robot", target: "_blank" }, "How it works");
 
 customElements.define("command-status", CommandStatus);

@@ -77,6 +77,8 @@ class FlatMap extends Panel {
   #measured = [];
   #drawn = ""; // what the newest drawing showed
   #revision = -1; // of the pose graph when the plan was asked for
+  /** @type {readonly import("../net/room-api.js").PersonInRoom[]} */
+  #room = [];
   /** @type {View | null} */
   #shown = null;
 
@@ -109,6 +111,10 @@ class FlatMap extends Panel {
     this.#canvas.addEventListener("blur", () => {
       this.#cursor = null;
       this.#draw();
+    });
+    addEventListener("room-people", (event) => {
+      const people = /** @type {CustomEvent} */ (event).detail;
+      if (JSON.stringify(people) !== JSON.stringify(this.#room)) this.#draw("", () => (this.#room = people));
     });
     new ResizeObserver(() => this.#draw()).observe(this.#canvas);
     onTheme(() => requestAnimationFrame(() => this.#draw()));
@@ -175,16 +181,21 @@ class FlatMap extends Panel {
   /** @param {Point} at [px] @param {PointerEvent} event */
   #press(at, { clientX, clientY }) {
     const point = this.#view.floor(at);
-    const { person } = this.session.state ?? {};
+    const pressed = this.#layers.has("people") ? this.#personAt(at) : null;
     if (this.#measures) {
       this.#measured = this.#measured.length === 1 ? [...this.#measured, point] : [point];
       const [one, other] = this.#measured;
       if (one && other) write(this.#said, metres(apart(one, other)));
       this.#draw();
-    } else if (person && apart(at, this.#view.drawn({ x: person.x_m, y: person.y_m })) < REACH) {
-      const detail = { name: "", x: person.x_m, y: person.y_m, clientX, clientY };
+    } else if (pressed) {
+      const detail = { name: pressed.id, x: point.x, y: point.y, clientX, clientY };
       this.dispatchEvent(new CustomEvent("person-press", { detail, bubbles: true }));
     } else this.#go(point);
+  }
+
+  /** @param {Point} at [px] */
+  #personAt(at) {
+    return this.#room.find(({ x_m: x, y_m: y }) => apart(at, this.#view.drawn({ x, y })) < REACH) ?? null;
   }
 
   /** @param {Point} point [m] */
@@ -280,6 +291,7 @@ class FlatMap extends Panel {
       radius: hello?.robot.radius_m ?? 0.1,
       cruise: hello?.robot.cruise_m_s ?? 0.2,
       left: wayLeft(state.pose, state.path),
+      room: this.#room,
     });
   }
 }

@@ -5,6 +5,7 @@ import * as api from "../net/api.js";
 import { icon, make, mark, write } from "../ui/element.js";
 import { degrees, inWords } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
+import { PeopleNear } from "../ui/people-near.js";
 import { SoundRose } from "../ui/sound-rose.js";
 
 /** @typedef {import("../net/session.js").View} View */
@@ -32,6 +33,8 @@ class HearingCard extends Panel {
   #measure = make("a", { href: "hearing" }, "How well does it hear you here?");
   #lines = make("ol", { class: "transcripts", "aria-label": "What was heard", role: "log" });
   #checking = false;
+  /** @type {PeopleNear | null} */
+  #near = null;
   #none = make("p", { class: "note" });
 
   /** @override */
@@ -39,6 +42,7 @@ class HearingCard extends Panel {
     this.classList.add("card");
     this.setAttribute("role", "region");
     this.setAttribute("aria-label", "Hearing");
+    this.#near = new PeopleNear(this.session);
     this.append(
       make(
         "div",
@@ -48,6 +52,7 @@ class HearingCard extends Panel {
         this.#listen,
         this.#obey,
       ),
+      this.#near,
       make(
         "div",
         { class: "hearing" },
@@ -67,7 +72,9 @@ class HearingCard extends Panel {
    * @override
    * @param {View} view
    */
-  show({ state, hello, up, permission }) {
+  show(view) {
+    const { state, hello, up, permission } = view;
+    this.#near?.show(view);
     const ears = state?.ears ?? null;
     this.hidden = onlyWatched(hello) || (ears === null && this.#lines.childElementCount === 0);
     if (this.hidden) return;

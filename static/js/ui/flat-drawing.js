@@ -20,6 +20,7 @@ import { onTheme } from "./theme.js";
  * @property {number} radius [m] of the robot
  * @property {number} cruise [m/s]
  * @property {number} left [m] of the way
+ * @property {readonly import("../net/room-api.js").PersonInRoom[]} room people in the simulated room
  */
 
 const LABEL = "600 12px system-ui, sans-serif";
@@ -27,6 +28,8 @@ const VOICE_M = 1.5;
 const VOICE_S = 12; // [s] after which a voice is no longer drawn
 const SIGMAS = 2;
 const BARS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50];
+const [ABOVE, BELOW] = [-9, 19]; // [px] of words beside a point
+const SAME_M = 0.6; // [m] within which the person who is followed is somebody in the room
 const BAR_PX = 60; // [px] that the scale has at least
 
 /**
@@ -49,7 +52,14 @@ export function drawFlat(canvas, view, scene) {
   if (layers.has("landmarks")) brush.landmarks(state.landmarks);
   if (layers.has("scan")) brush.dots(seenFrom(scene.scan, robot), colour("scene-scan"));
   if (layers.has("voice") && state.direction && state.direction.age_s < VOICE_S) brush.voice(state.direction, robot);
-  if (layers.has("people") && state.person) brush.person(state.person);
+  if (layers.has("people")) {
+    const { person } = state;
+    const others = scene.room.filter(
+      ({ x_m: x, y_m: y }) => !person || apart({ x, y }, { x: person.x_m, y: person.y_m }) > SAME_M,
+    );
+    for (const { id, x_m: x, y_m: y } of others) brush.inhabitant({ x, y }, id);
+    if (person) brush.person(person);
+  }
   if (layers.has("ghost")) {
     const { x_m: x, y_m: y, heading_rad: heading } = state.dead_reckoning;
     brush.robot({ x, y, heading }, scene.radius, "scene-ghost", 0.6);
@@ -167,7 +177,7 @@ class Brush {
     context.moveTo(at.x + 3, at.y);
     context.arc(at.x, at.y, 3, 0, 2 * Math.PI);
     context.stroke();
-    this.label(at, `${metres(left, 1)} · ${Math.max(1, Math.round(left / Math.max(cruise, 0.05)))} s`);
+    this.label(at, `${metres(left, 1)} · ${Math.max(1, Math.round(left / Math.max(cruise, 0.05)))} s`, BELOW);
   }
 
   /** @param {NonNullable<State["direction"]>} heard @param {{x: number, y: number}} robot */
@@ -196,6 +206,20 @@ class Brush {
     this.context.fill();
     this.ellipse({ x, y }, cov, colour);
     this.label(at, state === "seen" ? "Person" : "Person, hidden now");
+  }
+
+  /** Somebody in the simulated room. @param {Point} point [m] @param {string} name */
+  inhabitant(point, name) {
+    const { context } = this;
+    const at = this.view.drawn(point);
+    context.fillStyle = this.colour("surface");
+    context.strokeStyle = this.colour("goal");
+    context.lineWidth = 2;
+    context.beginPath();
+    context.arc(at.x, at.y, Math.max(8, 0.2 * this.view.scale), 0, 2 * Math.PI);
+    context.fill();
+    context.stroke();
+    this.label(at, name);
   }
 
   /** @param {{x: number, y: number, heading: number}} at @param {number} radius [m] @param {string} colour @param {number} strength */
@@ -277,16 +301,21 @@ class Brush {
     context.fillText(`${bar} m`, left + 6, low - 6);
   }
 
-  /** Words beside a point, readable on whatever is drawn there. @param {Point} at [px] @param {string} words */
-  label({ x, y }, words) {
+  /**
+   * Words beside a point, readable on whatever is drawn there.
+   * @param {Point} at [px]
+   * @param {string} words
+   * @param {number} [down] [px]
+   */
+  label({ x, y }, words, down = ABOVE) {
     const { context } = this;
     context.font = LABEL;
     context.lineJoin = "round";
     context.lineWidth = 4;
     context.strokeStyle = this.colour("surface");
-    context.strokeText(words, x + 13, y - 9);
+    context.strokeText(words, x + 13, y + down);
     context.fillStyle = this.colour("text");
-    context.fillText(words, x + 13, y - 9);
+    context.fillText(words, x + 13, y + down);
   }
 }
 

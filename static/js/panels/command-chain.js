@@ -1,0 +1,51 @@
+// Element <command-chain>: what of a person the robot has by each sense while it comes or follows.
+
+import { make, mark, write } from "../ui/element.js";
+import { degrees, inWords, metres } from "../ui/format.js";
+import { Panel } from "../ui/panel.js";
+import { chainOf, LastVoice } from "../ui/sensed.js";
+
+/** @typedef {import("../net/session.js").View} View */
+
+const STEPS = /** @type {const} */ (["heard", "seen", "laser", "coming"]);
+
+class CommandChain extends Panel {
+  #voice = new LastVoice();
+  #list = make("ol", { class: "chain", "aria-label": "What the robot has of the person" });
+  #steps = STEPS.map((step) => {
+    const says = make("span", { class: "chain-says" });
+    const row = make("li", { class: "chain-step", "data-step": step }, make("b", {}, step), says);
+    this.#list.append(row);
+    return { row, says };
+  });
+
+  /** @override */
+  build() {
+    this.hidden = true;
+    this.append(this.#list);
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ state }) {
+    const voice = state ? this.#voice.saw(state) : null; // remembered before a command begins
+    const chain = state ? chainOf(state, voice) : null;
+    this.hidden = chain === null;
+    if (!chain) return;
+    const says = [
+      chain.heard ? `${inWords(chain.heard.azimuth)} ± ${degrees(chain.heard.sd)}` : "no voice",
+      chain.seen === null ? "not in the picture" : chain.seen.value === null ? "yes" : chain.seen.value.toFixed(2),
+      chain.laser === null ? "no legs" : metres(chain.laser, 1),
+      chain.left === null ? "looking" : `${metres(chain.left, 1)} to go`,
+    ];
+    const lit = [chain.heard !== null, chain.seen !== null, chain.laser !== null, chain.left !== null];
+    for (const [index, { row, says: words }] of this.#steps.entries()) {
+      write(words, says[index] ?? "");
+      mark(row, "data-lit", lit[index] === true);
+    }
+  }
+}
+
+customElements.define("command-chain", CommandChain);

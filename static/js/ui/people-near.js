@@ -1,0 +1,141 @@
+// Who is near the robot: in the simulator people who can be asked to speak, on a real robot the voices of the last minute.
+
+import * as room from "../net/room-api.js";
+import { icon, make, mark, write } from "./element.js";
+import { inWords, metres } from "./format.js";
+
+/** @typedef {import("../net/session.js").Session} Session */
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {room.PersonInRoom} PersonInRoom */
+
+const ASK_MS = 2000;
+const SENTENCES = ["come here", "follow me", "stop"];
+
+export class PeopleNear extends HTMLElement {
+  #session;
+  #row = make("div", { class: "people-row", role: "group", "aria-label": "Who is near" });
+  #bubble = make("form", { class: "people-bubble", hidden: true });
+  #own = make("input", {
+    type: "text",
+    class: "field-box",
+    maxlength: "200",
+    placeholder: "own words",
+    "aria-label": "What they say",
+    autocomplete: "off",
+  });
+  #says = make("span", { class: "people-says" });
+  /** @type {PersonInRoom[]} */
+  #people = [];
+  #askedAt = -Infinity; // [ms]
+  #drawn = "";
+  #who = "";
+
+  /** @param {Session} session */
+  constructor(session) {
+    super();
+    this.#session = session;
+    const own = make("button", { type: "submit", class: "button" }, "Say");
+    this.#bubble.append(
+      this.#says,
+      ...SENTENCES.map((words) => {
+        const button = make("button", { type: "button", class: "chip", "data-says": words }, words);
+        button.addEventListener("click", () => void this.#speak(this.#who, words));
+        return button;
+      }),
+      make("span", { class: "people-own" }, this.#own, own),
+    );
+    this.#bubble.addEventListener("submit", (event) => {
+      event.preventDefault();
+      const words = this.#own.value.trim();
+      if (words) void this.#speak(this.#who, words);
+      this.#own.value = "";
+    });
+    this.#bubble.addEventListener("keydown", (event) => event.key === "Escape" && this.#open(""));
+    this.append(this.#row, this.#bubble);
+    addEventListener("person-press", (event) => this.#pressed(/** @type {CustomEvent} */ (event).detail));
+    addEventListener("let-call", (event) => {
+      const { words } = /** @type {CustomEvent<{words: string}>} */ (event).detail;
+      const [first] = this.#people;
+      if (first) void this.#speak(first.id, words);
+    });
+  }
+
+  /** @param {View} view */
+  show({ state, hello, up, permission }) {
+    const simulated = hello?.robot.capabilities.includes("simulate") === true && state?.ears != null;
+    this.hidden = !simulated || this.#people.length === 0;
+    if (!simulated || !state) return;
+    const now = performance.now();
+    if (up && !document.hidden && now - this.#askedAt > ASK_MS) {
+      this.#askedAt = now;
+      void room.people().then(
+        (people) => {
+          this.#people = people;
+          dispatchEvent(new CustomEvent("room-people", { detail: people }));
+        },
+        () => undefined, // the link chip says that there is none
+      );
+    }
+    const { x_m: x, y_m: y, heading_rad: heading } = state.pose;
+    const rows = this.#people.map((one) => {
+      const bearing = Math.atan2(one.y_m - y, one.x_m - x) - heading;
+      const side = inWords(Math.atan2(Math.sin(bearing), Math.cos(bearing))).replace("to the ", "");
+      return { id: one.id, where: `${metres(Math.hypot(one.x_m - x, one.y_m - y), 1)}, ${side}` };
+    });
+    this.#draw(rows, !up || permission.may === "no");
+  }
+
+  /** @param {{id: string, where: string}[]} rows @param {boolean} off */
+  #draw(rows, off) {
+    const ids = rows.map(({ id }) => id).join("|");
+    if (ids !== this.#drawn) {
+      this.#drawn = ids;
+      this.#row.replaceChildren(...rows.map(({ id }) => this.#person(id)));
+      if (!rows.some(({ id }) => id === this.#who)) this.#open("");
+    }
+    for (const [index, button] of [...this.#row.querySelectorAll("button")].entries()) {
+      const where = button.querySelector(".note");
+      if (where) write(where, rows[index]?.where ?? "");
+      button.disabled = off;
+      mark(button, "aria-expanded", String(button.dataset["person"] === this.#who));
+    }
+    for (const button of this.#bubble.querySelectorAll("button")) button.disabled = off;
+  }
+
+  /** @param {string} id */
+  #person(id) {
+    const button = make(
+      "button",
+      { type: "button", class: "person-chip", "data-person": id, title: `Let ${id} speak to the robot` },
+      icon("voice"),
+      make("span", { class: "person-name" }, id),
+      make("span", { class: "note" }),
+    );
+    button.addEventListener("click", () => this.#open(this.#who === id ? "" : id));
+    return button;
+  }
+
+  /** @param {string} id "" for nobody */
+  #open(id) {
+    this.#who = id;
+    this.#bubble.hidden = id === "";
+    mark(this.#bubble, "aria-label", id ? `What ${id} says` : null);
+    write(this.#says, `${id} says`);
+    if (id) this.scrollIntoView({ block: "nearest" });
+  }
+
+  /** @param {{name: string}} pressed on the map */
+  #pressed({ name }) {
+    if (!this.#people.some(({ id }) => id === name)) return;
+    dispatchEvent(new CustomEvent("open-view", { detail: "ears" }));
+    this.#open(name);
+  }
+
+  /** @param {string} id @param {string} words */
+  async #speak(id, words) {
+    this.#session.announce(`${id} says: ${words}.`);
+    await this.#session.attempt(() => room.speak(id, words));
+  }
+}
+
+customElements.define("people-near", PeopleNear);

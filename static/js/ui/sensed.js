@@ -1,0 +1,52 @@
+// What the robot has of a person by each sense, from the state message.
+
+/** @typedef {import("../net/messages.js").State} State */
+/**
+ * @typedef {object} Sensed
+ * @property {{azimuth: number, sd: number} | null} heard [rad] robot frame
+ * @property {{value: number | null} | null} seen K of eq. 34, where the picture has one
+ * @property {number | null} laser [m] distance of the legs
+ * @property {number | null} left [m] to go
+ */
+
+const TO_PERSON = new Set(["come_here", "follow_me"]);
+const STANDOFF = 0.5; // [m] from the person at which COME HERE ends
+export const VOICE_S = 60; // [s] after which where a voice came from says little
+const PICTURE_S = 1.5;
+
+/** The voice that was heard last, also when the state no longer has it. */
+export class LastVoice {
+  /** @type {{world: number, sd: number, at: number} | null} [rad], [rad], [s] of the robot's clock */
+  #heard = null;
+
+  /**
+   * @param {State} state
+   * @returns {{azimuth: number, sd: number, age: number} | null} [rad] robot frame as it stands now, [rad], [s]
+   */
+  saw({ direction, pose, stamp_s: now }) {
+    if (direction)
+      this.#heard = { world: direction.azimuth_world_rad, sd: direction.sd_heard_rad, at: now - direction.age_s };
+    if (!this.#heard || now - this.#heard.at > VOICE_S || now < this.#heard.at) return null;
+    const bearing = this.#heard.world - pose.heading_rad;
+    const azimuth = Math.atan2(Math.sin(bearing), Math.cos(bearing));
+    return { azimuth, sd: this.#heard.sd, age: now - this.#heard.at };
+  }
+}
+
+/**
+ * @param {State} state
+ * @param {{azimuth: number, sd: number} | null} heard
+ * @returns {Sensed | null} null while nothing is done for a person
+ */
+export function chainOf({ command, person, pose }, heard) {
+  if (command?.state !== "running" || !TO_PERSON.has(command.name)) return null;
+  const seen = person !== null && person.camera !== null && (person.picture_age_s ?? Infinity) < PICTURE_S;
+  /** @param {number} x @param {number} y */
+  const away = (x, y) => Math.hypot(x - pose.x_m, y - pose.y_m);
+  return {
+    heard,
+    seen: seen ? { value: person.value } : null,
+    laser: person?.laser ? away(...person.laser) : null,
+    left: person ? Math.max(0, away(person.x_m, person.y_m) - STANDOFF) : null,
+  };
+}

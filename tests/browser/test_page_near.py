@@ -1,0 +1,63 @@
+"""The first minute of a stranger, with the mouse alone: somebody in the room calls, and the robot comes."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterator
+
+import pytest
+from playwright.sync_api import Locator, expect
+
+from core.models import MODEL, find
+from tests.browser.running_console import Running
+from tests.browser.visit import Visit
+
+Open = Callable[..., Visit]
+MINUTE = 60.0  # [s] of the simulator's clock
+LONG = 150.0  # [s] of a busy machine's
+
+
+@pytest.fixture(scope="module")
+def lived_in(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
+    """A console as it is started without options: Ann and Bob are there."""
+    if find(MODEL) is None:
+        why = "The model of human voices is not here: pip install 'beckon[voices]', or beckon models get."
+        pytest.fail(why) if os.environ.get("BECKON_REQUIRE_VOICES") else pytest.skip(why)
+    with Running(tmp_path_factory.mktemp("near"), people=True) as running:
+        yield running
+
+
+def test_within_the_first_minute_somebody_calls_and_the_robot_comes(visit: Open, lived_in: Running) -> None:
+    here = visit(
+        console=lived_in, before=lambda page: page.add_init_script("localStorage.setItem('beckon.map', 'flat')")
+    )
+    expect(here.find(".person-chip")).to_have_count(2)
+    expect(here.find('[data-command="come_here"] .chip-note')).to_have_text("heard nobody yet")
+    begun = lived_in.ask("api/state")["stamp_s"]
+    here.find('[data-command="come_here"]').click()
+    expect(here.find("command-status")).to_contain_text("I heard nobody")
+    call = here.button("Let Ann call")
+    for _ in range(4):  # a busy computer may understand too late, and says so; then she calls again
+        before = lived_in.newest()["id"]
+        (call if call.is_visible() else press_her(here)).click()
+        here.until(lambda before=before: lived_in.newest()["id"] > before, "she was heard", LONG)
+        if lived_in.newest()["state"] != "refused":
+            break
+    expect(here.find('.chain-step[data-step="heard"][data-lit]')).to_be_visible(timeout=30_000)
+    here.until(lambda: lived_in.newest()["state"] != "running", "it came", LONG)
+    row = lived_in.newest()
+    assert (row["name"], row["state"], row["source"]) == ("come_here", "done", "ears"), row
+    assert lived_in.ask("api/state")["stamp_s"] - begun < MINUTE
+    x, y, _ = lived_in.truth()
+    away = {one["id"]: math.hypot(one["x_m"] - x, one["y_m"] - y) for one in lived_in.ask("api/sim/people")["people"]}
+    assert away["Ann"] == pytest.approx(0.5, abs=0.1) and away["Bob"] > 1.0
+    expect(here.find('[data-command="come_here"] .chip-note')).to_contain_text("voice")
+    expect(here.find("command-chain")).to_be_hidden()
+
+
+def press_her(here: Visit) -> Locator:
+    """Ann's sentence, by her name in the card."""
+    if not here.find(".people-bubble").is_visible():
+        here.find('.person-chip[data-person="Ann"]').click()
+    return here.find('[data-says="come here"]')

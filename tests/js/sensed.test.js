@@ -1,0 +1,27 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { chainOf, LastVoice } from "../../static/js/ui/sensed.js";
+import { STATE } from "./view.js";
+
+const VOICE = /** @type {any} */ ({ azimuth_world_rad: 1, sd_heard_rad: 0.1, age_s: 2 });
+const COMING = /** @type {any} */ ({ name: "come_here", state: "running" });
+
+test("the last voice is remembered for a minute, seen from where the robot looks now", () => {
+  const last = new LastVoice();
+  assert.equal(last.saw(STATE), null);
+  assert.equal(last.saw({ ...STATE, stamp_s: 10, direction: VOICE })?.azimuth, 1);
+  const turned = { ...STATE, stamp_s: 20, pose: { ...STATE.pose, heading_rad: 0.75 } };
+  assert.deepEqual(last.saw(turned), { azimuth: 0.25, sd: 0.1, age: 12 });
+  assert.equal(last.saw({ ...STATE, stamp_s: 69 }), null);
+});
+
+test("the chain says what each sense has of the person, and only while something is done for them", () => {
+  assert.equal(chainOf(STATE, null), null);
+  const nobody = chainOf({ ...STATE, command: COMING }, null);
+  assert.deepEqual(nobody, { heard: null, seen: null, laser: null, left: null });
+  const person = /** @type {any} */ ({ x_m: 3, y_m: 4, laser: [3, 4], camera: {}, value: 0.9, picture_age_s: 0.2 });
+  const chain = chainOf({ ...STATE, command: COMING, person }, { azimuth: 1, sd: 0.1 });
+  assert.deepEqual([chain?.seen?.value, chain?.laser, chain?.left], [0.9, 5, 4.5]);
+  const old = chainOf({ ...STATE, command: COMING, person: { ...person, picture_age_s: 9, laser: null } }, null);
+  assert.deepEqual([old?.seen, old?.laser], [null, null]);
+});
