@@ -47,6 +47,13 @@ def add(places: Any) -> None:
     parser.add_argument(
         "--text-files", type=Path, default=None, metavar="DIR", help="obey speech.txt (and source.txt) in this folder"
     )
+    parser.add_argument(
+        "--write-text-files",
+        type=Path,
+        default=None,
+        metavar="DIR",
+        help="write what the robot's microphones understood into speech.txt and source.txt in this folder",
+    )
     parser.set_defaults(run=run)
 
 
@@ -70,6 +77,7 @@ def run(chosen: argparse.Namespace) -> int:
             tls_key=chosen.tls_key,
             token_file=chosen.token_file,
             text_files=chosen.text_files,
+            write_text_files=chosen.write_text_files,
         )
     )
     return 0
