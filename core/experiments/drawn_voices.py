@@ -1,4 +1,4 @@
-"""Voices that are drawn anew for every run: their runs together, and the best and the worst of them."""
+"""Voices that are drawn for every run: their runs together, and the best and the worst of them."""
 
 from __future__ import annotations
 

@@ -183,7 +183,7 @@ class PlaceFigures(TypedDict):
     commands_exact: NotRequired[int]  # by the robot
 
 
-class PhraseFigures(TypedDict):
+class SpokenPhraseFigures(TypedDict):
     """Who said one phrase, and how it arrived, as JSON."""
 
     text: str
@@ -209,7 +209,7 @@ class SpeechQualityResult(ExperimentResult):
     phrases: int
     words: int
     voice: str  # in words
-    said: list[PhraseFigures]  # every phrase; without words none
+    said: list[SpokenPhraseFigures]  # every phrase; without words none
     voices: dict[str, VoiceWords]
     best_voice: str  # "": without words there is none
     worst_voice: str
@@ -267,8 +267,8 @@ def run(
             if place.distance == 2.0:
                 shown = quality, similarity
             say(f"{number + 1} of {len(SETTINGS)} places…")
-    told = phrase_figures(said, qualities)
-    voices = voice_figures(told, len(SETTINGS))
+    arrived = phrase_figures(said, qualities)
+    voices = voice_figures(arrived, len(SETTINGS))
     best, worst = (
         best_and_worst({name: one["robot_right_rate"] for name, one in voices.items()}) if voices else ("", "")
     )
@@ -280,7 +280,7 @@ def run(
         "words": sum(len(words) for text in phrases for words in phrases_of(text)),
         "seed": seed,
         "voice": speaker_of(said),
-        "said": told,
+        "said": arrived,
         "voices": voices,
         "best_voice": best,
         "worst_voice": worst,
@@ -293,7 +293,7 @@ def run(
     return result
 
 
-def phrase_figures(said: Sequence[SpokenPhrase], qualities: Sequence[SpeechQuality]) -> list[PhraseFigures]:
+def phrase_figures(said: Sequence[SpokenPhrase], qualities: Sequence[SpeechQuality]) -> list[SpokenPhraseFigures]:
     """Every phrase with its voice and its errors; none where no words were read."""
     if not qualities:
         return []
@@ -311,10 +311,10 @@ def phrase_figures(said: Sequence[SpokenPhrase], qualities: Sequence[SpeechQuali
     ]
 
 
-def voice_figures(told: Sequence[PhraseFigures], places: int) -> dict[str, VoiceWords]:
+def voice_figures(arrived: Sequence[SpokenPhraseFigures], places: int) -> dict[str, VoiceWords]:
     """How many words of every voice arrive at the robot, over all places."""
     figures: dict[str, VoiceWords] = {}
-    for name, some in by_voice(told, lambda one: one["voice"]).items():
+    for name, some in by_voice(arrived, lambda one: one["voice"]).items():
         words = places * sum(len(part) for one in some for part in phrases_of(one["text"]))
         wrong = sum(one["erroneous_words_robot"] for one in some)
         figures[name] = {"phrases": len(some), "words": words, "robot_right_rate": max(1 - wrong / words, 0.0)}

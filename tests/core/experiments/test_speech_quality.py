@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from core.experiments import EXPERIMENTS, speech_quality
-from core.experiments.speech_quality import PhraseFigures, Setting, measure, remarks, spoken, voice_figures
+from core.experiments.speech_quality import Setting, SpokenPhraseFigures, measure, remarks, spoken, voice_figures
 from core.speech.synthesis import NATURAL, can_speak
 
 
@@ -53,7 +53,7 @@ def test_every_phrase_has_a_voice_of_its_own_and_the_best_and_the_worst_are_name
     if can_speak():
         assert len({said.voice for said in one}) > 3
         assert all(said.pace + 0.5 >= 0.85 * NATURAL and said.pace - 0.5 <= 1.15 * NATURAL for said in one)
-    told: list[PhraseFigures] = [
+    told: list[SpokenPhraseFigures] = [
         {
             "text": text,
             "voice": voice,
