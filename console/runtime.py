@@ -109,7 +109,12 @@ class Runtime:
             lambda: self.own_navigation.map_view,
         )
         self.calibration_service = CalibrationService(
-            home, robot, self.broadcaster, self.board.tell, self._look_through
+            home,
+            robot,
+            self.broadcaster,
+            self.board.tell,
+            self._look_through,
+            printed=self.chapter == "printed",
         )
         self.array = MicrophoneCalibration(
             home, robot, lambda: self._look_through(self.calibration_service.profile())

@@ -31,6 +31,7 @@ from console.app import create_app
 from console.browser import browse
 from console.control.text_file_commands import TextFileCommands
 from console.control.text_file_reader import TextFileReader
+from console.control.text_file_writer import TextFileWriter
 from console.data_folder import home_folder, locked
 from console.http import qr
 from console.http.connection_limits import MOST, ConnectionLimits, raise_file_limit
@@ -39,6 +40,7 @@ from console.logging_setup import start_logging
 from console.people.inhabitants import move_in
 from console.robot.process import RobotProcess
 from console.runtime import Runtime
+from console.speech.spoken_text_files import SpokenTextFiles
 from core.errors import BadInput, Unavailable
 from core.gate.scheduling import CONSOLE, come_first
 from core.pilot import Pilot
@@ -77,6 +79,7 @@ class Options:
     token_file: Path | None = None  # holds the operator's key; None: a new one with every start
     text_files: Path | None = None  # the folder of speech.txt and source.txt
     nobody: bool = False  # nobody stands in the simulated room
+    write_text_files: Path | None = None  # another one, for what the robot's microphones understood
 
 
 class Server(uvicorn.Server):
@@ -147,6 +150,7 @@ def serve(options: Options) -> None:
             runtime.beside.append(TextFileCommands(files, *parts, lambda: runtime.snapshot).run)
         if not options.nobody:
             runtime.beside.append(lambda: move_in(runtime.ask, options.robot))
+        exchange_text_files(options, runtime)
         config = configured(create_app(runtime), options.tls_cert, options.tls_key, most)
 
         def listening() -> None:
@@ -225,6 +229,18 @@ def announce(options: Options, port: int, access: Access) -> None:
         threading.Thread(target=browse, args=opening, name="browser", daemon=True).start()
 
 
+def exchange_text_files(options: Options, runtime: Runtime) -> None:
+    """Obey what another program writes, and write what the robot's microphones understood. Raises BadInput."""
+    if options.text_files is not None:
+        files = TextFileReader(options.text_files)
+        parts = (runtime.dispatcher, runtime.lease, runtime.history, runtime.board)
+        runtime.beside.append(TextFileCommands(files, *parts, lambda: runtime.snapshot).run)
+    if options.write_text_files is not None:
+        writer = SpokenTextFiles(TextFileWriter(options.write_text_files, "--write-text-files"), runtime.board)
+        runtime.ears.when_understood.append(writer.understood)
+        runtime.beside.append(writer.run)
+
+
 def operator_key(options: Options, access: Access, now: float) -> str:
     """The key of --token-file, else a new one; what such a file held before opens nothing more."""
     if options.token_file is None:
@@ -254,11 +270,18 @@ def check(options: Options) -> None:
     _check_tls(options)
     if options.token_file is not None:
         read_token(options.token_file)
+    _check_text_files(options)
     if options.gate_trace is not None:
         try:
             options.gate_trace.open("a").close()
         except OSError as trouble:
             raise BadInput(f"--gate-trace {options.gate_trace} cannot be written: {trouble.strerror}.") from None
+
+
+def _check_text_files(options: Options) -> None:
+    obeyed, written = options.text_files, options.write_text_files
+    if obeyed is not None and written is not None and obeyed.resolve() == written.resolve():
+        raise BadInput("--write-text-files needs another folder than --text-files: the robot would obey itself.")
 
 
 def _check_tls(options: Options) -> None:

@@ -330,6 +330,7 @@ class SolveCamera(Job[CameraSolution], frozen=True):
 
     board: CalibrationBoard
     state: bytes
+    printed: bool = False  # with the coefficients as eq. 44 has them
 
 
 class SolveLaser(Job[LaserSolution], frozen=True):
@@ -339,6 +340,7 @@ class SolveLaser(Job[LaserSolution], frozen=True):
     state: bytes
     camera: CameraParameters
     mount: MountPrior
+    printed: bool = False  # by eq. 13
 
 
 class MeasureCorrection(Job[CorrectionReport], frozen=True):

@@ -62,8 +62,13 @@ class CalibrationService:
         broadcaster: Broadcaster,
         tell: Callable[[Level, str], None],
         used: Callable[[Profile], None],
+        *,
+        printed: bool = False,
     ) -> None:
-        """`tell` hangs a notice; `used` hears of the robot's profile whenever another calibration is in use."""
+        """`tell` hangs a notice; `used` hears of the robot's profile whenever another calibration is in use;
+        `printed`: solve and write as the chapter does (eq. 13, eq. 44).
+        """
+        self._printed = printed
         self.active = CalibrationStore(home / "calibration")
         self.sessions: dict[str, CalibrationSession] = {}
         self.solver = Worker("solver")
@@ -160,6 +165,7 @@ class CalibrationService:
         card = kept.card
         kind = CameraCalibrationSession if card.kind == "camera" else LaserCalibrationSession
         session = kind(kept, SessionStore(self._home / card.id), self.solver, self._changed, self._warn)
+        session.printed = self._printed
         session.compare = lambda: self.active.compare(card.kind, kept.shown.solution or {})
         self.sessions[card.id] = session
         return session

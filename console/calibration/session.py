@@ -101,6 +101,7 @@ class CalibrationSession(ABC):
         self._settled.set()
         self.compare: Callable[[], dict[str, tuple[float, float]] | None] = lambda: None
         self.used = self.looked_at = time.monotonic()  # when its worker, and when the session, was last asked for
+        self.printed = False  # the chapter's own forms (eq. 13, eq. 44)
         self.last_counted = 0  # number of the newest verdict that counted
         self._state = bytes(kept.state)  # JSON
         self._names: list[str] = []  # of the views that take part
@@ -371,7 +372,7 @@ class CameraCalibrationSession(CalibrationSession):
         return OpenCamera(self.card.board, self._state, self._solved)
 
     async def _solution(self) -> CameraSolution:
-        return await self._solver.ask(SolveCamera(self.card.board, self._state), budget=SOLVE_BUDGET)
+        return await self._solver.ask(SolveCamera(self.card.board, self._state, self.printed), budget=SOLVE_BUDGET)
 
     async def _acceptance(self, *, force: bool) -> AcceptedCamera:
         return await self._asked(AcceptCamera(force))
@@ -388,7 +389,7 @@ class LaserCalibrationSession(CalibrationSession):
     async def _solution(self) -> LaserSolution:
         camera, mount = self.card.camera, self.card.mount
         assert camera is not None and mount is not None
-        job = SolveLaser(self.card.board, self._state, camera, mount)
+        job = SolveLaser(self.card.board, self._state, camera, mount, self.printed)
         return await self._solver.ask(job, budget=SOLVE_BUDGET)
 
     async def _acceptance(self, *, force: bool) -> AcceptedMount:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
+from dataclasses import replace
 from typing import Any
 
 import msgspec
@@ -37,6 +38,7 @@ from core.calibration.files.camera_files import kalibr_yaml, opencv_yaml, parse_
 from core.calibration.files.mount_files import both_ways, matrix, static_transform, urdf_joint
 from core.calibration.files.mount_reading import holds_mount, parse_mount
 from core.calibration.laser.solve import LaserCalibration
+from core.calibration.printed import equation_44
 from core.calibration.reports import (
     CameraReport,
     CorrectionReport,
@@ -81,11 +83,16 @@ class SolverWorker:
             ],
             "residuals": residuals(found),
         }
+        if job.printed:
+            shown["eq_44"] = equation_44(found.model)
         return CameraSolution(SolvedViews(pickle.dumps(found), names), shown, camera_exports(found, report))
 
     def solve_laser(self, job: SolveLaser) -> LaserSolution:
         """Solve a laser's session."""
         session = resumed(job.board, job.camera, job.mount, job.state)
+        if job.printed:
+            solve = replace(session.settings.solve, as_printed=True)
+            session.settings = replace(session.settings, solve=solve)
         names = [pose.name for pose in session.poses]
         found = session.solve()
         report = laser_report(found, names, session.board, session.model)

@@ -12,6 +12,7 @@ from console.cli import calibrate_array
 from console.cli.answer import add_json, add_out, add_out_file, progress, tell, write, write_json
 from console.cli.board_options import add_board, board_from, board_or_known
 
+SETTINGS = "only its [chapter] mode counts: printed solves and writes as the chapter does (eq. 13, eq. 44)"
 HIGHEST = 2.0  # [m] the camera above or below the laser
 
 
@@ -34,7 +35,7 @@ def run_camera(chosen: argparse.Namespace) -> int:
 
     board = board_from(chosen)
     with progress() as say:
-        report = calibrate_camera(chosen.images, board, chosen.out, say)
+        report = calibrate_camera(chosen.images, board, chosen.out, say, printed=is_printed(chosen))
     return _answer(chosen, report, report["warnings"], camera_lines(report, board))
 
 
@@ -56,8 +57,16 @@ def run_laser(chosen: argparse.Namespace) -> int:
             height=chosen.height,
             with_offset=chosen.offset,
             say=say,
+            printed=is_printed(chosen),
         )
     return _answer(chosen, report, report["warnings"], laser_lines(report, board))
+
+
+def is_printed(chosen: argparse.Namespace) -> bool:
+    """Return whether the settings ask for the chapter's own forms. Raises BadInput."""
+    from core.settings import load
+
+    return load(chosen.settings).chapter.mode == "printed"
 
 
 def run_board_page(chosen: argparse.Namespace) -> int:
@@ -97,6 +106,7 @@ def _add_camera(kinds: Any) -> None:
     parser: argparse.ArgumentParser = kinds.add_parser("camera", help="intrinsic parameters from pictures of a board")
     parser.add_argument("images", nargs="+", type=Path, metavar="IMAGE", help="pictures of the board, best 10 to 20")
     add_board(parser, required=True)
+    parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml", help=SETTINGS)
     add_out(parser, "where the camera files go")
     add_json(parser)
     parser.set_defaults(run=run_camera)
@@ -122,6 +132,7 @@ def _add_laser(kinds: Any) -> None:
         help="the camera above the laser by ruler [m], for boards that stand upright",
     )
     parser.add_argument("--offset", action="store_true", help="also estimate a constant error of the laser's ranges")
+    parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml", help=SETTINGS)
     add_out(parser, "where the mount's files go")
     add_json(parser)
     parser.set_defaults(run=run_laser)

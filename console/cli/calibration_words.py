@@ -40,10 +40,20 @@ def camera_lines(report: CameraFilesReport, board: Board) -> list[str]:
         f"RMS {report['rms_px']:.3f} px; 95 % of the picture is known to ±{known['p95_px']:.2f} px "
         f"(wanted {known['target_px']:.2f}).",
         _inverse_words(report["correction"]),
+        *_equation_44(report),
         *_notes("Not used", ((each["image"], each["reason"]) for each in report["views_refused"])),
         *_notes("Remarks", remarks),
         *_ending(report),
     ]
+
+
+def _equation_44(report: CameraFilesReport) -> list[str]:
+    """The coefficients as eq. 44 has them, where the settings ask for that."""
+    if "eq_44" not in report:
+        return []
+    form = report["eq_44"]
+    values = ", ".join(f"{name} = {form[name]:.4g}" for name in ("k1", "k2", "p1", "p2"))
+    return [f"As printed (eq. 44, f = {form['f_px']:.2f} px): {values}, so that k1(r) = f³ k1, k2(r) = f⁵ k2, …"]
 
 
 def laser_lines(report: LaserFilesReport, board: Board) -> list[str]:

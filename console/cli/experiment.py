@@ -13,7 +13,7 @@ from console.cli.answer import add_json, add_out, tell, write, write_json
 from core.experiments import EXPERIMENTS
 from core.experiments.result import BoardPoseFigures
 
-SET_OUT = ("text", "table", "boards")  # a result's own layout, and what it lays out
+SET_OUT = ("text", "table", "boards", "said")  # a result's own layout, and what it lays out
 MOST_RUNS = 100_000
 
 

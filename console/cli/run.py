@@ -48,6 +48,13 @@ def add(places: Any) -> None:
         "--text-files", type=Path, default=None, metavar="DIR", help="obey speech.txt (and source.txt) in this folder"
     )
     parser.add_argument("--nobody", action="store_true", help="nobody stands in the simulated room")
+    parser.add_argument(
+        "--write-text-files",
+        type=Path,
+        default=None,
+        metavar="DIR",
+        help="write what the robot's microphones understood into speech.txt and source.txt in this folder",
+    )
     parser.set_defaults(run=run)
 
 
@@ -72,6 +79,7 @@ def run(chosen: argparse.Namespace) -> int:
             token_file=chosen.token_file,
             text_files=chosen.text_files,
             nobody=chosen.nobody,
+            write_text_files=chosen.write_text_files,
         )
     )
     return 0

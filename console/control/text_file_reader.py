@@ -47,10 +47,7 @@ class TextFileReader:
 
     def __init__(self, folder: Path) -> None:
         """Raises BadInput where there is no such folder or nothing may be written into it."""
-        if not folder.is_dir():
-            raise BadInput(f"--text-files {folder}: there is no such folder. Make it, then start again.")
-        if not os.access(folder, os.R_OK | os.W_OK | os.X_OK):
-            raise BadInput(f"--text-files {folder}: this folder must be readable and writable.")
+        check_folder("--text-files", folder)
         self._speech, self._source = folder / SPEECH, folder / SOURCE
         self.writer_lives = False  # whether another program touched speech.txt since the look before
         self._seen: Mark | None = None
@@ -116,6 +113,14 @@ class TextFileReader:
             return None
         self._taken = name
         return TextFileCommand(words, trouble) if words or trouble else None
+
+
+def check_folder(option: str, folder: Path) -> None:
+    """Raises BadInput where an option names no folder, or one in which nothing may be written."""
+    if not folder.is_dir():
+        raise BadInput(f"{option} {folder}: there is no such folder. Make it, then start again.")
+    if not os.access(folder, os.R_OK | os.W_OK | os.X_OK):
+        raise BadInput(f"{option} {folder}: this folder must be readable and writable.")
 
 
 def judge(content: bytes, age: float) -> tuple[str, str]:

@@ -30,6 +30,7 @@ from console.workers.worker import WorkerLost
 from core.errors import BeckonError
 from core.geometry import wrap
 from core.perception.people.voice_bearing import VoiceBearing
+from core.pipelines.listen import FRESH, voice_of
 from core.sensors import Sound
 from core.sensors.microphones import MicrophoneArray, joined, usable
 from core.snapshot import Snapshot, VoiceDirection
@@ -61,7 +62,6 @@ REMEMBERED = 50  # utterances
 OFFERED = 15.0  # [s] that a command is offered that rejected words most likely were
 CREEPS = 0.01  # [m/s], [rad/s] up to which the robot's own motors are not heard
 KNOWN = 30.0  # [s] for which the robot's clock is known in ours
-FRESH = 1.5  # [s] by which a direction may be older than the end of the words that it belongs to
 ROOM = Person("room", "a voice in the room", "viewer")
 NOT_OBEYED = "Voices in the room are shown; nobody who drives has taken them on."
 
@@ -101,6 +101,8 @@ class RoomTranscriber:
         self.obey: Callable[[Decision, RoomUtterance, VoiceBearing | None], str] | None = (
             None  # takes words on, or tells why not
         )
+        self.when_understood: list[Callable[[Decision, VoiceDirection | None, float], None]] = []
+        """Called with a decision, the voice, and when the words ended [s], by our own clock."""
         self._dispatcher, self._history, self._board = dispatcher, history, board
         self._worker = TranscriptionClient()
         self._array: MicrophoneArray | None = None  # of which a beam can be made
@@ -215,13 +217,15 @@ class RoomTranscriber:
         if heard == "stop":
             self._dispatcher.stop(ROOM, "ears")
             self._stops.obeyed(self._dispatcher.words)
+            self._tell(utterance.decision, None, time.monotonic())
         if not utterance.final:
             return
-        voice = self._voice(utterance)
+        voice = voice_of(self._voices, utterance.begin, utterance.end)
         one = self._utterance(stopped(utterance) if heard != "words" else utterance, voice)
         self.utterances.append(one)
         if heard != "words":
             return
+        self._tell(utterance.decision, voice, self.said(one).ended)
         if not one.words:
             if not self._motors(one):
                 self._unrecognized.tell(ROOM, source="ears", remark=one.reason)
@@ -241,15 +245,14 @@ class RoomTranscriber:
             remark=reason,
         )
 
+    def _tell(self, decision: Decision, voice: VoiceDirection | None, ended: float) -> None:
+        for tell in self.when_understood:
+            tell(decision, voice, ended)
+
     def _motors(self, unrecognized: RoomUtterance) -> bool:
         """Return whether the robot moved while it heard that: then it is its own motors, most likely."""
         since, until = self._drove
         return unrecognized.t0_s <= until and unrecognized.t1_s >= since
-
-    def _voice(self, utterance: RecognizedUtterance) -> VoiceDirection | None:
-        """Return the strongest voice that was heard while these words were spoken."""
-        near = [one for one in self._voices if utterance.begin - PIECE <= one.stamp <= utterance.end + FRESH]
-        return max(near, key=lambda one: one.strength, default=None)
 
     def _utterance(self, utterance: RecognizedUtterance, best: VoiceDirection | None) -> RoomUtterance:
         decision, command = utterance.decision, utterance.decision.command

@@ -19,6 +19,7 @@ from core.calibration.files.mount_files import MountEntry, mount_entry, static_t
 from core.calibration.laser.explanation import landings, laser_offset_words, square_words, warnings, weak_words
 from core.calibration.laser.solve import LaserCalibration
 from core.calibration.mount import NAMES
+from core.calibration.printed import Equation44
 from core.geometry import OPTICAL
 from core.optics import CameraModel
 
@@ -110,6 +111,7 @@ class CameraReport(CameraNumbers):
     views: list[ViewFit]
     uncertainty: PictureUncertainty
     warnings: list[str]
+    eq_44: NotRequired[Equation44]  # by [chapter] mode = "printed"
 
 
 class CameraFilesReport(CameraReport):

@@ -11,7 +11,7 @@ import csv
 import io
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import NotRequired, TypedDict
 
@@ -19,6 +19,7 @@ import numpy as np
 
 from core.calibration.files.written import write_all
 from core.errors import Unavailable
+from core.experiments.drawn_voices import best_and_worst, by_voice
 from core.experiments.result import ExperimentResult
 from core.experiments.run_log import RunLog
 from core.message import Array, message
@@ -35,7 +36,7 @@ from core.speech.quality.word_alignment import phrases_of
 from core.speech.recognition.engines import open_dictation
 from core.speech.recognition.recognizer import Dictation, Utterance
 from core.speech.settings import SpeechSettings
-from core.speech.synthesis import PERSONS_VOICE, VoiceSettings, can_speak, speak
+from core.speech.synthesis import can_speak, drawn_voice, speak
 
 RATE = 16_000  # [Hz]
 ENDINGS = {"json": "json", "csv": "csv", "page": "html"}
@@ -53,7 +54,7 @@ TEXT = (
     "turn left",
     "continue one point five meters",
 )
-SPEEDS = (150, 130, 170)  # [words/min] at which the text is said, one after the other
+PHRASES = 3 * len(TEXT)  # that are said, unless another number is asked for
 RATIOS = (30.0, 20.0, 10.0, 5.0, 0.0)  # [dB] voice over noise at the robot, 1 m away
 DISTANCES = (0.5, 1.0, 2.0, 3.0, 4.0)  # [m], with the quietest noise
 ROOM = ShoeboxRoom((7.0, 5.5, 2.7), 0.3)
@@ -83,20 +84,36 @@ class SpokenPhrase:
     """One phrase of the text as a dry sound."""
 
     text: str
+    voice: str  # of espeak-ng; "": made up
+    pace: int  # [words/min]
     dry: Array  # (N,) at RATE, RMS LEVEL
 
 
-def spoken(rng: np.random.Generator, phrases: Sequence[str]) -> tuple[list[SpokenPhrase], str]:
-    """The phrases said, and by what; without text to speech by a made-up voice, of which nothing can be read."""
+def spoken(rng: np.random.Generator, phrases: Sequence[str]) -> list[SpokenPhrase]:
+    """The phrases said, each by a voice drawn from all English ones at its natural pace ± 15 %.
+
+    Without text to speech it is a made-up voice, of which nothing can be read.
+    """
     said: list[SpokenPhrase] = []
-    for number, text in enumerate(phrases):
+    for text in phrases:
+        drawn = drawn_voice(rng)
         if can_speak():
-            sound = speak(text, VoiceSettings(voice=PERSONS_VOICE, speed=SPEEDS[number // len(TEXT) % len(SPEEDS)]))
+            sound = speak(text, drawn)
             dry = resampled(sound.samples[:, 0], sound.rate, RATE)
+            voice, pace = drawn.voice, drawn.speed
         else:
             dry = practice_voice(rng, 0.35 * len(text.split()) + 0.3, RATE)
-        said.append(SpokenPhrase(text=text, dry=LEVEL * dry / np.std(dry)))
-    return said, "espeak-ng" if can_speak() else "made up: pulses and hiss through resonances, without words"
+            voice, pace = "", 0
+        said.append(SpokenPhrase(text=text, voice=voice, pace=pace, dry=LEVEL * dry / np.std(dry)))
+    return said
+
+
+def speaker_of(said: Sequence[SpokenPhrase]) -> str:
+    """By what phrases were said, in words."""
+    voices = {one.voice for one in said}
+    if voices == {""}:
+        return "made up: pulses and hiss through resonances, without words"
+    return f"espeak-ng, {len(voices)} of its English voices"
 
 
 def responses_at(place: Setting) -> Array:
@@ -166,6 +183,24 @@ class PlaceFigures(TypedDict):
     commands_exact: NotRequired[int]  # by the robot
 
 
+class SpokenPhraseFigures(TypedDict):
+    """Who said one phrase, and how it arrived, as JSON."""
+
+    text: str
+    voice: str
+    pace_words_min: int
+    erroneous_words_person: int
+    erroneous_words_robot: int  # at all places together
+
+
+class VoiceWords(TypedDict):
+    """The words of one voice, as JSON."""
+
+    phrases: int
+    words: int  # of them, once for every place
+    robot_right_rate: float  # share of them that are no error of the robot's path
+
+
 class SpeechQualityResult(ExperimentResult):
     """The result, as JSON."""
 
@@ -173,7 +208,11 @@ class SpeechQualityResult(ExperimentResult):
     figure_17_note: str
     phrases: int
     words: int
-    voice: str
+    voice: str  # in words
+    said: list[SpokenPhraseFigures]  # every phrase; without words none
+    voices: dict[str, VoiceWords]
+    best_voice: str  # "": without words there is none
+    worst_voice: str
     words_missing: str  # why there are no words; "" when there are
     sweep: list[PlaceFigures]
 
@@ -209,30 +248,42 @@ def run(
 ) -> SpeechQualityResult:
     """Fig. 17, then every place; `runs` phrases (36) are spoken. `out` receives JSON, CSV and one place's page."""
     say = tell or (lambda _: None)
-    count = runs or len(TEXT) * len(SPEEDS)
+    count = runs or PHRASES
     phrases = [TEXT[number % len(TEXT)] for number in range(count)]
-    said, voice = spoken(np.random.default_rng(seed), phrases)
+    said = spoken(np.random.default_rng(seed), phrases)
     dictation, why_not = _dictation()
     if why_not:
         say(why_not)
     person = "" if dictation is None else close_by(dictation, said, seed)
     rows: list[PlaceFigures] = []
+    qualities: list[SpeechQuality] = []
     shown: tuple[SpeechQuality | None, AudioSimilarity] | None = None
     with RunLog(out, "speech-quality", len(SETTINGS), seed, tell) as log:
         for number, place in enumerate(SETTINGS):
             quality, similarity = measure(dictation, said, person, place, seed)
             rows.append(row(place, quality, similarity))
+            qualities += [] if quality is None else [quality]
             log.add(rows[-1])
             if place.distance == 2.0:
                 shown = quality, similarity
             say(f"{number + 1} of {len(SETTINGS)} places…")
+    arrived = phrase_figures(said, qualities)
+    voices = voice_figures(arrived, len(SETTINGS))
+    best, worst = (
+        best_and_worst({name: one["robot_right_rate"] for name, one in voices.items()}) if voices else ("", "")
+    )
     result: SpeechQualityResult = {
+        "text": "\n".join(remarks(voices)),
         "figure_17": marks_json(FIGURE_17_PERSON, FIGURE_17_ROBOT),
         "figure_17_note": "How many words are marked is the paper's; which ones is ours: the print lost its marks.",
         "phrases": count,
         "words": sum(len(words) for text in phrases for words in phrases_of(text)),
         "seed": seed,
-        "voice": voice,
+        "voice": speaker_of(said),
+        "said": arrived,
+        "voices": voices,
+        "best_voice": best,
+        "worst_voice": worst,
         "words_missing": why_not,
         "sweep": rows,
         "files": {},
@@ -240,6 +291,43 @@ def run(
     if out is not None and shown is not None:
         result["files"] = save(out, result, shown) | log.files
     return result
+
+
+def phrase_figures(said: Sequence[SpokenPhrase], qualities: Sequence[SpeechQuality]) -> list[SpokenPhraseFigures]:
+    """Every phrase with its voice and its errors; none where no words were read."""
+    if not qualities:
+        return []
+    robot = np.sum([one.robot.errors_of_phrases for one in qualities], axis=0).tolist()
+    person = qualities[0].person.errors_of_phrases
+    return [
+        {
+            "text": one.text,
+            "voice": one.voice,
+            "pace_words_min": one.pace,
+            "erroneous_words_person": person[number],
+            "erroneous_words_robot": robot[number],
+        }
+        for number, one in enumerate(said)
+    ]
+
+
+def voice_figures(arrived: Sequence[SpokenPhraseFigures], places: int) -> dict[str, VoiceWords]:
+    """How many words of every voice arrive at the robot, over all places."""
+    figures: dict[str, VoiceWords] = {}
+    for name, some in by_voice(arrived, lambda one: one["voice"]).items():
+        words = places * sum(len(part) for one in some for part in phrases_of(one["text"]))
+        wrong = sum(one["erroneous_words_robot"] for one in some)
+        figures[name] = {"phrases": len(some), "words": words, "robot_right_rate": max(1 - wrong / words, 0.0)}
+    return figures
+
+
+def remarks(voices: Mapping[str, VoiceWords]) -> list[str]:
+    """Every voice in a line, the best and the worst last."""
+    lines = [
+        f"voice {name}: {100 * one['robot_right_rate']:.0f} % of {one['words']} words right at the robot"
+        for name, one in sorted(voices.items(), key=lambda item: -item[1]["robot_right_rate"])
+    ]
+    return [*lines, f"best {lines[0]}", f"worst {lines[-1]}"] if lines else []
 
 
 def _dictation() -> tuple[Dictation | None, str]:

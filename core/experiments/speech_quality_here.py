@@ -13,7 +13,16 @@ from typing import NotRequired, TypedDict
 import numpy as np
 
 from core.errors import BadInput, Unavailable
-from core.experiments.speech_quality import TEXT, SpokenPhrase, close_by, padded, read, received_at, spoken
+from core.experiments.speech_quality import (
+    TEXT,
+    SpokenPhrase,
+    close_by,
+    padded,
+    read,
+    received_at,
+    speaker_of,
+    spoken,
+)
 from core.geometry import Pose
 from core.message import Array, message
 from core.sensors.microphones import Sound
@@ -98,8 +107,8 @@ class SpeechQualityHere:
         self._ear = SimulatedMicrophones(chosen.array, chosen, np.random.SeedSequence(seed)).ears(pose)[:1]
         self._dictation: Dictation = open_dictation(speech or SpeechSettings())
         texts = [TEXT[number % len(TEXT)] for number in range(phrases)]
-        self._said: list[SpokenPhrase]
-        self._said, self.voice = spoken(np.random.default_rng(seed), texts)
+        self._said: list[SpokenPhrase] = spoken(np.random.default_rng(seed), texts)
+        self.voice = speaker_of(self._said)
         self.places = tuple(self._place(towards, distance, ratio) for ratio in ratios for distance in distances)
         self.person = ""  # what the person's own microphone made of it
 

@@ -22,6 +22,7 @@ import numpy as np
 from core.calibration.files.written import write_all
 from core.commands.stop_moving import STOP_MOVING
 from core.errors import Refused, Unavailable
+from core.experiments.drawn_voices import best_and_worst, by_voice
 from core.experiments.result import ExperimentResult
 from core.experiments.run_log import RunLog
 from core.experiments.side_by_side import side_by_side
@@ -230,7 +231,8 @@ def run(
     every = count * len(TRIALS)
     with RunLog(out, "table-2", every, seed, tell) as log:
         rows = side_by_side(partial(_work, seed, count), every, workers, tell, log.add)
-    voices = by_voice(rows)
+    voices = voice_figures(rows)
+    best, worst = best_and_worst({name: one["success_rate"] for name, one in voices.items()})
     saved = sum(len(row["rescued"]) for row in rows)
     commands = {name: summary(name, [row for row in rows if row["command"] == name]) for name in TRIALS}
     result: Table2 = {
@@ -240,8 +242,8 @@ def run(
         "commands": commands,
         "contacts": sum(row["contacts"] for row in rows),
         "voices": voices,
-        "best_voice": max(voices, key=lambda name: voices[name]["success_rate"]),
-        "worst_voice": min(voices, key=lambda name: voices[name]["success_rate"]),
+        "best_voice": best,
+        "worst_voice": worst,
         "wrong_motions": sum(len(row["wrong"]) for row in rows) + saved,
         "saved_by_rescue": saved,
         "wrong": [word for row in rows for word in row["wrong"] + row["rescued"]],
@@ -258,18 +260,15 @@ def run(
     return result
 
 
-def by_voice(rows: Sequence[TrialRow]) -> dict[str, VoiceFigures]:
+def voice_figures(rows: Sequence[TrialRow]) -> dict[str, VoiceFigures]:
     """Success of every voice that was drawn."""
-    of_voice = {
-        name: [row for row in rows if row["voice"] == name] for name in sorted({row["voice"] for row in rows})
-    }
     return {
         name: {
             "runs": len(some),
             "success_rate": float(np.mean([row["success"] for row in some])),
             "understood_rate": float(np.mean([row["understood"] for row in some])),
         }
-        for name, some in of_voice.items()
+        for name, some in by_voice(rows, lambda row: row["voice"]).items()
     }
 
 

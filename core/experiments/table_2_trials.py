@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 
 from core.commands.follow_wall import AT_THE_WALL
+from core.errors import BadInput
 from core.experiments.spoken_room import ANN, SentenceOutcome, SpokenRoom
 from core.geometry import Pose, wrap
 from core.message import Array
@@ -61,7 +62,14 @@ SETTLING, FOLLOWING = 10.0, 300.0  # [s] of FOLLOW WALL: after it has come to th
 MEASURED = 5.0  # [m] of straight wall beside which its distance is measured, at least
 STRAIGHT = 0.03  # [m] RMS
 LENGTHS = (0.5, 0.8, 1.0, 1.2, 1.5, 2.0)  # [m] of CONTINUE
-WALK = ((1.5, 1.0), (2.6, 1.2), (2.4, 0.2), (1.0, -0.6), (0.0, -1.2), (-1.2, -0.4), (-0.6, 0.8))  # [m] in sim:lab
+PLACES_OF_WALK = ((1.5, 1.0), (2.6, 1.2), (2.4, 0.2), (1.0, -0.6), (0.0, -1.2), (-1.2, -0.4), (-0.6, 0.8))
+"""[m] in sim:lab, between which Ann walks in FOLLOW ME."""
+PACE = 0.2  # [m/s] of hers
+LEADING = (
+    0.8  # [m] by which her way passes the robot where it stands as she sets out: who leads does not walk into it
+)
+ARRIVED, STEPS = 0.05, 30  # [m] from a place; places of a way that are looked at
+LEG = 0.8  # [m] of such a way, at least
 ROUND = Pose(0.0, 0.0, 0.0)  # where FOLLOW ME begins: its walk is in sim:lab
 
 
@@ -247,22 +255,25 @@ def _come(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
 
 
 def _follow_me(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutcome]:
-    """Ann walks a round, Bob crosses it."""
+    """Ann leads from place to place, Bob crosses."""
     room.put(ANN, x_m=1.6, y_m=0.2, clothes="red/blue")
     heard = room.command(words, TRIES)
     if heard.number is None:
         return heard, TrialOutcome(success=False, why=heard.why)
     kept = 0  # frames at the right distance
+    goal: tuple[float, float] | None = None  # of Ann
 
     def watch(snapshot: Snapshot) -> None:
-        nonlocal kept
-        if snapshot.truth is not None:
-            kept += FOLLOWED[0] <= snapshot.truth.distance_to(*room.where(ANN)) <= FOLLOWED[1]
+        nonlocal kept, goal
+        if snapshot.truth is None:
+            return
+        ann = room.where(ANN)
+        kept += FOLLOWED[0] <= snapshot.truth.distance_to(*ann) <= FOLLOWED[1]
+        if goal is None or math.dist(ann, goal) < ARRIVED:
+            goal = lead_on(room, ann, snapshot.truth)
 
     ended = room.wait(heard.number, 4.0)
     if ended is None:
-        walk = [list(place) for place in WALK]
-        room.put(ANN, x_m=1.6, y_m=0.2, path_m=walk, speed_m_s=0.2, again=True)
         crossing = {"path_m": [[1.2, -1.6], [1.2, 2.4]], "speed_m_s": 0.4, "again": True}
         room.put("Bob", x_m=1.2, y_m=2.4, clothes="white/green", **crossing)
         ended = room.wait(heard.number, MINUTE, watch)
@@ -271,6 +282,21 @@ def _follow_me(room: SpokenRoom, words: str) -> tuple[SentenceOutcome, TrialOutc
     why = ended.remark if ended else ""
     good = ended is None and away <= 100 * (1 - FOLLOWED_SHARE)
     return heard, TrialOutcome(success=good, why=why, figure=away)
+
+
+def lead_on(room: SpokenRoom, ann: tuple[float, float], robot: Pose) -> tuple[float, float] | None:
+    """Send Ann to another place, on a way that keeps off the robot → the place; None: she stands."""
+    for number in room.chance.permutation(len(PLACES_OF_WALK)):
+        goal = PLACES_OF_WALK[int(number)]
+        way = np.linspace(ann, goal, STEPS)
+        if math.dist(ann, goal) < LEG or np.hypot(*(way - (robot.x, robot.y)).T).min() < LEADING:
+            continue
+        try:
+            room.put(ANN, x_m=ann[0], y_m=ann[1], path_m=[list(goal)], speed_m_s=PACE)
+        except BadInput:  # no free floor between
+            continue
+        return goal
+    return None
 
 
 def _done(room: SpokenRoom, words: str, seconds: float) -> tuple[SentenceOutcome, str, str]:
@@ -298,12 +324,16 @@ def _azimuth(room: SpokenRoom, truth: Pose, x: float, y: float) -> float:
 
 
 PRECONDITIONS = (
-    "sim:lab and sim:floor in turn, follow me in sim:lab alone; a start with 0.35 m of free floor around it",
+    "sim:lab and sim:floor in turn; follow me in sim:lab alone, follow wall in sim:floor alone, because sim:lab has"
+    " 0.9 m of wall in all beside which nothing else stands and no corner is near",
+    "a start with 0.35 m of free floor around it",
     "the speaker stands 1 to 3.8 m away on free floor where two thirds of the body are in sight of the camera,"
     " and a metre from the way of a drive; it leaves before follow wall is measured",
     f"what is not understood is said again, {TRIES} times in all",
     "continue and stop at: the way ahead is free for the body; follow wall: something lies within 1.2 m",
-    "follow me: begins in the middle of sim:lab, Ann 1.6 m away walks 0.2 m/s, Bob crosses at 0.4 m/s",
+    f"follow me: begins in the middle of sim:lab; Ann, 1.6 m away, leads from place to place at {PACE:g} m/s on ways"
+    f" that pass {LEADING:g} m or more from where the robot stands as she sets out; Bob crosses at 0.4 m/s",
+    "people walk around a robot that stands in their way",
     "no noise but the robot's own; one room acoustics per place; synthetic voices",
 )
 """What makes a run easier than any place and any person; printed with the table."""
@@ -329,6 +359,7 @@ TRIALS = {
         "m",
         partial(_beside_a_wall, "follow wall"),
         _follow_wall,
+        ("floor",),
     ),
     "come_here": CommandTrial("stands 0.5 ± 0.1 m from the person", "m", partial(_anywhere, "come here"), _come),
     "follow_me": CommandTrial(

@@ -22,6 +22,7 @@ from core.calibration.laser.planes import board_pose
 from core.calibration.laser.range_lines import unit_rays
 from core.calibration.laser.solve import LaserPose
 from core.calibration.mount import Mount
+from core.calibration.printed import equation_44
 from core.calibration.reports import (
     CameraFilesReport,
     CameraReport,
@@ -44,11 +45,17 @@ Say = Callable[[str], None]
 
 
 def calibrate_camera(
-    files: Sequence[Path], board: Board, out: Path | None = None, say: Say | None = None
+    files: Sequence[Path],
+    board: Board,
+    out: Path | None = None,
+    say: Say | None = None,
+    *,
+    printed: bool = False,
 ) -> CameraFilesReport:
     """Pictures of a board → the camera as JSON keys; with `out`, files in every form.
 
-    `say` receives the progress in words. Raises BadInput when fewer than three pictures can be used.
+    `say` receives the progress in words; `printed`: with eq. 44's coefficients. Raises BadInput when fewer than
+    three pictures can be used.
     """
     views, refused, warnings, size = _views(files, board, say or _quiet)
     if len(views) < 3:
@@ -62,13 +69,16 @@ def calibrate_camera(
     dropped: list[RefusedPicture] = [
         {"image": each.name, "reason": each.reason} for each in calibration.verdicts if not each.used
     ]
-    return {
+    answer: CameraFilesReport = {
         **report,
         "warnings": warnings + report["warnings"],
         "views_refused": refused + dropped,
         "correction": correction_report(calibration.model),
         "files": files_written,
     }
+    if printed:
+        answer["eq_44"] = equation_44(calibration.model)
+    return answer
 
 
 def write_camera(calibration: Calibration, report: CameraReport, out: Path, name: str = "camera") -> dict[str, str]:
@@ -97,11 +107,12 @@ def calibrate_laser(
     height: float | None = None,
     with_offset: bool = False,
     say: Say | None = None,
+    printed: bool = False,
 ) -> LaserFilesReport:
     """A folder of picture-and-scan pairs and a camera file → the mount as JSON keys; with `out`, files.
 
     `board` defaults to the one in the camera file. `height` [m] of the camera above the laser, measured by ruler,
-    chooses the mode for upright boards. Raises BadInput.
+    chooses the mode for upright boards. `printed`: by eq. 13. Raises BadInput.
     """
     say = say or _quiet
     model = read_camera(camera)
@@ -117,7 +128,9 @@ def calibrate_laser(
             refused.append({"image": picture.name, "reason": str(wrong)})
     empty = None if background is None or not poses else _background(background, poses)
     mount = None if height is None else Mount.measured(height)
-    return mount_from(poses, refused, board, model, empty, mount=mount, with_offset=with_offset, out=out)
+    return mount_from(
+        poses, refused, board, model, empty, mount=mount, with_offset=with_offset, out=out, printed=printed
+    )
 
 
 def laser_pose(name: str, grey: Array, bearings: Array, ranges: Array, board: Board, model: CameraModel) -> LaserPose:
@@ -138,13 +151,15 @@ def mount_from(
     mount: Mount | None = None,
     with_offset: bool = False,
     out: Path | None = None,
+    printed: bool = False,
 ) -> LaserFilesReport:
     """Poses from any source, the pairs refused so far, the empty room (B,) [m] → JSON keys and files."""
     if len(poses) < 3:
         reasons = "; ".join(f"{each['image']}: {each['reason']}" for each in refused[:3])
         count = len(poses) + len(refused)
         raise BadInput(f"Only {len(poses)} of {count} pairs can be used; at least 3 are needed. {reasons}".strip())
-    found = solve.calibrate_laser(poses, board, background, mount, with_offset=with_offset)
+    settings = solve.LaserSettings(as_printed=printed)
+    found = solve.calibrate_laser(poses, board, background, mount, with_offset=with_offset, settings=settings)
     report = laser_report(found, [pose.name for pose in poses], board, model)
     files: dict[str, str] = {}
     if out is not None:

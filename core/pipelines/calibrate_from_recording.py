@@ -29,10 +29,11 @@ def calibrate_laser_recorded(
     with_offset: bool = False,
     say: Callable[[str], None],
     settings: LogSettings | None = None,
+    printed: bool = False,
 ) -> LaserFilesReport:
     """A recording in which the board is held still now and then → the mount as JSON keys; with `out`, files.
 
-    `height` [m] of the camera above the laser, by ruler, for upright boards. Raises BadInput.
+    `height` [m] of the camera above the laser, by ruler, for upright boards. `printed`: by eq. 13. Raises BadInput.
     """
     settings, model = settings or LogSettings(), read_camera(camera)
     tally, collected, scans = ReadReport(path), StillPoses(board, model), 0
@@ -52,6 +53,8 @@ def calibrate_laser_recorded(
         raise BadInput(f"None of the {collected.pictures} pictures in {path.name} shows a {board.name} board.")
     poses, refused, background = collected.poses()
     mount = None if height is None else Mount.measured(height)
-    result = mount_from(poses, refused, board, model, background, mount=mount, with_offset=with_offset, out=out)
+    result = mount_from(
+        poses, refused, board, model, background, mount=mount, with_offset=with_offset, out=out, printed=printed
+    )
     result["warnings"] = warnings + result["warnings"]
     return result

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TypedDict
 
@@ -14,14 +13,12 @@ from core.perception.sound.array_diagnostics import check
 from core.perception.sound.direction import Direction
 from core.perception.sound.locate import sure
 from core.perception.sound.utterances import directions
+from core.pipelines.listen import WordReader
 from core.recording.sound_file import read_sound
 from core.sensors.microphones import MicrophoneArray, Sound
 from core.settings import Settings
 from core.speech.recognition.decision import RecognizedUtterance, Verdict
 from core.speech.recognition.engines import ActiveEngine, open_engine
-from core.speech.recognition.recognizer import at_16_khz, for_words
-from core.speech.transcription.array_transcriber import ArrayTranscriber
-from core.speech.transcription.transcriber import Transcriber
 
 PIECE = 0.5  # [s] of sound that are recognised at once
 AROUND = 0.3  # [s] by which a direction may lie outside the utterance that it belongs to
@@ -149,18 +146,11 @@ class RecordingTranscriber:
         """Utterances, and STOPs that were heard before their sentence was over; without a channel from the beam."""
         if self._engine is None:
             return [], []
-        if channel is None and self._array is not None:
-            array = replace(self._array, rate=None)
-            one = at_16_khz(sound)
-            given = (array, self._settings.speech, self._settings.direction_finding)
-            ears: Transcriber | ArrayTranscriber = ArrayTranscriber(*given, recognizer=self._engine.recognizer)
-        else:
-            one = for_words(sound, channel or 0)
-            ears = Transcriber(self._settings.speech, recognizer=self._engine.recognizer)
+        reader = WordReader(self._settings, self._engine, self._array if channel is None else None, channel or 0)
         heard: list[RecognizedUtterance] = []
-        for piece in one.pieces(PIECE):
-            heard += ears.feed(piece)
-        heard += ears.finish()
+        for piece in reader.prepared(sound).pieces(PIECE):
+            heard += reader.feed(piece)
+        heard += reader.finish()
         return [said for said in heard if said.final], [said for said in heard if not said.final]
 
 

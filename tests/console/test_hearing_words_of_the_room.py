@@ -64,10 +64,14 @@ def test_stop_is_obeyed_when_the_robot_was_started_anew_and_its_clock_with_it(
 ) -> None:
     worker, stops = Reads(), list[str]()
     monkeypatch.setattr("console.speech.room_transcription.TranscriptionClient", lambda: worker)
-    dispatcher = SimpleNamespace(stop=lambda who, source: stops.append(source))
+    words = SimpleNamespace(stopped_by=lambda _: None)
+    dispatcher = SimpleNamespace(stop=lambda who, source: stops.append(source), words=words)
     ears = RoomTranscriber(dispatcher, History(tmp_path, lambda _: None), SimpleNamespace())  # type: ignore[arg-type]
-    hear([STOP, STOP, STOP], [100.0, 100.2, 1.0], ears, worker)
+    told = list[str]()
+    ears.when_understood.append(lambda decision, voice, ended: told.append(decision.words))
+    hear([STOP, STOP, STOP, TURN], [100.0, 100.2, 1.0, 3.0], ears, worker)
     assert stops == ["ears", "ears"]  # the second is the same word's, heard again
+    assert told == ["stop", "stop", "turn left"]
 
 
 def test_talk_on_and_on_stands_in_the_history_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -41,6 +41,8 @@ def test_every_sighting_goes_alone_to_its_nearest_landmark_and_is_new_beyond_the
     distances = np.array([[1.0, 4.0], [2.0, 9.0], [50.0, 60.0]])
     found = nearest(distances, 10.0)
     assert found.matches == ((0, 0), (1, 0)) and found.fresh == (2,)
+    nothing_known = nearest(np.zeros((2, 0)), 10.0)
+    assert nothing_known.matches == () and nothing_known.fresh == (0, 1)
 
 
 def test_in_the_printed_mode_every_way_to_a_direction_is_the_chapter_s() -> None:

@@ -120,7 +120,7 @@ def residuals_of(seen: StackedPairs, weights: Whitening) -> Callable[[Guess], tu
         predicted, slope = predict(seen.planes, guess)
         slope[:, :, 6] = -seen.by_offset
         error = predicted - seen.q - guess.offset * seen.by_offset
-        off, off_slope = _points(seen, guess)
+        off, off_slope = points_off(seen, guess)
         return (
             np.concatenate(((weights[0] @ error[:, :, None]).ravel(), weights[1] * off)),
             np.concatenate(((weights[0] @ slope).reshape(-1, UNKNOWNS), weights[1][:, None] * off_slope)),
@@ -210,8 +210,8 @@ def _carried(planes: Planes, guess: Guess) -> tuple[Array, Array]:
     return normals, np.maximum(nearness, NEAREST)
 
 
-def _points(seen: StackedPairs, guess: Guess) -> tuple[Array, Array]:
-    """Distances of the points from their planes (K,) [m], and the derivative (K, 8)."""
+def points_off(seen: StackedPairs, guess: Guess) -> tuple[Array, Array]:
+    """Distances of the points from their planes (K,) [m] (eq. 13), and the derivative (K, 8)."""
     normals, nearness = _nearness(seen.point_planes, guess)
     off = np.sum(normals * seen.points, axis=1) - nearness
     slope = np.zeros((len(normals), UNKNOWNS))

@@ -11,9 +11,10 @@ from core.calibration.board.board import Board
 from core.calibration.laser.board_line import BoardLineSettings, MeanScan, find_lines, foreground, select_inside
 from core.calibration.laser.extrinsics import ExtrinsicsSettings, Freedom, solve
 from core.calibration.laser.plane_pairs import Guess, PlanePair, disagreement
-from core.calibration.laser.planes import BoardPose
+from core.calibration.laser.planes import BoardPose, Plane
 from core.calibration.laser.range_lines import fit_ranges
 from core.calibration.mount import NAMES, Extrinsics, Mount
+from core.calibration.printed import mount_by_equation_13
 from core.errors import BadInput
 from core.geometry import Transform
 from core.message import Array, message
@@ -31,6 +32,7 @@ class LaserSettings:
     line: BoardLineSettings = field(default_factory=BoardLineSettings)
     extrinsics: ExtrinsicsSettings = field(default_factory=ExtrinsicsSettings)
     rounds: int = 5
+    as_printed: bool = False  # the mount by eq. 13, from the same beams
 
 
 @message
@@ -97,6 +99,11 @@ def calibrate_laser(
     )
     factor, factor_sd = scaled.scale or (1.0, 0.0)
     seen = [number for number, each in enumerate(beams) if len(each)]
+    if settings.as_printed:
+        found = mount_by_equation_13(
+            found,
+            [_points_on(poses[number], beams[number]) for number, used in zip(seen, found.used, strict=True) if used],
+        )
     fits = dict(zip(seen, zip(found.used, found.chi2, strict=True), strict=True))
     return LaserCalibration(
         extrinsics=found,
@@ -159,6 +166,11 @@ def _solve(
     sd = _range_sd(poses, beams)
     pairs = [_pair(pose, each, sd) for pose, each in seen]
     return solve(pairs, mount, start=start, freedom=freedom, settings=settings.extrinsics)
+
+
+def _points_on(pose: LaserPose, beams: Array) -> tuple[Plane, Array]:
+    """The board's plane, and where beams met it (K, 3) [m] in the laser frame."""
+    return pose.board.plane, pose.scan.rays[beams] * pose.scan.ranges[beams][:, None]
 
 
 def _pair(pose: LaserPose, beams: Array, sd: float) -> PlanePair:

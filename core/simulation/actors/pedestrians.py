@@ -1,4 +1,4 @@
-"""People who walk in the simulated room: along a path, around each other, and never into the robot."""
+"""People who walk in the simulated room: along a path, around each other and around the robot, never into it."""
 
 from __future__ import annotations
 
@@ -77,14 +77,14 @@ class Pedestrians:
             return world
         for person in [thing for thing in world.things if thing.id in self._walks]:
             walk = self._walks[person.id]
-            moved = self._stepped(walk, person, passed, robot)
+            moved = self._stepped(walk, person, passed, robot, world)
             if moved is not person:
                 world = world.with_thing(moved)
             if walk.at >= len(walk.path):
                 del self._walks[person.id]
         return world
 
-    def _stepped(self, walk: _WalkingPath, person: Thing, passed: float, robot: Pose) -> Thing:
+    def _stepped(self, walk: _WalkingPath, person: Thing, passed: float, robot: Pose, world: World) -> Thing:
         """Move one person on by `passed` [s]."""
         x, y = person.pose.x, person.pose.y
         goal = walk.path[walk.at]
@@ -95,14 +95,31 @@ class Pedestrians:
         way = min(left, walk.speed * passed) * max(0.0, math.cos(turn))
         x, y = x + way * math.cos(towards), y + way * math.sin(towards)
         gap, before = robot.distance_to(x, y), robot.distance_to(person.pose.x, person.pose.y)
-        if gap < self._berth and gap < before:  # the robot stands in the way: feet together, and wait
-            return replace(person, stride=0.0) if person.stride else person
+        if gap < self._berth and gap < before:  # the robot stands in the way: around it, or feet together, and wait
+            beside = self._around(person, goal, way, robot, world)
+            if beside is None:
+                return replace(person, stride=0.0) if person.stride else person
+            walk.strode += way
+            return replace(person, pose=Pose(*beside, heading), stride=math.tau * walk.strode / STEP % math.tau)
         walk.strode += way
         if left - way < 1e-3:
             walk.at = (walk.at + 1) % len(walk.path) if walk.again else walk.at + 1
         over = walk.at >= len(walk.path)
         stride = 0.0 if over else math.tau * walk.strode / STEP % math.tau
         return replace(person, pose=Pose(x, y, heading), stride=stride)
+
+    def _around(
+        self, person: Thing, goal: Array, way: float, robot: Pose, world: World
+    ) -> tuple[float, float] | None:
+        """Return the place (x, y) [m] after `way` [m] around the robot, towards the goal; None: there is no room."""
+        if robot.distance_to(float(goal[0]), float(goal[1])) < self._berth:
+            return None
+        away = max(robot.distance_to(person.pose.x, person.pose.y), self._berth)
+        now = math.atan2(person.pose.y - robot.y, person.pose.x - robot.x)
+        side = math.copysign(1.0, wrap(math.atan2(goal[1] - robot.y, goal[0] - robot.x) - now))
+        angle = now + side * way / away
+        x, y = robot.x + away * math.cos(angle), robot.y + away * math.sin(angle)
+        return (x, y) if world.without(person.id).upright(x, y, ROOM, TALL) else None
 
 
 def _points(waypoints: tuple[Point, ...]) -> Array:

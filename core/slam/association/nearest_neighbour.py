@@ -43,6 +43,8 @@ def nearest(distances: Array, gate: float) -> Assignment:
 
     What lies in no gate is new. Two sightings may go to one landmark.
     """
+    if not distances.shape[1]:
+        return Assignment(fresh=tuple(range(len(distances))))
     best = distances.argmin(axis=1)
     near = distances.min(axis=1) < gate
     matches = tuple((int(row), int(best[row])) for row in np.flatnonzero(near))

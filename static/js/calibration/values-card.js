@@ -52,10 +52,27 @@ export class ValuesCard extends HTMLElement {
     write(
       this.#note,
       kind === "camera"
-        ? "One standard deviation. The paper’s Table 3 prints three."
+        ? `One standard deviation. The paper’s Table 3 prints three.${equation44(solution)}`
         : "One standard deviation. Turns are away from looking straight ahead.",
     );
   }
+}
+
+/**
+ * The coefficients in the printed form of eq. 44, where the console runs the chapter's own forms.
+ * @param {Record<string, any>} solution
+ */
+function equation44(solution) {
+  const printed = solution["eq_44"];
+  if (!printed) return "";
+  const names = /** @type {const} */ ([
+    ["k1", "k₁"],
+    ["k2", "k₂"],
+    ["p1", "p₁"],
+    ["p2", "p₂"],
+  ]);
+  const values = names.map(([key, name]) => `${name} = ${printed[key].toExponential(3)}`).join(", ");
+  return ` As printed (eq. 44, f = ${printed["f_px"].toFixed(2)} px): ${values}.`;
 }
 
 customElements.define("values-card", ValuesCard);

@@ -16,8 +16,12 @@ class RobotBadge extends Panel {
   #badge = make("span", { class: "badge" }, this.#icon, this.#word);
   #printed = make(
     "span",
-    { class: "badge", title: "The chapter's own equations run in the place of Beckon's: [chapter] mode = \"printed\"" },
-    "AS PRINTED",
+    {
+      class: "badge badge-words",
+      title: "The chapter's own equations run in the place of Beckon's: [chapter] mode = \"printed\"",
+    },
+    make("span", { class: "badge-more" }, "AS\u00a0"),
+    "PRINTED",
   );
 
   /** @override */

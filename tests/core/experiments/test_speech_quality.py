@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from core.experiments import EXPERIMENTS, speech_quality
-from core.experiments.speech_quality import Setting, measure, spoken
+from core.experiments.speech_quality import Setting, SpokenPhraseFigures, measure, remarks, spoken, voice_figures
+from core.speech.synthesis import NATURAL, can_speak
 
 
 @pytest.mark.parametrize("sweep", ["noise", "distance"])
 def test_the_recordings_get_worse_with_noise_and_distance(sweep: str) -> None:
-    said, _ = spoken(np.random.default_rng(0), speech_quality.TEXT[:2])
+    said = spoken(np.random.default_rng(0), speech_quality.TEXT[:6])
     places = [
         Setting(sweep=sweep, ratio=ratio, distance=distance)
         for ratio, distance in {
@@ -44,3 +45,25 @@ def test_the_robot_hears_worse_in_more_noise() -> None:
     noisy = [row["osqe_d"] for row in told["sweep"] if row["sweep"] == "noise"]
     assert noisy[0] > noisy[-1]
     assert all(after <= before + 2 for before, after in pairwise(noisy))
+
+
+def test_every_phrase_has_a_voice_of_its_own_and_the_best_and_the_worst_are_named() -> None:
+    one, again = (spoken(np.random.default_rng(5), speech_quality.TEXT) for _ in range(2))
+    assert [(said.voice, said.pace) for said in one] == [(said.voice, said.pace) for said in again]
+    if can_speak():
+        assert len({said.voice for said in one}) > 3
+        assert all(said.pace + 0.5 >= 0.85 * NATURAL and said.pace - 0.5 <= 1.15 * NATURAL for said in one)
+    told: list[SpokenPhraseFigures] = [
+        {
+            "text": text,
+            "voice": voice,
+            "pace_words_min": 175,
+            "erroneous_words_person": 0,
+            "erroneous_words_robot": wrong,
+        }
+        for text, voice, wrong in (("turn left", "a", 1), ("come here", "b", 4), ("follow me", "a", 0))
+    ]
+    figures = voice_figures(told, 3)
+    assert figures["a"] == {"phrases": 2, "words": 12, "robot_right_rate": 1 - 1 / 12}
+    assert figures["b"]["robot_right_rate"] == pytest.approx(1 / 3)
+    assert [line[:13] for line in remarks(figures)[-2:]] == ["best voice a:", "worst voice b"]

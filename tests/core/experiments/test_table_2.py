@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from core.experiments import EXPERIMENTS, table_2
-from core.experiments.table_2 import TRIALS, by_voice, summary, trial
+from core.experiments.table_2 import TRIALS, summary, trial, voice_figures
 from core.speech.synthesis import ENGLISH_VOICES, NATURAL, can_speak, drawn_voice
 
 understands = pytest.mark.skipif(
@@ -46,7 +46,7 @@ def test_success_is_told_by_voice() -> None:
         {"voice": voice, "success": good, "understood": True}
         for voice, good in (("en-us+m1", True), ("en-us+m1", False), ("en-029", True))
     ]
-    told = by_voice(cast(Any, rows))
+    told = voice_figures(cast(Any, rows))
     assert told["en-us+m1"] == {"runs": 2, "success_rate": 0.5, "understood_rate": 1.0}
     assert told["en-029"]["success_rate"] == 1.0
 

@@ -75,7 +75,7 @@ def test_good_views_are_all_used_without_a_remark() -> None:
 
 def test_reported_deviations_cover_the_truth_and_no_board_is_turned_over() -> None:
     inside, total = 0, 0
-    for seed in range(25):
+    for seed in range(25):  # eight values or more each: the sd of the share is 0.015, were they independent
         corners, truth = some_corners(20, noise=0.1, seed=100 + seed)
         told = calibrate(views_of(corners.pixels), BOARD, SIZE)
         off = np.array([getattr(told.model, name) for name in told.free]) - vector_of(TABLE_3)[: len(told.free)]
@@ -83,7 +83,7 @@ def test_reported_deviations_cover_the_truth_and_no_board_is_turned_over() -> No
         total += len(off)
         leaning = np.sum(told.poses.rotations[:, :, 2] * truth.poses.rotations[:, :, 2], axis=1)
         assert leaning.min() > np.cos(np.deg2rad(10))
-    assert 0.88 <= inside / total <= 1.0
+    assert total >= 200 and 0.90 <= inside / total <= 0.99
 
 
 def test_k3_is_taken_only_where_a_hold_out_says_so() -> None:

@@ -32,9 +32,13 @@ def test_twenty_still_poses_give_the_mount_and_nothing_stays_open() -> None:
         assert found.weak == () and found.used.all()
 
 
-def test_stated_deviations_cover_the_truth() -> None:
+@pytest.mark.parametrize(
+    ("runs", "least", "most"), [(20, 0.88, 1.0), pytest.param(60, 0.90, 0.99, marks=pytest.mark.campaign)]
+)
+def test_stated_deviations_cover_the_truth(runs: int, least: float, most: float) -> None:
+    """Six values a run, which err together: 20 runs cannot hold 0.954 to 0.90-0.99, 60 can."""
     inside: list[bool] = []
-    for seed in range(20):
+    for seed in range(runs):
         room = a_room(seed, noise=0.02)
         found = solve([pair_of(room, shot) for shot in room.shots(12, 4)])
         truth = room.laser_from_camera
@@ -42,7 +46,7 @@ def test_stated_deviations_cover_the_truth() -> None:
         off = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
         error = np.concatenate((off, found.transform.translation - truth.translation))
         inside += (np.abs(error) < 2 * found.sds).tolist()
-    assert 0.88 <= np.mean(inside) <= 1.0
+    assert least <= np.mean(inside) <= most
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,43 @@
+"""What the robot's ears understood, written into text files for another program (paper 4.2)."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+
+from console.control.notices import Notifications
+from console.control.text_file_reader import TextFileCommand, TextFileSource
+from console.control.text_file_writer import RENEWAL, TextFileWriter
+from core.errors import Unwritable
+from core.snapshot import VoiceDirection
+from core.speech.recognition.decision import Decision
+
+MOST_WAITING = 20  # commands; a folder that takes none for longer has no use of older ones
+
+
+class SpokenTextFiles:
+    """Lives on the event loop; the files are written outside."""
+
+    def __init__(self, files: TextFileWriter, board: Notifications) -> None:
+        self._files, self._board = files, board
+        self._waiting: asyncio.Queue[tuple[str, VoiceDirection | None, float]] = asyncio.Queue(MOST_WAITING)
+
+    def understood(self, decision: Decision, voice: VoiceDirection | None, ended: float) -> None:
+        """Take the decision about words that ended at `ended` [s] by the steady clock; only accepted ones count."""
+        if decision.verdict == "accept" and decision.command is not None and not self._waiting.full():
+            self._waiting.put_nowait((decision.command.heard_as, voice, ended))
+
+    async def run(self) -> None:
+        """Write, one after the other, and give signs of life."""
+        while True:
+            try:
+                words, voice, ended = await asyncio.wait_for(self._waiting.get(), RENEWAL)
+            except TimeoutError:
+                await asyncio.to_thread(self._files.renew)
+                continue
+            age = max(time.monotonic() - ended, 0.0)
+            source = None if voice is None else TextFileSource(voice.azimuth, voice.sd_heard, age)
+            try:
+                await asyncio.to_thread(self._files.write, TextFileCommand(words, age=age), source)
+            except Unwritable as trouble:
+                self._board.tell("warning", str(trouble))

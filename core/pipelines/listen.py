@@ -1,0 +1,102 @@
+"""Sound as it comes: what was said, and from where. The console hears with the same parts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from core.geometry import Pose
+from core.message import message
+from core.pilot.sound_perception import SoundPerception
+from core.robots import Profile
+from core.sensors.microphones import MicrophoneArray, Sound
+from core.settings import Settings
+from core.slam.estimate import Estimate
+from core.snapshot import VoiceDirection
+from core.speech.recognition.decision import RecognizedUtterance
+from core.speech.recognition.engines import ActiveEngine, open_engine
+from core.speech.recognition.recognizer import at_16_khz, for_words
+from core.speech.settings import PIECE
+from core.speech.transcription.array_transcriber import ArrayTranscriber
+from core.speech.transcription.transcriber import Transcriber
+
+FRESH = 1.5  # [s] by which a direction may be older than the end of the words that it belongs to
+STILL = Estimate(pose=Pose(), covariance=np.zeros((3, 3)))  # of microphones that stay where they are
+
+
+@message
+class HeardSpeech:
+    """Words, and the voice that said them."""
+
+    utterance: RecognizedUtterance
+    voice: VoiceDirection | None  # None: no direction is known
+
+
+class WordReader:
+    """Reads the words of sound with any rate: in the array's beam towards each voice, or in one channel."""
+
+    def __init__(
+        self, settings: Settings, engine: ActiveEngine, array: MicrophoneArray | None, channel: int = 0
+    ) -> None:
+        """`array`: of which a beam is made; None: words are read in `channel`."""
+        self._channel = channel if array is None else None
+        self._transcriber: Transcriber | ArrayTranscriber
+        if array is None:
+            self._transcriber = Transcriber(settings.speech, recognizer=engine.recognizer)
+        else:
+            given = (replace(array, rate=None), settings.speech, settings.direction_finding)
+            self._transcriber = ArrayTranscriber(*given, recognizer=engine.recognizer)
+
+    def prepared(self, sound: Sound) -> Sound:
+        """The channels in which words are read, at the recognizer's rate. Raises BadInput."""
+        return at_16_khz(sound) if self._channel is None else for_words(sound, self._channel)
+
+    def feed(self, sound: Sound) -> tuple[RecognizedUtterance, ...]:
+        """The next piece of prepared sound → STOP at once, and the sentences that ended in it. Raises BadInput."""
+        return self._transcriber.feed(sound)
+
+    def finish(self) -> tuple[RecognizedUtterance, ...]:
+        """The sound ends here → the sentence that was under way."""
+        return self._transcriber.finish()
+
+
+class SpeechListener:
+    """Listens with microphones that stay where they are."""
+
+    def __init__(self, settings: Settings, array: MicrophoneArray | None) -> None:
+        """Without an array, words alone are read, in the first channel. Raises Unavailable without a recognizer."""
+        self._voices: tuple[VoiceDirection, ...] = ()
+        self.engine = open_engine(settings.speech)
+        self.locates = array is not None and array.dimensions >= 2  # a line of microphones has no directions
+        self._words = WordReader(
+            settings,
+            self.engine,
+            array if self.locates else None,
+            0 if array is None else array.channels[0],
+        )
+        arrays = (array,) if array is not None and self.locates else ()
+        self._ears = SoundPerception(Profile(name="microphones", url="", arrays=arrays), settings.direction_finding)
+
+    def feed(self, sound: Sound) -> tuple[HeardSpeech, ...]:
+        """The next piece of sound → STOP at once, and the sentences that ended in it. Raises BadInput."""
+        heard = self._ears.hear(sound, sound.stamp + sound.duration, STILL)
+        if heard is not None:
+            self._voices = heard.voices or self._voices
+        return self._located(self._words.feed(self._words.prepared(sound)))
+
+    def finish(self) -> tuple[HeardSpeech, ...]:
+        """The sound ends here → the sentence that was under way."""
+        return self._located(self._words.finish())
+
+    def _located(self, utterances: Iterable[RecognizedUtterance]) -> tuple[HeardSpeech, ...]:
+        return tuple(
+            HeardSpeech(utterance=one, voice=voice_of(self._voices, one.begin, one.end)) for one in utterances
+        )
+
+
+def voice_of(voices: Iterable[VoiceDirection], begin: float, end: float) -> VoiceDirection | None:
+    """Return the strongest voice that was heard while words were spoken, from `begin` to `end` [s]."""
+    near = [one for one in voices if begin - PIECE <= one.stamp <= end + FRESH]
+    return max(near, key=lambda one: one.strength, default=None)

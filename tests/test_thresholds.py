@@ -1,0 +1,53 @@
+"""The page of thresholds: what is reported on the data it was chosen on is said, and no section is left out."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from pathlib import Path
+
+import pytest
+
+from core.settings import Settings
+
+PAGE = (Path(__file__).parents[1] / "static/docs/reference/thresholds.md").read_text(encoding="utf-8")
+PARTS = dict(part.split("\n", 1) for part in PAGE.split("\n## ")[1:])
+NAMED = re.compile(r"`([^`]+)`")
+
+
+def rows(title: str) -> list[list[str]]:
+    """The cells of a part's table."""
+    lines = [line for line in PARTS[title].splitlines() if line.startswith("| ")]
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[1:]]
+
+
+APART = rows("Chosen on one set, reported on another")
+TOGETHER = rows("Chosen and reported on the same set")
+SETS = {name for row in rows("The sets") for name in NAMED.findall(row[0])}
+
+
+@pytest.mark.parametrize("row", APART, ids=lambda row: row[0])
+def test_what_a_threshold_was_chosen_on_is_not_what_its_figures_come_from(row: list[str]) -> None:
+    chosen, reported = (set(NAMED.findall(cell)) for cell in row[1:])
+    assert chosen and reported and not chosen & reported
+    assert chosen | reported <= SETS
+
+
+@pytest.mark.parametrize("row", TOGETHER, ids=lambda row: row[0])
+def test_what_was_tried_besides_is_not_what_a_threshold_was_chosen_on(row: list[str]) -> None:
+    chosen = set(NAMED.findall(row[1]))
+    assert chosen and chosen <= SETS
+
+
+def test_every_section_of_the_settings_is_on_the_page() -> None:
+    named = set(re.findall(r"`\[(\w+)\]`", PAGE))
+    assert named == {field.name for field in dataclasses.fields(Settings)}
+
+
+def test_the_thresholds_that_are_named_exist() -> None:
+    from core.slam import relocalization
+    from core.speech.whisper import recognizer
+
+    assert relocalization.__doc__
+    assert all(hasattr(recognizer, name) for name in ("NUMBERS", "COMMON", "RARE", "STOP"))
+    assert {"gate", "fresh"} <= {field.name for field in dataclasses.fields(Settings().ekf)}
