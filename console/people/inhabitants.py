@@ -36,7 +36,7 @@ TRIES, PAUSE = 60, 1.0  # the robot may come later than the console; [s]
 
 
 async def move_in(place: Callable[[PlaceThing], Awaitable[PlacedThing]], url: str) -> None:
-    """Put the inhabitants of a simulated world into it, each once; whoever finds no room stays out."""
+    """Put the inhabitants of a simulated world into it, each once; who does not fit there stays out."""
     for person in INHABITANTS.get(url, ()):
         for _ in range(TRIES):
             try:
