@@ -84,18 +84,7 @@ class FrameTree:
         None when no chain of transforms leads there.
         """
         found = self.transform(base, laser)
-        if found is None:
-            return None
-        forward = found.rotation[:, 0]
-        return Placed(
-            pose=Pose(
-                float(found.translation[0]),
-                float(found.translation[1]),
-                math.atan2(float(forward[1]), float(forward[0])),
-            ),
-            height=float(found.translation[2]),
-            upside_down=bool(found.rotation[2, 2] < -0.5),
-        )
+        return None if found is None else flat(found)
 
     def transform(self, base: str, frame: str) -> Transform | None:
         """base_from_frame, where `base` is the robot's frame, or else one of its usual names; None: no chain."""
@@ -128,6 +117,17 @@ class FrameTree:
         """Return whether a pair is fixed; older robots repeat fixed transforms on /tf."""
         rows = self._moving.get(pair)
         return rows is None or bool(np.ptp(np.array(rows).reshape(-1, 5)[:, 2:], axis=0).max() < 1e-6)
+
+
+def flat(robot_from_laser: Transform) -> Placed:
+    """A laser's frame on the robot → its mounting in the plane."""
+    x, y, z = (float(number) for number in robot_from_laser.translation)
+    forward = robot_from_laser.rotation[:, 0]
+    return Placed(
+        pose=Pose(x, y, math.atan2(float(forward[1]), float(forward[0]))),
+        height=z,
+        upside_down=bool(robot_from_laser.rotation[2, 2] < -0.5),
+    )
 
 
 def _known(frame: str, names: tuple[str, ...]) -> bool:

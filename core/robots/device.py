@@ -14,6 +14,7 @@ from core.message import message
 from core.robots.findings import Findings
 from core.robots.readings import Readings
 from core.robots.requests import AnswerT, Requests, RobotRequest
+from core.robots.urdf import Body
 from core.sensors import Camera, Laser
 from core.sensors.microphones import MicrophoneArray
 
@@ -42,6 +43,7 @@ class Equipment:
     lasers: tuple[Laser, ...] = ()
     cameras: tuple[Camera, ...] = ()
     microphones: tuple[MicrophoneArray, ...] = ()
+    body: Body | None = None  # as the robot itself describes it
     navigates: bool = False  # it has a navigation of its own, and takes the requests for it
 
 

@@ -6,7 +6,9 @@ from typing import Literal
 
 import msgspec
 
-Role = Literal["odometry", "scan", "image", "camera_info", "sound", "cmd_vel", "battery", "map", "pose", "frames"]
+Role = Literal[
+    "odometry", "scan", "image", "camera_info", "sound", "cmd_vel", "battery", "map", "pose", "frames", "description"
+]
 
 
 class CandidateTopic(msgspec.Struct, frozen=True, kw_only=True):

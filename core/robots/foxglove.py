@@ -12,8 +12,9 @@ from core.gate import Twist
 from core.geometry import Pose
 from core.recording.ros import ros2_name
 from core.robots.device import Device
+from core.robots.ros.parameters import TIMEOUT, stopping
 from core.robots.ros.socket_link import RosAddress, RosSocket, parse_address
-from core.robots.ros.topics import RosTopics
+from core.robots.ros.topics import DESCRIPTION, RosTopics
 from core.robots.ros.typestore import BOOL, GOAL, RobotTypes
 
 PORT = 8765
@@ -22,9 +23,7 @@ MESSAGE = 0x01  # opcode both ways
 MESSAGE_HEAD = struct.Struct("<BIQ")  # opcode, subscription, time [ns]
 SEND_HEAD = struct.Struct("<BI")  # opcode, channel
 MOST_CHANNELS_LISTED = 10_000
-TIMEOUT = "cmd_vel_timeout"  # parameter of the robot's controller
 WARNING = 1  # level of a status message from which on the operator is to know
-LONGEST_TIMEOUT = 60.0  # [s]
 QUIET = 0.3  # [s] without a further topic after which the list is whole
 
 
@@ -161,12 +160,11 @@ class FoxgloveRobot(RosSocket):
             self._send('{"op": "getParameters", "parameterNames": [], "id": "beckon"}')
 
     def _take_parameters(self, parameters: list[dict[str, Any]]) -> None:
-        """Every parameter of the robot: of interest is when its base stops by itself."""
+        """Every parameter of the robot: of interest are when its base stops by itself, and its URDF in ROS 1."""
         self._tells_parameters = False
-        for one in parameters:
-            value = one.get("value")
-            if str(one["name"]).endswith(TIMEOUT) and isinstance(value, int | float) and 0 <= value < LONGEST_TIMEOUT:
-                self.timeout = float(value)
+        self.timeout = stopping(one.get("value") for one in parameters if str(one["name"]).endswith(TIMEOUT))
+        texts = (one.get("value") for one in parameters if str(one["name"]).endswith(DESCRIPTION.strip("/")))
+        self.description = next((text for text in texts if isinstance(text, str)), "")
 
     def _is_described(self) -> bool:
         return not self._tells_parameters

@@ -49,6 +49,7 @@ TurnRate = Annotated[float, msgspec.Meta(gt=0.0, le=20.0, extra={"unit": "rad/s"
 Rate = Annotated[float, msgspec.Meta(gt=0.0, le=200.0, extra={"unit": "Hz"})]
 FrameRate = Annotated[float, msgspec.Meta(ge=5.0, le=100.0, extra={"unit": "Hz"})]
 Range = Annotated[float, msgspec.Meta(gt=0.0, le=200.0, extra={"unit": "m"})]
+Silence = Annotated[float, msgspec.Meta(ge=0.0, le=60.0, extra={"unit": "s"})]
 TimeOffset = Annotated[float, msgspec.Meta(ge=-1.0, le=1.0, extra={"unit": "s"})]
 
 
@@ -106,6 +107,10 @@ class RobotFile(Table, frozen=True):
     max_speed: Annotated[Speed | None, about("the highest speed that is ever asked for")] = None
     max_turn_rate: Annotated[TurnRate | None, about("the highest turn rate that is ever asked for")] = None
     rate: Annotated[FrameRate, about("frames, that is control updates")] = 40.0
+    failsafe: Annotated[
+        Silence | None,
+        about("of the link after which the base stops by itself, 0: never; for robots that do not say it"),
+    ] = None
     urdf: Annotated[str, about("file of the robot's URDF, beside the robot file: mountings, looks")] = ""
     lasers: dict[str, LaserTable] = {}
     cameras: dict[str, CameraTable] = {}
@@ -160,7 +165,8 @@ def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, fold
     def first(*values: float | None) -> float:
         return next(value for value in values if value is not None)
 
-    body = load_body(folder / file.urdf) if file.urdf else None
+    own_body = next((one.body for one in equipment if one.body is not None), None)
+    body = load_body(folder / file.urdf) if file.urdf else own_body
     max_speed = first(file.max_speed, base.max_speed, known.max_speed)
     return Profile(
         name=file.name or equipment[0].name,
@@ -177,7 +183,7 @@ def profile_of(equipment: tuple[Equipment, ...], file: RobotFile, url: str, fold
         odometry=base.odometry,
         shapes=body.shapes if body else (),
         notices=body.notices if body else (),
-        failsafe=failsafe_of(base),
+        failsafe=failsafe_of(base if file.failsafe is None else _stopping(base, file.failsafe)),
         lock=base.lock,
         capabilities=capabilities_of(equipment),
     )
@@ -206,6 +212,11 @@ def capabilities_of(equipment: tuple[Equipment, ...]) -> frozenset[Capability]:
     drives = any(one.base is not None for one in equipment)
     navigates = any(one.navigates for one in equipment)
     return frozenset({*(("drive",) if drives else ()), *(("navigate",) if navigates else ())})
+
+
+def _stopping(base: Base, silence: float) -> Base:
+    """The base that stops by itself after so much silence [s], 0: never."""
+    return replace(base, failsafe=silence or None, failsafe_words="")
 
 
 def failsafe_of(base: Base) -> str:

@@ -15,7 +15,17 @@ from core.errors import BadInput
 from core.robots.robot_file import RobotFile
 
 ChosenRole = Literal[
-    "odometry", "scan", "image", "camera_info", "sound", "cmd_vel", "cmd_vel_type", "battery", "map", "pose"
+    "odometry",
+    "scan",
+    "image",
+    "camera_info",
+    "sound",
+    "cmd_vel",
+    "cmd_vel_type",
+    "battery",
+    "map",
+    "pose",
+    "description",
 ]
 NOTHING = "none"  # a driver's word for "do not use any"
 BARE = re.compile(r"[A-Za-z0-9_-]+")

@@ -8,6 +8,7 @@ from __future__ import annotations
 import base64
 import json
 import math
+import re
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
@@ -18,12 +19,17 @@ from core.geometry import Pose
 from core.recording.ros import ros2_name
 from core.robots.device import Device
 from core.robots.ros.bridge import RosSensors
+from core.robots.ros.parameters import TIMEOUT, stopping
 from core.robots.ros.socket_link import RosAddress, RosSocket, parse_address
-from core.robots.ros.topics import RosTopics
+from core.robots.ros.topics import DESCRIPTION, RosTopics
 from core.robots.ros.typestore import BOOL, GOAL, TWIST_STAMPED, RobotTypes
 
 PORT = 9090
 TYPES, TOPICS = "/rosapi/topics_and_raw_types", "/rosapi/topics"  # services; older robots have only the second
+NODES, LISTENERS = "/rosapi/nodes", "/rosapi/subscribers"  # for the parameters of ROS 2, which belong to nodes,
+NAMES, PARAMETER = "/rosapi/get_param_names", "/rosapi/get_param"  # and for those of ROS 1
+CONTROLLER = re.compile("control|base|driv|motor")  # name of a node that may turn the wheels
+MOST_ASKED = 12  # nodes
 PICTURE_GAP = 60  # [ms] at least between two pictures: rosbridge takes much of the robot's computer for each
 LEVELS = ("warning", "error")  # of status messages that the operator is to know
 OF_ROS_1 = {"secs": "sec", "nsecs": "nanosec"}
@@ -45,6 +51,8 @@ class RosbridgeRobot(RosSocket):
         self._types: list[tuple[str, str]] | None = None  # topic, its type as the robot writes it
         self._definitions: list[str] = []
         self._refused = False
+        self._awaited: set[str] = set()  # answers about parameters
+        self._timeouts: list[object] = []  # values of cmd_vel_timeout
 
     def _begin(self) -> None:
         self._reset()
@@ -75,6 +83,49 @@ class RosbridgeRobot(RosSocket):
                     throttle_rate=PICTURE_GAP if topic == topics.image else 0,
                     queue_length=1 if topic == topics.image else 0,
                 )
+
+    def _ask_parameters(self, topics: RosTopics) -> None:
+        if self.types.encoding == "ros1":
+            self._ask(NAMES)
+        elif topics.cmd_vel:
+            self._ask(LISTENERS, topic=topics.cmd_vel)
+            self._ask(NODES)
+
+    def _is_described(self) -> bool:
+        return not self._awaited
+
+    def _ask(self, service: str, **arguments: str) -> None:
+        about = arguments.get("name", service)
+        if about not in self._awaited:
+            self._awaited.add(about)
+            self._say(op="call_service", service=service, id=about, args=arguments)
+
+    def _take_answer(self, fields: dict[str, Any]) -> None:
+        """The answer about a parameter, about all their names (ROS 1), or about nodes that may have one (ROS 2)."""
+        about, values = str(fields["id"]), fields["values"] if fields.get("result") else {}
+        match about:
+            case _ if about == NAMES:
+                wanted = (TIMEOUT, DESCRIPTION)
+                names = [str(name) for name in values.get("names", ()) if str(name).endswith(wanted)]
+            case _ if about == LISTENERS:
+                names = [f"{node}:{TIMEOUT}" for node in values.get("subscribers", ())]
+            case _ if about == NODES:
+                names = [f"{node}:{TIMEOUT}" for node in values.get("nodes", ()) if CONTROLLER.search(str(node))]
+            case _:
+                names = []
+                self._take_parameter(about, values.get("value"))
+        for name in names[:MOST_ASKED]:
+            self._ask(PARAMETER, name=name)
+        self._awaited.discard(about)
+
+    def _take_parameter(self, name: str, text: object) -> None:
+        """A parameter's value in JSON; "" where the robot has none of this name."""
+        value = json.loads(text) if isinstance(text, str) and text else None
+        if name.endswith(TIMEOUT):
+            self._timeouts.append(value)
+            self.timeout = stopping(self._timeouts)
+        elif isinstance(value, str):
+            self.description = value
 
     def _advertise(self, topics: RosTopics) -> None:
         written = ((topics.cmd_vel, topics.cmd_vel_type), (topics.lock, BOOL), (topics.goal, GOAL))
@@ -113,6 +164,8 @@ class RosbridgeRobot(RosSocket):
             case "publish":
                 content = fields["msg"]
                 return str(fields["topic"]), as_fields(content) if self._json else bytes(content["bytes"])
+            case "service_response" if fields.get("id") in self._awaited:
+                self._take_answer(fields)
             case "service_response":
                 self._take_list(fields)
             case "status" if fields.get("level") in LEVELS:

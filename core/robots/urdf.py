@@ -53,34 +53,48 @@ class Body:
 
 
 def load_body(path: Path) -> Body:
-    """Read a URDF. Raises BadInput with a sentence."""
-    root = _parsed(path)
-    joints = _joints(root, path.name)
-    links = _placed([str(link.get("name")) for link in root.findall("link")], joints, path.name)
-    looks = _Looks(path, links)
-    for link in root.findall("link"):
-        for visual in link.findall("visual"):
-            looks.add(links.get(str(link.get("name"))), visual)
-    return Body(links=links, shapes=tuple(looks.shapes), notices=tuple(looks.notices))
-
-
-def _parsed(path: Path) -> Element:
+    """Read a URDF, with the meshes beside it. Raises BadInput with a sentence."""
     try:
         if path.stat().st_size > LARGEST:
-            raise BadInput(f"{path.name} is too large for a URDF.")
+            raise _too_large(path.name)
         text = path.read_text(encoding="utf-8")
     except (OSError, ValueError):
         raise BadInput(f"The URDF {path.name} cannot be read.") from None
+    return parse_body(text, path.name, path.parent)
+
+
+def parse_body(text: str, name: str, folder: Path | None = None) -> Body:
+    """The text of a URDF → the body. Without a folder no meshes are looked for.
+
+    Raises BadInput with a sentence that begins with `name`.
+    """
+    if len(text) > LARGEST:
+        raise _too_large(name)
+    root = _parsed(text, name)
+    joints = _joints(root, name)
+    links = _placed([str(link.get("name")) for link in root.findall("link")], joints, name)
+    looks = _Looks(folder, links)
+    for link in root.findall("link"):
+        for visual in link.findall("visual"):
+            looks.add(links.get(str(link.get("name"))), visual)
+    return Body(links=links, shapes=tuple(looks.shapes), notices=looks.notices)
+
+
+def _too_large(name: str) -> BadInput:
+    return BadInput(f"{name} is too large for a URDF.")
+
+
+def _parsed(text: str, name: str) -> Element:
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise BadInput(f"{path.name} declares entities, which no URDF needs; it is not read.")
+        raise BadInput(f"{name} declares entities, which no URDF needs; it is not read.")
     if "xmlns:xacro" in text and "<xacro:" in text:
-        raise BadInput(f"{path.name} is xacro; make a URDF of it: xacro {path.name} > robot.urdf")
+        raise BadInput(f"{name} is xacro; make a URDF of it: xacro {name} > robot.urdf")
     try:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError, RecursionError):
-        raise BadInput(f"{path.name} is no XML.") from None
+        raise BadInput(f"{name} is no XML.") from None
     if root.tag != "robot" or len(root.findall("link")) > MOST_LINKS:
-        raise BadInput(f"{path.name} is no URDF with up to {MOST_LINKS} links.")
+        raise BadInput(f"{name} is no URDF with up to {MOST_LINKS} links.")
     return root
 
 
@@ -117,14 +131,31 @@ def _placed(links: list[str], joints: dict[str, tuple[str, Transform]], name: st
     return {link: moved @ found for link, found in from_root.items()}
 
 
+class _Absent(Exception):
+    """A mesh that is not on this computer."""
+
+
 class _Looks:
     """Shapes of a body, as far as they can be shown."""
 
-    def __init__(self, path: Path, links: dict[str, Transform]) -> None:
+    def __init__(self, folder: Path | None, links: dict[str, Transform]) -> None:
         self.shapes: list[BodyShape] = []
-        self.notices: list[str] = []
-        self._path, self._links = path, links
+        self._notices: list[str] = []
+        self._absent: list[str] = []  # meshes that are not on this computer
+        self._folder, self._links = folder, links
         self._triangles = 0
+
+    @property
+    def notices(self) -> tuple[str, ...]:
+        """Sentences about what is left out; one for all meshes that are not there."""
+        if not self._absent:
+            return tuple(self._notices)
+        first = f"The mesh {self._absent[0][:80]} is not on this computer; that part of the body is not shown."
+        several = (
+            f"{len(self._absent)} meshes of the robot's body, such as {self._absent[0][:80]}, are not on this "
+            "computer; those parts are not shown."
+        )
+        return (*self._notices, first if len(self._absent) == 1 else several)
 
     def add(self, robot_from_link: Transform | None, visual: Element) -> None:
         """Take one visual, or say why it is left out."""
@@ -136,9 +167,11 @@ class _Looks:
             self._triangles += len(faces)
             if self._triangles > MOST_TRIANGLES or len(self.shapes) >= MOST_SHAPES:
                 raise BadInput("Parts of the robot's body are not shown: there are too many.")
+        except _Absent as mesh:
+            self._absent += [str(mesh)] if str(mesh) not in self._absent else []
+            return
         except BadInput as why:
-            if str(why) not in self.notices:
-                self.notices.append(str(why))
+            self._notices += [str(why)] if str(why) not in self._notices else []
             return
         self.shapes.append(
             BodyShape(vertices=placed.apply(vertices).astype(np.float32), faces=faces, colour=_colour(visual))
@@ -164,7 +197,9 @@ class _Looks:
 
     def _mesh(self, name: str) -> tuple[Array, Array]:
         """A binary STL beside the URDF; of `package://NAME/…` the part behind the name, or all of it."""
-        folder = self._path.parent.resolve()
+        if self._folder is None:
+            raise _Absent(name)
+        folder = self._folder.resolve()
         inside = name.removeprefix("file://").removeprefix("package://")
         candidates = [inside] if not name.startswith("package://") else [inside.partition("/")[2], inside]
         for candidate in candidates:
@@ -173,7 +208,7 @@ class _Looks:
                 raise BadInput(f"The mesh {name[:80]} is outside the folder of the URDF; it is not read.")
             if file.is_file():
                 return read_stl(file)
-        raise BadInput(f"The mesh {name[:80]} is not there; that part of the body is not shown.")
+        raise _Absent(name)
 
 
 def read_stl(file: Path) -> tuple[Array, Array]:

@@ -18,9 +18,10 @@ from core.geometry import Pose
 from core.robots.device import Device, Equipment
 from core.robots.readings import Readings
 from core.robots.ros.bridge import RosSensors
+from core.robots.ros.parameters import TIMEOUT, stopping
 from core.robots.ros.ros_device import RosDevice
 from core.robots.ros.topics import NAME, TYPES, RosSettings, RosTopics, choose_topics
-from core.robots.ros.typestore import BOOL, GOAL, RobotTypes
+from core.robots.ros.typestore import BOOL, GOAL, PARAMETER_VALUES, RobotTypes
 from core.robots.ros.zenoh_keys import NO_HASH, Dialect, Endpoint
 from core.robots.ros.zenoh_session import TopicWriter, ZenohAddress, ZenohConnection, type_hash
 
@@ -34,6 +35,8 @@ SILENCE = 2.0  # [s] without any message after which a robot that sends many is 
 LIVELY = 20  # messages within LIVELY_SPAN that make such a robot
 LIVELY_SPAN = 4.0  # [s]
 MOST_NAMED = 8
+INTEGER, DOUBLE = 2, 3  # kinds of a parameter's value
+NUMBERS = (INTEGER, DOUBLE)
 
 
 class ZenohRobot(RosDevice):
@@ -71,6 +74,8 @@ class ZenohRobot(RosDevice):
         if self._fell_silent and not self._arrived:
             raise Unavailable(f"The robot at {self.address.name} is there, but sends nothing.")
         self._fell_silent = False
+        if self._equipment is None and topics.cmd_vel:
+            sensors.timeout = self._stopping(link, dialect)
         name = f"ROS robot at {self.address.name}{self.address.settings.namespace}"
         self._equipment = self._equipment or sensors.equipment(name)
         return self._equipment
@@ -139,6 +144,17 @@ class ZenohRobot(RosDevice):
                 continue
             newest_only = topic in sensors.newest_only
             link.subscribe(topic, name, dialect, latched=topic in self._latched, newest_only=newest_only)
+
+    def _stopping(self, link: ZenohConnection, dialect: Dialect) -> float | None:
+        """After how long a silence [s] the base stops by its nodes' parameters; 0: never, None: they do not say."""
+        request = self.types.encode_names([TIMEOUT])
+        answers = link.ask_parameters(self.address.settings.namespace, request, dialect)
+        self.types.borrow(PARAMETER_VALUES)
+        decoded = [self.types.decode(TIMEOUT, PARAMETER_VALUES, answer) for answer in answers]
+        values = [one for answer in decoded if answer is not None for one in answer.values[:1]]
+        return stopping(
+            one.double_value if one.type == DOUBLE else one.integer_value for one in values if one.type in NUMBERS
+        )
 
     def _listen(self, link: ZenohConnection, seconds: float, enough: Callable[[], object]) -> None:
         """Hear the robot out for so long at most, or until it is enough."""

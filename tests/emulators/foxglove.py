@@ -12,11 +12,11 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from core.robots.ros.topics import BATTERY, CAMERA_INFO, COMPRESSED_IMAGE, LASER_SCAN, ODOMETRY
-from core.robots.ros.typestore import BOOL, GOAL, RAW_AUDIO, TF, TWIST, TWIST_STAMPED
+from core.robots.ros.typestore import BOOL, GOAL, RAW_AUDIO, STRING, TF, TWIST, TWIST_STAMPED
 from core.sensors import Wheels
 from tests.emulators.by_hand import serve
 from tests.emulators.own_navigation import EmulatedNavigation
-from tests.emulators.ros_messages import PROFILE, RosMessageMaker, speeds_of
+from tests.emulators.ros_messages import DESCRIPTION, PROFILE, URDF, RosMessageMaker, speeds_of
 from tests.emulators.world import World
 
 TOPICS = {
@@ -28,6 +28,7 @@ TOPICS = {
     "/battery_state": BATTERY,
     "/tf_static": TF,
 }
+CONTROLLER = "/diff_drive_controller.cmd_vel_timeout"
 PERIOD = 1.0  # [s] between repeated descriptions
 
 
@@ -64,7 +65,8 @@ class FoxgloveEmulator:
         self.subscribed: set[str] = set()
         self.frames: list[bytes] = []  # every command as it came
         self.maker = RosMessageMaker(time.time())
-        self.navigation: EmulatedNavigation | None = None  # set it before `start`
+        self.navigation: EmulatedNavigation | None = None  # set it before `start`, and
+        self.urdf = ""  # on /robot_description
         self._client_channels: dict[tuple[int, int], str] = {}
         self._server: Any = None
         self.parameters: dict[str, float] = {}  # of the robot's nodes; needs the capability Parameters
@@ -99,7 +101,7 @@ class FoxgloveEmulator:
             )
         )
         self.port = self._server.port
-        own = self.navigation.topics if self.navigation else {}
+        own = (self.navigation.topics if self.navigation else {}) | ({DESCRIPTION: STRING} if self.urdf else {})
         topics = TOPICS | own | dict.fromkeys(self.listens, self.cmd_vel_type)
         self._channels = {topic: self._channel(foxglove, context, topic, kind) for topic, kind in topics.items()}
         if "ConnectionGraph" in self.capabilities:
@@ -130,6 +132,7 @@ class FoxgloveEmulator:
         self.log("/tf_static", self.maker.frames())
         self.log("/camera/camera_info", self.maker.camera_info(self._stamp))
         self.log("/battery_state", self.maker.battery(0.8))
+        self.log(DESCRIPTION, self.maker.description(self.urdf))
         if self.navigation is not None:
             self.log("/map", self.navigation.grid())
 
@@ -195,7 +198,13 @@ def main() -> None:
     parser.add_argument("--stamped", action="store_true", help="the robot takes TwistStamped")
     given = parser.parse_args()
     world = World(seed=given.seed)
-    emulator = FoxgloveEmulator(world, given.port, cmd_vel_type=TWIST_STAMPED if given.stamped else TWIST)
+    emulator = FoxgloveEmulator(
+        world,
+        given.port,
+        cmd_vel_type=TWIST_STAMPED if given.stamped else TWIST,
+        capabilities=("ClientPublish", "ConnectionGraph", "Parameters"),
+    )
+    emulator.parameters, emulator.urdf = {CONTROLLER: 0.5}, URDF
     if given.navigates:
         emulator.navigation = EmulatedNavigation(world, emulator.maker)
     serve(emulator, world)

@@ -14,9 +14,39 @@ from scipy.spatial.transform import Rotation
 from core.geometry import Pose, Transform
 from core.message import Array
 from core.robots.ros.topics import BATTERY, CAMERA_INFO, COMPRESSED_IMAGE, LASER_SCAN, ODOMETRY
-from core.robots.ros.typestore import OTHERS, RAW_AUDIO, TF
+from core.robots.ros.typestore import OTHERS, PARAMETER_NAMES, PARAMETER_VALUES, RAW_AUDIO, STRING, TF
 from core.sensors import Image, Scan, Sound, Wheels
 from core.simulation.robot import SimulatedRobot
+
+DESCRIPTION = "/robot_description"
+
+
+def _fixed(parent: str, child: str, origin: str) -> str:
+    ends = f'<parent link="{parent}"/><child link="{child}"/>'
+    return f'<joint name="{child}_joint" type="fixed">{ends}<origin {origin}/></joint>'
+
+
+def _link(name: str, shape: str = "") -> str:
+    return f'<link name="{name}">{shape and f"<visual><geometry><{shape}/></geometry></visual>"}</link>'
+
+
+URDF = "".join(
+    (
+        '<robot name="emulated">',
+        _link("base_footprint"),
+        _link("base_link", 'cylinder radius="0.11" length="0.09"'),
+        _link("left_wheel", 'mesh filename="package://emulated/meshes/wheel.dae"'),
+        _link("right_wheel", 'mesh filename="package://emulated/meshes/tyre.dae"'),
+        _link("laser", 'cylinder radius="0.035" length="0.04"'),
+        _link("camera_optical_frame"),
+        _fixed("base_footprint", "base_link", 'xyz="0 0 0.05"'),
+        _fixed("base_link", "left_wheel", 'xyz="0 0.1 0"'),
+        _fixed("base_link", "right_wheel", 'xyz="0 -0.1 0"'),
+        _fixed("base_link", "laser", 'xyz="0.02 0 0.13"'),
+        _fixed("base_link", "camera_optical_frame", 'xyz="0.08 0 0.11" rpy="-1.5707963 0 -1.5707963"'),
+        "</robot>",
+    )
+)  # as a robot_state_publisher sends it, with meshes that only the robot has
 
 HEADER = "std_msgs/msg/Header"
 PROFILE = SimulatedRobot("lab").profile
@@ -26,7 +56,8 @@ ODOMETRY_START = Pose(3.0, -2.0, 0.7)  # a real robot's odometry does not begin 
 def ros2_types() -> Any:
     """The usual types of ROS 2 with those that the emulators need besides."""
     store = get_typestore(Stores.ROS2_HUMBLE)
-    store.register(get_types_from_msg(OTHERS[RAW_AUDIO], RAW_AUDIO))
+    for name in (RAW_AUDIO, PARAMETER_NAMES, PARAMETER_VALUES):
+        store.register(get_types_from_msg(OTHERS[name], name))
     return store
 
 
@@ -145,6 +176,10 @@ class RosMessageMaker:
             placed.append(("base_link", "camera_optical_frame", rise.inverse() @ PROFILE.camera.mounting))
         stamped = [self.transform(*one) for one in placed]
         return self.encode(TF, transforms=stamped)
+
+    def description(self, urdf: str) -> bytes:
+        """/robot_description."""
+        return self.encode(STRING, data=urdf)
 
     def transform(self, parent: str, child: str, parent_from_child: Transform) -> Any:
         x, y, z = (float(number) for number in parent_from_child.translation)

@@ -23,15 +23,24 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import Server, ServerConnection, serve
 
 from core.geometry import Pose
-from core.robots.ros.typestore import GOAL, TWIST, TWIST_STAMPED, usual_types
+from core.robots.ros.typestore import GOAL, STRING, TWIST, TWIST_STAMPED, usual_types
 from core.sensors import Wheels
 from tests.emulators.by_hand import serve as serve_by_hand
 from tests.emulators.foxglove import PERIOD, TOPICS
 from tests.emulators.own_navigation import EmulatedNavigation
-from tests.emulators.ros_messages import PROFILE, RosMessageMaker
+from tests.emulators.ros_messages import DESCRIPTION, PROFILE, URDF, RosMessageMaker
 from tests.emulators.world import World
 
-LATCHED = ("/map", "/tf_static", "/camera/camera_info", "/battery_state")
+TYPES = "/rosapi/topics"  # begins the services that list topics
+SERVICES = (
+    "/rosapi/topics_and_raw_types",
+    "/rosapi/topics",
+    "/rosapi/nodes",
+    "/rosapi/subscribers",
+    "/rosapi/get_param",
+    "/rosapi/get_param_names",
+)
+LATCHED = (DESCRIPTION, "/map", "/tf_static", "/camera/camera_info", "/battery_state")
 
 
 class RosbridgeEmulator:
@@ -44,7 +53,7 @@ class RosbridgeEmulator:
         *,
         ros1: bool = False,
         cmd_vel_type: str = TWIST,
-        services: Sequence[str] = ("/rosapi/topics_and_raw_types", "/rosapi/topics"),
+        services: Sequence[str] = SERVICES,
     ) -> None:
         """`services`: what this version of rosapi has."""
         self.world, self.port, self.ros1 = world, port, ros1
@@ -54,7 +63,9 @@ class RosbridgeEmulator:
         self.commands: list[dict[str, Any]] = []  # as they came
         self.subscribed: dict[str, dict[str, Any]] = {}  # topic → the request
         self.maker = RosMessageMaker(time.time())
-        self.navigation: EmulatedNavigation | None = None  # set it before `start`
+        self.navigation: EmulatedNavigation | None = None  # set it before `start`, and
+        self.urdf = ""  # on /robot_description, in ROS 1 a parameter
+        self.parameters: dict[str, Any] = {}  # of ROS 1 "/controller/cmd_vel_timeout", ROS 2 "/node:cmd_vel_timeout"
         self.clients: list[ServerConnection] = []
         self._stamp = 0.0
         self._server: Server | None = None
@@ -70,7 +81,8 @@ class RosbridgeEmulator:
 
     @property
     def topics(self) -> dict[str, str]:
-        return TOPICS | (self.navigation.topics if self.navigation else {})
+        described = {DESCRIPTION: STRING} if self.urdf and not self.ros1 else {}
+        return TOPICS | described | (self.navigation.topics if self.navigation else {})
 
     def start(self) -> None:
         self._server = serve(self._serve, "127.0.0.1", self.port, compression=None, max_size=None)
@@ -114,6 +126,7 @@ class RosbridgeEmulator:
         self.log("/tf_static", self.maker.frames())
         self.log("/camera/camera_info", self.maker.camera_info(self._stamp))
         self.log("/battery_state", self.maker.battery(0.8))
+        self.log(DESCRIPTION, self.maker.description(self.urdf))
         if self.navigation is not None:
             self.log("/map", self.navigation.grid())
 
@@ -189,6 +202,8 @@ class RosbridgeEmulator:
         answer = {"op": "service_response", "service": service, "id": fields.get("id")}
         if service not in self.services:
             return answer | {"result": False, "values": f"Service {service} does not exist"}
+        if not service.startswith(TYPES):
+            return answer | {"result": True, "values": self._told(service, fields.get("args") or {})}
         topics = self.topics | {"/cmd_vel": self.cmd_vel_type}
         values: dict[str, Any] = {"topics": list(topics), "types": [self._name(kind) for kind in topics.values()]}
         if service == "/rosapi/topics_and_raw_types":
@@ -196,6 +211,19 @@ class RosbridgeEmulator:
             texts = [store.generate_msgdef(kind, ros_version=version)[0] for kind in topics.values()]
             values["typedefs_full_text"] = texts
         return answer | {"result": True, "values": values}
+
+    def _told(self, service: str, asked: dict[str, str]) -> dict[str, Any]:
+        """What rosapi says of nodes and parameters."""
+        known = self.parameters | ({DESCRIPTION: self.urdf} if self.urdf and self.ros1 else {})
+        match service:
+            case "/rosapi/get_param":
+                return {"value": json.dumps(known[asked["name"]]) if asked["name"] in known else ""}
+            case "/rosapi/get_param_names":
+                return {"names": list(known)}
+            case "/rosapi/subscribers":
+                return {"subscribers": ["/twist_mux"] if asked["topic"] == "/cmd_vel" else []}
+            case _:
+                return {"nodes": ["/rosapi", "/camera", *(name.partition(":")[0] for name in known)]}
 
 
 def main() -> None:
@@ -205,7 +233,11 @@ def main() -> None:
     parser.add_argument("--ros1", action="store_true", help="a robot with ROS 1")
     given = parser.parse_args()
     world = World(seed=given.seed)
-    serve_by_hand(RosbridgeEmulator(world, given.port, ros1=given.ros1), world)
+    emulator = RosbridgeEmulator(world, given.port, ros1=given.ros1)
+    separator = "/" if given.ros1 else ":"
+    emulator.parameters = {f"/diff_drive_controller{separator}cmd_vel_timeout": 0.5}
+    emulator.urdf = URDF
+    serve_by_hand(emulator, world)
 
 
 if __name__ == "__main__":

@@ -15,21 +15,31 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import xxhash
 import zenoh
 import zenoh.ext
 
-from core.robots.ros.typestore import BOOL, GOAL, TWIST, TWIST_STAMPED
+from core.robots.ros.typestore import (
+    BOOL,
+    GOAL,
+    PARAMETER_NAMES,
+    PARAMETER_VALUES,
+    STRING,
+    TWIST,
+    TWIST_STAMPED,
+)
 from core.sensors import Wheels
 from tests.emulators.by_hand import serve
 from tests.emulators.foxglove import TOPICS
 from tests.emulators.own_navigation import EmulatedNavigation
-from tests.emulators.ros_messages import PROFILE, RosMessageMaker, speeds_of
+from tests.emulators.ros_messages import DESCRIPTION, PROFILE, URDF, RosMessageMaker, speeds_of
 from tests.emulators.world import World
 
 PERIOD = 1.0  # [s] between repeated descriptions
 LEASE = 2000  # [ms]; rmw_zenoh's own settings have a minute
 ATTACHMENT = struct.Struct("<qqB16s")
+ARRAYS = {"byte": np.uint8, "bool": np.bool_, "integer": np.int64, "double": np.float64}
 Put = Callable[[bytes], None]
 
 
@@ -100,6 +110,23 @@ class RmwNode:
             payload, attachment=ATTACHMENT.pack(next(numbers), time.time_ns(), 16, gid)
         )
 
+    def service_key(self, node: str) -> str:
+        return f"{self.domain}{node}/get_parameters/rcl_interfaces::srv::dds_::GetParameters_/RIHS01_{'0' * 64}"
+
+    def parameters(self, node: str, answer: Callable[[bytes], bytes]) -> None:
+        """The service GetParameters of a node; like a C++ one it is silent where the attachment is missing."""
+        key = self.service_key(node)
+
+        def reply(query: zenoh.Query) -> None:
+            attached = query.attachment.to_bytes() if query.attachment else b""
+            if query.payload is not None and self.is_attached(attached):
+                query.reply(key, answer(query.payload.to_bytes()), attachment=attached or None)
+
+        self.kept.append(self.link.declare_queryable(key, reply))
+
+    def is_attached(self, raw: bytes) -> bool:
+        return len(raw) == ATTACHMENT.size
+
     def listener(self, topic: str, kind: str, take: Callable[[zenoh.Sample], None]) -> None:
         self.announce("MS", topic, kind, "::,10:,:,:,,")
         self.kept.append(self.link.declare_subscriber(self.key(topic, kind), take))
@@ -116,6 +143,12 @@ class BridgeNode(RmwNode):
 
     def key(self, topic: str, kind: str) -> str:
         return topic[1:]
+
+    def service_key(self, node: str) -> str:
+        return f"{node[1:]}/get_parameters"
+
+    def is_attached(self, raw: bytes) -> bool:
+        return not raw
 
     def announce(self, role: str, topic: str, kind: str, qos: str) -> str:
         durability = "1" if qos.startswith(":1") else "0"
@@ -152,7 +185,9 @@ class ZenohEmulator:
         self.tokens: set[str] = set()  # of others
         self._senders: set[bytes] = set()  # identifiers of all whose tokens were ever there
         self.maker = RosMessageMaker(time.time())
-        self.navigation: EmulatedNavigation | None = None  # set it before `start`
+        self.navigation: EmulatedNavigation | None = None  # set it before `start`, and
+        self.urdf = ""  # on /robot_description
+        self.timeout: float | None = None  # [s] cmd_vel_timeout of its controller; None: it has no such parameter
         self.node: RmwNode | None = None
         self.router: zenoh.Session | None = None
         self.puts: dict[str, Put] = {}
@@ -194,13 +229,35 @@ class ZenohEmulator:
         node.kept.append(link.liveliness().declare_subscriber("@ros2_lv/**", self._graph, history=True))
         node.listener(f"{self.namespace}/cmd_vel", self.cmd_vel_type, self._command)
         node.listener(f"{self.namespace}/stop_lock", BOOL, self._locked)
+        own = (self.navigation.topics if self.navigation else {}) | ({DESCRIPTION: STRING} if self.urdf else {})
         self.puts = {
-            topic: node.publisher(self.namespace + topic, kind, latched=topic in ("/tf_static", "/map"))
-            for topic, kind in (TOPICS | (self.navigation.topics if self.navigation else {})).items()
+            topic: node.publisher(self.namespace + topic, kind, latched=topic in ("/tf_static", "/map", DESCRIPTION))
+            for topic, kind in (TOPICS | own).items()
         }
         if self.navigation is not None:
             node.listener(f"{self.namespace}/goal_pose", GOAL, self._take_goal)
+        if self.timeout is not None:
+            node.parameters(f"{self.namespace}/diff_drive_controller", self._answer_parameters)
+        node.parameters(f"{self.namespace}/camera", lambda request: self._parameter_values(0, 0.0))
         self.describe(latched=True)
+
+    def _answer_parameters(self, request: bytes) -> bytes:
+        """The answer of the controller, which knows one parameter."""
+        asked = self.maker.store.deserialize_cdr(request, PARAMETER_NAMES).names
+        return self._parameter_values(3 if asked == ["cmd_vel_timeout"] else 0, self.timeout or 0.0)
+
+    def _parameter_values(self, kind: int, value: float) -> bytes:
+        lists = {f"{name}_array_value": np.zeros(0, code) for name, code in ARRAYS.items()}
+        one = self.maker.make["rcl_interfaces/msg/ParameterValue"](
+            type=kind,
+            bool_value=False,
+            integer_value=0,
+            double_value=value,
+            string_value="",
+            string_array_value=[],
+            **lists,
+        )
+        return self.maker.encode(PARAMETER_VALUES, values=[one])
 
     def stop_nodes(self) -> None:
         """The robot's nodes end; their router does not."""
@@ -226,6 +283,7 @@ class ZenohEmulator:
         """What the robot says of itself: mountings once, calibration and battery again and again."""
         if latched:
             self.log("/tf_static", self.maker.frames())
+            self.log(DESCRIPTION, self.maker.description(self.urdf))
             if self.navigation is not None:
                 self.log("/map", self.navigation.grid())
         self.log("/camera/camera_info", self.maker.camera_info(self._stamp))
@@ -301,6 +359,7 @@ def main() -> None:
         domain=given.domain,
         cmd_vel_type=TWIST_STAMPED if given.stamped else TWIST,
     )
+    emulator.timeout, emulator.urdf = 0.5, URDF
     serve(emulator, world)
 
 

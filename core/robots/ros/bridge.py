@@ -14,13 +14,14 @@ import cv2
 import numpy as np
 
 from core.calibration.files import pictures
+from core.errors import BadInput
 from core.gate import ZERO, Twist
 from core.geometry import OPTICAL, Pose, Transform
 from core.optics import CameraModel
 from core.recording.odometry_track import heading_of
 from core.recording.read_report import BadRecord
 from core.recording.ros import stamp_of, turned_over
-from core.recording.ros_frames import FrameTree
+from core.recording.ros_frames import FrameTree, flat
 from core.recording.ros_pictures import VIEW, camera_model, raw_pixels
 from core.recording.scans import make_scan
 from core.robots.device import Base, Equipment
@@ -31,11 +32,11 @@ from core.robots.ros.findings import Traffic, roles_of
 from core.robots.ros.navigation import RosNavigation, SendGoalMessage
 from core.robots.ros.topics import COMPRESSED_IMAGE, RosSettings, RosTopics
 from core.robots.ros.typestore import RAW_AUDIO, RobotTypes
+from core.robots.urdf import Body, parse_body
 from core.sensors import Camera, Image, Laser, Scan, Sound
 from core.sensors.microphones import load_array
 
-FAILSAFE = 0.5  # [s], the cmd_vel_timeout that the usual controllers have
-FAILSAFE_WORDS = "0.5 s where its controller has the usual cmd_vel_timeout"
+FAILSAFE_WORDS = "Unknown whether it stops by itself; ask the robot's maker."
 NO_FAILSAFE = "The robot's controller has cmd_vel_timeout = 0: it does not stop when the link is lost. Set it to 0.5."
 ZEROS = 5  # messages that say zero, then silence: somebody else may drive
 ZERO_PERIOD = 0.02  # [s] between them
@@ -91,6 +92,7 @@ class RosSensors:
         self.navigation = RosNavigation(topics, send_goal or _no_goal)
         self.notices: list[str] = list(topics.notices)
         self.timeout: float | None = None  # [s] cmd_vel_timeout of the robot's controller; None: it does not say
+        self.body: Body | None = None  # as the robot describes it
         self._said: list[str] = []  # notices that were handed on
         self._placed: set[str] = set()  # sensors whose mounting the robot says
         self._traffic = Traffic()
@@ -117,6 +119,7 @@ class RosSensors:
                 (topics.moving_frames, self._take_moving_frames),
                 (topics.map, self._take_map),
                 (topics.pose, self._take_pose),
+                (topics.description, self._take_description),
                 *((scan, self._take_scan) for scan in topics.scans),
             )
             if topic
@@ -131,7 +134,8 @@ class RosSensors:
     def missing(self) -> list[str]:
         """The topics that describe the robot and of which nothing has come yet."""
         wanted = (*self.topics.scans, self.topics.image, self.topics.camera_info, self.topics.frames)
-        return [topic for topic in (*wanted, self.topics.odometry) if topic and topic not in self._heard]
+        more = (self.topics.odometry, self.topics.description)
+        return [topic for topic in (*wanted, *more) if topic and topic not in self._heard]
 
     def attach(self, readings: Readings) -> None:
         """Hand on what comes from now on."""
@@ -194,7 +198,7 @@ class RosSensors:
         if self.timeout == 0.0 and topics.cmd_vel:
             self.notices.append(NO_FAILSAFE)
         base = Base(
-            failsafe=FAILSAFE if self.timeout is None else self.timeout or None,
+            failsafe=self.timeout or None,
             failsafe_words=FAILSAFE_WORDS if self.timeout is None else "",
             odometry=bool(topics.odometry),
             lock=topics.lock,
@@ -205,6 +209,7 @@ class RosSensors:
             lasers=lasers,
             cameras=(camera,) if camera else (),
             microphones=(load_array(topics.array),) if topics.array and topics.sound else (),
+            body=self.body,
             navigates=self.navigation.there,
         )
 
@@ -224,6 +229,24 @@ class RosSensors:
 
     def _take_pose(self, topic: str, content: Any, received: float) -> None:
         self.navigation.take_pose(content, self._clocks.stamp(topic, stamp_of(content.header), received))
+
+    def _take_description(self, topic: str, content: Any, received: float) -> None:
+        self.describe(str(content.data), topic)
+
+    def describe(self, text: str, source: str) -> None:
+        """Take in the URDF that the robot says of itself; a bad one, or what is left out of it, gets a notice."""
+        if self.body is None:
+            try:
+                self.body = parse_body(text, source)
+            except BadInput as why:
+                self.notices.append(str(why))
+
+    def _placed_at(self, frame: str) -> Transform | None:
+        """robot_from_frame by the robot's transforms, or else by its description; None: neither says it."""
+        placed = self._tree.transform(self._base_frame, frame)
+        if placed is None and self.body is not None:
+            placed = self.body.links.get(frame)
+        return placed
 
     def _take_scan(self, topic: str, content: Any, received: float) -> None:
         stamp = self._clocks.stamp(topic, stamp_of(content.header), received)
@@ -292,12 +315,13 @@ class RosSensors:
     def _mounted(self, topic: str) -> Laser:
         """The laser of a topic, at its place on the robot."""
         frame, laser = self._lasers[topic]
-        placed = self._tree.mounting(self._base_frame, frame)
-        if placed is None:
+        found = self._placed_at(frame)
+        if found is None:
             self.notices.append(
                 f"The robot does not say where {frame or topic} is mounted; it is taken to be central."
             )
             return replace(laser, name=laser_name(topic, self.topics))
+        placed = flat(found)
         beams_end = laser.angle_min + (laser.beams - 1) * laser.angle_step
         if placed.upside_down:
             self._turned.add(topic)
@@ -323,7 +347,7 @@ class RosSensors:
             model = CameraModel(
                 width=width, height=height, fx=focal, fy=focal, cx=(width - 1) / 2, cy=(height - 1) / 2
             )
-        found = self._tree.transform(self._base_frame, frame)
+        found = self._placed_at(frame)
         if found is None:
             self.notices.append(f"The robot does not say where {frame or self.topics.image} is mounted.")
             return Camera(model=model)

@@ -27,6 +27,7 @@ NAMES: dict[Role, str] = {
     "map": "The robot's own map",
     "pose": "The robot's own pose",
     "frames": "The topic of mountings",
+    "description": "The robot's own description",
 }
 MISSING: dict[Role, str] = {
     "odometry": "The robot has no odometry; its motion is estimated from the scans.",

@@ -25,7 +25,7 @@ from core.robots.device import Equipment
 from core.robots.readings import Readings
 from core.robots.ros.bridge import RosSensors
 from core.robots.ros.ros_device import RosDevice
-from core.robots.ros.topics import RosSettings, RosTopics, choose_topics
+from core.robots.ros.topics import DESCRIPTION, NOTHING, RosSettings, RosTopics, choose_topics
 from core.robots.ros.typestore import RobotTypes
 
 CONNECTING = 3.0  # [s] to reach the robot
@@ -115,6 +115,7 @@ class RosSocket(RosDevice):
         self.address = address
         self.unreadable = 0  # messages of the link itself that could not be read
         self.timeout: float | None = None  # [s] of silence after which the base stops, 0: never; None: not known
+        self.description = ""  # the robot's URDF where it comes as a parameter
         self._socket: ClientConnection | None = None
         self._readings: Readings | None = None
         self._equipment: Equipment | None = None  # as it was found at the first connection
@@ -134,9 +135,12 @@ class RosSocket(RosDevice):
         sensors = self.sensors
         sensors.types = self.types
         self._subscribe(self.topics)
+        self._ask_parameters(self.topics)
         self._listen(LEARNING, lambda: not sensors.missing)
         self._listen(DESCRIBING, self._is_described)
         sensors.timeout = self.timeout
+        if self.description and not self.topics.description and self.address.settings.description != NOTHING:
+            sensors.describe(self.description, DESCRIPTION)
         if self.topics.cmd_vel or self.topics.goal:
             self._advertise(self.topics)
         for name, why in self.types.skipped.items():
@@ -178,6 +182,9 @@ class RosSocket(RosDevice):
     def _is_listed(self) -> bool:
         """Return whether the list of topics is whole."""
         raise NotImplementedError
+
+    def _ask_parameters(self, topics: RosTopics) -> None:
+        """Ask for the robot's parameters, where that was not done with the topics; `_read` hears the answers."""
 
     def _is_described(self) -> bool:
         """Return whether the robot's parameters have come, where the link tells them."""

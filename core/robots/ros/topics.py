@@ -10,7 +10,7 @@ from typing import Any
 from core.errors import BadInput, Unavailable
 from core.message import message
 from core.recording.ros import ros2_name
-from core.robots.ros.typestore import AUDIO_DATA, GOAL, RAW_AUDIO, TF, TWIST, TWIST_STAMPED
+from core.robots.ros.typestore import AUDIO_DATA, GOAL, RAW_AUDIO, STRING, TF, TWIST, TWIST_STAMPED
 from core.sensors.microphones import load_array
 
 LASER_SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
@@ -32,10 +32,12 @@ TYPES = {
     "map": (GRID,),
     "pose": (POSE,),
     "goal": (GOAL,),
+    "description": (STRING,),
     "cmd_vel": (TWIST_STAMPED, TWIST),
 }
 """What a topic may carry that is to be this; the first is preferred."""
 
+DESCRIPTION = "/robot_description"
 MOST_SCANS = 2
 NOTHING = "none"  # a setting's value for "do not use any"
 NAME = re.compile(r"/?[A-Za-z_][\w/.-]{0,200}")
@@ -68,6 +70,7 @@ class RosSettings:
     cmd_vel_type: str = ""  # "Twist" or "TwistStamped"
     lock: str = ""  # a std_msgs/Bool of twist_mux, closed while nothing is asked for; "" is none
     base_frame: str = ""
+    description: str = ""  # where the robot's URDF comes
 
     @staticmethod
     def of(fields: Mapping[str, Any]) -> RosSettings:
@@ -99,6 +102,7 @@ class RosTopics:
     map: str = ""
     pose: str = ""
     frames: str = ""  # /tf_static
+    description: str = ""  # /robot_description
     moving_frames: str = ""  # /tf, for where the robot is on its own map
     goal: str = ""
     cmd_vel: str = "/cmd_vel"
@@ -112,9 +116,9 @@ class RosTopics:
     @property
     def read(self) -> tuple[str, ...]:
         """The topics that sensors are read from."""
-        single = (self.odometry, self.image, self.camera_info, self.sound, self.battery, self.frames)
-        navigation = (self.map, self.pose, self.moving_frames)
-        return (*self.scans, *filter(None, (*single, *navigation)))
+        single = (self.odometry, self.image, self.camera_info, self.sound, self.battery)
+        whole = (self.frames, self.description, self.map, self.pose, self.moving_frames)
+        return (*self.scans, *filter(None, (*single, *whole)))
 
 
 def choose_topics(
@@ -161,6 +165,7 @@ class _Chooser:
             map=own_map,
             pose=own_pose,
             frames=self._frames("tf_static"),
+            description=self._description(),
             moving_frames=self._frames("tf") if own_map or own_pose else "",
             goal=self._goal(navigates=bool(own_map or own_pose)),
             cmd_vel=cmd_vel,
@@ -178,7 +183,9 @@ class _Chooser:
         return [
             topic
             for topic, types in self._types.items()
-            if topic.startswith(self._space) and any(kind in kinds for kind in types)
+            if topic.startswith(self._space)
+            and any(kind in kinds for kind in types)
+            and (role != "description" or topic.endswith(DESCRIPTION))  # of all the texts that a robot sends
         ]
 
     def _candidates(self, role: str) -> tuple[tuple[str, str], ...]:
@@ -273,6 +280,14 @@ class _Chooser:
         if known:
             return min(known, key=lambda topic: (topic.count("/"), topic))
         return f"{self._space}{GOALS[1] if self._ros1 else GOALS[0]}" if navigates else ""
+
+    def _description(self) -> str:
+        """Where the robot's URDF comes, in its namespace or beside it."""
+        if self._settings.description:
+            return self._named("description", self._settings.description)
+        beside = [DESCRIPTION] if STRING in self._types.get(DESCRIPTION, []) else []
+        found = min(self._of("description"), key=lambda topic: (topic.count("/"), topic), default="")
+        return self._take("description", found or beside[0]) if found or beside else ""
 
     def _frames(self, name: str) -> str:
         for topic in (f"{self._space}{name}", f"/{name}"):

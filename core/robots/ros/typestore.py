@@ -17,9 +17,12 @@ RosEncoding = Literal["cdr", "ros1"]
 TWIST, TWIST_STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
 GOAL = "geometry_msgs/msg/PoseStamped"
 BOOL = "std_msgs/msg/Bool"
+STRING = "std_msgs/msg/String"
 TF = "tf2_msgs/msg/TFMessage"
 RAW_AUDIO = "foxglove_msgs/msg/RawAudio"
 AUDIO_DATA = "audio_common_msgs/msg/AudioData"
+PARAMETER_NAMES = "rcl_interfaces/msg/ParameterNames"  # not of ROS: the request of GetParameters,
+PARAMETER_VALUES = "rcl_interfaces/msg/ParameterValues"  # and its answer
 LARGEST_DEFINITION = 1_000_000  # [characters] of a type's text; real ones have some thousand
 
 OTHERS = {
@@ -27,6 +30,8 @@ OTHERS = {
     "uint32 sample_rate\nuint32 number_of_channels",
     AUDIO_DATA: "uint8[] data",
     TF: "geometry_msgs/TransformStamped[] transforms",
+    PARAMETER_NAMES: "string[] names",
+    PARAMETER_VALUES: "rcl_interfaces/ParameterValue[] values",
 }
 """Definitions that the usual collections leave out."""
 
@@ -132,6 +137,11 @@ class RobotTypes:
         """A std_msgs/Bool."""
         self.borrow(BOOL)
         return self.encode(BOOL, self._store.types[BOOL](data=value))
+
+    def encode_names(self, names: list[str]) -> bytes:
+        """The request of GetParameters."""
+        self.borrow(PARAMETER_NAMES)
+        return self.encode(PARAMETER_NAMES, self._store.types[PARAMETER_NAMES](names=names))
 
     def definition(self, name: str) -> str:
         """The text of a type with all that it is made of; "" where it is not known."""

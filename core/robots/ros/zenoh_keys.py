@@ -54,6 +54,12 @@ def topic_key(dialect: Dialect, domain: int, topic: str, name: str, type_hash: s
     return bare if dialect == "bridge" else f"{domain}/{bare}/{dds_type(name)}/{type_hash}"
 
 
+def parameter_services(dialect: Dialect, domain: int, namespace: str) -> str:
+    """The keys of the service GetParameters of all nodes in a namespace, "" for all."""
+    nodes = "/".join(filter(None, (namespace.strip("/"), "**", "get_parameters")))
+    return nodes if dialect == "bridge" else f"{domain}/{nodes}/rcl_interfaces::srv::dds_::GetParameters_/*"
+
+
 def parse_token(key: str) -> Endpoint | None:
     """A liveliness token → whose it is; None for nodes, services and what is no such token."""
     parts = key.split("/")

@@ -24,6 +24,7 @@ from core.robots.ros.zenoh_keys import (
     attachment,
     endpoint_id,
     needs_fleet,
+    parameter_services,
     parse_token,
     rmw_graph,
     topic_key,
@@ -39,6 +40,8 @@ LARGEST = 2**26  # [bytes] of a message; a raw picture of 4K has 25 MB
 LARGEST_READING = 2**20  # [bytes] of a message that may wait for others
 DEEPEST = 64  # messages of a topic that may wait
 MOST_ENDPOINTS = 20_000
+ASKING = 1.0  # [s] for the answers of all nodes
+MOST_ANSWERS = 1000
 MOST_LATCHED = 100  # messages of a latched topic: as many publishers of /tf_static
 
 
@@ -232,6 +235,21 @@ class ZenohConnection:
         if dialect == "rmw":
             self._announce(token)
         return TopicWriter(publisher, endpoint_id(token) if dialect == "rmw" else None, self.lost)
+
+    def ask_parameters(self, namespace: str, request: bytes, dialect: Dialect) -> list[bytes]:
+        """Send a request of GetParameters to all nodes in a namespace → their answers, within ASKING."""
+        attached = attachment(1, time.time_ns(), endpoint_id(self._node.token)) if dialect == "rmw" else None
+        replies = self._session.get(
+            parameter_services(dialect, self.domain, namespace),
+            payload=request,
+            attachment=attached,
+            target=self._zenoh.QueryTarget.ALL,
+            consolidation=self._zenoh.ConsolidationMode.NONE,
+            timeout=ASKING,
+        )
+        return [
+            reply.ok.payload.to_bytes() for reply in itertools.islice(replies, MOST_ANSWERS) if reply.ok is not None
+        ]
 
     def _announce(self, token: str) -> None:
         self._kept.append(self._session.liveliness().declare_token(token))
