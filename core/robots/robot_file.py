@@ -225,7 +225,7 @@ def failsafe_of(base: Base) -> str:
         return base.failsafe_words
     if base.failsafe is None:
         return "It does not stop by itself when the link to it is lost."
-    return f"It stops by itself {base.failsafe:g} s after the last word."
+    return f"It stops by itself {base.failsafe:g} s after the last command."
 
 
 def _all_known(kind: str, named: Mapping[str, object], there: list[str]) -> None:

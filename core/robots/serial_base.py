@@ -120,7 +120,7 @@ def parse_description(words: list[str]) -> Equipment:
         max_turn_rate=numbers.get("max_turn_rate"),
         failsafe=numbers.get("failsafe"),
     )
-    return Equipment(name=name or "serial robot", base=base)
+    return Equipment(name=f"{name[:1].upper()}{name[1:]}" or "Serial robot", base=base)
 
 
 class WheelOdometry:

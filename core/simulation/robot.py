@@ -57,7 +57,7 @@ class SimulatedRobot:
             name=f"simulated robot in the {place}",
             url=f"sim:{place}",
             capabilities=frozenset({"drive", "simulate"}),
-            failsafe="It stops by itself 0.5 s after the last word.",
+            failsafe="It stops by itself 0.5 s after the last command.",
             cruise=settings.cruise,
             max_speed=settings.max_speed,
             max_turn_rate=settings.max_turn_rate,

@@ -8,10 +8,13 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
+from core.gate import ZERO, Twist
+from core.robots.connect import connect
 from core.robots.robot_file import load_robot_file
 from tests.browser.visit import PHONE, Visit
 from tests.console.live import Live
 from tests.emulators.foxglove import FoxgloveEmulator
+from tests.emulators.ros_messages import URDF
 from tests.emulators.world import World
 
 Open = Callable[..., Visit]
@@ -20,19 +23,21 @@ Open = Callable[..., Visit]
 class Near:
     """Addresses of the page."""
 
-    def __init__(self, live: Live, home: Path) -> None:
+    def __init__(self, live: Live, home: Path, emulator: FoxgloveEmulator) -> None:
         root = f"http://127.0.0.1:{live.port}/connect#t="
         self.driving, self.watching, self.home = root + live.operator, root + live.viewer, home
+        self.emulator = emulator
 
 
 @pytest.fixture(scope="module")
 def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Near]:
     world, home = World(), tmp_path_factory.mktemp("connect")
-    emulator = FoxgloveEmulator(world)
+    emulator = FoxgloveEmulator(world, capabilities=("ClientPublish", "ConnectionGraph", "Parameters"))
+    emulator.parameters, emulator.urdf = {"/base.cmd_vel_timeout": 0.4}, URDF
     emulator.start()
     world.start()
     with Live(home, url=emulator.url) as live:
-        yield Near(live, home)
+        yield Near(live, home, emulator)
     world.stop()
     emulator.stop()
 
@@ -44,7 +49,12 @@ def test_topics_are_chosen_heard_and_written_and_nothing_is_overwritten_unasked(
     expect(battery).to_have_value("/battery_state")
     expect(here.find("connect-sensors")).to_contain_text("mounting from /tf_static")
     expect(here.find("connect-timing")).to_contain_text("turn the robot on the spot")
-    expect(here.find("connect-robot")).to_contain_text("stops by itself")
+    expect(here.find("connect-robot")).to_contain_text("It stops by itself 0.4 s after the last command.")
+    expect(page.get_by_label("Its own description")).to_have_value("/robot_description")
+    expect(here.find("connect-parts")).to_contain_text("2 meshes of the robot's body")
+    expect(here.find("connect-parts")).to_contain_text("LaserScan · frame laser")
+    expect(here.find("connect-parts")).to_contain_text("Hz")
+    expect(here.find("connect-timing")).to_contain_text("arrives; 10 Hz expected")
 
     battery.select_option("not used")
     expect(here.button("Write robot file")).to_be_disabled()
@@ -67,6 +77,13 @@ def test_topics_are_chosen_heard_and_written_and_nothing_is_overwritten_unasked(
     here.button("Write robot file").click()
     here.button("Replace it").click()
     here.until(lambda: load_robot_file(console.home / "robots" / "marvin.toml").radius == 0.3, "it is replaced")
+
+    again = connect(str(console.home / "robots" / "marvin.toml"))  # a second start
+    assert (again.profile.name, again.profile.radius, again.profile.laser.mounting.x) == ("Marvin", 0.3, 0.1)  # type: ignore[union-attr]
+    again.drive(ZERO)
+    before = len(console.emulator.received)
+    here.until(lambda: again.drive(Twist(0.02, 0.0)) or len(console.emulator.received) > before, "it drives")
+    again.close()
 
 
 def test_who_watches_sees_all_and_changes_nothing_on_a_phone_too(visit: Open, console: Near) -> None:

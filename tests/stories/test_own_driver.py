@@ -27,11 +27,17 @@ PAGE = (ROOT / "static/docs/how-to/write-your-own-driver.md").read_text()
 
 def fences(language: str) -> list[str]:
     """The blocks of the page in that language, in order."""
-    return re.findall(rf"^ *```{language}\n(.*?)^ *```", PAGE, re.M | re.S)
+    return fences_of(PAGE, language)
+
+
+def fences_of(page: str, language: str) -> list[str]:
+    """The blocks of a page in that language, in order."""
+    return re.findall(rf"^ *```{language}\n(.*?)^ *```", page, re.M | re.S)
 
 
 def environment(home: Path) -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": str(ROOT), "BECKON_HOME": str(home)}
+    paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "BECKON_HOME": str(home)}
 
 
 def run(folder: Path, words: list[str], answer: str = "") -> str:

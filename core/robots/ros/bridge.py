@@ -157,7 +157,7 @@ class RosSensors:
             roles=roles_of(self.topics, settings, self._traffic),
             placed=tuple(sorted(self._placed)),
             clocks=self._clocks.offsets,
-            remarks=tuple(dict.fromkeys((*self._said, *self.notices))),
+            remarks=tuple(dict.fromkeys((*self._said, *self.notices, *(self.body.notices if self.body else ())))),
         )
 
     def take(self, topic: str, payload: bytes | memoryview) -> None:

@@ -24,6 +24,7 @@ const NAMES = {
   map: "Its own map",
   pose: "Its own pose",
   frames: "Mountings",
+  description: "Its own description",
 };
 const TYPES = ["Twist", "TwistStamped"];
 const UNUSED = "";
@@ -189,7 +190,7 @@ const lasting = ({ findings, ...part }) => ({
 function rateOf({ rate_hz: rate, age_s: old }, role) {
   if (role === "cmd_vel") return "sent while driving";
   if (old === null) return "nothing came yet";
-  if (rate === null || role === "frames") return `${age(old)} ago`;
+  if (rate === null || role === "frames" || role === "description") return `${age(old)} ago`;
   return old > Math.max(1, 5 / rate) ? `last ${age(old)} ago` : `${fixed(rate, rate < 9.95 ? 1 : 0)} Hz`;
 }
 

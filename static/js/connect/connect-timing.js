@@ -72,11 +72,11 @@ class ConnectTiming extends Panel {
 /** @param {SensorLine} sensor @returns {Row} */
 function sensorRow({ kind, name, state, age_s, rate_hz }) {
   const own = name && name !== kind && kind !== "microphones" ? ` ${name}` : "";
-  const words = { live: "delivers", stale: "late", lost: "lost" };
+  const words = { live: "arrives", stale: "is late", lost: "is lost" };
   return {
     name: `${KINDS[kind]}${own}`,
     value: `${age(age_s)} old`,
-    note: `${words[state]}; ${fixed(rate_hz, 0)} Hz are due`,
+    note: `${words[state]}; ${fixed(rate_hz, 0)} Hz expected`,
     tone: state === "live" ? null : "stale",
   };
 }

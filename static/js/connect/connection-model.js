@@ -3,7 +3,7 @@
 import { call, post, sentenceOf } from "../net/api.js";
 
 /** @typedef {import("../net/session.js").Session} Session */
-/** @typedef {"odometry" | "scan" | "image" | "camera_info" | "sound" | "cmd_vel" | "cmd_vel_type" | "battery" | "map" | "pose" | "frames"} Role */
+/** @typedef {"odometry" | "scan" | "image" | "camera_info" | "sound" | "cmd_vel" | "cmd_vel_type" | "battery" | "map" | "pose" | "frames" | "description"} Role */
 /** @typedef {"robot" | "file" | "assumed"} Origin */
 /** @typedef {{topic: string, type: string}} Candidate */
 /** @typedef {Candidate & {frame: string, rate_hz: number | null, age_s: number | null}} Used */
@@ -174,7 +174,7 @@ export class ConnectionModel {
 }
 
 /** Roles whose absence at the next start is no reason to refuse the robot: they are named only where several could be it. */
-const LOOSE = new Set(["camera_info", "battery", "map", "pose"]);
+const LOOSE = new Set(["camera_info", "battery", "map", "pose", "description"]);
 
 /**
  * The topics as they are used now, as a choice that a robot file keeps.

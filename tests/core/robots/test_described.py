@@ -97,7 +97,7 @@ def test_a_bad_description_is_a_sentence_and_an_unknown_silence_is_said_or_taken
             notes += robot.read().note
         robot.close()
         robot = live(emulator.url, RobotFile(failsafe=0.8))
-        assert robot.profile.failsafe == "It stops by itself 0.8 s after the last word."
+        assert robot.profile.failsafe == "It stops by itself 0.8 s after the last command."
         robot.close()
     finally:
         emulator.stop()

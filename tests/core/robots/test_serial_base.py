@@ -69,7 +69,7 @@ def test_the_description_becomes_the_profile(robot_there: SerialRobot) -> None:
     equipment = device.open()
     base = equipment.base
     device.close()
-    assert base is not None and equipment.name == "test rover"
+    assert base is not None and equipment.name == "Test rover"
     assert (base.wheelbase, base.radius, base.max_speed, base.max_turn_rate) == (0.16, 0.09, 0.3, 1.5)
     assert (base.failsafe, base.odometry, base.cruise) == (0.5, True, 0.1)
 

@@ -130,7 +130,7 @@ def test_a_urdf_that_is_none_is_refused_with_a_sentence(tmp_path: Path, text: st
         ("../../../etc/passwd", "outside the folder"),
         ("file:///etc/passwd", "outside the folder"),
         ("package://toy/../../x.stl", "outside the folder"),
-        ("package://toy/meshes/absent.stl", "is not there"),
+        ("package://toy/meshes/absent.stl", "is not on this computer"),
         ("text.stl", "no binary STL"),
         ("arm.dae", "only binary STL"),
     ],

@@ -76,7 +76,7 @@ def test_what_the_robot_has_is_learnt_from_its_messages() -> None:
     assert PROFILE.camera is not None
     assert np.allclose(camera.mounting.rotation, OPTICAL)
     assert np.allclose(camera.mounting.translation, PROFILE.camera.mounting.translation)
-    assert found.base is not None and found.base.failsafe == 0.5 and found.base.odometry
+    assert found.base is not None and found.base.failsafe is None and found.base.odometry
     assert [one.name for one in found.microphones] == ["ReSpeaker 4-mic square, frame of ODAS"]
     assert wire.sensors.notices == []
 

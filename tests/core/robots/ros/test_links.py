@@ -203,10 +203,7 @@ def test_closing_stops_the_robot_and_leaks_nothing(opened: Opened) -> None:
 
 def test_the_robot_stops_by_itself_when_the_console_is_silent(opened: Opened) -> None:
     emulator, device = opened
-    opened_device = device()
-    with live(opened_device) as robot:
-        base = opened_device.sensors.equipment("robot").base  # type: ignore[attr-defined]
-        assert base is not None and base.failsafe == 0.5
+    with live(device()) as robot:
         frames(robot, 0.2, ZERO)
         frames(robot, 0.2, Twist(0.1, 0.0))
         until(lambda: emulator.world.speeds[-1][1:] == (0.0, 0.0), 3.0)
