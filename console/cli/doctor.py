@@ -15,7 +15,7 @@ from typing import Any
 
 from console.cli.answer import add_json, tell, write, write_json
 from console.data_folder import home_folder
-from core.errors import Unwritable
+from core.errors import Unavailable, Unwritable
 from core.files import check_folder
 from core.gate.scheduling import CONSOLE, come_first
 from core.message import message
@@ -108,6 +108,7 @@ def examine() -> list[CheckResult]:
         human_voices(),
         words(),
         voice(),
+        microphones(),
         figures(),
         pipe(),
         precedence(),
@@ -197,6 +198,19 @@ def voice() -> CheckResult:
         found="speaks" if there else "not installed: text is not spoken",
         remedy="pip install 'beckon[voice]' · Debian: apt install espeak-ng",
     )
+
+
+def microphones() -> CheckResult:
+    """Whether a robot with audio://, the microphones of this computer, can be heard."""
+    from core.robots.usb_audio import imported  # a driver: only when it is asked for
+
+    name = "microphones (audio:)"
+    try:
+        return CheckResult(name=name, good=True, needed=False, found=f"sounddevice {imported().__version__}")
+    except Unavailable as why:
+        return CheckResult(
+            name=name, good=False, needed=False, found="not usable; only robots with audio: need it", remedy=str(why)
+        )
 
 
 def figures() -> CheckResult:

@@ -85,3 +85,15 @@ def test_what_is_missing_comes_with_an_arrow(
     told = capsys.readouterr().out
     assert "MISSING no-such-package" in told and "→ pip install no-such-package" in told
     assert doctor.MISSING in told and doctor.FAILED not in told and doctor.WELL not in told
+
+
+def test_without_portaudio_all_is_well_and_the_library_is_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def absent(name: str) -> None:
+        raise OSError(f"{name}: PortAudio library not found")
+
+    monkeypatch.setattr("core.robots.usb_audio.importlib.import_module", absent)
+    assert main(["doctor"]) == 0
+    told = capsys.readouterr().out
+    assert re.search(r"^absent  microphones \(audio:\)", told, re.M) and "apt install libportaudio2" in told

@@ -125,9 +125,11 @@ export class ConnectSensors extends Panel {
   #mount(kind, word, sensor, says, fields) {
     const title = sensor.name === word.toLowerCase() ? word : `${word} ${sensor.name}`;
     const missing = sensor.mounting === "assumed";
-    const tf = this.#model?.found?.parts.flatMap(({ findings }) =>
-      findings.roles.filter(({ role }) => role === "frames").flatMap(({ used }) => used.map(({ topic }) => topic)),
-    )[0];
+    const roles = this.#model?.found?.parts.flatMap(({ findings }) => findings.roles) ?? [];
+    const tf = ["frames", "description"]
+      .flatMap((name) => roles.filter(({ role }) => role === name).flatMap(({ used }) => used))
+      .map(({ topic }) => topic)
+      .join(" or ");
     const origin =
       sensor.mounting === "robot" && tf && kind !== "microphones" ? `mounting from ${tf}` : ORIGINS[sensor.mounting];
     const text = `${says} · ${origin}`;
