@@ -69,7 +69,7 @@ class FoxgloveEmulator:
         self.urdf = ""  # on /robot_description
         self._client_channels: dict[tuple[int, int], str] = {}
         self._server: Any = None
-        self.parameters: dict[str, float] = {}  # of the robot's nodes; needs the capability Parameters
+        self.parameters: dict[str, Any] = {}  # of the robot's nodes; needs the capability Parameters
         self._context: Any = None
         self._channels: dict[str, Any] = {}
         self._stamp = 0.0

@@ -102,3 +102,19 @@ def test_a_bad_description_is_a_sentence_and_an_unknown_silence_is_said_or_taken
     finally:
         emulator.stop()
         world.stop()
+
+
+def test_a_description_that_is_a_parameter_counts_as_one_on_a_topic() -> None:
+    world = World()
+    emulator = FoxgloveEmulator(world, capabilities=PARAMETERS)
+    emulator.parameters = {"/robot_description": URDF}
+    emulator.start()
+    world.start()
+    device: Any = open_foxglove(emulator.url.partition(":")[2])
+    try:
+        body = device.open().body
+        assert body is not None and len(body.shapes) == 2
+    finally:
+        device.close()
+        emulator.stop()
+        world.stop()
