@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 from console.control.text_file_reader import SOURCE, SPEECH, WIDEST, TextFileCommand, TextFileSource, check_folder
-from core.files import saving
+from core.files import replacing, saving
 
 RENEWAL = 1.0  # [s] between two signs of life: *follow wall* and *follow me* end without them
 LEAST_SD = 0.1  # [degrees] that are written
@@ -45,8 +45,8 @@ class TextFileWriter:
                 os.utime(self._folder / SPEECH)
 
     def _replace(self, name: str, text: str, age: float) -> None:
-        fresh = self._folder / f".{name}.new"
-        fresh.write_text(text, encoding="utf-8")
-        dated = time.time_ns() - round(age * 1e9)
-        os.utime(fresh, ns=(dated, dated))
-        fresh.replace(self._folder / name)
+        with replacing(self._folder / name) as file:
+            file.write(text.encode())
+            file.flush()
+            dated = time.time_ns() - round(age * 1e9)
+            os.utime(file.fileno(), ns=(dated, dated))

@@ -53,9 +53,14 @@ def test_a_console_obeys_what_another_program_hears(live: Live, tmp_path: Path) 
         TextFileCommands(files, *parts, lambda: runtime.snapshot).run(), live.loop
     )
 
+    def history() -> list[dict[str, Any]]:
+        return live.ask("GET", "/api/commands/history", token=live.viewer).json["commands"]
+
+    before = {row["id"] for row in history()}
+
     def obeyed() -> dict[str, Any] | None:
-        rows = live.ask("GET", "/api/commands/history", token=live.viewer).json["commands"]
-        return next((row for row in rows if row["source"] == "file" and row["state"] in ("running", "done")), None)
+        rows = [row for row in history() if row["id"] not in before and row["source"] == "file"]
+        return next((row for row in rows if row["state"] in ("running", "done")), None)
 
     try:
         settings = replace(Settings(), speech=SpeechSettings(engine="sphinx"))
@@ -67,6 +72,7 @@ def test_a_console_obeys_what_another_program_hears(live: Live, tmp_path: Path) 
         assert (tmp_path / SPEECH).read_text() == ""
     finally:
         task.cancel()
+        live.calm()
 
 
 def heard(words: str, verdict: str = "accept") -> HeardSpeech:

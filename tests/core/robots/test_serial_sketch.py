@@ -79,7 +79,7 @@ def last_wheels(read: list) -> Wheels:
 
 def test_the_sketch_of_the_page_drives_and_stops_by_itself(board: Path) -> None:
     with live(open_device(f"//{board}")) as robot:
-        assert robot.profile.name == "rover"
+        assert robot.profile.name == "Rover"
         frames(robot, 0.2, ZERO)
         moving = last_wheels(frames(robot, 1.5, Twist(0.15, 0.6)))
         frames(robot, 1.0)  # nobody says anything
