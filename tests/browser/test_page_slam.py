@@ -97,6 +97,7 @@ def test_the_robot_is_shown_where_it_is_by_press_and_drag(visit: Open, console: 
     heading.fill(f"{math.degrees(there[2]):.0f}")
     view.get_by_label("x in metres").fill(f"{there[0] + 0.02:.2f}")
     view.get_by_label("y in metres").fill(f"{there[1]:.2f}")
+    here.until(lambda: console.ask("api/state")["lease"]["holder"] is None, "control is free", 60.0)
     put.click()
     expect(view).to_be_hidden()
     assert entries(console, "here")[0] == f"I am at {there[0] + 0.02:.2f} and {there[1]:.2f}"
