@@ -30,7 +30,7 @@ class TextFileWriter:
     def write(self, said: TextFileCommand, source: TextFileSource | None) -> None:
         """Write words and from where they came; without a direction of use, none is left. Raises Unwritable."""
         with saving(f"{SPEECH} could not be written"):
-            self._folder.stat()  # one that is gone is not made anew: nobody would read it
+            self._folder.stat()  # a folder that is gone is not created again
             if source is None or source.sd > WIDEST:
                 (self._folder / SOURCE).unlink(missing_ok=True)
             else:
