@@ -8,6 +8,7 @@ narrow for words that people say often, like "come", because those are heard whe
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -51,6 +52,8 @@ BEFORE = 0.2  # [s] before the voice that are read: more silence there makes eve
 UNHEARD = 2.0  # [nats] by which "0.4" is less likely beside "2.4": 0 is written where the whole part was not heard
 OFTEN, RARELY = -14.0, -20.0  # [nats] of words by chance: "follow me" is above, "turn left" near the lower
 BELOW = 2.0  # [nats] below its bound, down to which its score may be then
+NO_WORDS = re.compile(r"[\s.,!?♪♫]*(?:(?:\([^)]*\)|\[[^]]*\]|\*[^*]*\*|[♪♫][^♪♫]*[♪♫]?)[\s.,!?♪♫]*)*")
+"""What Whisper writes for sounds that are no speech: "(wind howling)", "[Music]", "*cough*"."""
 NAME_STOP = frozenset(
     kind.name for kind in VOCABULARY if kind is not STOP_MOVING and any(STOP_WORD.search(one) for one in kind.words)
 )
@@ -122,7 +125,8 @@ class WhisperRecognizer:
     def transcribe(self, utterance: Utterance) -> str:
         """Write down all speech, in any words."""
         found = self.search(utterance.samples)
-        return found.free[0].text if found.free else ""
+        text = found.free[0].text if found.free else ""
+        return "" if NO_WORDS.fullmatch(text) else text
 
     def search(self, samples: Array) -> Found:
         """Samples (N,) of full scale ±1 at 16 kHz → the likeliest commands and free texts."""
@@ -239,7 +243,7 @@ def _between(share: float) -> Bounds:
 
 def _not_understood(free_text: str, resembling: Iterable[Sentence], fits: float) -> Decision:
     """Nothing fits: say back what was heard, and offer what resembles it."""
-    if not free_text:
+    if NO_WORDS.fullmatch(free_text):
         return no_command()
     offered = (one.spoken for one in resembling)
     commands = tuple(one for one in offered if not isinstance(one, Refusal))[:MOST_OFFERED]

@@ -151,6 +151,17 @@ def test_the_word_stop_in_free_text_stops_unless_a_whole_place_was_understood(sp
     assert decided(spellings, {free: -2.0}).stops is stops
 
 
+@pytest.mark.parametrize("sound", ["(wind howling)", "[Music]", " (coughs) (laughs).", "*sighs*", "♪ ♪", "..."])
+def test_what_is_written_for_a_noise_are_no_words(sound):
+    told = decided({"stop moving": -9.0}, {sound: -2.0})
+    assert told.command is None and not told.stops and told.words == "" and told.did_you_mean == ()
+
+
+def test_words_beside_a_noise_and_stop_in_brackets_are_words():
+    assert decided({}, {"(wind howling) sing a song": -2.0}).heard
+    assert decided({}, {"(stop)": -2.0}).stops
+
+
 def test_what_was_cut_off_moves_nothing():
     assert decided({"continue 2 meters": -1.0}, {}, cut=True).verdict == "reject"
 
