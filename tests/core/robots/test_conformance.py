@@ -263,10 +263,10 @@ def test_after_a_restart_only_zero_comes_until_zero_was_asked_for(
     wire: tuple[Subject, Emulated, DriverSession],
 ) -> None:
     _, robot, session = wire
-    session.frames(0.2, SLOW)
+    session.frames(5.0, SLOW, until=lambda _: moves(robot))
     assert moves(robot) and robot.restart is not None
     robot.restart.cut()
-    assert session.frames(5.0, SLOW, until=lambda frame: frame.trouble)[-1].trouble
+    assert session.frames(15.0, SLOW, until=lambda frame: frame.trouble)[-1].trouble
     before = len(speeds(robot))
     robot.restart.restore()
     session.frames(20.0, SLOW, until=lambda frame: not frame.trouble)
@@ -274,7 +274,7 @@ def test_after_a_restart_only_zero_comes_until_zero_was_asked_for(
     after = speeds(robot)[before:]
     assert after and not any(v or w for _, v, w in after)
     session.frames(0.2, ZERO)
-    session.frames(0.2, SLOW)
+    session.frames(5.0, SLOW, until=lambda _: moves(robot))
     assert moves(robot)
 
 

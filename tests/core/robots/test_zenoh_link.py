@@ -120,8 +120,10 @@ def test_one_of_several_robots_is_meant_by_its_namespace(bridge: bool) -> None:
             until(lambda: emulator.received)
             assert robot.profile.laser is not None and robot.profile.laser.height == pytest.approx(0.12)
         assert other == []
+        nowhere = device_of(emulator, "/nowhere")
         with pytest.raises(Unavailable, match="namespace /nowhere; there are: robot1, robot2"):
-            device_of(emulator, "/nowhere").open()
+            nowhere.open()
+        nowhere.close()
 
 
 def test_another_domain_is_another_world(impatient: None) -> None:
