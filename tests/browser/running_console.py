@@ -75,6 +75,13 @@ class Running:
         """The newest command of the history."""
         return next(iter(self.ask("api/commands/history")["commands"]), {"id": 0, "state": "done", "remark": ""})
 
+    def until_nobody_drives(self) -> None:
+        """Wait until control is free: the pages of the test before may have closed a moment ago."""
+        until = time.monotonic() + START_TIME
+        while (holder := self.ask("api/state")["lease"]["holder"]) is not None:
+            assert time.monotonic() < until, f"{holder} still drives"
+            time.sleep(0.1)
+
     def _links(self) -> tuple[str, str]:
         until = time.monotonic() + START_TIME
         while time.monotonic() < until and self._process.poll() is None:

@@ -54,13 +54,20 @@ def test_stop_is_large_and_free_whatever_is_open(visit: Open, size: tuple[int, i
 
 
 SIZES = [(1280, 720), (1030, 640), (1440, 900), (1366, 650), (820, 1180), (844, 390), (720, 450), (390, 844)]
+# What an operator looks at: camera whole, tabs beside it and not over it, a map to press, STOP, status, words.
 WHOLE = """() => {
   const place = (part) => document.querySelector(part).getBoundingClientRect();
   const [picture, box] = [place(".picture"), place(".picture-box")];
   const hit = (x, y) => document.elementFromPoint(picture.left + x * picture.width, picture.top + y * picture.height);
-  const meets = [0.02, 0.5, 0.98].every((x) => [0.02, 0.5, 0.98].every((y) => hit(x, y)?.closest(".picture-box")));
+  const [ends, seen] = [[0.02, 0.5, 0.98], ".picture-box, command-status"];
+  const meets = ends.every((x) => ends.every((y) => hit(x, y)?.closest(seen)));
   const inside = picture.top >= box.top - 1 && picture.bottom <= box.bottom + 1 && picture.right <= box.right + 1;
-  return { meets, inside, height: picture.height, ratio: picture.width / picture.height, words: words.clientWidth };
+  const over = (one, other) => Math.max(0, Math.min(one.right, other.right) - Math.max(one.left, other.left))
+    * Math.max(0, Math.min(one.bottom, other.bottom) - Math.max(one.top, other.top));
+  const [stage, tabs] = [place(".stage"), place("tab-card")];
+  return { meets, inside, height: picture.height, ratio: picture.width / picture.height, words: words.clientWidth,
+    map: Math.min(stage.width, stage.height), covered: over(tabs, place("camera-view")) + over(tabs, stage),
+    tabs: tabs.height, low: tabs.bottom <= innerHeight && stage.bottom <= innerHeight };
 }"""
 
 
@@ -76,12 +83,50 @@ def test_the_camera_is_whole_and_the_status_readable_at_every_size(visit: Open) 
         seen = here.page.evaluate(WHOLE)
         assert seen["meets"] and seen["inside"], (width, height, seen)
         assert abs(seen["ratio"] - 1.25) < 0.02, (width, height, seen)
-        assert width < 1024 or (seen["height"] >= 200 and seen["words"] >= 140), (width, height, seen)
+        assert seen["words"] >= 120 and seen["low"] and stop_is_free(here), (width, height, seen)
+        if not tabs.is_visible():  # map, camera and tabs at once
+            assert min(seen["height"], seen["map"]) >= 200 and seen["tabs"] >= 150, (width, height, seen)
+            assert seen["covered"] == 0, (width, height, seen)
+        before = here.find(".stage").bounding_box()
         here.say("turn lift")
         chip = here.find("command-status .suggested button").first
         for part in (here.find(".status-words"), here.find(".status-remark"), chip):
             here.until(partial(at_its_place, part), f"{part} is seen at {width}x{height}")
         assert here.page.evaluate("document.documentElement.scrollWidth <= innerWidth"), (width, height)
+        assert here.find(".stage").bounding_box() == before, "the map does not jump"
+
+
+def test_a_press_exchanges_camera_and_map_and_tabs_are_a_tablist(visit: Open) -> None:
+    here = visit(size=(1280, 650))
+    stage, camera = here.find(".stage"), here.find("camera-view")
+
+    def across(part: Locator) -> float:
+        box = part.bounding_box()
+        return box["width"] if box else 0.0
+
+    small = across(camera)
+    here.button("Large camera").click()
+    assert across(camera) > 2 * small and across(stage) == small
+    expect(here.find("command-status")).to_be_visible()
+    here.page.reload()
+    here.until(lambda: across(stage) == small, "it is remembered")
+    here.button("Large map").click()
+    assert across(camera) == small
+    here.page.get_by_role("tab", name="History", exact=True).focus()
+    for key, name in (("ArrowRight", "Estimate"), ("ArrowRight", "Hearing"), ("End", "Notices"), ("Home", "History")):
+        here.page.keyboard.press(key)
+        tab = here.page.get_by_role("tab", name=name, exact=True)
+        expect(tab).to_be_focused()
+        expect(tab).to_have_attribute("aria-selected", "true")
+        expect(here.page.get_by_role("tabpanel", name=name)).to_be_visible()
+    here.find(".where").click()
+    expect(here.page.get_by_role("tabpanel", name="Estimate")).to_contain_text("Where it believes it is")
+    more = here.button("more")
+    expect(here.find('[data-command="stop_moving"]')).to_be_hidden()
+    more.click()
+    expect(here.find('[data-command="stop_moving"]')).to_be_visible()
+    here.page.keyboard.press("Escape")
+    expect(here.find('[data-command="stop_moving"]')).to_be_hidden()
 
 
 def at_its_place(part: Locator) -> bool:

@@ -160,8 +160,8 @@ def test_a_notice_passes_once_and_changes_and_ends_where_it_stands(visit: Open) 
     line = Doctored()
     line.change = {"notices": []}
     here = visit(before=line.lie_between)
-    toasts, rows = here.find(".toast"), here.find("record-card [aria-label^=Notices] .record")
-    here.button("Notices").click()
+    toasts, rows = here.find(".toast"), here.find("notice-list .record")
+    here.open_tab("Notices")
     for percent in (85, 48, 60):
         line.change = {"notices": [notice("warning", f"Its time runs at {percent} %.")]}
         expect(toasts).to_have_text([f"Its time runs at {percent} %."])
@@ -187,6 +187,7 @@ def notice(level: str, text: str) -> dict[str, object]:
 def test_what_to_say_where_stands_beside_what_is_heard(visit: Open, console: Running) -> None:
     here = visit()
     hint = here.find("hearing-card .note")
+    here.open_tab("Hearing")
     here.say("stop moving")  # who drives may let voices give orders
     for name, says in (("Listen", "press Obey"), ("Obey", "Say a command in the room")):
         here.find("hearing-card").get_by_role("button", name=name).click()

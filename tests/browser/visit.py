@@ -117,6 +117,12 @@ class Visit:
         """A button by its exact name."""
         return self.page.get_by_role("button", name=name, exact=True)
 
+    def open_tab(self, name: str) -> None:
+        """Open a tab of the details; where one view is shown at a time, those first."""
+        if self.button("Details").is_visible():
+            self.button("Details").click()
+        self.page.get_by_role("tab", name=name, exact=True).click()
+
     def say(self, words: str) -> None:
         """Type words and send them."""
         self.find("#words").fill(words)

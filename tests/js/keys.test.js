@@ -95,7 +95,7 @@ test("arrows move a list or a slider that has the focus, letters still drive; un
 });
 
 test("what scrolls is told by what it lies in", () => {
-  const inside = { closest: (/** @type {string} */ where) => (where.includes(".record-list") ? {} : null) };
+  const inside = { closest: (/** @type {string} */ where) => (where.includes(".scrolls") ? {} : null) };
   assert.equal(scrolls(/** @type {any} */ (inside)), true);
   assert.equal(scrolls(/** @type {any} */ ({ closest: () => null })), false);
   assert.equal(scrolls(null), false);

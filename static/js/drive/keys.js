@@ -117,8 +117,9 @@ export function takesText(target) {
 export function scrolls(target) {
   const element = /** @type {Partial<HTMLElement> | null | undefined} */ (target);
   return (
-    element?.closest?.(".record-list, landmark-table, .scrolls, input[type=range], [role=listbox], [role=slider]") !=
-    null
+    element?.closest?.(
+      ".scrolls, [role=tabpanel], [role=tab]:focus-visible, input[type=range], [role=listbox], [role=slider]",
+    ) != null
   );
 }
 

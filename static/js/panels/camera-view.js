@@ -74,7 +74,16 @@ class CameraView extends Panel {
         this.#edges,
         this.#laser,
       ),
-      make("div", { class: "picture-box" }, this.#canvas, this.#empty, this.#age, this.#scale, this.#quality.panel),
+      make(
+        "div",
+        { class: "picture-box" },
+        this.#canvas,
+        this.#empty,
+        this.#age,
+        this.#scale,
+        this.querySelector("swap-button"),
+        this.#quality.panel,
+      ),
     );
     this.session.on("picture", (picture) => void this.#take(picture));
     this.session.on("hello", () => (this.#bornAt = performance.now()));
@@ -143,7 +152,7 @@ class CameraView extends Panel {
     const across = Math.round(width * devicePixelRatio);
     const down = Math.round((across * picture.height) / picture.width);
     if (canvas.width !== across || canvas.height !== down) [canvas.width, canvas.height] = [across, down];
-    this.style.setProperty("--ratio", (picture.width / picture.height).toFixed(4));
+    this.parentElement?.style.setProperty("--ratio", (picture.width / picture.height).toFixed(4));
     const brush = canvas.getContext("2d", { willReadFrequently: true }); // small: software drawing is faster
     if (!brush) return;
     brush.imageSmoothingQuality = "high";

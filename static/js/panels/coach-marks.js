@@ -13,9 +13,11 @@ import { apart, placed } from "../ui/placement.js";
  * @property {string} text
  * @property {(view: View) => boolean} done
  * @property {boolean} [optional] left out where its target is not on the page
+ * @property {string} [opens] view or tab that shows its target
  */
 
 const EDGE = 12; // [px] from the map's upper edge
+const LEAVES_MS = 6000; // of the last card
 const POINTS = 20; // [px] up to which a hint points to its target; farther away something lies in between
 const touch = matchMedia("(pointer: coarse)").matches;
 
@@ -37,12 +39,14 @@ const HINTS = [
   },
   {
     at: ".stage",
+    opens: "map",
     title: touch ? "Tap the floor" : "Click the floor",
     text: "The robot plans a way there and goes.",
     done: ({ state }) => state?.command?.source === "click",
   },
   {
     at: ".person-chip",
+    opens: "hearing",
     title: "Let somebody call you",
     text: "Press a name, then “come here”. The robot hears from where, looks there, and comes.",
     done: ({ state }) => state?.command?.name === "come_here" && state.command.state === "running",
@@ -50,6 +54,7 @@ const HINTS = [
   },
   {
     at: ".stop",
+    opens: "map",
     title: "Stop, at any time",
     text: touch
       ? "Press STOP: everything is cancelled and the robot stands."
@@ -81,6 +86,7 @@ export class CoachMarks extends Panel {
   );
   #asked = false;
   #placedFor = "";
+  #leaving = 0; // timer
 
   /** @override */
   build() {
@@ -93,7 +99,6 @@ export class CoachMarks extends Panel {
 
   begin() {
     this.#asked = true;
-    this.#hints = HINTS.filter(({ at, optional }) => !optional || document.querySelector(at));
     this.#go(0);
   }
 
@@ -122,13 +127,17 @@ export class CoachMarks extends Panel {
 
   /** @param {number} step */
   #go(step) {
+    this.#hints = HINTS.filter(({ at, optional }) => !optional || document.querySelector(at));
     this.#step = step;
     this.#placedFor = "";
     const hint = this.#hints[step];
+    this.#point(hint);
+    clearTimeout(this.#leaving);
     if (step > this.#hints.length) {
       this.#end();
       return;
     }
+    if (!hint) this.#leaving = setTimeout(() => this.#end(), LEAVES_MS);
     this.#card.hidden = false;
     this.#card.dataset["step"] = String(step + 1);
     write(this.#title, hint?.title ?? "That is all");
@@ -142,14 +151,24 @@ export class CoachMarks extends Panel {
     this.session.announce(`${this.#title.textContent}. ${this.#text.textContent}`);
   }
 
+  /** @param {Hint | undefined} hint whose target is shown and framed; the last card has none */
+  #point(hint) {
+    for (const pointed of document.querySelectorAll(".is-hinted")) pointed.classList.remove("is-hinted");
+    if (!hint) return;
+    if (hint.opens) dispatchEvent(new CustomEvent("open-view", { detail: hint.opens }));
+    if (hint.at !== ".stage") document.querySelector(hint.at)?.classList.add("is-hinted");
+  }
+
   #end() {
+    this.#point(undefined);
     this.#step = -1;
     this.#card.hidden = true;
     remember("hints", "seen");
   }
 
   #place() {
-    const at = document.querySelector(this.#hints[this.#step]?.at ?? ".stage");
+    const named = /** @type {HTMLElement | null} */ (document.querySelector(this.#hints[this.#step]?.at ?? ".stage"));
+    const at = named?.getClientRects().length ? named : document.querySelector(".stage");
     const stop = document.querySelector(".stop");
     if (!at || !stop) return;
     const target = at.getBoundingClientRect();
@@ -159,8 +178,10 @@ export class CoachMarks extends Panel {
     const inMap = at.classList.contains("stage");
     const { width, height } = this.#card.getBoundingClientRect();
     const space = { width: innerWidth, height: innerHeight };
-    const words = document.querySelector("command-line .line")?.getBoundingClientRect();
-    const beside = placed(target, { width, height }, space, stop.getBoundingClientRect(), words);
+    const status = document.querySelector("command-status")?.getBoundingClientRect() ?? target;
+    const { left: from, right: to, bottom } = target;
+    const free = { left: from, right: to, bottom, top: Math.min(target.top, status.top) }; // what is understood stays in sight
+    const beside = placed(free, { width, height }, space, stop.getBoundingClientRect(), status);
     const { left, top, side } = inMap
       ? { left: (target.left + target.right - width) / 2, top: target.top + EDGE, side: "" }
       : beside;

@@ -10,8 +10,21 @@ import { LastVoice } from "../ui/sensed.js";
 /** @typedef {import("../drive/suggest.js").Kind} Kind */
 /** @typedef {import("../drive/suggest.js").NumberRow} NumberRow */
 
+/** STOP has a button of its own; what a robot that hears is for stands before what is rarely wanted. */
+const ORDER = [
+  "turn_left",
+  "turn_right",
+  "continue",
+  "come_here",
+  "follow_me",
+  "stop_at",
+  "follow_wall",
+  "stop_moving",
+];
+
 class CommandChips extends Panel {
   #chips = make("div", { class: "chips", role: "group", "aria-label": "Commands" });
+  #more = make("button", { type: "button", class: "chip more", "aria-expanded": "false", hidden: true }, "more");
   /** @type {HTMLFormElement | null} */
   #form = null;
   #voice = new LastVoice();
@@ -20,12 +33,42 @@ class CommandChips extends Panel {
 
   /** @override */
   build() {
-    this.append(this.#chips);
+    this.append(this.#chips, this.#more);
     this.session.on("kinds", (kinds) => {
       this.#back(false);
-      this.#chips.replaceChildren(...kinds.filter(({ name }) => name !== "start").map((kind) => this.#chip(kind)));
+      const given = kinds.filter(({ name }) => name !== "start").sort((one, other) => place(one) - place(other));
+      this.#chips.replaceChildren(...given.map((kind) => this.#chip(kind)));
       this.#able();
+      this.#fit();
     });
+    new ResizeObserver(() => this.#fit()).observe(this);
+    this.#more.addEventListener("click", () => this.#spread(!this.hasAttribute("data-spread")));
+    this.#chips.addEventListener("click", () => this.#spread(false));
+    addEventListener("pointerdown", ({ target }) => this.contains(/** @type {Node} */ (target)) || this.#spread(false));
+    this.addEventListener("keydown", (event) => event.key === "Escape" && this.#spread(false));
+  }
+
+  /**
+   * Show all chips, or those that have room.
+   * @param {boolean} all
+   */
+  #spread(all) {
+    if (all === this.hasAttribute("data-spread")) return;
+    mark(this, "data-spread", all);
+    mark(this.#more, "aria-expanded", String(all));
+    this.#fit();
+    const over = /** @type {HTMLElement | null} */ (this.#chips.querySelector("[data-over]"));
+    if (all) over?.focus();
+  }
+
+  /** Hide what has no room; *more* shows it. */
+  #fit() {
+    const chips = /** @type {HTMLElement[]} */ ([...this.#chips.children]);
+    if (this.hasAttribute("data-spread")) return;
+    this.#more.hidden = false;
+    const low = this.#chips.getBoundingClientRect().bottom + 1;
+    for (const chip of chips) mark(chip, "data-over", chip.getBoundingClientRect().bottom > low);
+    this.#more.hidden = !chips.some((chip) => chip.hasAttribute("data-over"));
   }
 
   /**
@@ -49,15 +92,17 @@ class CommandChips extends Panel {
     if (!chip || !state?.ears) return;
     const voice = this.#voice.saw(state);
     const says = voice ? `voice ${Math.round(voice.age)} s ago, ${inWords(voice.azimuth)}` : "heard nobody yet";
-    const note = chip.querySelector(".chip-note") ?? chip.appendChild(make("span", { class: "chip-note" }));
+    const note =
+      chip.querySelector(".chip-note") ?? chip.lastElementChild?.appendChild(make("span", { class: "chip-note" }));
+    if (!note || note.textContent === says) return;
     write(note, says);
+    this.#fit();
   }
 
   #able() {
     for (const button of this.#chips.querySelectorAll("button")) {
       button.disabled = button.dataset["command"] === "stop_moving" ? !this.#up : this.#off; // anyone may stop the robot
     }
-    mark(this.#chips, "tabindex", this.#off ? "0" : null); // a scrolling list must be reachable by keys, also while its buttons are disabled
   }
 
   /** @param {Kind} kind */
@@ -69,7 +114,7 @@ class CommandChips extends Panel {
       "button",
       { type: "button", class: "chip", title: kind.summary, "data-command": kind.name },
       icon(kind.icon || "command"),
-      label,
+      make("span", { class: "chip-words" }, make("span", {}, label)),
     );
     chip.addEventListener("click", () => (asks ? this.#ask(kind, pattern) : void this.session.say(pattern, "chip")));
     return chip;
@@ -134,7 +179,7 @@ class CommandChips extends Panel {
     });
     this.#form = form;
     this.dataset["asks"] = kind.name;
-    this.#chips.hidden = true;
+    this.#chips.hidden = this.#more.hidden = true;
     this.append(form);
     const first = boxes.values().next().value;
     first?.focus();
@@ -148,10 +193,14 @@ class CommandChips extends Panel {
     this.#form = null;
     delete this.dataset["asks"];
     this.#chips.hidden = false;
+    this.#fit();
     if (focus && asked)
       this.#chips.querySelector(/** @type {"button"} */ (`[data-command="${CSS.escape(asked)}"]`))?.focus();
   }
 }
+
+/** @param {Kind} kind */
+const place = ({ name }) => (ORDER.includes(name) ? ORDER.indexOf(name) : ORDER.length);
 
 /**
  * Read the numbers in the boxes. Null when one is wrong: shows a sentence and moves the focus there.

@@ -4,6 +4,7 @@ import { wordsOf } from "../net/api.js";
 import { icon, make, mark, redraw, write } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
 import { StatusLog } from "../ui/status.js";
+import { ToGo } from "../ui/to-go.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../net/session.js").Said} Said */
@@ -26,6 +27,7 @@ class CommandStatus extends Panel {
   #icon = icon("command");
   #words = make("span", { class: "status-words" });
   #remark = make("span", { class: "status-remark" });
+  #left = make("span", { class: "status-left" });
   #suggestions = make("div", { class: "suggested", role: "group", "aria-label": "Did you mean" });
   #bar = make("div", { class: "bar-fill" });
   #progress = make(
@@ -41,6 +43,7 @@ class CommandStatus extends Panel {
   );
   #cancel = make("button", { type: "button", class: "button" }, icon("close"), "Cancel");
   #log = new StatusLog();
+  #toGo = new ToGo();
   /** @type {string} */
   #caller = ""; // somebody in the simulated room who could call
 
@@ -51,6 +54,7 @@ class CommandStatus extends Panel {
       make("p", { class: "status-text" }, this.#words, this.#remark),
       this.#suggestions,
       this.#progress,
+      this.#left,
       this.#cancel,
     );
     this.#cancel.addEventListener("click", () => this.session.stop());
@@ -78,6 +82,9 @@ class CommandStatus extends Panel {
     this.#cancel.hidden = !command;
     this.#progress.hidden = !command || command.progress === null;
     this.#cancel.disabled = !up;
+    const left = state ? this.#toGo.saw(state) : [];
+    this.#left.hidden = left.length === 0;
+    if (left.length) write(this.#left, `${left.join(", ")} to go`);
     if (command) {
       const percent = Math.round((command.progress ?? 0) * 100);
       this.#bar.style.width = `${percent}%`;

@@ -3,7 +3,6 @@
 import { make, mark, write } from "../ui/element.js";
 import { degrees, fixed, headingBetween, metres, sigmas, spread } from "../ui/format.js";
 import { Panel } from "../ui/panel.js";
-import { LandmarkTable } from "./landmark-table.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../net/messages.js").State} State */
@@ -14,7 +13,6 @@ const MODES = { invariant: "EKF, invariant", paper: "EKF, as in the paper", dead
 class EstimateCard extends Panel {
   #mode = make("span", { class: "note" });
   #figures = { x: figure("x"), y: figure("y"), heading: figure("heading") };
-  #table = new LandmarkTable();
   #facts = {
     landmarks: fact("Landmarks", "Corners in the map; on trial: seen fewer than three times"),
     nis: fact(
@@ -27,9 +25,6 @@ class EstimateCard extends Panel {
 
   /** @override */
   build() {
-    this.classList.add("card");
-    this.setAttribute("role", "region");
-    this.setAttribute("aria-label", "Estimate");
     const { x, y, heading } = this.#figures;
     this.append(
       make(
@@ -41,7 +36,6 @@ class EstimateCard extends Panel {
       ),
       make("dl", { class: "figures" }, x.row, y.row, heading.row),
       make("dl", { class: "facts" }, ...Object.values(this.#facts).map(({ row }) => row)),
-      this.#table,
     );
   }
 
@@ -64,7 +58,6 @@ class EstimateCard extends Panel {
     write(this.#facts.landmarks.value, `${state.landmarks.length}${trial}`);
     write(this.#facts.nis.value, slam.nis === null ? "–" : fixed(slam.nis, 1));
     write(this.#facts.wheels.value, apart(wheels, pose));
-    this.#table.show(state.landmarks);
     mark(this.#facts.truth.row, "hidden", truth === null);
     if (truth) write(this.#facts.truth.value, apart(truth, pose));
   }

@@ -8,10 +8,11 @@ import { FloorView } from "../ui/floor-view.js";
 import { fixed, metres } from "../ui/format.js";
 import { remember, remembered } from "../ui/local-storage.js";
 import { mapKind, onMapKind, whyFlat } from "../ui/map-choice.js";
-import { mapInWords, wayLeft } from "../ui/map-text.js";
+import { mapInWords } from "../ui/map-text.js";
 import { Panel } from "../ui/panel.js";
 import { popover } from "../ui/popover.js";
 import { onTheme } from "../ui/theme.js";
+import { ToGo } from "../ui/to-go.js";
 
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../ui/floor-view.js").Point} Point */
@@ -45,6 +46,7 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowD
 class FlatMap extends Panel {
   #text = make("p", { class: "visually-hidden", id: "flat-map-words" });
   #said = make("p", { class: "visually-hidden", role: "status" });
+  #toGo = new ToGo();
   #canvas = make("canvas", {
     class: "flat-floor scrolls",
     tabindex: "0",
@@ -289,8 +291,7 @@ class FlatMap extends Panel {
       cursor: this.#cursor,
       measured: this.#measured,
       radius: hello?.robot.radius_m ?? 0.1,
-      cruise: hello?.robot.cruise_m_s ?? 0.2,
-      left: wayLeft(state.pose, state.path),
+      left: this.#toGo.saw(state).join(" · "),
       room: this.#room,
     });
   }

@@ -31,7 +31,7 @@ class HearingCard extends Panel {
   #check = make("button", { type: "button" }, CHECK);
   #faults = make("ul", { class: "faults", role: "status", hidden: true });
   #measure = make("a", { href: "hearing" }, "How well does it hear you here?");
-  #lines = make("ol", { class: "transcripts", "aria-label": "What was heard", role: "log" });
+  #lines = make("ol", { class: "transcripts", "aria-label": "What was heard" });
   #checking = false;
   /** @type {PeopleNear | null} */
   #near = null;
@@ -39,9 +39,6 @@ class HearingCard extends Panel {
 
   /** @override */
   build() {
-    this.classList.add("card");
-    this.setAttribute("role", "region");
-    this.setAttribute("aria-label", "Hearing");
     this.#near = new PeopleNear(this.session);
     this.append(
       make(

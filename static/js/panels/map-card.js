@@ -43,10 +43,6 @@ class MapCard extends Panel {
 
   /** @override */
   build() {
-    this.classList.add("scrolls");
-    this.tabIndex = 0;
-    this.setAttribute("role", "region");
-    this.setAttribute("aria-label", "Maps");
     const files = FILES.map(([path, name, says]) =>
       make(
         "a",

@@ -50,7 +50,6 @@ class OwnNavigationCard extends Panel {
 
   /** @override */
   build() {
-    this.classList.add("card");
     this.setAttribute("role", "region");
     this.setAttribute("aria-label", "Robot's own navigation");
     this.append(

@@ -64,7 +64,7 @@ export class SceneView extends Panel {
 
   /** @override */
   build() {
-    this.#legend.open = remembered("legend", innerWidth >= 1024 ? "open" : "shut") === "open";
+    this.#legend.open = remembered("legend", "shut") === "open";
     this.#legend.addEventListener("toggle", () => remember("legend", this.#legend.open ? "open" : "shut"));
     this.hidden = mapKind() !== "3-D";
     this.append(this.#frame, this.#legend, this.#hint);

@@ -50,10 +50,6 @@ class SlamCard extends Panel {
 
   /** @override */
   build() {
-    this.classList.add("scrolls");
-    this.tabIndex = 0;
-    this.setAttribute("role", "region");
-    this.setAttribute("aria-label", "SLAM");
     this.append(
       make("div", { class: "slam-top" }, this.#facts, make("span", { class: "spring" }), this.#here),
       ...Object.values(this.#plots),

@@ -1,19 +1,14 @@
 // Element <view-tabs>: on a narrow screen, selects the view above the driving controls; a swipe moves on.
 
-import { onlyWatched } from "../drive/permission.js";
-import { icon, make, mark, write } from "../ui/element.js";
+import { icon, make, mark } from "../ui/element.js";
 import { Panel } from "../ui/panel.js";
-
-/** @typedef {import("../net/session.js").View} View */
 
 const VIEWS = /** @type {const} */ ([
   ["map", "Map"],
   ["camera", "Camera"],
-  ["estimate", "Estimate"],
-  ["ears", "Ears"],
-  ["slam", "SLAM"],
-  ["record", "History"],
+  ["details", "Details"],
 ]);
+const ICONS = { map: "map", camera: "camera", details: "record" };
 const SWIPE_PX = 48;
 
 class ViewTabs extends Panel {
@@ -31,7 +26,7 @@ class ViewTabs extends Panel {
           const button = make(
             "button",
             { type: "button", class: "view-tab", "data-to": view },
-            icon(view),
+            icon(ICONS[view]),
             make("span", {}, name),
           );
           button.addEventListener("click", () => this.open(view));
@@ -40,8 +35,11 @@ class ViewTabs extends Panel {
       ),
     );
     this.open("map");
-    addEventListener("open-view", (event) => this.open(/** @type {CustomEvent<string>} */ (event).detail));
-    for (const swiped of [this, ...this.#place.querySelectorAll(".side > *")]) {
+    addEventListener("open-view", (event) => {
+      const { detail } = /** @type {CustomEvent<string>} */ (event);
+      this.open(VIEWS.some(([view]) => view === detail) ? detail : "details"); // any other name is that of a tab
+    });
+    for (const swiped of [this, ...this.#place.querySelectorAll("camera-view, tab-card")]) {
       swiped.addEventListener("touchstart", (event) => this.#begin(/** @type {TouchEvent} */ (event)), {
         passive: true,
       });
@@ -50,21 +48,13 @@ class ViewTabs extends Panel {
   }
 
   /**
-   * Hide tabs without content: a recording may lack pictures and has no commands, a robot may lack microphones.
+   * A recording may lack pictures.
    * @override
-   * @param {View} view
    */
-  show({ hello }) {
+  show() {
     const blind = this.#place.querySelector("camera-view")?.hasAttribute("hidden") === true;
-    const deaf = this.#place.querySelector("hearing-card")?.hasAttribute("hidden") === true;
-    if (deaf && this.#place.dataset["view"] === "ears") this.open("map");
     if (blind && this.#place.dataset["view"] === "camera") this.open("map");
-    for (const button of this.querySelectorAll("button")) {
-      if (button.dataset["to"] === "camera") button.hidden = blind;
-      if (button.dataset["to"] === "ears") button.hidden = deaf;
-      const words = button.lastElementChild;
-      if (button.dataset["to"] === "record" && words) write(words, onlyWatched(hello) ? "Notices" : "History");
-    }
+    for (const button of this.querySelectorAll("button")) if (button.dataset["to"] === "camera") button.hidden = blind;
   }
 
   /** @param {string} view */
@@ -72,7 +62,6 @@ class ViewTabs extends Panel {
     this.#place.dataset["view"] = view;
     for (const button of this.querySelectorAll("button"))
       mark(button, "aria-pressed", String(button.dataset["to"] === view));
-    this.dispatchEvent(new CustomEvent("view", { detail: view, bubbles: true }));
   }
 
   /** @param {TouchEvent} event */

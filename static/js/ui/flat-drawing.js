@@ -18,8 +18,7 @@ import { onTheme } from "./theme.js";
  * @property {Point | null} cursor of the keyboard [m]
  * @property {readonly Point[]} measured none, one or two points [m]
  * @property {number} radius [m] of the robot
- * @property {number} cruise [m/s]
- * @property {number} left [m] of the way
+ * @property {string} left of the way, in words
  * @property {readonly import("../net/room-api.js").PersonInRoom[]} room people in the simulated room
  */
 
@@ -48,7 +47,7 @@ export function drawFlat(canvas, view, scene) {
   const robot = { x: pose.x_m, y: pose.y_m, heading: pose.heading_rad };
   if (layers.has("grid")) brush.grid(canvas.clientWidth, canvas.clientHeight);
   if (scene.plan) brush.plan(scene.plan);
-  if (layers.has("way")) brush.way(state.path, state.goal, scene.left, scene.cruise);
+  if (layers.has("way")) brush.way(state.path, state.goal, scene.left);
   if (layers.has("landmarks")) brush.landmarks(state.landmarks);
   if (layers.has("scan")) brush.dots(seenFrom(scene.scan, robot), colour("scene-scan"));
   if (layers.has("voice") && state.direction && state.direction.age_s < VOICE_S) brush.voice(state.direction, robot);
@@ -154,9 +153,9 @@ class Brush {
 
   /**
    * @param {State["path"]} path @param {State["goal"]} goal
-   * @param {number} left [m] @param {number} cruise [m/s]
+   * @param {string} left in words
    */
-  way(path, goal, left, cruise) {
+  way(path, goal, left) {
     const { context, view } = this;
     context.strokeStyle = context.fillStyle = this.colour("scene-plan");
     if (path.length > 1) {
@@ -177,7 +176,7 @@ class Brush {
     context.moveTo(at.x + 3, at.y);
     context.arc(at.x, at.y, 3, 0, 2 * Math.PI);
     context.stroke();
-    this.label(at, `${metres(left, 1)} · ${Math.max(1, Math.round(left / Math.max(cruise, 0.05)))} s`, BELOW);
+    if (left) this.label(at, left, BELOW);
   }
 
   /** @param {NonNullable<State["direction"]>} heard @param {{x: number, y: number}} robot */

@@ -127,7 +127,7 @@ export class PeopleNear extends HTMLElement {
   /** @param {{name: string}} pressed on the map */
   #pressed({ name }) {
     if (!this.#people.some(({ id }) => id === name)) return;
-    dispatchEvent(new CustomEvent("open-view", { detail: "ears" }));
+    dispatchEvent(new CustomEvent("open-view", { detail: "hearing" }));
     this.#open(name);
   }
 

@@ -1,0 +1,51 @@
+// Element <estimate-line>: the estimated pose in one line below the map; a press opens the estimate.
+
+import { make, write } from "../ui/element.js";
+import { degrees, metres, sigmas, spread } from "../ui/format.js";
+import { Panel } from "../ui/panel.js";
+
+/** @typedef {import("../net/session.js").View} View */
+
+class EstimateLine extends Panel {
+  #values = [0, 1, 2].map(() => ({
+    value: make("span", { class: "where-value" }, "–"),
+    sigma: make("span", { class: "figure-sigma" }),
+  }));
+  #button = make("button", { type: "button", class: "where", title: "Where the robot believes it is, ± 1 σ" });
+
+  /** @override */
+  build() {
+    for (const [index, { value, sigma }] of this.#values.entries()) {
+      const name = ["x ", "y ", "heading "][index];
+      this.#button.append(
+        make("span", { class: "where-part" }, make("span", { class: "where-name" }, name), value, " ", sigma),
+      );
+    }
+    this.#button.addEventListener("click", () => dispatchEvent(new CustomEvent("open-view", { detail: "estimate" })));
+    this.append(this.#button);
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ state, up }) {
+    this.classList.toggle("is-old", !up);
+    if (!state) return;
+    const { x_m, y_m, heading_rad, cov } = state.pose;
+    const sigma = sigmas(cov);
+    /** @type {Array<[string, string]>} */
+    const said = [
+      [metres(x_m), spread(sigma.x)],
+      [metres(y_m), spread(sigma.y)],
+      [degrees(heading_rad, 1), `± ${degrees(sigma.heading, 1)}`],
+    ];
+    for (const [index, part] of this.#values.entries()) {
+      const [value, spreads] = said[index] ?? ["", ""];
+      write(part.value, value);
+      write(part.sigma, spreads);
+    }
+  }
+}
+
+customElements.define("estimate-line", EstimateLine);

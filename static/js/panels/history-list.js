@@ -1,0 +1,108 @@
+// Element <history-list>: the commands that were given, newest first, each with its result.
+
+import { onlyWatched } from "../drive/permission.js";
+import { qualityRuns, wordsOf } from "../net/api.js";
+import { icon, make } from "../ui/element.js";
+import { age, quantities, timeOfDay } from "../ui/format.js";
+import { Panel } from "../ui/panel.js";
+
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../net/api.js").HistoryRow} HistoryRow */
+
+const MOST = 60;
+const SOURCES = {
+  typed: "typed",
+  chip: "button",
+  click: "map",
+  voice: "voice",
+  ears: "the robot’s ears",
+  rest: "HTTP",
+};
+
+class HistoryList extends Panel {
+  #list = make("ol", { class: "record-list", "aria-label": "History, newest first" });
+  #score = make("a", { class: "record-score", href: "hearing", hidden: true });
+  #empty = make("p", { class: "record-empty" }, "Commands and their results appear here.");
+
+  /** @override */
+  build() {
+    this.append(this.#score, this.#list, this.#empty);
+    this.session.on("history", (rows) => this.#draw(rows));
+    this.session.on("hello", (hello) => {
+      this.hidden = onlyWatched(hello);
+      void this.#readScore();
+    });
+    document.addEventListener(
+      "visibilitychange",
+      () => document.visibilityState === "visible" && void this.#readScore(),
+    );
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ permission }) {
+    for (const button of this.#list.querySelectorAll("button")) button.disabled = permission.may === "no";
+  }
+
+  /** Result of the newest speech quality measurement. */
+  async #readScore() {
+    const runs = await qualityRuns().catch(() => []);
+    const newest = runs.find(({ summary }) => summary);
+    if (newest) this.#score.replaceChildren(icon("ears"), make("span", {}, `Heard here: ${newest.summary}`));
+    this.#score.hidden = !newest;
+  }
+
+  /** @param {HistoryRow[]} rows newest first */
+  #draw(rows) {
+    this.#list.replaceChildren(...rows.slice(0, MOST).map((row) => this.#row(row)));
+    this.#empty.hidden = rows.length > 0;
+  }
+
+  /** @param {HistoryRow} row */
+  #row(row) {
+    const source = row.source in SOURCES ? SOURCES[/** @type {keyof typeof SOURCES} */ (row.source)] : row.source;
+    const words = wordsOf(row);
+    const amounts = /\d/.test(words) ? "" : quantities(row.numbers); // "turn left" does not say how far
+    const took = row.duration_s !== null && row.state !== "refused" ? age(row.duration_s) : "";
+    const again = make(
+      "button",
+      { type: "button", class: "icon-button small", "aria-label": `Again: ${words}`, title: "Again" },
+      icon("again"),
+    );
+    again.addEventListener("click", () => void this.session.say(words, "chip"));
+    return make(
+      "li",
+      { class: "record", "data-state": row.state },
+      make("span", { class: "outcome-icon" }, icon(row.state)),
+      make(
+        "div",
+        { class: "record-body" },
+        make(
+          "p",
+          { class: "record-line" },
+          make("span", { class: "record-words" }, words),
+          make("span", { class: "outcome" }, row.state),
+        ),
+        row.remark ? make("p", { class: "record-remark" }, row.remark) : null,
+        make(
+          "p",
+          { class: "note record-meta" },
+          timeOfDay(row.at_s),
+          dot(),
+          icon(row.source in SOURCES ? row.source : "rest"),
+          source,
+          dot(),
+          row.who,
+          ...[amounts, took].filter(Boolean).flatMap((text) => [dot(), text]),
+        ),
+      ),
+      again,
+    );
+  }
+}
+
+const dot = () => make("span", { class: "dot", "aria-hidden": "true" }, "·");
+
+customElements.define("history-list", HistoryList);

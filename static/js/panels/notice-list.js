@@ -1,0 +1,54 @@
+// Element <notice-list>: notices of the console, newest first; tells its tab how many were not seen yet.
+
+import { icon, make, mark } from "../ui/element.js";
+import { age } from "../ui/format.js";
+import { Panel } from "../ui/panel.js";
+
+/** @typedef {import("../net/session.js").View} View */
+/** @typedef {import("../net/messages.js").NoticeLine} NoticeLine */
+
+class NoticeList extends Panel {
+  #list = make("ol", { class: "record-list", "aria-label": "Notices, newest first" });
+  #empty = make("p", { class: "record-empty" }, "Nothing to report.");
+  #listed = "";
+  #seen = -1; // id of the newest notice that was seen
+
+  /** @override */
+  build() {
+    this.append(this.#list, this.#empty);
+  }
+
+  /**
+   * @override
+   * @param {View} view
+   */
+  show({ state }) {
+    const notices = state?.notices ?? [];
+    if (this.offsetParent !== null) this.#seen = notices.at(-1)?.id ?? -1;
+    const unseen = notices.filter(({ id }) => id > this.#seen).length;
+    mark(this, "data-unseen", unseen ? String(unseen) : null);
+    const listed = notices.map(({ id, text }) => `${id} ${text}`).join("|"); // a notice can change and end
+    if (listed === this.#listed) return;
+    this.#listed = listed;
+    this.#list.replaceChildren(...[...notices].reverse().map(row));
+    this.#empty.hidden = notices.length > 0;
+  }
+}
+
+/** @param {NoticeLine} notice */
+function row(notice) {
+  const drawing = notice.level === "info" ? "info" : "warning";
+  return make(
+    "li",
+    { class: "record", "data-level": notice.level },
+    make("span", { class: "outcome-icon" }, icon(drawing)),
+    make(
+      "div",
+      { class: "record-body" },
+      make("p", {}, notice.text),
+      make("p", { class: "note" }, `${notice.level}, at ${age(notice.stamp_s)} of the robot's clock`),
+    ),
+  );
+}
+
+customElements.define("notice-list", NoticeList);

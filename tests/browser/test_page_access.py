@@ -1,0 +1,101 @@
+"""Every page in both themes by axe-core: no violation of any impact; what is pressed is 24 px; 400 % zoom reflows."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from tests.browser.running_console import REPOSITORY, Running
+from tests.browser.visit import DESK, PHONE, Visit
+
+Open = Callable[..., Visit]
+AXE = REPOSITORY / "node_modules" / "axe-core" / "axe.min.js"
+PAGES = ("people", "hearing", "connect", "calibrate", "help")
+LEAST = 24  # [px], WCAG 2.5.8
+TIGHT = (320, 256)  # 1280x1024 at 400 %
+
+
+@pytest.fixture(scope="module")
+def axe() -> str:
+    """The checker, as text."""
+    if not AXE.exists():
+        why = "axe-core is not installed: npm install."
+        pytest.fail(why) if os.environ.get("BECKON_REQUIRE_BROWSER") else pytest.skip(why)
+    return AXE.read_text()
+
+
+def violations(page: Page, axe: str) -> list[str]:
+    """What axe-core finds on the page as it stands, one line each."""
+    page.evaluate(axe)
+    found: dict[str, Any] = page.evaluate("axe.run(document, { resultTypes: ['violations'], iframes: false })")
+    return [
+        f"{one['id']} ({one['impact']}): {node['html'][:160]} {node['failureSummary'][:300]}"
+        for one in found["violations"]
+        for node in one["nodes"]
+    ]
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+def test_axe_has_nothing_to_say_about_any_page(visit: Open, console: Running, axe: str, theme: str) -> None:
+    here = visit(theme=theme)
+    said: dict[str, list[str]] = {"console": violations(here.page, axe)}
+    here.say("turn lift")
+    expect(here.find("command-status .suggested button").first).to_be_visible()
+    for name in ("Estimate", "Hearing", "Mapping", "Maps", "Notices"):
+        here.open_tab(name)
+        said[name] = violations(here.page, axe)
+    for opener in ("link-chip button", "lease-chip button", "app-menu button"):
+        here.find(opener).first.click()
+        said[opener] = violations(here.page, axe)
+        here.find(opener).first.click()
+    here.page.keyboard.press("?")
+    said["keys"] = violations(here.page, axe)
+    for path in PAGES:
+        here.page.goto(console.url + path)
+        expect(here.find("h1, h2").first).to_be_visible()
+        here.wait(0.3)
+        said[path] = violations(here.page, axe)
+    assert {where: what for where, what in said.items() if what} == {}
+
+
+def test_stop_stays_red_in_forced_colours_and_nothing_moves_for_who_wants_no_motion(visit: Open) -> None:
+    here = visit()
+    stop = here.find(".stop")
+    for wish in ({"forced_colors": "active"}, {"contrast": "more"}):
+        here.page.emulate_media(**wish)
+        expect(stop).to_have_css("background-color", re.compile(r"rgb\((1[5-9]|20)\d, \d+, \d+\)"))
+        expect(stop).to_have_css("border-top-style", "solid")
+    here.page.emulate_media(reduced_motion="reduce")
+    here.say("turn left")
+    expect(here.find('command-status[data-state="running"]')).to_be_visible()
+    assert here.find("command-status > .icon").evaluate("icon => icon.getAnimations().length") == 0
+    here.page.keyboard.press("Escape")
+    here.still()
+
+
+SMALL = """least => [...document.querySelectorAll("button, a[href], input, summary, [role=tab]")]
+  .filter((one) => one.checkVisibility({ visibilityProperty: true }) && !one.closest(".skip"))
+  .filter((one) => one.localName !== "a" || !one.closest("p, dd, li, td, h2, h3")) // links in text
+  .map((one) => [one.outerHTML.slice(0, 120), (one.closest("label") ?? one).getBoundingClientRect()])
+  .filter(([, { width, height }]) => width > 1 && height > 1 && Math.min(width, height) < least)
+  .map(([what, { width, height }]) => `${what} ${Math.round(width)}x${Math.round(height)}`)"""
+
+
+def test_what_is_pressed_is_large_enough_and_the_page_reflows(visit: Open, console: Running) -> None:
+    here = visit(size=PHONE)
+    small = {}
+    for path in ("", *PAGES):
+        if path:
+            here.page.goto(console.url + path)
+            expect(here.find("h1, h2").first).to_be_visible()
+        for size in (DESK, PHONE, TIGHT):
+            here.page.set_viewport_size({"width": size[0], "height": size[1]})
+            small[path, size] = here.page.evaluate(SMALL, LEAST)
+            wide = here.page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
+            assert wide <= 0, (path, size, wide)
+    assert {where: what for where, what in small.items() if what} == {}

@@ -1,0 +1,50 @@
+// What is left of a command: metres of its way and seconds at its pace.
+
+import assert from "node:assert/strict";
+import test from "node:test";
+import { ToGo } from "../../static/js/ui/to-go.js";
+import { STATE } from "./view.js";
+
+/** @typedef {import("../../static/js/net/messages.js").State} State */
+
+/** @param {number} at [s] @param {number} x [m] @param {object} [change] */
+const driving = (at, x, change = {}) =>
+  /** @type {State} */ ({
+    ...STATE,
+    stamp_s: at,
+    pose: { ...STATE.pose, x_m: x, y_m: 0 },
+    path: [],
+    goal: { x_m: 2, y_m: 0 },
+    command: { ...STATE.command, id: 7, state: "running", progress: x / 2, remark: "" },
+    ...change,
+  });
+
+test("metres at once, seconds when the pace is known", () => {
+  const toGo = new ToGo();
+  assert.equal(toGo.saw(driving(10, 0)).join(), "2.0 m");
+  assert.equal(toGo.saw(driving(12, 0.4)).join(), "1.6 m,8 s");
+  assert.equal(toGo.saw(driving(14, 1.9)).join(), "0.1 m,1 s");
+});
+
+test("round a corner the way counts, not the straight line", () => {
+  const path = /** @type {[number, number][]} */ ([
+    [0, 0],
+    [0, 1],
+    [2, 1],
+    [2, 0],
+  ]);
+  assert.equal(new ToGo().saw(driving(1, 0, { path })).join(), "4.0 m");
+});
+
+test("a turn has seconds only; a command without an end, one that stands still, and none say nothing", () => {
+  const turn = { goal: null, command: { ...driving(1, 0).command, progress: 0.2 } };
+  const toGo = new ToGo();
+  assert.equal(toGo.saw(driving(1, 0, turn)).join(), "");
+  assert.equal(toGo.saw(driving(3, 0, { ...turn, command: { ...turn.command, progress: 0.6 } })).join(), "2 s");
+  const endless = { command: { ...turn.command, progress: null } };
+  assert.equal(toGo.saw(driving(4, 0, endless)).join(), "");
+  assert.equal(toGo.saw(driving(5, 0, { command: null })).join(), "");
+  const stuck = new ToGo();
+  stuck.saw(driving(1, 0.5));
+  assert.equal(stuck.saw(driving(3, 0.5)).join(), "1.5 m");
+});
