@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable
 from typing import Any
@@ -121,7 +122,7 @@ class Visit:
         """Open a tab of the details; where one view is shown at a time, those first."""
         if self.button("Details").is_visible():
             self.button("Details").click()
-        self.page.get_by_role("tab", name=name, exact=True).click()
+        self.page.get_by_role("tab", name=re.compile(rf"^{name}\b")).click()  # a number may follow: notices unseen
 
     def say(self, words: str) -> None:
         """Type words and send them."""
@@ -181,8 +182,16 @@ class Visit:
         return row
 
     def still(self) -> None:
-        """Wait until the robot stands."""
-        self.until(lambda: max(abs(self.console.speed()), abs(self.console.turning())) < 0.01, "the robot stands")
+        """Wait until the robot stands, in several readings: an order given a moment ago may not show in the first."""
+        stood = 0
+
+        def stands() -> bool:
+            nonlocal stood
+            moves = max(abs(self.console.speed()), abs(self.console.turning())) >= 0.01
+            stood = 0 if moves else stood + 1
+            return stood > 4
+
+        self.until(stands, "the robot stands")
 
     def _note(self, message: ConsoleMessage) -> None:
         if message.type in ("error", "warning") and not any(part in message.text for part in HARMLESS):
