@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 
 from core.calibration.files.camera_files import read_camera
-from core.calibration.files.pictures import own_names, read_colour, size_words
+from core.calibration.files.pictures import own_names, read_colour, read_upright, size_words
 from core.calibration.files.written import folder_at, write
 from core.errors import BadInput
 from core.geometry import OPTICAL, Transform
@@ -175,7 +175,7 @@ def _answered(
 ) -> LookedPicture:
     answer: LookedPicture = {"picture": question.name, "people": [], "processing_s": 0.0}
     try:
-        pixels = read_colour(question.picture)
+        pixels = read_upright(question.picture) if model is None else read_colour(question.picture)
         camera = _camera(question, model, pixels)
     except BadInput as wrong:
         return {**answer, "error": f"{str(wrong)[:1].upper()}{str(wrong)[1:]}."}
