@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from core.errors import BadInput
@@ -17,6 +15,7 @@ from core.perception.landmarks.edges import ImageEdge, find_edges
 from core.perception.landmarks.frame_perception import Beams, FramePerception
 from core.perception.landmarks.landmarks import laser_in_picture, sight
 from core.perception.landmarks.preprocessing import NOTHING
+from core.pilot.repeated_readings import moves
 from core.robots import Profile
 from core.sensors import Camera, Image, Laser, Scan, SensorFrame, Wheels
 from core.settings import Settings
@@ -25,8 +24,6 @@ from core.slam.motion_history import MotionHistory
 from core.snapshot import CameraView
 
 FRESH = 0.2  # [s] for which edges may confirm corners, and points may be drawn on a picture
-MOVING = 0.02  # [m/s], [rad/s]
-REPEATS = 2  # equal pictures in a row, on the move, that mean the camera hangs
 AT_REST = 3.0  # [s] of standing after which one picture more tells nothing that thirty did not
 LOOK_AT_REST = 0.45  # [s] between the pictures that are looked at then
 RECALLED = 0.5  # [s] for which edges may confirm corners where the move between the two is remembered
@@ -50,28 +47,12 @@ class LandmarkPerception:
         self.trouble = ""  # why the newest picture is of no use
         self.poor = ""  # what is wrong with the pictures, once they have been unusable for a while
         self._usable_stamp = np.inf
-        self._last_picture: Array | None = None
-        self._repeats = 0  # of the newest picture, on the move
         self._moved_stamp = np.inf  # of the newest frame in which the robot moved, or might have
-
-    def without_repeats(self, frame: SensorFrame, wheels: Wheels | None) -> SensorFrame:
-        """The frame, without its picture where that repeats itself although the robot moves: the camera hangs."""
-        if frame.image is None:
-            return frame
-        last, self._last_picture = self._last_picture, frame.image.pixels
-        if last is None or not np.array_equal(last, frame.image.pixels):
-            self._repeats = 0
-        elif wheels is not None and _moves(wheels):
-            self._repeats += 1
-        if self._repeats < REPEATS:
-            return frame
-        self.trouble = "The camera repeats one picture while the robot moves; it is not used until another one comes."
-        return replace(frame, image=None)
 
     def look(self, frame: SensorFrame, motion: Motion) -> FramePerception:
         """One frame → what is seen in it; `view` is renewed when a picture or new matches came."""
         self._recall.add(frame.stamp, motion.increment)
-        if motion.wheels is None or _moves(motion.wheels) or self._moved_stamp > frame.stamp:
+        if motion.wheels is None or moves(motion.wheels) or self._moved_stamp > frame.stamp:
             self._moved_stamp = frame.stamp
         if frame.image is not None and self.camera is not None:
             try:
@@ -169,7 +150,3 @@ class LandmarkPerception:
         elapsed = self._edges_stamp - stamp
         moved = arc(wheels.speed * elapsed, wheels.turn_rate * elapsed) if wheels and edges else Pose()
         return edge_pairs(corners, edges, moved, self.camera, self._settings.edges)
-
-
-def _moves(wheels: Wheels) -> bool:
-    return max(abs(wheels.speed), abs(wheels.turn_rate)) > MOVING

@@ -20,12 +20,13 @@ from core.perception.people.looking import PersonLook
 from core.pilot.command_executor import AcceptedCommand, CommandExecutor
 from core.pilot.landmark_perception import LandmarkPerception
 from core.pilot.notices import Notices
+from core.pilot.repeated_readings import RepeatedReadings
 from core.pilot.scan_timing import ScanTiming
-from core.pilot.sensor_watch import SensorWatch, loss, relief
+from core.pilot.sensor_watch import SensorWatch, loss, recovery
 from core.pilot.sound_perception import SoundPerception
 from core.pilot.trail import NO_POINTS, MapTrail, Trail, frozen
 from core.robots import Profile
-from core.sensors import SensorFrame
+from core.sensors import SensorFrame, Wheels
 from core.settings import Settings
 from core.slam.dead_reckoning import DeadReckoning
 from core.slam.estimate import Estimate, Landmark
@@ -90,7 +91,8 @@ class Pilot:
         """Reset everything: before the first frame, and after a jump back in a recording."""
         settings = self._settings
         self._stamp = stamp
-        self._sensors = SensorWatch(self._profile, stamp)
+        self._sensors, self._repeats = SensorWatch(self._profile, stamp), RepeatedReadings(self._profile)
+        self._wheels: Wheels | None = None  # of the frame before
         self._odometry = Odometry(self._profile.laser, settings.motion, settings.scan_odometry)
         self._timing = ScanTiming(self._profile, settings.time_offset)
         self._vision = LandmarkPerception(self._profile, settings)
@@ -177,11 +179,11 @@ class Pilot:
         with self._inbox.between_frames:
             self._begin_again_after_a_seek(frame.stamp)
             self._inbox.open(frame.stamp)
-            sensed = frame
-            frame = self._profile.first_view(frame)
+            sensed = self._repeats.taken_out(frame, self._wheels)
+            frame = self._profile.first_view(sensed)
             motion = self._odometry.update(frame)
+            self._wheels = motion.wheels
             frame = self._timing.correct(frame, motion)
-            frame = self._vision.without_repeats(frame, motion.wheels)
             seen = self._vision.look(frame, motion)
             self._scanned = self._scanned if frame.scan is None else frame.stamp
             self._mapper.may_turn = self._needs_a_place
@@ -291,13 +293,22 @@ class Pilot:
             self._notices.add(frame.stamp, "info", frame.note)
 
     def _report_sensors(self, frame: SensorFrame) -> None:
-        """Tell the operator which sensors are lost; not while a recording stands still."""
+        """Tell the operator which sensors hang or are lost; not while a recording stands still."""
+        for (kind, name), trouble in self._repeats.troubles():
+            self._notices.watch(
+                frame.stamp,
+                f"hanging {kind} {name}",
+                trouble,
+                "warning",
+                f"The {kind} {name} shows something new again.",
+            )
         self._sensor_status = self._sensors.update(frame)
         for status in self._sensor_status:
             alone = sum(other.kind == status.kind for other in self._sensor_status) == 1
             cause = f"silent {status.kind} {status.name}"
-            trouble = loss(status, alone) if status.state == "lost" else ""
-            self._notices.watch(frame.stamp, cause, trouble, "error", relief(status, alone))
+            lost = status.state == "lost" and not self._repeats.hangs(status.kind, status.name)
+            trouble = loss(status, alone) if lost else ""
+            self._notices.watch(frame.stamp, cause, trouble, "error", recovery(status, alone))
 
     def _publish(
         self,

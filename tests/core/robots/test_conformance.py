@@ -241,8 +241,7 @@ def stop_delays(robot: Emulated, session: DriverSession, stops: int) -> tuple[li
     chance, delays, machine = np.random.default_rng(1), list[float](), list[float]()
     with loopback() as measured:
         for _ in range(stops):
-            session.ask(SLOW)
-            until(lambda: moves(robot))
+            session.frames(5.0, SLOW, until=lambda _: moves(robot))
             session.frames(float(chance.uniform(0.0, 0.05)))
             session.ask(ZERO)
             until(lambda: not moves(robot))
