@@ -12,7 +12,7 @@ from fastapi import APIRouter, FastAPI, Request, Response
 from console.access.roles import FORGOTTEN, declared, needs
 from console.api import PROBLEM
 from console.api.help import as_page
-from console.api.typed_route import REF, OpenApi, TypedRoute
+from console.api.typed_route import REF, OpenApi, TypedRoute, schemas_of
 from console.messages.json_schema import socket_schema
 
 documentation = APIRouter()
@@ -48,10 +48,10 @@ class DescribedApp(FastAPI):
         components = description.setdefault("components", {})
         schemas = components.setdefault("schemas", {})
         schemas |= {"Problem": PROBLEM, **FILES}
-        for route in self.routes:
-            if isinstance(route, TypedRoute):
-                add_schemas(schemas, route.components)
-                describe_operations(description["paths"].get(route.path, {}), route)
+        routes = [route for route in self.routes if isinstance(route, TypedRoute)]
+        add_schemas(schemas, schemas_of(kind for route in routes for kind in route.structs))
+        for route in routes:
+            describe_operations(description["paths"].get(route.path, {}), route)
         components["securitySchemes"] = {
             "key": {"type": "http", "scheme": "bearer", "description": "A key, with every request."},
             "login": {"type": "apiKey", "in": "cookie", "name": self.cookie, "description": "Of POST /api/login."},

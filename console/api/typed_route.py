@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterable
 from types import UnionType
 from typing import Any, TypeVar, Union, cast, get_args, get_origin
 
@@ -47,11 +47,10 @@ class TypedRoute(APIRoute):
         signature = inspect.signature(endpoint, eval_str=True)
         own = getattr(endpoint, DECLARED, None)
         structs = structs_of(signature.return_annotation if own is None else own)
-        self.components: OpenApi = {}  # schemas that the description of the answer refers to, by name
+        self.structs = structs  # that the description of the answer names; `schemas_of` has their form
         if structs:
-            schemas, components = msgspec.json.schema_components(structs, ref_template=REF)
-            self.components = with_plain_tuples(components)
-            schema = schemas[0] if len(schemas) == 1 else {"anyOf": list(schemas)}
+            schemas: list[OpenApi] = [{"$ref": REF.format(name=kind.__name__)} for kind in structs]
+            schema = schemas[0] if len(schemas) == 1 else {"anyOf": schemas}
             status: int = options.get("status_code") or 200
             described: Responses = {status: {"content": {"application/json": {"schema": schema}}}}
             options |= {"responses": described | (options.get("responses") or {}), "response_model": None}
@@ -66,6 +65,18 @@ def structs_of(hint: Any) -> tuple[type[msgspec.Struct], ...]:
     kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
     are_structs = all(isinstance(kind, type) and issubclass(kind, msgspec.Struct) for kind in kinds)
     return kinds if are_structs else ()
+
+
+def schemas_of(structs: Iterable[type[msgspec.Struct]]) -> OpenApi:
+    """Return the schemas of structs and of all that they hold, by name: of many at once, which takes far less time.
+
+    Raises RuntimeError for two of one name.
+    """
+    _, schemas = msgspec.json.schema_components(structs, ref_template=REF)
+    for name in schemas:
+        if "." in name:  # msgspec tells them apart by their modules
+            raise RuntimeError(f"Two structs of the interface are called {name.rpartition('.')[2]}; rename one.")
+    return with_plain_tuples(schemas)
 
 
 def with_plain_tuples(schema: Any) -> Any:

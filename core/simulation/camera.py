@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 
-from core.geometry import Pose
+from core.geometry import Pose, Transform
 from core.message import Array
+from core.optics import CameraModel
 from core.sensors.camera import Camera, Image
 from core.simulation.rendering.render import Renderer
 from core.simulation.rendering.view import Eye, PinholeView
@@ -35,12 +38,8 @@ class SimulatedCamera:
         """`exposure` [s] blurs by the turn meanwhile; `defocus` is the sd [pixel] of a blur everywhere."""
         self.camera, self._rng, self._light = camera, rng, light
         self._exposure, self._defocus = exposure, defocus
-        rays, self._heading = _level_rays(camera)
-        view = _view_around(rays, FINER * camera.model.fx)
-        map_u = (view.cx + view.focal * rays[:, :, 0]).astype(np.float32)
-        map_v = (view.cy + view.focal * rays[:, :, 1]).astype(np.float32)
-        self._lens = cv2.convertMaps(map_u, map_v, cv2.CV_16SC2)
-        self._renderer = Renderer(view, world)
+        self._lens = _lens(camera.model, camera.mounting)
+        self._renderer = Renderer(self._lens.view, world)
         noise_sd = 255 / 10 ** (snr / 20)
         shape = (camera.model.height + SPARE, camera.model.width + SPARE, 3)
         self._noise = np.round(rng.normal(0.0, noise_sd, shape)).astype(np.int16)
@@ -51,7 +50,7 @@ class SimulatedCamera:
         """The picture of a robot at `pose`, in the middle of the exposure, that turns at `turn_rate` [rad/s]."""
         model, mounting = self.camera.model, self.camera.mounting
         x, y = pose.apply(mounting.translation[None, :2])[0]
-        eye = Eye(float(x), float(y), float(mounting.translation[2]), pose.heading + self._heading)
+        eye = Eye(float(x), float(y), float(mounting.translation[2]), pose.heading + self._lens.heading)
         turned = abs(turn_rate) * self._exposure
         if self._view is None or self._view[0] is not world or self._view[1:] != (eye, turned):
             self._view, self._pixels = (world, eye, turned), self._without_noise(world, eye, turned)
@@ -63,7 +62,7 @@ class SimulatedCamera:
         """The picture (H, W, 3) uint8 as light and lens make it; a standing robot needs it only once."""
         drawn = cv2.GaussianBlur(self._renderer.draw(world, eye), (3, 3), 0.6)
         drawn = self._blurred(drawn, turned)
-        pixels = cv2.remap(drawn, *self._lens, cv2.INTER_LINEAR)
+        pixels = cv2.remap(drawn, *self._lens.maps, cv2.INTER_LINEAR)
         return cv2.convertScaleAbs(pixels, alpha=self._light) if self._light != 1.0 else pixels
 
     def _blurred(self, drawn: Array, turned: float) -> Array:
@@ -84,9 +83,27 @@ def _box(length: float) -> Array:
     return (kernel / kernel.sum())[None, :]
 
 
-def _level_rays(camera: Camera) -> tuple[Array, float]:
+class _Lens(NamedTuple):
+    """What a camera's lens makes of a level view that is drawn without one."""
+
+    view: PinholeView
+    heading: float  # [rad] of the view, in the robot's axes
+    maps: tuple[Array, Array]  # the picture's pixels in the view, as `cv2.remap` takes them
+
+
+@lru_cache(maxsize=4)
+def _lens(model: CameraModel, mounting: Transform) -> _Lens:
+    """The lens of a camera; messages are keys by identity, so robots with the camera of every day share one."""
+    rays, heading = _level_rays(model, mounting.rotation)
+    view = _view_around(rays, FINER * model.fx)
+    map_u = (view.cx + view.focal * rays[:, :, 0]).astype(np.float32)
+    map_v = (view.cy + view.focal * rays[:, :, 1]).astype(np.float32)
+    first, second = cv2.convertMaps(map_u, map_v, cv2.CV_16SC2)
+    return _Lens(view, heading, (first, second))
+
+
+def _level_rays(model: CameraModel, rotation: Array) -> tuple[Array, float]:
     """Return the ray of each pixel (H, W, 2), right and down per metre ahead, and the level heading [rad]."""
-    model, rotation = camera.model, camera.mounting.rotation
     u, v = np.meshgrid(np.arange(model.width), np.arange(model.height))
     ideal = model.unproject(np.column_stack((u.ravel(), v.ravel())).astype(float))
     rays = np.column_stack((ideal, np.ones(len(ideal)))) @ rotation.T

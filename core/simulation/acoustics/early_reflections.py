@@ -7,7 +7,7 @@ change without steps. The sound is kept 16 times finer than its samples: arrival
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import upfirdn
+from numpy.lib.stride_tricks import sliding_window_view
 
 from core.message import Array
 from core.simulation.acoustics.shoebox import FINER
@@ -15,6 +15,7 @@ from core.simulation.acoustics.shoebox import FINER
 HALF = 8  # samples on either side that count for a value in between; all sound is late by that much
 FARTHEST = 45.0  # [m] that an arrival may have come
 FILTER = np.sinc(np.arange(-HALF * FINER, HALF * FINER + 1) / FINER) * np.kaiser(2 * HALF * FINER + 1, 7.0)
+PHASES = np.append(FILTER, np.zeros(FINER - 1)).reshape(-1, FINER)[::-1]  # (2 HALF + 1, FINER), the last sample first
 
 
 class Arrivals:
@@ -34,7 +35,7 @@ class Arrivals:
         count = len(dry)
         context = np.concatenate((self._recent, dry))
         self._recent = context[-2 * HALF :]
-        finer = np.asarray(upfirdn(FILTER, context, up=FINER))[2 * HALF * FINER :][: count * FINER]
+        finer = (sliding_window_view(context, len(PHASES)) @ PHASES).ravel()
         kept = np.concatenate((self._fine, finer))
         self._fine = kept[count * FINER :]
         share = np.arange(1, count + 1) / count

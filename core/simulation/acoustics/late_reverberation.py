@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 
+import cv2
 import numpy as np
-from scipy.fft import next_fast_len
 
 from core.message import Array
 from core.simulation.acoustics.early_reflections import HALF
@@ -25,7 +25,7 @@ def echo_length(rt60: float, rate: int) -> int:
     """Samples of the responses of rooms with that reverberation time [s]; 0 without one."""
     if rt60 == 0:
         return 0
-    return int(next_fast_len(int((DECAY * rt60 + WIDEST / SPEED_OF_SOUND) * rate) + 64, real=True) or 0)
+    return cv2.getOptimalDFTSize(int((DECAY * rt60 + WIDEST / SPEED_OF_SOUND) * rate) + 64)
 
 
 def echo_in_pieces(
@@ -99,7 +99,7 @@ class Convolver:
     """Sound that comes in blocks through responses that may change; a change is faded in over one block."""
 
     def __init__(self, length: int, block: int) -> None:
-        self._size = int(next_fast_len(length + block, real=True) or 0)
+        self._size = cv2.getOptimalDFTSize(length + block)
         self._past = np.zeros(self._size)
         self._spectra: Array | None = None  # (M, F)
         self._next: Array | None = None

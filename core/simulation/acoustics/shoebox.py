@@ -10,7 +10,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import oaconvolve
 
 from core.errors import BadInput
 from core.message import Array
@@ -111,6 +110,8 @@ def _placed(delays: Array, gains: Array, length: int, rate: int) -> Array:
 
 def heard(signal: Array, responses: Array) -> Array:
     """A dry signal (N,) and responses (M, L) → what the microphones hear, (N, M); the tail is cut."""
+    from scipy.signal import oaconvolve  # takes a second, and a robot in its room hears in real time without it
+
     return oaconvolve(signal[None], responses, axes=1)[:, : len(signal)].T
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from scipy.spatial.transform import Rotation
+import cv2
 
 from core.geometry import Pose, Transform, wrap
 from core.simulation.actors.board_holder import HeldBoardRequest
@@ -40,8 +40,8 @@ def smooth(share: float) -> float:
 
 def _board(start: HeldBoard, end: HeldBoard, gone: float) -> HeldBoard:
     """The middle goes straight while the board turns about one axis."""
-    turn = Rotation.from_matrix(end.pose.rotation @ start.pose.rotation.T).as_rotvec()
-    rotation = Rotation.from_rotvec(gone * turn).as_matrix() @ start.pose.rotation
+    turn, _ = cv2.Rodrigues(end.pose.rotation @ start.pose.rotation.T)
+    rotation = cv2.Rodrigues(gone * turn)[0] @ start.pose.rotation
     place = start.place + gone * (end.place - start.place)
     return replace(end, pose=Transform(rotation=rotation, translation=place - rotation @ end.middle))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import cv2
@@ -106,26 +107,41 @@ def _bend(walls: Array, number: int, *, end: bool) -> int:
     return -int(np.sign(ax * by - ay * bx))
 
 
+class _Room(NamedTuple):
+    """A world's textures that nothing changes."""
+
+    walls: WallTexture
+    corner: tuple[float, float]  # [m] of floor and ceiling
+    floor: Mipmap  # without the shadows of what was placed in the world
+    ceiling: Mipmap
+
+
+@lru_cache(maxsize=2)
+def _room(world: World) -> _Room:
+    """Paint a world, or return it as it was painted: worlds are keys by identity and never change."""
+    bounds = world.bounds
+    corner = (bounds.x0 - 0.1, bounds.y0 - 0.1)
+    size = bounds.x1 - bounds.x0 + 0.2, bounds.y1 - bounds.y0 + 0.2
+    scale = min(FLOOR_FINEST, (FLOOR_PIXELS / (size[0] * size[1])) ** 0.5)
+    standing = [
+        _plan(solid) - corner
+        for thing in world.things
+        if thing.fixed
+        for solid in thing.solids
+        if solid.bottom == 0.0
+    ]
+    bare = pyramid(paint_floor(*size, scale, [*_walls_plan(world, corner), *standing]), FLOOR_LEVELS)
+    ceiling = pyramid(paint_ceiling(*size, 40.0), LEVELS)
+    return _Room(WallTexture(world), corner, Mipmap(bare, scale), Mipmap(ceiling, 40.0))
+
+
 class WorldTextures:
     """The textures of the camera's picture of a world."""
 
     def __init__(self, world: World) -> None:
-        self.walls = WallTexture(world)
-        bounds = world.bounds
-        self.corner = (bounds.x0 - 0.1, bounds.y0 - 0.1)  # of floor and ceiling
-        size = bounds.x1 - bounds.x0 + 0.2, bounds.y1 - bounds.y0 + 0.2
-        scale = min(FLOOR_FINEST, (FLOOR_PIXELS / (size[0] * size[1])) ** 0.5)
-        standing = [
-            _plan(solid) - self.corner
-            for thing in world.things
-            if thing.fixed
-            for solid in thing.solids
-            if solid.bottom == 0.0
-        ]
-        bare = pyramid(paint_floor(*size, scale, [*_walls_plan(world, self.corner), *standing]), FLOOR_LEVELS)
-        self._bare, self.floor = bare, Mipmap([level.copy() for level in bare], scale)
+        self.walls, self.corner, self._bare, self.ceiling = _room(world)
+        self.floor = Mipmap([level.copy() for level in self._bare.images], self._bare.scale)
         self._shaded: list[tuple[Array, Array]] = []  # parts of the floor, and how they are when bare
-        self.ceiling = Mipmap(pyramid(paint_ceiling(*size, 40.0), LEVELS), 40.0)
         self._furniture: dict[tuple[str, float, float], Mipmap] = {}
 
     def furniture(self, solid: Solid, width: float) -> Mipmap:
@@ -147,7 +163,7 @@ class WorldTextures:
             part[:] = bare
         self._shaded.clear()
         placed = [solid for thing in world.things if not thing.fixed for solid in thing.solids if solid.bottom == 0.0]
-        for level, (image, bare) in enumerate(zip(self.floor.images, self._bare, strict=True)):
+        for level, (image, bare) in enumerate(zip(self.floor.images, self._bare.images, strict=True)):
             for solid in placed:
                 self._darken(image, bare, _plan(solid) - self.corner, self.floor.scale / 2**level)
 

@@ -1,4 +1,4 @@
-"""The worker that reads words loads no more than it needs."""
+"""The processes beside the console load no more than they need."""
 
 from __future__ import annotations
 
@@ -6,10 +6,15 @@ import subprocess
 import sys
 
 
-def test_the_reader_of_words_does_without_scipy_and_the_pilot_has_what_it_plans_with():
-    worker = "import sys, console.speech.transcription_worker, core.speech.whisper.recognizer; "
-    pilot = "import sys, core.pilot.pilot; "
-    for imports, present in ((worker, False), (pilot, True)):
-        script = imports + "print('scipy.sparse.csgraph' in sys.modules)"
+def test_the_reader_of_words_and_the_simulator_do_without_scipy_and_the_pilot_has_what_it_plans_with():
+    planner = "scipy.sparse.csgraph"
+    worker = "console.speech.transcription_worker, core.speech.whisper.recognizer"
+    simulator = "core.robots.process, core.simulation.robot"
+    for imports, module, present in (
+        (worker, planner, False),
+        (simulator, "scipy", False),
+        ("core.pilot.pilot", planner, True),
+    ):
+        script = f"import sys, {imports}; print({module!r} in sys.modules)"
         done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
         assert done.stdout.strip() == str(present)
