@@ -43,9 +43,16 @@ import { startPage } from "./page.js";
  */
 const part = (tag) => /** @type {T} */ (document.querySelector(tag));
 
-/** @param {import("./net/session.js").Session} session */
-function begin(session) {
+/**
+ * @param {import("./net/session.js").Session} session
+ * @param {import("./shell/shell.js").Shell} shell
+ */
+function begin(session, shell) {
   const operatorInput = new OperatorInput(session);
+  shell.onPage((row) => {
+    operatorInput.enable(row.path === "");
+    /** @type {import("./panels/page-menu.js").PageMenu} */ (part("page-menu")).open(row);
+  });
   /** @type {import("./panels/drive-pad.js").DrivePad} */ (part("drive-pad")).hold(operatorInput);
   /** @type {import("./panels/scene-view.js").SceneView} */ (part("scene-view")).whenLoaded((inner) =>
     operatorInput.listenTo(inner),
@@ -81,7 +88,6 @@ function begin(session) {
     document.body.classList.toggle("is-dry-run", robot.dry_run);
   });
   session.on("heard", (view) => operatorInput.show(view));
-  return true; // its keys stop the robot too
 }
 
-startPage({ begin });
+startPage(begin);
