@@ -18,7 +18,7 @@ from console.scene.viser_host.page import ScenePage
 page = APIRouter()
 
 NO_CACHE = {"Cache-Control": "no-cache"}
-PAGES = ("calibrate", "hearing", "people", "maps", "connect", "help")
+PAGES = ("calibrate", "hearing", "people", "maps", "experiments", "connect", "help")
 """Pages beside the console itself; static/js/shell/pages.js has their rows. All are one document."""
 
 

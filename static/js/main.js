@@ -44,6 +44,22 @@ import { startPage } from "./page.js";
 const part = (tag) => /** @type {T} */ (document.querySelector(tag));
 
 /**
+ * Open the settings; their sheet is loaded when it is first wanted.
+ * @param {import("./net/session.js").Session} session
+ */
+async function openSettings(session) {
+  const { SettingsSheet } = await import("./settings/settings-sheet.js");
+  let sheet = document.querySelector("settings-sheet");
+  if (!(sheet instanceof SettingsSheet)) {
+    sheet = new SettingsSheet();
+    /** @type {import("./settings/settings-sheet.js").SettingsSheet} */ (sheet).hidden = true;
+    document.querySelector("sign-in-sheet")?.after(sheet);
+    /** @type {import("./settings/settings-sheet.js").SettingsSheet} */ (sheet).join(session);
+  }
+  /** @type {import("./settings/settings-sheet.js").SettingsSheet} */ (sheet).toggle();
+}
+
+/**
  * @param {import("./net/session.js").Session} session
  * @param {import("./shell/shell.js").Shell} shell
  */
@@ -76,6 +92,10 @@ function begin(session, shell) {
   addEventListener("show-sign-ins", () => {
     operatorInput.letGo();
     /** @type {import("./panels/sign-in-sheet.js").SignInSheet} */ (part("sign-in-sheet")).toggle();
+  });
+  addEventListener("show-settings", () => {
+    operatorInput.letGo();
+    void openSettings(session);
   });
   addEventListener("show-hints", () =>
     /** @type {import("./panels/coach-marks.js").CoachMarks} */ (part("coach-marks")).begin(),

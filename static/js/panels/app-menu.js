@@ -14,6 +14,7 @@ class AppMenu extends Panel {
   #keys = item("keys", "Keys", "Every key of this page.");
   #gamepad = item("gamepad", "Gamepad", "Its buttons and sticks, and what each does.");
   #signIns = item("qr", "Phones and sign-ins", "A link for a phone or another person; who is signed in.");
+  #settings = item("settings", "Settings", "Speeds, distances, voice, recognizer; which need a restart.");
   #hints = item("hints", "Show the first hints again", "");
   #single = make("input", { type: "checkbox", class: "switch", role: "switch" });
   #switch = make(
@@ -43,6 +44,7 @@ class AppMenu extends Panel {
     this.#keys,
     this.#gamepad,
     this.#signIns,
+    this.#settings,
     this.#hints,
     this.#switch,
     this.#docs,
@@ -71,6 +73,7 @@ class AppMenu extends Panel {
     on(this.#keys, () => this.dispatchEvent(new CustomEvent("show-keys", { bubbles: true })));
     on(this.#gamepad, () => this.dispatchEvent(new CustomEvent("show-gamepad", { bubbles: true })));
     on(this.#signIns, () => this.dispatchEvent(new CustomEvent("show-sign-ins", { bubbles: true })));
+    on(this.#settings, () => this.dispatchEvent(new CustomEvent("show-settings", { bubbles: true })));
     on(this.#hints, () => this.dispatchEvent(new CustomEvent("show-hints", { bubbles: true })));
     on(this.#leave, () => void this.session.leave());
   }

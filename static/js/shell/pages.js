@@ -64,6 +64,14 @@ export const PAGES = [
     load: () => import("../maps/main.js"),
   },
   {
+    path: "experiments",
+    name: "Experiments",
+    icon: "estimate",
+    says: "The chapter's figures and tables, computed again on this computer.",
+    styles: ["experiments/experiments.css"],
+    load: () => import("../experiments/main.js"),
+  },
+  {
     path: "connect",
     name: "Connect",
     icon: "antenna",
