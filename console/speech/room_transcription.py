@@ -59,7 +59,7 @@ log = logging.getLogger(__name__)
 
 MOST_LOSSES = 3  # of the worker, one after the other
 REMEMBERED = 50  # utterances
-OFFERED = 15.0  # [s] that a command is offered that rejected words most likely were
+OFFERED = 15.0  # [s] that commands are offered that rejected words most likely were
 CREEPS = 0.01  # [m/s], [rad/s] up to which the robot's own motors are not heard
 KNOWN = 30.0  # [s] for which the robot's clock is known in ours
 ROOM = Person("room", "a voice in the room", "viewer")
@@ -81,7 +81,7 @@ class RoomUtterance:
     sd_rad: float | None
     verdict: Verdict
     confidence: float  # 0 to 1
-    suggested_command: str = ""  # the command that rejected words most likely were
+    suggested_commands: tuple[str, ...] = ()  # that rejected words most likely were
 
 
 class RoomTranscriber:
@@ -171,8 +171,8 @@ class RoomTranscriber:
         """How it is with them."""
         newest = self.utterances[-1] if self.utterances else None
         fresh = newest is not None and 0 <= self.stamp - newest.t1_s < OFFERED
-        offered = newest.suggested_command if newest is not None and fresh else ""
-        return TranscriptionStatus(starting=not self.trouble and not self._worker.ready, suggested_command=offered)
+        offered = newest.suggested_commands if newest is not None and fresh else ()
+        return TranscriptionStatus(starting=not self.trouble and not self._worker.ready, suggested_commands=offered)
 
     @property
     def engine(self) -> str:
@@ -269,5 +269,5 @@ class RoomTranscriber:
             sd_rad=None if best is None else round(best.sd_heard, 4),
             verdict=decision.verdict,
             confidence=round(decision.confidence, 3),
-            suggested_command=decision.offered,
+            suggested_commands=decision.offered,
         )

@@ -91,8 +91,8 @@ class CommandStatus extends Panel {
       mark(this.#progress, "aria-valuenow", String(percent));
     }
     const line = this.#log.line(view, now, READY);
-    const offered = line.room ? state?.ears?.suggested_command : null;
-    this.#show(offered ? { ...line, suggestions: [offered] } : line);
+    const offered = (line.room && state?.ears?.suggested_commands) || [];
+    this.#show(offered.length ? { ...line, suggestions: offered } : line);
   }
 
   /** @param {Said} said */
