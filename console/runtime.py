@@ -35,8 +35,11 @@ from console.control.own_navigation import OwnNavigationService
 from console.control.pending_commands import PendingCommands
 from console.control.pilot_supervisor import PilotSupervisor
 from console.control.playback import PlaybackController
+from console.control.settings_in_use import NAME as SETTINGS
+from console.control.settings_in_use import SettingsInUse
 from console.control.state_times import StateTimes
 from console.data_folder import DataFolder
+from console.experiments.runs import ExperimentRuns
 from console.maps.service import MapService
 from console.people.look_service import LookService
 from console.people.service import EnrollmentService
@@ -79,7 +82,9 @@ class Runtime:
         home: Path,
         access: Access | None = None,
         settings: Settings | None = None,
+        settings_file: Path | None = None,
     ) -> None:
+        """`settings_file`: where changed settings are saved; None: in the data folder."""
         settings = settings or Settings()
         self.robot = robot
         self.chapter: ChapterMode = settings.chapter.mode  # "printed": the chapter's own equations run
@@ -99,8 +104,10 @@ class Runtime:
         self.spoken = VoiceCommands(self.ears, self.dispatcher, self.lease, self.pending_commands, self.board)
         self.microphone = BrowserMicrophone(settings.speech)
         self.voice = RobotVoice(settings=settings.voice)
+        self.settings_in_use = SettingsInUse(settings, settings_file or home / SETTINGS, self._adopt)
         self.connection = ConnectionService(home, robot)
         self.quality = QualityRuns(home, settings.simulation, settings.speech)
+        self.experiments = ExperimentRuns(home)
         self.player = PlaybackController(robot, self.history, self.board)
         self.own_navigation = OwnNavigationService(robot, self.dispatcher, self.history, self.board)
         self.dispatcher.when_cancelled.append(self.own_navigation.stop_soon)
@@ -179,7 +186,11 @@ class Runtime:
         await asyncio.to_thread(self.history.open)
         await self.scene.open(self.dispatcher, self.sockets)
         await asyncio.gather(
-            self.calibration_service.open(), self.quality.open(), self.array.open(), self.people.open()
+            self.calibration_service.open(),
+            self.quality.open(),
+            self.array.open(),
+            self.people.open(),
+            self.experiments.open(),
         )
         self.pilots.start()
         for task in (
@@ -214,7 +225,15 @@ class Runtime:
             await self.login_keeper.settle()
         await self.pilots.close()
         self.look.close()
-        parts = (self.calibration_service, self.ears, self.microphone, self.quality, self.array, self.people)
+        parts = (
+            self.calibration_service,
+            self.ears,
+            self.microphone,
+            self.quality,
+            self.array,
+            self.people,
+            self.experiments,
+        )
         await asyncio.gather(*(part.close() for part in parts))
         await asyncio.to_thread(self.robot.close)
         await self.scene.close()
@@ -277,11 +296,18 @@ class Runtime:
         pilot.look_through(self.array.profile(self.calibration_service.profile()))
         pilot.obey_only(self.people.chosen)
         pilot.find_people_with(self.look.for_pilot)
+        pilot.drive_with(self.settings_in_use.now)
         callbacks = (self._published, partial(self._call, self.pilots.bury), self.voice.deaf)
         thread = PilotThread(self.robot, pilot, self.dispatcher.setpoint_sender, *callbacks)
         thread.start()
         self.dispatcher.pilot = pilot
         return thread
+
+    def _adopt(self, settings: Settings) -> None:
+        """Settings that are declared live have changed."""
+        self.voice.settings = settings.voice
+        if (thread := self.pilots.thread) is not None:
+            thread.pilot.drive_with(settings)
 
     def ask_for_people(self) -> None:
         """The pilot asks what the settings name, where it is here now."""

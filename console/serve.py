@@ -29,6 +29,7 @@ from console.access.records import AccessFile
 from console.access.token_file import read_token
 from console.app import create_app
 from console.browser import browse
+from console.control.settings_in_use import NAME as SETTINGS
 from console.control.text_file_commands import TextFileCommands
 from console.control.text_file_reader import TextFileReader
 from console.control.text_file_writer import TextFileWriter
@@ -117,15 +118,22 @@ class Server(uvicorn.Server):
         super().handle_exit(sig, frame)
 
 
+def settings_file(options: Options, home: Path) -> Path | None:
+    """The file with changed settings: the one that was named, else that of the data folder where there is one."""
+    own = home / SETTINGS
+    return options.settings or (own if own.is_file() else None)
+
+
 def serve(options: Options) -> None:
     """Run the console until a signal ends it. Raises BadInput and Unavailable with a sentence."""
     check(options)
-    settings = load(options.settings)
+    home = home_folder(options.data)
+    file = settings_file(options, home)
+    settings = load(file)
     os.umask(0o077)  # what the console writes is its owner's alone
     take_precedence(options)
     sys.setswitchinterval(SWITCH)
     most = raise_file_limit()
-    home = home_folder(options.data)
     with locked(home) as lock, bound(options.host, options.port) as listener:
         start_logging(options.log or home / "console.log")
         port = int(listener.getsockname()[1])
@@ -142,9 +150,16 @@ def serve(options: Options) -> None:
             limits=settings.limits,
             home=home,
             gate_trace=options.gate_trace,
-            settings_file=options.settings,
+            settings_file=file,
         )
-        runtime = Runtime(robot, lambda: Pilot(robot.profile, settings), home=home, access=access, settings=settings)
+        runtime = Runtime(
+            robot,
+            lambda: Pilot(robot.profile, settings),
+            home=home,
+            access=access,
+            settings=settings,
+            settings_file=file,
+        )
         if options.text_files is not None:
             files = TextFileReader(options.text_files)
             parts = (runtime.dispatcher, runtime.lease, runtime.history, runtime.board)

@@ -67,9 +67,9 @@ NEVER_FOUND_AGAIN, NEVER_SLIPS = 1000, 50  # the largest values: what needs so m
 class ChapterSettings(Section):
     """The chapter's forms, or ours."""
 
-    mode: Annotated[ChapterMode, Meta(meaning="printed: the chapter's own equations in the place of our forms")] = (
-        "ours"
-    )
+    mode: Annotated[
+        ChapterMode, Meta(meaning="printed: the chapter's own equations in the place of our forms", common=True)
+    ] = "ours"
 
 
 @dataclass(frozen=True)

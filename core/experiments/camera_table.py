@@ -20,6 +20,7 @@ from core.calibration.files.written import write_all
 from core.calibration.practice import held, picture
 from core.calibration.projection import PARAMETERS
 from core.errors import Unavailable
+from core.experiments.about import About, ChapterValue
 from core.experiments.figures.figure_15 import figure_15
 from core.experiments.figures.figures_13_14 import figure_13, figure_14
 from core.experiments.result import BoardPoseFigures, ExperimentResult
@@ -33,6 +34,19 @@ RUNS = 40
 SYMBOLS = ("f_u (pixels)", "f_v (pixels)", "u_0 (pixels)", "v_0 (pixels)", "k1(r)", "k2(r)", "k1(t)", "k2(t)")
 PRINTED = (1.71848, 1.57392, 1.18310, 1.82011, 0.00763, 0.01870, 0.00195, 0.00052)
 """The paper's column "standard dev.": three standard deviations."""
+
+ABOUT = About(
+    title="Table 3: the camera's intrinsics",
+    reproduces="Table 3 and figures 13-15, from pictures of a rendered board by the chapter's camera.",
+    runs=RUNS,
+    counts="calibrations",
+    base_s=0.0,
+    run_s=0.0,
+    chapter=tuple(
+        ChapterValue(name=symbol, value=getattr(TABLE_3, name), ours=f"table.{row}.value")
+        for row, (symbol, name) in enumerate(zip(SYMBOLS, PARAMETERS, strict=False))
+    ),
+)
 
 
 class Captured(NamedTuple):

@@ -128,6 +128,10 @@ class Pilot:
         """Come to and follow only this person from the next frame on; None: anybody."""
         self._inbox.put(lambda _: setattr(self, "_who", who))
 
+    def drive_with(self, settings: Settings) -> None:
+        """Take the settings of driving, walls and people, which are read with every frame, from the next frame on."""
+        self._inbox.put(lambda _: setattr(self, "_settings", live(self._settings, settings)))
+
     def find_people_with(self, look: PersonLook | None) -> None:
         """Ask this for people in pictures, from the next command on; None: the embedded detector."""
         self._inbox.put(lambda _: setattr(self, "_look", look))
@@ -364,6 +368,11 @@ def of_robot(settings: Settings, profile: Profile) -> Settings:
     if not profile.drives:
         return settings
     return replace(settings, motion=replace(settings.motion, wheelbase=profile.wheelbase))
+
+
+def live(present: Settings, wanted: Settings) -> Settings:
+    """The present settings with the wanted ones of the sections that may change at any frame."""
+    return replace(present, steering=wanted.steering, wall=wanted.wall, person_following=wanted.person_following)
 
 
 def parts_of(settings: Settings) -> MapperSettings:

@@ -53,7 +53,7 @@ KEYFRAME_WAY, KEYFRAME_TURN = 0.4, math.radians(40)  # [m], [rad] after which a 
 class TimeOffsetSettings(Section):
     """Settings of the estimate of a laser's time offset."""
 
-    estimate: Annotated[bool, Meta(meaning="whether the offset is estimated and corrected")] = True
+    estimate: Annotated[bool, Meta(meaning="whether the offset is estimated and corrected", common=True)] = True
     largest: Annotated[float, Meta("s", 0.05, 0.5, "offset that is looked for, at most")] = 0.2
     turning: Annotated[float, Meta("rad/s", 0.02, 1, "turn rate from which a turn is looked at")] = 0.15
     accepted_sd: Annotated[float, Meta("s", 1e-3, 0.1, "sd from which the offset is believed")] = 0.01

@@ -79,6 +79,8 @@ export class Session {
   #lostControl = null;
   #stoppedAt = -Infinity; // [ms] newest STOP of this page
   #wantsCamera = true;
+  /** @type {Set<object>} parts of the page that show the camera's picture */
+  #watchers = new Set();
   /** @type {string | null} */
   #wantsCalibration = null;
 
@@ -92,11 +94,13 @@ export class Session {
   }
 
   /**
+   * Listen. A page that is opened later learns of the newest hello at once.
    * @template {keyof SessionEvents} K
    * @param {K} what
    * @param {(detail: SessionEvents[K]) => void} then
    */
   on(what, then) {
+    if (what === "hello" && this.hello) then(/** @type {SessionEvents[K]} */ (this.hello));
     this.#events.addEventListener(what, (event) => then(/** @type {CustomEvent} */ (event).detail));
   }
 
@@ -215,11 +219,17 @@ export class Session {
     this.link.send({ kind: "drive", ...frame });
   }
 
-  /** @param {boolean} camera true while the picture is shown */
-  want(camera) {
-    if (camera === this.#wantsCamera) return;
-    this.#wantsCamera = camera;
-    this.link.send({ kind: "want", camera });
+  /**
+   * @param {object} watcher a part of the page
+   * @param {boolean} camera true while it shows the camera's picture
+   */
+  want(watcher, camera) {
+    if (camera) this.#watchers.add(watcher);
+    else this.#watchers.delete(watcher);
+    const wanted = this.#watchers.size > 0;
+    if (wanted === this.#wantsCamera) return;
+    this.#wantsCamera = wanted;
+    this.link.send({ kind: "want", camera: wanted });
   }
 
   /** @param {string | null} id of the calibration session to subscribe to */

@@ -160,7 +160,6 @@ function letCall(caller, words) {
   return button;
 }
 
-const howItWorks = () =>
-  make("a", { class: "chip", href: "help/how-to/call-the-robot", target: "_blank" }, "How it works");
+const howItWorks = () => make("a", { class: "chip", href: "help#how-to/call-the-robot.md" }, "How it works");
 
 customElements.define("command-status", CommandStatus);

@@ -42,7 +42,6 @@ class RobotBadge extends Panel {
       write(this.#word, robot.kind);
       write(this.#name, robot.name);
       this.#name.title = robot.url;
-      document.title = `${robot.name} · Beckon`;
     });
   }
 
