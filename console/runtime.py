@@ -43,6 +43,7 @@ from console.experiments.runs import ExperimentRuns
 from console.maps.service import MapService
 from console.people.look_service import LookService
 from console.people.service import EnrollmentService
+from console.rest import RestDetector
 from console.robot.link import RobotLink
 from console.robot.pilot_thread import PilotPace, PilotThread
 from console.scene import Scene
@@ -67,6 +68,7 @@ log = logging.getLogger(__name__)
 
 BEAT = 0.05  # [s]
 STATE_GAP = 0.045  # [s] at least between two states: 20 Hz
+REST_GAP = 0.2  # [s] the same while the robot rests and nothing happens at the console
 
 
 class Runtime:
@@ -139,6 +141,8 @@ class Runtime:
         self.pilots = PilotSupervisor(self._start_pilot, self._pilot_failed, self._leave_out, self.board)
         self._seq = 0
         self._state_at = 0.0
+        self._rest = RestDetector()
+        self._situation: tuple[object, ...] = ()  # of the console, when the newest state was sent
         self._link_monitor = LinkMonitor(robot, self.dispatcher, self.board)
         self._sleep = SleepWatch()
         self._opening = False
@@ -146,7 +150,12 @@ class Runtime:
         self.login_keeper = LoginKeeper(self.access.logins, revoked, self._logins_unsaved)
         self._tasks: set[asyncio.Task[None]] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
-        self.snapshot_subscribers: list[Callable[[Snapshot, SensorFrame], None]] = [
+        self.snapshot_subscribers = self._snapshot_subscribers()
+        self.tick_subscribers = self._tick_subscribers()
+
+    def _snapshot_subscribers(self) -> list[Callable[[Snapshot, SensorFrame], None]]:
+        """What gets every snapshot with its frame, in this order, on the event loop."""
+        return [
             lambda snapshot, _: self.maps.took(snapshot),
             lambda snapshot, _: self.own_navigation.took(snapshot),
             lambda snapshot, _: self.people.took(snapshot),
@@ -156,14 +165,17 @@ class Runtime:
             lambda snapshot, frame: self.array.took(snapshot, frame.sound),
             lambda snapshot, _: self.board.adopt(snapshot.notices, snapshot.stamp),
             lambda snapshot, _: self.dispatcher.all_ended(snapshot.endings),
-        ]  # called in this order on the event loop
-        self.tick_subscribers: list[Callable[[float], None]] = [
+        ]
+
+    def _tick_subscribers(self) -> list[Callable[[float], None]]:
+        """What is called twenty times a second with the steady clock [s]."""
+        return [
             self.dispatcher.tick,
             self._expire_logins,
             self._watch_link,
             self.calibration_service.tick,
             self.microphone.tick,
-        ]  # called twenty times a second with the steady clock [s]
+        ]
 
     # life
 
@@ -323,7 +335,7 @@ class Runtime:
     def _published(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         """From the pilot's thread."""
         frame = self.robot.profile.first_view(frame)
-        picture = self.feed.encoded(frame.image)
+        picture = self.feed.encoded(frame.image, self._rest.saw(snapshot))
         self.scene.show(snapshot)
         if self.calibration_service.frame_came(frame):
             self._call(self.calibration_service.saw, frame)
@@ -349,15 +361,37 @@ class Runtime:
             take(snapshot, frame)
         if picture is not None:
             self.feed.show(picture)
-        if time.monotonic() - self._state_at >= STATE_GAP:
+        if time.monotonic() - self._state_at >= self._state_gap:
             self._tell_state()
 
     def _let_hear(self, snapshot: Snapshot, frame: SensorFrame) -> None:
         sound = None if self.array.helped else frame.sound
         self.ears.took(snapshot, sound, self.robot.profile.microphones, frame.sensed)
 
+    @property
+    def _state_gap(self) -> float:
+        """[s] between two states: nobody waits for what has happened at the console."""
+        return REST_GAP if self._rest.at_rest and self._situation == self._situation_now() else STATE_GAP
+
+    def _situation_now(self) -> tuple[object, ...]:
+        gate, lease = self.robot.status(), self.lease
+        waiting = self.pending_commands.waiting
+        return (
+            gate.state,
+            gate.reason,
+            gate.source,
+            lease.epoch,
+            lease.request,
+            self.history.revision,
+            self.board.shown,
+            len(self.broadcaster.viewers),
+            self.spoken.operator,
+            waiting,
+            self.robot.link()[0],
+        )
+
     def _tell_state(self) -> None:
-        self._state_at = time.monotonic()
+        self._state_at, self._situation = time.monotonic(), self._situation_now()
         if self.broadcaster.watched("state") and (state := self.state()) is not None:
             self.broadcaster.publish("state", messages.encode(state).decode())
 
@@ -379,7 +413,7 @@ class Runtime:
             self.robot.beat()
         for tick in self.tick_subscribers:
             tick(now)
-        if now - self._state_at > BEAT + STATE_GAP:
+        if now - self._state_at > BEAT + self._state_gap:
             self._tell_state()
 
     def _expire_logins(self, now: float) -> None:

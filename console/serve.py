@@ -79,6 +79,7 @@ class Options:
     tls_key: Path | None = None
     token_file: Path | None = None  # holds the operator's key; None: a new one with every start
     text_files: Path | None = None  # the folder of speech.txt and source.txt
+    precedence: bool = False  # run before other programs with a simulated robot, too
     nobody: bool = False  # nobody stands in the simulated room
     write_text_files: Path | None = None  # another one, for what the robot's microphones understood
 
@@ -130,7 +131,7 @@ def serve(options: Options) -> None:
     file = settings_file(options, home)
     settings = load(file)
     os.umask(0o077)  # what the console writes is its owner's alone
-    come_first(CONSOLE)  # all threads: each may hold what the pilot needs next
+    take_precedence(options)
     sys.setswitchinterval(SWITCH)
     most = raise_file_limit()
     with locked(home) as lock, bound(options.host, options.port) as listener:
@@ -326,6 +327,12 @@ def _no_password() -> str:
 def is_readable(options: Options) -> bool:
     """True if keys and pictures go over a network as plain text."""
     return in_address(options.host) not in LOOPBACK and options.tls_cert is None
+
+
+def take_precedence(options: Options) -> None:
+    """Run before other programs where a real robot may move, or where it is asked for."""
+    if options.precedence or not options.robot.startswith(("sim:", "log:")):
+        come_first(CONSOLE)  # all threads: each may hold what the pilot needs next
 
 
 def is_simulated(url: str) -> bool:

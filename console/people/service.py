@@ -213,11 +213,13 @@ class EnrollmentService:
             with contextlib.suppress(Unavailable):
                 await self.send_away()
 
-    async def show_demo(self, enrollment: EnrollmentSession, *, on: bool) -> None:
-        """Let a person in the simulated room step before the camera and take the gestures, or stop. Problem 409."""
+    async def show_demo(self, enrollment: EnrollmentSession, *, on: bool, inhabitant: str = "") -> None:
+        """Let a person in the simulated room step before the camera and take the gestures, or stop; `inhabitant`: one
+        who stands there already. Raises Problem 409.
+        """
         self._simulated()
         if on:
-            await self._demo.begin(enrollment, look=len(self.people))
+            await self._demo.begin(enrollment, len(self.people), inhabitant)
         else:
             await self._demo.stop()
 

@@ -26,6 +26,8 @@ from core.snapshot import CameraView
 FRESH = 0.2  # [s] for which edges may confirm corners, and points may be drawn on a picture
 AT_REST = 3.0  # [s] of standing after which one picture more tells nothing that thirty did not
 LOOK_AT_REST = 0.45  # [s] between the pictures that are looked at then
+CHANGED = 0.1  # [m] by which a beam differs where something has moved, well above a laser's noise
+FEW = 0.01  # of the beams that may differ although nothing has: edges are hit now and missed now
 RECALLED = 0.5  # [s] for which edges may confirm corners where the move between the two is remembered
 
 
@@ -48,9 +50,13 @@ class LandmarkPerception:
         self.poor = ""  # what is wrong with the pictures, once they have been unusable for a while
         self._usable_stamp = np.inf
         self._moved_stamp = np.inf  # of the newest frame in which the robot moved, or might have
+        self._scan: Scan | None = None  # the newest that was looked at
 
-    def look(self, frame: SensorFrame, motion: Motion) -> FramePerception:
-        """One frame → what is seen in it; `view` is renewed when a picture or new matches came."""
+    def look(self, frame: SensorFrame, motion: Motion, idle: bool = False) -> FramePerception:
+        """One frame → what is seen in it; `view` is renewed when a picture or new matches came.
+
+        `idle`: nobody needs the newest scan of a robot that stands, where it is like the one before.
+        """
         self._recall.add(frame.stamp, motion.increment)
         if motion.wheels is None or moves(motion.wheels) or self._moved_stamp > frame.stamp:
             self._moved_stamp = frame.stamp
@@ -63,8 +69,9 @@ class LandmarkPerception:
                 self.trouble = ""
             except BadInput as trouble:
                 self.trouble = str(trouble)
-        if frame.scan is None:
+        if frame.scan is None or (idle and self._is_like_before(frame.scan, frame.stamp)):
             return FramePerception()
+        self._scan = frame.scan
         if motion.scanned is not None:
             return self._look_at_scan(frame.scan, motion.scanned, motion.scanned, motion.wheels)
         then = self._recall.taken(frame.scan, frame.stamp)
@@ -73,6 +80,16 @@ class LandmarkPerception:
     def _has_seen_enough(self, stamp: float) -> bool:
         """True for most pictures of a robot that stands: looking is half of what an idle console computes."""
         return stamp - self._moved_stamp > AT_REST and 0 <= stamp - self._edges_stamp < LOOK_AT_REST
+
+    def _is_like_before(self, scan: Scan, stamp: float) -> bool:
+        """True for most scans of a robot that stands in a room in which nothing moves."""
+        last = self._scan
+        if last is None or stamp - self._moved_stamp <= AT_REST or last.laser != scan.laser:
+            return False
+        if not 0 <= scan.stamp - last.stamp < LOOK_AT_REST or last.ranges.shape != scan.ranges.shape:
+            return False
+        known = np.isfinite(scan.ranges) & np.isfinite(last.ranges)
+        return float(np.mean(np.abs(scan.ranges[known] - last.ranges[known]) > CHANGED)) <= FEW
 
     def _judge(self, image: Image, wheels: Wheels | None) -> None:
         """Judge the picture's quality, and note since when none could be used."""

@@ -188,7 +188,7 @@ class Pilot:
             motion = self._odometry.update(frame)
             self._wheels = motion.wheels
             frame = self._timing.correct(frame, motion)
-            seen = self._vision.look(frame, motion)
+            seen = self._vision.look(frame, motion, self._is_idle)
             self._scanned = self._scanned if frame.scan is None else frame.stamp
             self._mapper.may_turn = self._needs_a_place
             estimate = self._mapper.update(frame, seen, motion)
@@ -217,6 +217,12 @@ class Pilot:
         self._executor.end("failed", "Another map was loaded.")
         self._trail, self._dead_reckoning_trail = MapTrail(), Trail()
         self._mapper = Mapper(parts_of(self._settings), self._profile.laser, self._profile.drives, saved)
+
+    @property
+    def _is_idle(self) -> bool:
+        """True while a robot that could drive has nothing to do and knows where it is."""
+        nothing = self._executor.active_command is None and not self._mapper.looking_around
+        return nothing and self._profile.drives and self._mapper.lost is None
 
     @property
     def _is_blind(self) -> bool:
@@ -292,7 +298,8 @@ class Pilot:
         remark = self._timing.take_remark()
         if remark:
             self._notices.add(frame.stamp, "warning", remark)
-        self._notices.watch_pace(frame.stamp, frame.pace)
+        if not self._profile.simulated:  # there the clock waits, and the page shows how fast it runs
+            self._notices.watch_pace(frame.stamp, frame.pace)
         if frame.note:
             self._notices.add(frame.stamp, "info", frame.note)
 
@@ -354,6 +361,7 @@ class Pilot:
             notices=self._notices.newest,
             sensors=self._sensor_status,
             contact=frame.contact,
+            pace=frame.pace,
             battery=frame.battery,
             running=frame.running,
             progress=frame.progress,

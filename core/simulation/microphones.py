@@ -75,11 +75,13 @@ class SimulatedMicrophones:
         talker.open = more
         return talker.seconds_waiting
 
-    def hush(self, name: str) -> None:
-        """Silence the person of that name. Raises BadInput when nobody of that name speaks."""
-        if all(one.name != name for one in self._talkers):
+    def hush(self, name: str) -> Array:
+        """Silence the person of that name → their mouth (3,) [m]. Raises BadInput when nobody of that name speaks."""
+        talker = next((one for one in self._talkers if one.name == name), None)
+        if talker is None:
             raise BadInput("Nobody of that name speaks.")
-        self._talkers = [one for one in self._talkers if one.name != name]
+        self._talkers = [one for one in self._talkers if one is not talker]
+        return talker.mouth
 
     def deaf(self) -> None:
         """Stop listening: the next sound begins without a past."""

@@ -31,6 +31,7 @@ import "./panels/sign-in-sheet.js";
 import "./panels/slam-card.js";
 import "./panels/swap-button.js";
 import "./panels/tab-card.js";
+import "./panels/tour-guide.js";
 import "./panels/view-tabs.js";
 import "./panels/voice-button.js";
 import { OperatorInput } from "./drive/operator-input.js";

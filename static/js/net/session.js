@@ -49,7 +49,8 @@ const SETTLE_MS = 600; // after a seek the recording takes that long to arrive
  * @property {string} trouble a sentence
  * @property {Offer} offer
  * @property {import("../voice/audio-socket.js").Transcript} transcript transcript of the microphone of this browser
- * @property {null} reading the button was released; the transcript is pending
+ * @property {string} reading the button was released; the transcript is pending, and these are the words so far
+ * @property {string} so-far more words of what is pending
  * @property {boolean} speaking true while this browser plays the robot's voice
  * @property {null} interrupt speech output has to stop: a person speaks
  * @property {string} announcement a sentence for screen readers
@@ -245,9 +246,14 @@ export class Session {
     this.#dispatch("transcript", unlessStopped(transcript, now, this.#stoppedAt));
   }
 
-  /** The talk button was released; the transcript is pending. */
-  awaitWords() {
-    this.#dispatch("reading", null);
+  /** @param {string} words so far: the talk button was released, and the transcript is pending */
+  awaitWords(words) {
+    this.#dispatch("reading", words);
+  }
+
+  /** @param {string} words so far of what is pending */
+  readsSoFar(words) {
+    this.#dispatch("so-far", words);
   }
 
   /** @param {boolean} speaking true while this browser plays the robot's voice */

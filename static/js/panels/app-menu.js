@@ -14,6 +14,7 @@ class AppMenu extends Panel {
   #keys = item("keys", "Keys", "Every key of this page.");
   #gamepad = item("gamepad", "Gamepad", "Its buttons and sticks, and what each does.");
   #signIns = item("qr", "Phones and sign-ins", "A link for a phone or another person; who is signed in.");
+  #tour = item("play", "Tour", "Ninety seconds in the simulator; any key ends it.");
   #settings = item("settings", "Settings", "Speeds, distances, voice, recognizer; which need a restart.");
   #hints = item("hints", "Show the first hints again", "");
   #single = make("input", { type: "checkbox", class: "switch", role: "switch" });
@@ -44,6 +45,7 @@ class AppMenu extends Panel {
     this.#keys,
     this.#gamepad,
     this.#signIns,
+    this.#tour,
     this.#settings,
     this.#hints,
     this.#switch,
@@ -73,6 +75,7 @@ class AppMenu extends Panel {
     on(this.#keys, () => this.dispatchEvent(new CustomEvent("show-keys", { bubbles: true })));
     on(this.#gamepad, () => this.dispatchEvent(new CustomEvent("show-gamepad", { bubbles: true })));
     on(this.#signIns, () => this.dispatchEvent(new CustomEvent("show-sign-ins", { bubbles: true })));
+    on(this.#tour, () => dispatchEvent(new CustomEvent("show-tour")));
     on(this.#settings, () => this.dispatchEvent(new CustomEvent("show-settings", { bubbles: true })));
     on(this.#hints, () => this.dispatchEvent(new CustomEvent("show-hints", { bubbles: true })));
     on(this.#leave, () => void this.session.leave());
@@ -88,6 +91,7 @@ class AppMenu extends Panel {
     this.#reset.hidden = !drives || hello?.you.role === "viewer";
     this.#reset.disabled = !up || state?.gate.state !== "halted";
     this.#hints.hidden = !drives || hello?.you.role === "viewer";
+    this.#tour.hidden = this.#hints.hidden || !hello?.robot.capabilities.includes("simulate");
     this.#switch.hidden = this.#gamepad.hidden = !drives;
     this.#signIns.hidden = hello?.you.role === "viewer" || hello?.you.id === "local";
     this.#leave.hidden = hello?.you.id === "local"; // no sign-in on this machine
