@@ -144,10 +144,8 @@ class Runtime:
         self._rest = RestDetector()
         self._situation: tuple[object, ...] = ()  # of the console, when the newest state was sent
         self._link_monitor = LinkMonitor(robot, self.dispatcher, self.board)
-        self._sleep = SleepWatch()
-        self._opening = False
-        revoked = partial(self.sign_out, why="Your login was ended; sign in again.")
-        self.login_keeper = LoginKeeper(self.access.logins, revoked, self._logins_unsaved)
+        self._sleep, self._opening = SleepWatch(), False
+        self.login_keeper = LoginKeeper(self.access.logins, self._sign_out_revoked, self._logins_unsaved)
         self._tasks: set[asyncio.Task[None]] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
         self.snapshot_subscribers = self._snapshot_subscribers()
@@ -424,6 +422,9 @@ class Runtime:
         """This person's login or key is over: they drive no more, and their sockets end."""
         self.dispatcher.forget(person)
         self.sockets.close_of(person, 1008, why)
+
+    def _sign_out_revoked(self, person: Person) -> None:
+        self.sign_out(person, "Your login was ended; sign in again.")
 
     def _logins_unsaved(self, trouble: str) -> None:
         if trouble:

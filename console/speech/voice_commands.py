@@ -78,7 +78,8 @@ class VoiceCommands:
         if not self.at_console and self._dispatcher.busy_above(SPOKEN):
             return HIGHER
         try:
-            self._pending_commands.take(replace(decision, command=replace(command, call=call)), SOURCE, who, when)
+            command = replace(command, call=call, said=(said.t0_s, said.t1_s))
+            self._pending_commands.take(replace(decision, command=command), SOURCE, who, when)
         except Problem as problem:
             self._board.tell("warning", problem.detail)
         return ""

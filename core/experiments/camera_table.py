@@ -48,6 +48,14 @@ ABOUT = About(
     ),
 )
 
+BY_CONSTRUCTION = (
+    'by construction: the pictures are rendered through the paper\'s own camera, so the column "paper" is the truth'
+    " that was put in; what is measured is how closely it comes back",
+    "ours: the picture's size of 320×256 is inferred from the principal point, and the board has 9×6 corners;"
+    " a standard deviation depends on the noise of our renderer, not on the paper's camera",
+)
+"""What a reader of Table 3 must know; printed under it."""
+
 
 class Captured(NamedTuple):
     """The pictures that a person would have taken for one calibration."""
@@ -157,7 +165,7 @@ def layout(calibration: Calibration) -> list[str]:
     for row in table(calibration):
         numbers = (row["value"], row["standard_dev"], row["paper_value"], row["paper_standard_dev"])
         lines.append("{:16}{:12.5f}{:16.5f}{:14.5f}{:10.5f}".format(row["parameter"], *numbers))
-    return lines
+    return [*lines, "", *BY_CONSTRUCTION]
 
 
 def boards(calibration: Calibration) -> list[BoardPoseFigures]:

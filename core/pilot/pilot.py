@@ -17,6 +17,7 @@ from core.geometry import Pose
 from core.navigation.control_context import ControlContext, SteeredBody
 from core.perception.people.colours import PersonProfile
 from core.perception.people.looking import PersonLook
+from core.perception.people.voice_bearing import likeliest
 from core.pilot.command_executor import AcceptedCommand, CommandExecutor
 from core.pilot.landmark_perception import LandmarkPerception
 from core.pilot.notices import Notices
@@ -116,7 +117,7 @@ class Pilot:
         if lost is not None and self._profile.drives and _goes_to_a_place(command.name):
             raise Refused(f"Not now: {lost.words}")
         accepted = AcceptedCommand(command_id, command, source, who)
-        self._inbox.put(lambda stamp: self._executor.accept(accepted, stamp))
+        self._inbox.put(lambda stamp: self._executor.accept(self._located(accepted), stamp))
 
     def cancel(self, state: Ending, why: str) -> None:
         """End every command that came before this, in that state and for that reason."""
@@ -199,6 +200,17 @@ class Pilot:
             twist = self._decide(frame, motion, estimate.pose)
             self._stamp = frame.stamp
             return self._publish(frame, motion, estimate, dead_reckoning, hearing, twist)
+
+    def _located(self, accepted: AcceptedCommand) -> AcceptedCommand:
+        """A command to a person with the directions that were heard in its words, where that is remembered."""
+        command = accepted.command
+        if command.said is None or spec_of(command.name).target != "person":
+            return accepted
+        heard = self._hearing.heard_in(*command.said)
+        if not heard:
+            return accepted
+        call = replace(likeliest(heard)[0], strength=1.0)
+        return replace(accepted, command=replace(command, call=call, others=heard))
 
     def _begin_again_after_a_seek(self, stamp: float) -> None:
         """A recording that jumped back in time starts from the beginning."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from core.errors import BadInput
-from core.geometry import wrap
+from core.geometry import Pose, wrap
 from core.message import Array
 from core.perception.people.voice_bearing import VoiceBearing
 from core.perception.sound.direction import Direction
@@ -36,7 +36,7 @@ class SoundPerception:
         self._array, self._settings = profile.microphones, settings
         self._listener = None if self._array is None else DoaStream(self._array, settings)
         self._tracker = VoiceTracker()
-        self._headings: deque[tuple[float, float, float]] = deque()  # stamp [s], heading [rad], its variance
+        self._poses: deque[tuple[float, Pose, float]] = deque()  # stamp [s], pose, variance of its heading
         self._places: dict[int, Array] = {}  # (2,) [m] of the robot, when each voice was last heard
         self._surest: dict[int, float] = {}  # [rad] sd of each voice's azimuth then
         self._newest: dict[int, Direction] = {}
@@ -55,9 +55,9 @@ class SoundPerception:
         if self._array is None or self._listener is None:
             return None
         heading = estimate.pose.heading
-        self._headings.append((stamp, heading, float(estimate.covariance[2, 2])))
-        while self._headings[0][0] < stamp - REMEMBERED:
-            self._headings.popleft()
+        self._poses.append((stamp, estimate.pose, float(estimate.covariance[2, 2])))
+        while self._poses[0][0] < stamp - REMEMBERED:
+            self._poses.popleft()
         heard: tuple[HeardDirections, ...] = ()
         if sound is not None and len(sound.samples):
             self._measure(sound)
@@ -73,6 +73,29 @@ class SoundPerception:
             level_db=max(SILENCE_DB, 10 * math.log10(self._power + 1e-30)) if sound is not None else None,
             voices=tuple(self._shown(voice, stamp, heading) for voice in voices if voice.id in self._newest),
         )
+
+    def heard_in(self, begin: float, end: float) -> tuple[VoiceBearing, ...]:
+        """All directions in words spoken from `begin` to `end` [s]; echoes and other talkers are among them.
+
+        Those of one moment of the words have one stamp. () where that is not remembered.
+        """
+        if self._listener is None or not self._poses or self._poses[0][0] > begin:
+            return ()
+        found: list[VoiceBearing] = []
+        for number, moment in enumerate(self._listener.within(begin, end)):
+            for one in moment.directions:
+                seen = self._in_world(one)
+                pose = min(self._poses, key=lambda each: abs(each[0] - one.stamp))[1]
+                bearing = VoiceBearing(
+                    stamp=(end, (begin + end) / 2, begin / 4 + 3 * end / 4)[number],
+                    azimuth=wrap(seen.azimuth),
+                    sd=seen.azimuth_sd,
+                    x=pose.x,
+                    y=pose.y,
+                    strength=one.strength,
+                )
+                found.append(bearing)
+        return tuple(found)
 
     def _measure(self, sound: Sound) -> None:
         power = float(np.mean(np.asarray(sound.samples, float) ** 2)) if usable(sound.samples) else 0.0
@@ -107,7 +130,7 @@ class SoundPerception:
     def _in_world(self, one: Direction) -> Direction:
         """A direction from the array's frame, by the heading of its moment, whose doubt is added."""
         assert self._array is not None
-        stamps, headings, variances = np.array(self._headings).T
+        stamps, headings, variances = np.array([(at, pose.heading, doubt) for at, pose, doubt in self._poses]).T
         heading = float(np.interp(one.stamp, stamps, np.unwrap(headings)))
         level = float(one.towards[0] ** 2 + one.towards[1] ** 2)
         doubt = np.diag((level * float(np.interp(one.stamp, stamps, variances)), 0.0))

@@ -42,11 +42,16 @@ def read_sound(path: str | Path, stamp: float = 0.0) -> Sound:
 
 def write_wav(path: Path, sound: Sound) -> None:
     """Write a sound as 16-bit WAV; what exceeds full scale is cut off."""
+    write_atomic(path, wav_bytes(sound))
+
+
+def wav_bytes(sound: Sound) -> bytes:
+    """A sound as the bytes of a 16-bit WAV file; what exceeds full scale is cut off."""
     whole = np.clip(np.round(sound.samples * 32768), -32768, 32767).astype("<i2").tobytes()
     width = 2 * sound.channels
     form = struct.pack("<HHIIHH", PCM, sound.channels, sound.rate, sound.rate * width, width, 16)
     body = b"WAVEfmt " + struct.pack("<I", len(form)) + form + b"data" + struct.pack("<I", len(whole)) + whole
-    write_atomic(path, b"RIFF" + struct.pack("<I", len(body)) + body)
+    return b"RIFF" + struct.pack("<I", len(body)) + body
 
 
 def _wav(path: Path) -> tuple[int, Array]:

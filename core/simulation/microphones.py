@@ -67,7 +67,8 @@ class SimulatedMicrophones:
             if float(np.linalg.norm(self.ears(pose) - mouth, axis=1).min()) < NEAREST:
                 raise BadInput("That is on top of the robot's microphones; choose a place next to it.")
             seed = zlib.crc32(name.encode(), self._seed)
-            talker = SoundSource(name, mouth, RATE, block, self._settings.reverberation, seed)
+            room = self._settings
+            talker = SoundSource(name, mouth, RATE, block, room.reverberation, seed, room.hard_wall)
             self._talkers.append(talker)
         if talker.seconds_waiting + len(dry) / RATE > LONGEST:
             raise Refused(f"More than {LONGEST:g} s wait to be said already; wait until they are.")

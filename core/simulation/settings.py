@@ -11,6 +11,7 @@ from core.setting import Meta, Section
 
 WheelNoise = Literal["encoder", "paper", "none"]
 LaserNoise = Literal["1%", "3%", "none"]
+HardWall = Literal["none", "west", "south", "east", "north"]
 LASER_NOISE: dict[LaserNoise, tuple[float, float]] = {"1%": (0.010, 0.01), "3%": (0.030, 0.03), "none": (0.0, 0.0)}
 """Standard deviation of a range: at least the first [m], else the second times the range."""
 
@@ -25,6 +26,9 @@ class MicrophoneSettings(Section):
         str, Meta(choices=("none", *ARRAYS), meaning='array on the robot; "none": deaf', common=True)
     ] = "respeaker-odas"
     reverberation: Annotated[float, Meta("s", 0, 0.6, "RT60 of every room", common=True)] = 0.3
+    hard_wall: Annotated[
+        HardWall, Meta(meaning="wall of every room, x pointing east, whose first echo is as strong as that of glass")
+    ] = "none"
     murmur: Annotated[
         float, Meta("dB", SILENT, 20, "level of the room's noise, against a voice at 1 m", common=True)
     ] = -30.0

@@ -74,6 +74,10 @@ class PersonTrack:
         """The followed person; None before one was found."""
         return self._seen if self._pictures >= self._tracking.births else None
 
+    def apart_from(self, place: Array) -> float:
+        """Distance [m] of the person from a place (2,) [m], world."""
+        return float(np.hypot(*(self._state[:2] - place)))
+
     def lost(self, stamp: float) -> bool:
         """True when the person has been hidden for too long."""
         return self._seen is not None and stamp - self.measured > self._tracking.patience
