@@ -22,12 +22,11 @@ def message(cls: type[T]) -> type[T]:
     check = getattr(cls, "__post_init__", None)
 
     def own_arrays(self: Any) -> None:
-        for field in dataclasses.fields(self):
-            value = getattr(self, field.name)
+        values = vars(self)  # at this moment its fields and nothing else
+        for name, value in values.items():
             if isinstance(value, np.ndarray) and (value.flags.writeable or value.base is not None):
-                owned = value.copy()
+                values[name] = owned = value.copy()
                 owned.setflags(write=False)
-                object.__setattr__(self, field.name, owned)
         if check is not None:
             check(self)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -25,8 +26,28 @@ settings.load_profile("beckon")
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 BROWSER = "browser/"
-WIZARDS = "console/calibration/"
-LIVE = (BROWSER, "benchmarks/", "console/", "core/gate/test_gate_process.py")  # these keep real time
+PROCESSES = (
+    "console/calibration/",
+    "console/robot/",
+    "console/api/test_connection.py",
+    "console/test_serve.py",
+    "core/gate/test_gate_process.py",
+)  # these start wizards' workers, drivers and gates of their own
+CONSOLES = ("benchmarks/", "console/")  # these share a console
+LIVE = (BROWSER, *PROCESSES, *CONSOLES)  # all of them keep real time, one after another
+OFFLINE = (
+    "benchmarks/test_imports.py",
+    "console/access/test_logins",
+    "console/access/test_strict_json.py",
+    "console/control/test_lease.py",
+    "console/maps/test_maps.py",
+    "console/speech/test_transcription_memory.py",
+    "console/test_calibrate_",
+    "console/test_experiment_command.py",
+    "console/test_hear_command.py",
+    "console/test_settings_command.py",
+    "console/test_speech_quality_command.py",
+)  # except these, which only compute
 WIRES = (
     "core/robots/",
     "stories/test_own_driver.py",
@@ -34,17 +55,25 @@ WIRES = (
 )  # real time too, but mostly waiting: any process runs any test
 SHARED = ("core/robots/test_conformance.py", "core/robots/ros/test_links.py")  # but tests of one robot run together
 LONG = "test_conventions.py"  # its reading of types lasts longest of what computes
+RANKS = {"browser": 0, "consoles": 1, "processes": 2, LONG: 3}
 
 
 def room_of(file: str) -> str:
-    """What goes together: the pages, the wizards, the consoles, and of the rest every file by itself."""
+    """What goes together: pages, consoles, processes, and of the rest every file by itself."""
     file = file.removeprefix("tests/")
-    together = next((room for room in (BROWSER, WIZARDS) if file.startswith(room)), "live")
-    return together if file.startswith(LIVE) else file
+    if file.startswith(OFFLINE):
+        return file
+    rooms = (("browser", BROWSER), ("processes", PROCESSES), ("consoles", CONSOLES))
+    return next((room for room, files in rooms if file.startswith(files)), file)
+
+
+def keeps_time(file: str) -> bool:
+    """Return whether a file's tests fail where nobody computes for them in time."""
+    return file.startswith((*LIVE, *WIRES)) and not file.startswith(OFFLINE)
 
 
 class Sharing(LoadScopeScheduling):
-    """Pages, consoles and wizards in a process each, one test after another; the others by files.
+    """Pages, consoles and processes in a worker each, one test after another; the others by files.
 
     Tests on wires wait most of their time: each goes to whoever is free, so that none is left with a long file.
     """
@@ -63,17 +92,27 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Sharing:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """What lasts longest begins first."""
-    ranks = {BROWSER: 0, "live": 1, WIZARDS: 2, LONG: 3}
-    items.sort(key=lambda item: ranks.get(room_of(file_of(item)), 4))
+    items.sort(key=lambda item: RANKS.get(room_of(file_of(item)), 4))
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """What only computes takes the time that is left over by what keeps real time."""
     if "PYTEST_XDIST_WORKER" in os.environ and hasattr(os, "SCHED_IDLE"):
-        policy = os.SCHED_OTHER if file_of(item).startswith((*LIVE, *WIRES)) else os.SCHED_IDLE
+        policy = os.SCHED_OTHER if keeps_time(file_of(item)) else os.SCHED_IDLE
         if os.sched_getscheduler(0) != policy:
             with contextlib.suppress(PermissionError):  # some systems let nobody out of idleness
                 os.sched_setscheduler(0, policy, os.sched_param(0))
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """With --durations also how long each room took: none can end before the longest of them."""
+    if config.getoption("durations") is None:
+        return
+    seconds: Counter[str] = Counter()
+    for report in (report for kind in ("passed", "failed", "") for report in terminalreporter.stats.get(kind, ())):
+        room = room_of(report.nodeid.partition("::")[0])
+        seconds[room if room in RANKS else "the others"] += report.duration
+    terminalreporter.write_line(", ".join(f"{room} {total:.0f} s" for room, total in seconds.most_common()))
 
 
 def file_of(item: pytest.Item) -> str:

@@ -16,11 +16,12 @@ NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable"
 
 playwright_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed.")
 Open = Callable[..., Visit]
+Launch = Callable[[list[str]], playwright_api.Browser]
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
-        if Path(__file__).parent in item.path.parents and "browser" in getattr(item, "fixturenames", ()):
+        if Path(__file__).parent in item.path.parents and "launch" in getattr(item, "fixturenames", ()):
             item.add_marker(pytest.mark.browser)
 
 
@@ -38,19 +39,48 @@ def chromium_flags() -> list[str]:
     return FLAT
 
 
-@pytest.fixture(scope="module")
-def browser(request: pytest.FixtureRequest, chromium_flags: list[str]) -> Iterator[playwright_api.Browser]:
-    """One Chromium for a file of tests: its event loop must not outlive them."""
+@pytest.fixture(scope="package")
+def playwright() -> Iterator[playwright_api.Playwright]:
+    """Drives the browsers of this folder: its event loop must not outlive them."""
     with playwright_api.sync_playwright() as playwright:
-        path = chromium_path(playwright)
-        if path is None:
-            why = "There is no Chromium here: apt install chromium, or set BECKON_CHROMIUM."
-            must = request.config.getoption("--require-browser") or os.environ.get("BECKON_REQUIRE_BROWSER")
-            pytest.fail(why) if must else pytest.skip(why)
-        caged = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
-        browser = playwright.chromium.launch(executable_path=path, args=[*chromium_flags, *caged])
-        yield browser
-        browser.close()
+        yield playwright
+
+
+@pytest.fixture(scope="package")
+def launch(request: pytest.FixtureRequest, playwright: playwright_api.Playwright) -> Launch:
+    """Start a Chromium with flags."""
+    path = chromium_path(playwright)
+    if path is None:
+        why = "There is no Chromium here: apt install chromium, or set BECKON_CHROMIUM."
+        must = request.config.getoption("--require-browser") or os.environ.get("BECKON_REQUIRE_BROWSER")
+        pytest.fail(why) if must else pytest.skip(why)
+    caged = ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
+    return lambda flags: playwright.chromium.launch(executable_path=path, args=[*flags, *caged])
+
+
+@pytest.fixture(scope="package")
+def flat_profiles(launch: Launch) -> Iterator[Profiles]:
+    """Those of the one Chromium that most files share: its start costs as much as three pages."""
+    browser = launch(FLAT)
+    yield Profiles(browser)
+    browser.close()
+
+
+@pytest.fixture(scope="module")
+def profiles(request: pytest.FixtureRequest, launch: Launch, chromium_flags: list[str]) -> Iterator[Profiles]:
+    """What the tests of a file browse with, one after another."""
+    if chromium_flags == FLAT:
+        yield request.getfixturevalue("flat_profiles")
+        return
+    browser = launch(chromium_flags)
+    yield Profiles(browser)
+    browser.close()
+
+
+@pytest.fixture(scope="module")
+def browser(profiles: Profiles) -> playwright_api.Browser:
+    """The Chromium of a file of tests."""
+    return profiles.browser
 
 
 @pytest.fixture(scope="package")
@@ -58,12 +88,6 @@ def console(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Running]:
     """The console on the simulated robot, with login, as a person starts it."""
     with Running(tmp_path_factory.mktemp("console")) as running:
         yield running
-
-
-@pytest.fixture(scope="module")
-def profiles(browser: playwright_api.Browser) -> Profiles:
-    """What the tests of a file browse with, one after another."""
-    return Profiles(browser)
 
 
 @pytest.fixture

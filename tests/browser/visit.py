@@ -28,7 +28,7 @@ class Profiles:
     """A browser's profiles. One that was left is wiped but for its cache and used again: half a page's cost."""
 
     def __init__(self, browser: Browser) -> None:
-        self._browser = browser
+        self.browser = browser
         self._left: dict[tuple[tuple[int, int], str], list[BrowserContext]] = {}
 
     def take(self, size: tuple[int, int], theme: str) -> BrowserContext:
@@ -37,7 +37,7 @@ class Profiles:
         if left:
             return left.pop()
         phone = size[0] < 600
-        return self._browser.new_context(
+        return self.browser.new_context(
             viewport={"width": size[0], "height": size[1]},
             color_scheme=theme,  # type: ignore[arg-type]
             has_touch=phone,

@@ -44,7 +44,7 @@ class Covariance:
     def block(self, first: int, count: int) -> Array:
         """The square block (count, count) on the diagonal from `first`."""
         upper = self._square[first : first + count, first : first + count]
-        return np.triu(upper) + np.triu(upper, 1).T
+        return np.where(np.tri(count, k=-1, dtype=bool), upper.T, upper)
 
     def diagonal(self, offset: int = 0) -> Array:
         """Diagonal `offset` places above the main one (size - offset,)."""

@@ -21,7 +21,10 @@ ROBOT = 3  # states of the robot: x, y, heading; two for every landmark follow
 
 def perpendicular(vectors: Array) -> Array:
     """Vectors (..., 2) → the same turned by 90 degrees: how they change when the plane turns."""
-    return np.stack((-vectors[..., 1], vectors[..., 0]), axis=-1)
+    turned = np.empty(vectors.shape)
+    np.negative(vectors[..., 1], out=turned[..., 0])
+    turned[..., 1] = vectors[..., 0]
+    return turned
 
 
 @dataclass(frozen=True)
