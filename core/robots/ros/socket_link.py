@@ -14,8 +14,6 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qsl, urlsplit
 
-from websockets.exceptions import InvalidHandshake, InvalidMessage
-
 from core.errors import BadInput, Unavailable
 from core.message import message
 from core.robots.device import Equipment
@@ -206,7 +204,7 @@ class RosSocket(RosDevice):
         except ssl.SSLError as trouble:
             end.close()
             raise Unavailable(f"The connection to {address.name} cannot be encrypted: {trouble.reason}.") from None
-        except (InvalidHandshake, InvalidMessage, OSError, EOFError):
+        except OSError:
             end.close()
             raise Unavailable(
                 f"What answers at {address.name} is no {self.kind}, or of a version that this console does not speak."

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from websockets.client import ClientProtocol
-from websockets.exceptions import InvalidMessage
+from websockets.exceptions import InvalidHandshake
 from websockets.frames import DATA_OPCODES, Frame, Opcode
 from websockets.http11 import Response
 from websockets.protocol import CLOSED, OPEN
@@ -48,7 +48,7 @@ class WebSocket:
     def __init__(self, end: socket.socket, url: str, subprotocols: Sequence[str], patience: float) -> None:
         """Shake hands over a connected socket, which is encrypted already where it is to be.
 
-        Raises InvalidHandshake, InvalidMessage, OSError or EOFError.
+        Raises OSError.
         """
         self._end, self._mutex = end, threading.Lock()
         self._protocol = ClientProtocol(
@@ -60,7 +60,10 @@ class WebSocket:
         end.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         end.settimeout(SENDING)
         acknowledge_at_once(end)
-        self._waiting = self._shake_hands(patience)  # messages that came with the answer to the handshake
+        try:
+            self._waiting = self._shake_hands(patience)  # messages that came with the answer to the handshake
+        except (InvalidHandshake, EOFError) as trouble:
+            raise ConnectionAbortedError("the other end does not shake hands") from trouble
 
     def receive(self, patience: float) -> list[str | bytes]:
         """All messages that are there, or the next within `patience` [s]. Raises OSError when the link is lost."""
@@ -112,7 +115,7 @@ class WebSocket:
                 raise self._protocol.handshake_exc
             if events and isinstance(events[0], Response):
                 return self._messages(events[1:])
-        raise InvalidMessage("it did not answer in time")
+        raise TimeoutError("the other end did not answer in time")
 
     def _is_readable(self, wait: float) -> bool:
         """Return whether something comes within that time [s]."""

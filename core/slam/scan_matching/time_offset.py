@@ -319,7 +319,8 @@ class TimeOffsetEstimator:
         middle, offset = _middle(scan), self.newest.offset if self.newest else 0.0
         if self._turn and middle - self._turn[-1][0] > SCAN_GAP:
             self._turn.clear()
-        if middle - self._settings.largest - OVER < self._track.oldest:
+        earliest = middle - self._settings.largest
+        if earliest - OVER < self._track.oldest or earliest > self._track.newest:  # the latter: the odometry stalls
             self._turn.clear()
             return
         turn = self._track.turned(self._turn[-1][0] + offset, middle + offset) if self._turn else 0.0
