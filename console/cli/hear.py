@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def add(places: Any) -> None:
     """Add the subcommand."""
     parser: argparse.ArgumentParser = places.add_parser(
-        "hear", help="where voices are in WAV or FLAC files, and what they say"
+        "hear", help="where voices are in WAV, FLAC or Ogg files, and what they say"
     )
     parser.add_argument("sounds", nargs="+", type=Path, metavar="SOUND")
     parser.add_argument(

@@ -208,7 +208,7 @@ def test_a_recognizer_that_is_absent_is_told_and_directions_come_all_the_same(
 def test_a_file_that_is_no_sound_or_not_there_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.wav").write_text("turn left")
     assert locate(str(tmp_path / "a.wav")) == 1
-    assert "neither WAV nor FLAC" in capsys.readouterr().err
+    assert "neither WAV, FLAC nor Ogg" in capsys.readouterr().err
     assert locate(str(tmp_path / "b.wav")) == 1
     assert "b.wav" in capsys.readouterr().err
 
