@@ -27,7 +27,7 @@ def add(places: Any) -> None:
         type=int,
         default=None,
         metavar="N",
-        help="the channel in which words are read, from 0 (else: all together, towards the voice)",
+        help="the channel in which words are read, from 0 (else: the array's beam, or the first that is used)",
     )
     parser.add_argument("--settings", type=Path, default=None, metavar="FILE.toml")
     add_json(parser)

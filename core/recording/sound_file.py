@@ -1,4 +1,4 @@
-"""Sound files: WAV by an own strict reader that counts bytes and believes no header, the others through libsndfile."""
+"""Sound files: WAV by an own strict reader that counts bytes and believes no header, others through libsndfile."""
 
 from __future__ import annotations
 
