@@ -15,7 +15,7 @@ from core.errors import Refused
 from core.gate import ZERO, Twist
 from core.geometry import Pose
 from core.navigation.control_context import ControlContext, SteeredBody
-from core.perception.people.colours import PersonProfile
+from core.perception.people.appearance import PersonProfile
 from core.perception.people.looking import PersonLook
 from core.perception.people.voice_bearing import likeliest
 from core.pilot.command_executor import AcceptedCommand, CommandExecutor

@@ -64,8 +64,8 @@ class PeopleSettings(Section):
         float, Meta("", 0, 1, "share of the parts' weight in the picture from which `threshold` holds")
     ] = 0.35
     alike: Annotated[
-        float, Meta("", 0, 1, "similarity of the colours of torso and legs below which it is not the enrolled person")
-    ] = 0.5
+        float, Meta("", 0, 1, "probability by looks alone below which it is not the enrolled person")
+    ] = 0.6
     nearest: Annotated[float, Meta("m", 0.3, 3, "nearest distance that is searched")] = 0.5
     farthest: Annotated[float, Meta("m", 1, 12, "farthest distance that is searched")] = 6.0
     ratio: Annotated[float, Meta("", 1.02, 1.5, "ratio of neighbouring distances")] = 1.08

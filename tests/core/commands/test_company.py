@@ -18,7 +18,7 @@ from core.geometry import Pose, wrap
 from core.message import Array
 from core.models import find
 from core.navigation.control_context import ControlContext
-from core.perception.people.colours import PersonProfile
+from core.perception.people.appearance import PersonProfile
 from core.perception.people.engines import MODEL, open_detector
 from core.perception.people.enrollment import enrol
 from core.perception.people.looking import ImmediateLook, LookAnswer, LookQuestion, PersonLook
