@@ -6,20 +6,20 @@ import json
 import secrets
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 
 import numpy as np
 
+from console.api.page import static_folder
 from core.errors import BadInput, Unavailable
 from core.message import Array
 from core.recording.sound_file import wav_bytes
 from core.sensors.microphones import Sound
 
-STATIC = Path(__file__).parents[2] / "static"
 FILES = {
     "": ("speech-loop.html", "text/html; charset=utf-8"),
     "static/css/tokens.css": ("css/tokens.css", "text/css"),
     "static/css/base.css": ("css/base.css", "text/css"),
+    "static/css/hearing/loop.css": ("css/hearing/loop.css", "text/css"),
     "static/js/speech-quality/speech-loop.js": ("js/speech-quality/speech-loop.js", "text/javascript"),
     "static/js/voice/microphone.js": ("js/voice/microphone.js", "text/javascript"),
     "static/js/voice/sinc-worklet.js": ("js/voice/sinc-worklet.js", "text/javascript"),
@@ -90,7 +90,7 @@ def _handler(loop: BrowserLoop, secret: str) -> type[BaseHTTPRequestHandler]:
                 self._send(200, loop.sound(), "audio/wav")
             elif path in FILES:
                 name, kind = FILES[path]
-                self._send(200, (STATIC / name).read_bytes(), kind)
+                self._send(200, (static_folder() / name).read_bytes(), kind)
             else:
                 self._send(404, b"There is nothing here.", "text/plain")
 

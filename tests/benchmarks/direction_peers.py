@@ -2,8 +2,8 @@
 
 Needs `pip install pyroomacoustics` (0.10.1 was measured), and OMP_NUM_THREADS=1 in the environment for times on one
 core. All know when the speech begins, but for those named `_alone`: peers get the speech without the noise before
-it, which they have no use for, or else the whole sound. With the flat array they search azimuths in whole degrees, with
-the tetrahedron 2,000 directions of the sphere, as their documentation shows.
+it, which they have no use for, or else the whole sound. With the flat array they search azimuths in whole degrees,
+with the tetrahedron 2,000 directions of the sphere, as their documentation shows.
 `--part 2/8` measures the second of eight parts, `--pool` puts together what the parts have written.
 """
 
