@@ -6,20 +6,20 @@ import json
 import secrets
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
 
 import numpy as np
 
+from console.api.page import static_folder
 from core.errors import BadInput, Unavailable
 from core.message import Array
 from core.recording.sound_file import wav_bytes
 from core.sensors.microphones import Sound
 
-STATIC = Path(__file__).parents[2] / "static"
 FILES = {
     "": ("speech-loop.html", "text/html; charset=utf-8"),
     "static/css/tokens.css": ("css/tokens.css", "text/css"),
     "static/css/base.css": ("css/base.css", "text/css"),
+    "static/css/hearing/loop.css": ("css/hearing/loop.css", "text/css"),
     "static/js/speech-quality/speech-loop.js": ("js/speech-quality/speech-loop.js", "text/javascript"),
     "static/js/voice/microphone.js": ("js/voice/microphone.js", "text/javascript"),
     "static/js/voice/sinc-worklet.js": ("js/voice/sinc-worklet.js", "text/javascript"),
@@ -38,7 +38,7 @@ class BrowserLoop:
         self._sound = wav_bytes(Sound(stamp=0.0, rate=rate, samples=samples[:, None]))
         self._heard: Array | None = None
         self._came = threading.Event()
-        self._told = threading.Event()
+        self._answered = threading.Event()
         self._answer: list[str] = []
         secret = secrets.token_urlsafe(12)
         self._server = ThreadingHTTPServer(("127.0.0.1", 0), _handler(self, secret))
@@ -51,7 +51,7 @@ class BrowserLoop:
 
     def __exit__(self, *_: object) -> None:
         """Serve no more."""
-        self._told.wait(5.0)
+        self._answered.wait(5.0)
         self._server.shutdown()
         self._server.server_close()
 
@@ -64,7 +64,7 @@ class BrowserLoop:
     def tell(self, lines: list[str]) -> None:
         """What the page shows at the end."""
         self._answer = lines
-        self._told.set()
+        self._answered.set()
 
     def sound(self) -> bytes:
         """The sound that is played, as a WAV file."""
@@ -76,7 +76,7 @@ class BrowserLoop:
             raise BadInput("A recording is a row of 16-bit samples.")
         self._heard = np.frombuffer(body, "<i2").astype(float) / 32768
         self._came.set()
-        self._told.wait(PATIENCE)
+        self._answered.wait(PATIENCE)
         return self._answer
 
 
@@ -90,7 +90,7 @@ def _handler(loop: BrowserLoop, secret: str) -> type[BaseHTTPRequestHandler]:
                 self._send(200, loop.sound(), "audio/wav")
             elif path in FILES:
                 name, kind = FILES[path]
-                self._send(200, (STATIC / name).read_bytes(), kind)
+                self._send(200, (static_folder() / name).read_bytes(), kind)
             else:
                 self._send(404, b"There is nothing here.", "text/plain")
 

@@ -120,7 +120,10 @@ class TurnToVoice:
         self._coordinates.add_legs(here.stamp, here.pose, here.scan_points)
         if track.person is not None:
             self._coordinates.add_person(track.person)
-        return self._chosen(here)
+        chosen = self._agreed_on(track, here)
+        if chosen is not track:
+            self._found = [chosen]  # it changes its mind once
+        return chosen
 
     def _keep_to(self, tracks: Sequence[PersonTrack], here: ControlContext) -> None:
         """Follow people by the laser alone: the pictures are of somebody else."""
@@ -128,12 +131,16 @@ class TurnToVoice:
             one.follow(here.stamp, here.pose, here.scan_points, here.scan_stamp, None, None)
 
     def _chosen(self, here: ControlContext) -> PersonTrack:
-        """Who called: of those who were found the one on whom most agree. Raises Refused when nobody was found."""
+        """Who called, of those who were found. Raises Refused when nobody was."""
         if not self._found:
             raise Refused(self._nobody())
-        agreed = self._coordinates.agreed() if len(self._found) > 1 else None
+        return self._found[0] if len(self._found) == 1 else self._agreed_on(self._found[0], here)
+
+    def _agreed_on(self, otherwise: PersonTrack, here: ControlContext) -> PersonTrack:
+        """Of those who were found the one on whom most coordinates agree."""
+        agreed = self._coordinates.agreed()
         if agreed is None:
-            return self._found[0]
+            return otherwise
         place = agreed.position
         chosen = min(self._found, key=lambda one: one.apart_from(place))
         chosen.looked = max(chosen.looked, here.stamp)

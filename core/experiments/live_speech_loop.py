@@ -41,7 +41,6 @@ class LiveSpeechLoop:
             raise BadInput(f"The text has {len(phrases)} phrases; 1 to {MOST_PHRASES} can be spoken.")
         self._dictation = open_free_dictation(speech or SpeechSettings())
         said = spoken(np.random.default_rng(seed), phrases)
-        self.voices = tuple(one.voice for one in said)
         track = track_of(phrases, [one.dry for one in said])
         loudest = float(np.abs(track.samples).max())
         self.track = SpokenTrack(phrases=track.phrases, samples=PEAK / loudest * track.samples, begins=track.begins)

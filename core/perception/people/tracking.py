@@ -185,10 +185,12 @@ class PersonTrack:
         boards: VerticalPlanes | None = None
         if image is not None:
             self.looked = stamp
-        if camera is not None and self._asked is not None:
+        if camera is None:
+            self._excused = stamp  # nothing looks there, so that no picture can show the person
+        elif self._asked is not None:
             self._excuse(camera, pose)
             rectangle, barred = self._follow_with(self._asked, stamp, pose, standers, image, camera)
-        elif image is not None and camera is not None:
+        elif image is not None:
             boards = VerticalPlanes(levelled(image.pixels), camera)
             rectangle, strangers = self._look(boards, pose, standers)
             barred = _legs_of_strangers(standers, strangers, camera)

@@ -114,11 +114,11 @@ def bearing(stage: Company, x: float, y: float, strength: float) -> VoiceBearing
 
 
 def test_where_an_echo_is_louder_and_somebody_else_talks_it_comes_to_the_caller() -> None:
-    stage = Company(look_for=1.0)
-    stage.looks = PeopleSettings(nearest=1.4, farthest=2.6)  # fewer distances
-    stage.stands("Ann", 1.9, 0.9)
-    stage.stands("Bob", 1.6, -1.2, "green/black")
-    echo, bob, hers = bearing(stage, 0.5, 3.0, 0.9), bearing(stage, 1.6, -1.2, 0.5), bearing(stage, 1.9, 0.9, 0.8)
+    stage = Company(look_for=0.5)
+    stage.looks = PeopleSettings(nearest=1.5, farthest=2.2)  # fewer distances
+    stage.stands("Ann", 1.6, 0.6)
+    stage.stands("Bob", 1.7, -0.7, "green/black")
+    echo, bob, hers = bearing(stage, 1.0, 2.0, 0.9), bearing(stage, 1.7, -0.7, 0.5), bearing(stage, 1.6, 0.6, 0.8)
     command = understand("come here")
     assert isinstance(command, Command)
     action = COME_HERE.begin(dataclasses.replace(command, call=echo, others=(echo, bob, hers)), stage.here)

@@ -26,7 +26,7 @@ def test_ours_is_better_than_as_printed_on_the_same_sounds(result):
     alone, theirs = (result["estimators"][name]["all"] for name in ("beckon_alone", "as_printed_alone"))
     assert theirs["median_deg"] > 2 * alone["median_deg"]
     assert "when the speech begins" in result["conditions"]
-    assert ours["within_2_sd"] >= 0.85 and ours["declared"] > 0.9
+    assert ours["within_2_sd"] >= 0.85 and ours["declared"] > 0.9  # 0.90 to 0.99 takes 200 utterances, not 40
 
 
 def test_every_cell_and_every_trial_is_written_down(result):
