@@ -9,7 +9,7 @@ import { popover } from "../ui/popover.js";
 /** @typedef {import("../net/session.js").View} View */
 /** @typedef {import("../shell/pages.js").PageRow} PageRow */
 
-const NARROW = matchMedia("(max-width: 1023px), (max-height: 539px)");
+const NARROW = matchMedia("(max-width: 1199px), (max-height: 539px)"); // as in css/shell.css
 
 export class PageMenu extends Panel {
   #icon = icon("wheel");

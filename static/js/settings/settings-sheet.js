@@ -22,13 +22,13 @@ import { Sheet } from "../ui/sheet.js";
 /** @typedef {boolean | number | string} Value */
 /** @typedef {{row: HTMLElement, input: HTMLInputElement | HTMLSelectElement, says: HTMLElement, back: HTMLButtonElement}} Field */
 
-/** What a section is called here; the file calls it by its own name. @type {Readonly<Record<string, string>>} */
+/** What a section is called here, in this order; the file calls it by its own name. @type {Readonly<Record<string, string>>} */
 const SECTIONS = {
-  limits: "Limits of the gate",
-  voice: "Robot’s voice",
   person_following: "Coming and following",
   wall: "Walls",
   steering: "Steering",
+  voice: "Robot’s voice",
+  limits: "Limits of the gate",
   planner: "Ways",
   speech: "Speech",
   people: "People",
@@ -80,9 +80,10 @@ export class SettingsSheet extends Sheet {
 
   /** @param {Setting[]} settings */
   #build(settings) {
-    const sections = new Set(settings.map(({ section }) => section));
+    const sections = new Set([...Object.keys(SECTIONS), ...settings.map(({ section }) => section)]);
     for (const section of sections) {
       const rows = settings.filter((one) => one.section === section).map((one) => this.#row(one));
+      if (rows.length === 0) continue;
       const name = SECTIONS[section] ?? section;
       this.#list.append(make("fieldset", { class: "settings-section" }, make("legend", {}, name), ...rows));
     }
