@@ -37,6 +37,7 @@ def _in(module: str) -> Experiment:
 
 
 EXPERIMENTS: dict[str, Experiment] = {
+    "audio-visual": _in("audio_visual"),
     "camera-table": _in("camera_table"),
     "dead-reckoning-vs-slam": _in("dead_reckoning_vs_slam"),
     "direction-of-arrival": _in("direction_of_arrival"),

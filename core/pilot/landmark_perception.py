@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from core.errors import BadInput
@@ -12,8 +14,8 @@ from core.perception.landmarks.corners import Corner, find_corners
 from core.perception.landmarks.deskew import beam_ends
 from core.perception.landmarks.edge_pairs import EdgePair, edge_pairs
 from core.perception.landmarks.edges import ImageEdge, find_edges
-from core.perception.landmarks.frame_perception import Beams, FramePerception
-from core.perception.landmarks.landmarks import laser_in_picture, sight
+from core.perception.landmarks.frame_perception import Beams, BearingSet, FramePerception
+from core.perception.landmarks.landmarks import Sighting, edges_on_walls, laser_in_picture, sight
 from core.perception.landmarks.preprocessing import NOTHING
 from core.pilot.repeated_readings import moves
 from core.robots import Profile
@@ -23,11 +25,13 @@ from core.slam.motion import Motion
 from core.slam.motion_history import MotionHistory
 from core.snapshot import CameraView
 
+NO_POINTS = np.zeros((0, 2))
 FRESH = 0.2  # [s] for which edges may confirm corners, and points may be drawn on a picture
 AT_REST = 3.0  # [s] of standing after which one picture more tells nothing that thirty did not
 LOOK_AT_REST = 0.45  # [s] between the pictures that are looked at then
 CHANGED = 0.1  # [m] by which a beam differs where something has moved, well above a laser's noise
 FEW = 0.01  # of the beams that may differ although nothing has: edges are hit now and missed now
+AWAITED = 0.3  # [s] since the newest scan for which a picture's edges wait for the next
 RECALLED = 0.5  # [s] for which edges may confirm corners where the move between the two is remembered
 
 
@@ -41,6 +45,7 @@ class LandmarkPerception:
         self._settings = settings
         self._edges: tuple[ImageEdge, ...] = ()
         self._edges_stamp = -np.inf
+        self._reported = -np.inf  # [s] of the newest picture whose edges were reported as bearings
         self._quality: PictureQuality | None = None
         self._points = np.zeros((0, 2))
         self._points_stamp = -np.inf
@@ -69,7 +74,10 @@ class LandmarkPerception:
                 self.trouble = ""
             except BadInput as trouble:
                 self.trouble = str(trouble)
-        if frame.scan is None or (idle and self._is_like_before(frame.scan, frame.stamp)):
+        if frame.scan is None:
+            waits = frame.stamp - self._points_stamp < AWAITED  # a scan says which of them confirm a corner
+            return FramePerception(edges=None if waits else self._alone(self._edges, NO_POINTS, frame.stamp)[1])
+        if idle and self._is_like_before(frame.scan, frame.stamp):
             return FramePerception()
         self._scan = frame.scan
         if motion.scanned is not None:
@@ -145,6 +153,8 @@ class LandmarkPerception:
             settings=self._settings.edges,
         )
         sightings, ends = self._recall.bring(then, stamp, sightings, ends)
+        few = len(corners) < self._settings.edges.corners_enough
+        on_walls, bearings = self._alone(edges, ends[hits], stamp) if fresh and few else ((), None)
         beams = Beams(ends=ends, hits=hits, viewpoint=laser.mounting)
         self._points, self._points_stamp = beams.points, stamp
         if fresh and self.view is not None:
@@ -156,7 +166,40 @@ class LandmarkPerception:
                 laser=self.view.laser,
                 quality=self.view.quality,
             )
-        return FramePerception(beams=beams, sightings=sightings, pairs=self._pairs(corners, fresh, then, felt))
+        return FramePerception(
+            beams=beams,
+            sightings=(*sightings, *on_walls),
+            edges=bearings,
+            pairs=self._pairs(corners, fresh, then, felt),
+        )
+
+    def _alone(
+        self, edges: tuple[ImageEdge, ...], points: Array, stamp: float
+    ) -> tuple[tuple[Sighting, ...], BearingSet | None]:
+        """The newest picture's edges that confirm no corner, once, seen from the robot at `stamp` [s].
+
+        Those on walls that the laser sees, by `points` (M, 2) [m] of its scan, are sightings, the others bearings.
+        """
+        if self.camera is None or self._edges_stamp <= self._reported:
+            return (), None
+        move = self._recall.moved(stamp, self._edges_stamp)
+        if move is None:
+            return (), None
+        self._reported = self._edges_stamp
+        settings = self._settings.edges
+        x, y = self.camera.mounting.translation[:2].tolist()
+        eye, on_walls = move.pose @ Pose(x, y), ()
+        alone = tuple(edge for edge in edges if not edge.matched)
+        if settings.on_walls:
+            on_walls, alone = edges_on_walls(alone, points, eye, stamp, settings)
+        sd = math.hypot(settings.bearing_sd, settings.shift_share * move.pose.heading)
+        return on_walls, BearingSet(
+            stamp=self._edges_stamp,
+            eye=eye,
+            bearings=np.array([edge.bearing for edge in alone]),
+            sds=np.full(len(alone), sd),
+            looks=np.array([edge.step for edge in alone]),
+        )
 
     def _pairs(
         self, corners: tuple[Corner, ...], edges: tuple[ImageEdge, ...], stamp: float, wheels: Wheels | None

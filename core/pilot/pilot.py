@@ -196,6 +196,9 @@ class Pilot:
             dead_reckoning = self._dead_reckoning.update(motion.increment)
             self._mount.watch(frame.stamp, estimate.pose, seen.pairs, self._vision.camera)
             hearing = self._hearing.hear(frame.sound, frame.stamp, estimate)
+            if (voices := self._hearing.bearings(motion.increment, frame.stamp)) is not None:
+                self._mapper.hear(voices)
+                estimate = self._mapper.estimate
             self._report(sensed)
             twist = self._decide(frame, motion, estimate.pose)
             self._stamp = frame.stamp
@@ -408,4 +411,6 @@ def parts_of(settings: Settings) -> MapperSettings:
         motion=settings.motion,
         occupancy=settings.occupancy,
         lost=LocalizationSettings(kidnap=settings.localization_monitor),
+        edges=settings.edge_landmarks,
+        voices=settings.voice_landmarks,
     )

@@ -11,6 +11,7 @@ import numpy as np
 from core.errors import BadInput
 from core.geometry import Pose, wrap
 from core.message import Array
+from core.perception.landmarks.frame_perception import BearingSet
 from core.perception.people.voice_bearing import VoiceBearing
 from core.perception.sound.direction import Direction
 from core.perception.sound.doa_stream import DoaStream, HeardDirections
@@ -21,6 +22,8 @@ from core.robots import Profile
 from core.sensors import Sound
 from core.sensors.microphones import MicrophoneArray, usable
 from core.slam.estimate import Estimate
+from core.slam.motion import Increment
+from core.slam.motion_history import MotionHistory
 from core.snapshot import Hearing, VoiceDirection
 
 REMEMBERED = 10.0  # [s] of headings: an utterance is judged once more when it is over
@@ -40,6 +43,8 @@ class SoundPerception:
         self._places: dict[int, Array] = {}  # (2,) [m] of the robot, when each voice was last heard
         self._surest: dict[int, float] = {}  # [rad] sd of each voice's azimuth then
         self._newest: dict[int, Direction] = {}
+        self._recall = MotionHistory()
+        self._heard: tuple[Direction, ...] = ()  # in the array's frame, with the newest frame
         self._power = 0.0
         self.trouble = ""  # why the sound is of no use
         self.call: VoiceBearing | None = None  # the voice that was heard last, as it was heard
@@ -97,13 +102,35 @@ class SoundPerception:
                 found.append(bearing)
         return tuple(found)
 
+    def bearings(self, increment: Increment, stamp: float) -> BearingSet | None:
+        """The directions that became known with the frame of `stamp` [s], `increment` its move, as bearings.
+
+        They are of some moments ago; the ears are where they were then, seen from the robot now.
+        """
+        self._recall.add(stamp, increment)
+        if not self._heard or self._array is None:
+            return None
+        then = self._heard[-1].stamp
+        move = self._recall.moved(stamp, then)
+        found = [one for one in self._heard if one.stamp == then]
+        if move is None or not found:
+            return None
+        return BearingSet(
+            stamp=then,
+            eye=move.pose @ self._array.mounting,
+            bearings=np.array([one.azimuth for one in found]),
+            sds=np.array([one.azimuth_sd for one in found]),
+            looks=np.zeros(len(found)),
+        )
+
     def _measure(self, sound: Sound) -> None:
         power = float(np.mean(np.asarray(sound.samples, float) ** 2)) if usable(sound.samples) else 0.0
         self._power = max(power, self._power * math.exp(-sound.duration / FADE))
 
     def _follow(self, heard: tuple[HeardDirections, ...], stamp: float, estimate: Estimate) -> tuple[Voice, ...]:
         """Directions of one frame → the voices, seen from the world."""
-        found = [self._in_world(one) for moment in heard for one in moment.directions if sure(one, self._settings)]
+        self._heard = tuple(one for moment in heard for one in moment.directions if sure(one, self._settings))
+        found = [self._in_world(one) for one in self._heard]
         voices = self._tracker.update(found, stamp)
         for voice in voices:
             near = [one for one in found if one.angle_to(voice.towards) < self._tracker.settings.apart]
