@@ -24,7 +24,8 @@ PAUSE = 0.18  # [s] between two questions: five a second are enough
 WAIT = 2.0  # [s] after which an answer is expected no more
 GONE = 1.0  # [s] without a sight after which the person is hidden …
 FORGOTTEN = 3.0  # [s] … and after which anybody who calls is looked for again
-LOOK_FOR = 15.0  # [s] until it gives up: a worker with networks has to start first
+LOOK_FOR = 15.0  # [s] until it gives up
+START = 60.0  # [s] that a worker with networks may take to start
 SHOWN = 15.0  # [s] for which COME HERE shows whom it found
 NEAR_SD = 0.1  # [rad] within which somebody who was found is looked for again
 DISTANCE_SD = 0.15  # share of a distance that only the picture gives
@@ -49,6 +50,7 @@ class DryRun:
         self._found_first: float | None = None  # [s]
         self._person: TrackedPerson | None = None
         self._strangers = False
+        self._answered = False  # what looks for people has started
 
     def drive(self, here: ControlContext) -> Progress:
         """Take one frame; the twist is always zero."""
@@ -95,7 +97,7 @@ class DryRun:
         if answer is None or self._asked is None or here.camera is None or answer.stamp != self._asked[0]:
             return
         stamp, pose, call = self._asked
-        self._asked = None
+        self._asked, self._answered = None, True
         own = [one for one in answer.found if _is_who(one, here)]
         self._strangers = bool(answer.found) and not own
         if own:
@@ -109,12 +111,15 @@ class DryRun:
         if call is not None and not _in_view(here, call):
             would = _would(wrap(call.azimuth - here.pose.heading), 0.0)
             return Progress(remark=f"Dry run: {heard}; I would {would} and look who spoke.")
-        if here.stamp - self._began > LOOK_FOR and self._found_first is None:
+        patience = LOOK_FOR if self._answered else START
+        if here.stamp - self._began > patience and self._found_first is None:
             raise Refused(f"Dry run: {self._missed(here, heard)}")
         looks = f"{heard} and look who spoke" if heard else "I know of no direction and look for anybody"
         return Progress(remark=f"Dry run: {looks}.")
 
     def _missed(self, here: ControlContext, heard: str) -> str:
+        if not self._answered:
+            return "what looks for people has not started yet; the computer is busy. Try again."
         if self._strangers and here.who is not None:
             return f"I see somebody, but not {here.who.name}."
         return f"{heard} but see nobody there." if heard else "I see nobody."

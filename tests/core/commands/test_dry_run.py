@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from core.commands.command import Command, Progress
-from core.commands.dry_run import FORGOTTEN, LOOK_FOR, SHOWN, DryRun
+from core.commands.dry_run import FORGOTTEN, LOOK_FOR, SHOWN, START, DryRun
 from core.errors import Refused
 from core.geometry import OPTICAL, Transform
 from core.navigation.control_context import ControlContext
 from core.optics import CameraModel
 from core.perception.people.appearance import NO_LIMBS, Appearance, PersonProfile
-from core.perception.people.looking import ImmediateLook, PersonLook
+from core.perception.people.looking import ImmediateLook, LookAnswer, LookQuestion, PersonLook
 from core.perception.people.parts import PeopleSettings
 from core.perception.people.pose.detector import PoseDetector
 from core.perception.people.voice_bearing import VoiceBearing
@@ -123,3 +123,22 @@ def test_what_is_missing_is_said_in_a_sentence() -> None:
     desk.camera = None
     with pytest.raises(Refused, match="no camera"):
         desk.shows("come_here", 1.0)
+
+
+class Starting:
+    """A worker that does not come to life."""
+
+    def ask(self, question: LookQuestion) -> None:
+        """Take a question."""
+
+    def answer(self) -> LookAnswer | None:
+        """There is none."""
+        return None
+
+
+def test_a_worker_that_starts_late_is_waited_for_and_named() -> None:
+    desk = Desk()
+    desk.look = Starting()
+    assert not desk.shows("come_here", LOOK_FOR + 1.0)[-1].finished
+    with pytest.raises(Refused, match="has not started yet"):
+        desk.shows("come_here", START + 1.0)
