@@ -47,8 +47,7 @@ def call_for(command: Command, here: ControlContext) -> VoiceBearing:
 def heard_for(command: Command, here: ControlContext) -> tuple[VoiceBearing, ...]:
     """Return the bearings of all voices that were heard in a command's words. Raises Refused as `call_for` does."""
     call = call_for(command, here)
-    sure = [one for one in command.others if one.sd <= here.company.sure] if command.call is not None else []
-    return tuple(sure) or (call,)
+    return command.others or (call,)
 
 
 class TurnToVoice:

@@ -209,7 +209,8 @@ class Pilot:
         command = accepted.command
         if command.said is None or spec_of(command.name).target != "person":
             return accepted
-        heard = self._hearing.heard_in(*command.said)
+        sure = self._settings.person_following.sure
+        heard = tuple(one for one in self._hearing.heard_in(*command.said) if one.sd <= sure)
         if not heard:
             return accepted
         call = replace(likeliest(heard)[0], strength=1.0)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -34,7 +36,18 @@ GUARD = 0.15  # [s] before now that are not yet taken for noise: an utterance ma
 GAP = 0.02  # [s] missing between two pieces of sound, beyond which listening starts again
 MOST_TALKERS = 2
 BEFORE, AFTER = 0.6, 0.1  # [s] before words that show the noise, and after them that are still theirs
+TALKED, TALKED_SHARE = 0.5, 0.25  # strength of who talked before words, at least, and what of it is left in them
+WIDEST_TALKER = 0.6  # [rad] from a talker, within which a direction is theirs at most
 MOST_IN_WORDS = 3  # directions of words: the talker's, an echo's, another talker's
+
+
+def _less_where(one: Direction, talked: Sequence[Direction]) -> Direction:
+    """A direction in words, with less strength where somebody talked from there before them."""
+    near = any(
+        one.angle_to(other.towards) < min(3 * math.hypot(one.azimuth_sd, other.azimuth_sd), WIDEST_TALKER)
+        for other in talked
+    )
+    return replace(one, strength=TALKED_SHARE * one.strength) if near else one
 
 
 @message
@@ -97,8 +110,8 @@ class DoaStream:
     def within(self, begin: float, end: float) -> tuple[HeardDirections, ...]:
         """Look once more at words that were spoken from `begin` to `end` [s]: at all of them, and at either half.
 
-        Who spoke just before is noise to them, and who spoke into them is not in both halves. () where so much of
-        the sound is not remembered, or in the paper's form.
+        Who spoke just before is noise to them and weighs less; who spoke into them is not in both halves. () where so
+        much of the sound is not remembered, or in the paper's form.
         """
         pieces = self._pieces
         if not pieces or self.settings.form == "paper" or pieces[0].times[0] > begin - LEAD:
@@ -109,14 +122,24 @@ class DoaStream:
             return ()
         noise = noise_of(seen, quiet, self.settings)
         fresh = freshness(strangeness(seen, noise), seen, self.settings)
+        talked = self._heard_before(seen, quiet)
         middle = (begin + end) / 2
         heard: list[HeardDirections] = []
         for first, last in ((begin, end), (begin, middle), (middle, end)):
             until = last + AFTER if last == end else last
             own = np.where((seen.times >= first) & (seen.times <= until), fresh, 0.0)
             found = share_out(seen, own, noise, self.array, 0.0, self.settings, MOST_IN_WORDS)
-            heard.append(HeardDirections(begin=first, end=last, directions=found))
+            weighed = tuple(_less_where(one, talked) for one in found)
+            heard.append(HeardDirections(begin=first, end=last, directions=weighed))
         return tuple(heard)
+
+    def _heard_before(self, seen: Spectra, frames: Array) -> tuple[Direction, ...]:
+        """Directions of voices in these frames (T,) bool before words."""
+        if self._noise is None:
+            return ()
+        fresh = freshness(strangeness(seen, self._noise), seen, self.settings) * frames
+        found = share_out(seen, fresh, self._noise, self.array, 0.0, self.settings, MOST_IN_WORDS)
+        return tuple(one for one in found if one.strength > TALKED)
 
     def _judge(self, seen: Spectra) -> tuple[HeardDirections, ...]:
         """Frames that are new → what became known."""
